@@ -1,0 +1,43 @@
+"""Policies: tactics written by hand, learned tactics, and how to find them by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import require_extra
+from swarm_pz.policy import Policy, registered
+from swarm_pz.policy import load as _load
+
+__all__ = ["load", "names"]
+
+
+def names() -> list[str]:
+    """Return the names of all installed policies, in alphabetical order."""
+    return sorted(registered())
+
+
+def load(name: str | Path, config: GameConfig | None = None) -> Policy:
+    """Return the policy of a name, or of a folder that training wrote.
+
+    Parameters
+    ----------
+    name : str or Path
+        One of `names()`, or a folder that holds ``policy.safetensors`` and ``policy.json``.
+    config : GameConfig, optional
+        The game that it will play.
+
+    Raises
+    ------
+    PolicyError
+        If there is no such name; the message gives the nearest.
+    CheckpointError
+        If the folder's files are corrupt or do not fit the game.
+    """
+    config = config if config is not None else GameConfig()
+    if str(name) not in registered() and Path(name).is_dir():
+        require_extra("torch", "training")
+        from policies.learned import LearnedPolicy
+
+        return LearnedPolicy.read(Path(name), config)
+    return _load(str(name), config)

@@ -1,0 +1,178 @@
+"""Learned tactics: a network's weights as safetensors, and a JSON card that says how to play them.
+
+Loading runs no code from the files: the card names numbers, the weights are arrays.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from safetensors.numpy import load_file, save_file
+from torch import Tensor, nn
+
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.duel_env import command_from_action
+from swarm_pz.errors import CheckpointError, ConfigError, SwarmError
+from swarm_pz.observation import CHANNELS
+from swarm_pz.simulator import Seed
+
+WEIGHTS, CARD = "policy.safetensors", "policy.json"
+FORMAT = 1
+
+
+def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
+    """Write a file under another name and rename it, so that nobody ever sees half of it."""
+    draft = path.with_name(f".{path.name}.draft")
+    write(draft)
+    os.replace(draft, path)
+
+
+class GridTrunk(nn.Module):
+    """Convolutions over the board, shared by actor and critic.
+
+    The first one shrinks the observation to the action's cells, so that every cell of the action is
+    decided from the ground around it by the same weights. Two planes of coordinates tell where the
+    walls are.
+
+    Parameters
+    ----------
+    observation_shape : (int, int, int)
+        Channels, rows and columns of the observation.
+    action_cells : int
+        Cells a side of the action.
+    width : int
+        Channels of the hidden layers.
+    """
+
+    def __init__(self, observation_shape: tuple[int, ...], action_cells: int, width: int) -> None:
+        super().__init__()
+        channels, grid, _ = observation_shape
+        if grid % action_cells:
+            raise ConfigError(f"action_cells must divide the observation's grid of {grid}, got {action_cells}")
+        block = grid // action_cells
+        axis = torch.linspace(-1.0, 1.0, grid)
+        self.register_buffer("coordinates", torch.stack(torch.meshgrid(axis, axis, indexing="ij"))[None])
+        self._shape = observation_shape
+        # Blocks overlap by a cell on each side, so that no drone sits unseen on a seam.
+        self.layers = nn.Sequential(
+            nn.Conv2d(channels + 2, width, block + 2, stride=block, padding=1),
+            nn.ReLU(),
+            nn.Conv2d(width, width, 3, padding=1),
+            nn.ReLU(),
+            nn.Conv2d(width, width, 3, padding=1),
+            nn.ReLU(),
+        )
+
+    def forward(self, observations: Tensor) -> Tensor:
+        """Turn observations in [0, 1], flattened or not, into features (n, width, a, a)."""
+        images = observations.reshape(-1, *self._shape)
+        coordinates = self.coordinates.expand(len(images), -1, -1, -1)
+        features: Tensor = self.layers(torch.cat([images, coordinates], dim=1))
+        return features
+
+
+class Actor(nn.Module):
+    """The part of `GridPolicy` that plays: observations to mean actions.
+
+    Parameters
+    ----------
+    observation_shape : (int, int, int)
+    action_cells, width : int
+        As of `GridTrunk`.
+    """
+
+    def __init__(self, observation_shape: tuple[int, ...], action_cells: int, width: int) -> None:
+        super().__init__()
+        self.trunk = GridTrunk(observation_shape, action_cells, width)
+        self.head = nn.Conv2d(width, 1, 1)
+
+    def forward(self, observations: Tensor) -> Tensor:
+        """Turn observations in [0, 1], (n, C, G', G'), into actions (n, a, a)."""
+        actions: Tensor = self.head(self.trunk(observations)).squeeze(1)
+        return actions
+
+
+class LearnedPolicy:
+    """Plays the mean action of a trained actor.
+
+    Parameters
+    ----------
+    card : dict
+        What `policy.json` holds: format, name, grid, action_cells, width, config_hash and the story
+        of the training.
+    weights : dict of array
+        The actor's parameters by name.
+    config : GameConfig
+        The game that it will play.
+
+    Raises
+    ------
+    CheckpointError
+        If the card or the weights are not such as training writes.
+    """
+
+    def __init__(self, card: dict[str, Any], weights: dict[str, Any], config: GameConfig) -> None:
+        missing = {"format", "name", "grid", "action_cells", "width", "channels"} - set(card)
+        if missing:
+            raise CheckpointError(f"a policy's card must hold {sorted(missing)}, got only {sorted(card)}")
+        if card["format"] != FORMAT or tuple(card["channels"]) != CHANNELS:
+            raise CheckpointError(
+                f"a policy's card must be of format {FORMAT} with channels {CHANNELS}, "
+                f"got format {card['format']!r} with {card['channels']!r}"
+            )
+        try:
+            self.observation = ObservationConfig(grid=card["grid"])
+            self._actor = Actor((len(CHANNELS), card["grid"], card["grid"]), card["action_cells"], card["width"])
+            self._actor.load_state_dict({name: torch.as_tensor(values) for name, values in weights.items()})
+        except (SwarmError, RuntimeError, TypeError, ValueError) as error:
+            raise CheckpointError(f"the weights of policy {card['name']!r} do not fit its card: {error}") from error
+        if not all(bool(torch.isfinite(values).all()) for values in self._actor.state_dict().values()):
+            raise CheckpointError(f"the weights of policy {card['name']!r} must be finite numbers, got NaN or infinity")
+        self.name = str(card["name"])
+        self.card = card
+        self._cells = config.command_cells
+
+    @classmethod
+    def read(cls, folder: Path, config: GameConfig) -> LearnedPolicy:
+        """Read the policy in a folder.
+
+        Raises
+        ------
+        CheckpointError
+            If files are missing, corrupt or foreign.
+        """
+        for name in (WEIGHTS, CARD):
+            if not (folder / name).is_file():
+                raise CheckpointError(f"{folder} must hold {WEIGHTS} and {CARD}, {name} is missing")
+        try:
+            card = json.loads((folder / CARD).read_text())
+            weights = load_file(folder / WEIGHTS)
+        except Exception as error:  # safetensors raises its own kinds, none of them public
+            raise CheckpointError(f"{folder} holds a corrupt or foreign policy: {error}") from error
+        if not isinstance(card, dict):
+            raise CheckpointError(f"{folder / CARD} must hold a JSON object, got {type(card).__name__}")
+        return cls(card, weights, config)
+
+    def write(self, folder: Path) -> None:
+        """Write the policy into a folder, the card last, so that a card never stands alone."""
+        folder.mkdir(parents=True, exist_ok=True)
+        weights = {name: values.numpy() for name, values in self._actor.state_dict().items()}
+        write_atomically(folder / WEIGHTS, lambda path: save_file(weights, path))
+        write_atomically(folder / CARD, lambda path: path.write_text(json.dumps(self.card, indent=2) + "\n"))
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Begin new games; a learned tactic has nothing to forget."""
+
+    def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Answer observations (n, C, G', G') with densities (n, A, A)."""
+        with torch.inference_mode():
+            images = torch.from_numpy(observations).float() / 255.0
+            actions = self._actor(images).clamp(-1.0, 1.0).double().numpy()
+        return command_from_action(actions, self._cells, is_log=True)

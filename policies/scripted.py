@@ -1,0 +1,199 @@
+"""Tactics written by hand, playing from what they see alone.
+
+A tactic is one function from a `View` of n games to n densities; `tactic` makes a policy of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.observation import CHANNELS
+from swarm_pz.simulator import Seed
+
+Array = NDArray[np.float64]
+
+
+class View:
+    """What a tactic sees of n games, and the grids on which it thinks.
+
+    Attributes
+    ----------
+    x, y : float64 array (A, A)
+        Centres of the command's cells, `[row = y, column = x]`, in map widths.
+    steps : int64 array (n,)
+        Commands given before this one.
+    generators : list of Generator
+        A random stream for each game.
+    """
+
+    def __init__(
+        self, images: NDArray[np.uint8], cells: int, steps: NDArray[np.int64], generators: list[np.random.Generator]
+    ) -> None:
+        self._images = images
+        self.steps = steps
+        self.generators = generators
+        self.x, self.y = _centres(cells)
+
+    def __getitem__(self, channel: str) -> Array:
+        """Return a channel as float64 (n, G', G'), brightness 0 to 255."""
+        return self._images[:, CHANNELS.index(channel)].astype(np.float64)
+
+    def mean_position(self, side: str) -> Array:
+        """Return the mean position (n, 2) of the "own" or "opposing" drones; the centre if none."""
+        weights = self[f"{side}_positions"]
+        x, y = _centres(weights.shape[-1])
+        totals = weights.sum(axis=(1, 2))
+        sums = np.stack([(weights * x).sum(axis=(1, 2)), (weights * y).sum(axis=(1, 2))], axis=1)
+        return np.where(totals[:, None] > 0, sums / np.maximum(totals, 1.0)[:, None], 0.5)
+
+    def distance_from(self, points: Array) -> Array:
+        """Return the distance (n, A, A) of the command's cells from points (n, 2)."""
+        return np.asarray(np.hypot(self.x - points[:, 0, None, None], self.y - points[:, 1, None, None]))
+
+    def every(self, density: Array) -> Array:
+        """Return the same density (A, A) for every game."""
+        return np.broadcast_to(density, (len(self.steps), *density.shape))
+
+    def random(self) -> Array:
+        """Return uniform random numbers (n, A, A), from each game's own stream."""
+        return np.stack([generator.random(self.x.shape) for generator in self.generators])
+
+
+def _centres(cells: int) -> tuple[Array, Array]:
+    centres = (np.arange(cells) + 0.5) / cells
+    return centres[None, :] + np.zeros((cells, 1)), centres[:, None] + np.zeros((1, cells))
+
+
+class ScriptedPolicy:
+    """A policy that plays a tactic.
+
+    Parameters
+    ----------
+    play : callable
+        The tactic: from a `View` of n games to densities (n, A, A), not negative.
+    grid : int
+        Cells a side of the images that it sees.
+    config : GameConfig
+    """
+
+    def __init__(self, play: Callable[[View], Array], grid: int, config: GameConfig) -> None:
+        self.name = play.__name__
+        self.observation = ObservationConfig(grid=grid)
+        self._play = play
+        self._cells = config.command_cells
+        self._steps: dict[int, int] = {}
+        self._generators: dict[int, np.random.Generator] = {}
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Begin new games in some rows, each with a random stream of its own."""
+        for seed, row in zip(seeds, rows.tolist(), strict=True):
+            self._steps[row] = 0
+            self._generators[row] = np.random.default_rng(seed)
+
+    def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> Array:
+        """Answer observations (n, C, G', G') with densities (n, A, A), the largest value 1."""
+        games = rows.tolist()
+        view = View(
+            observations,
+            self._cells,
+            np.array([self._steps[row] for row in games], np.int64),
+            [self._generators[row] for row in games],
+        )
+        for row in games:
+            self._steps[row] += 1
+        densities = self._play(view)
+        peaks = densities.max(axis=(1, 2), keepdims=True)
+        return np.asarray(densities / np.where(peaks > 0, peaks, 1.0))
+
+
+def tactic(*, grid: int = 10) -> Callable[[Callable[[View], Array]], Callable[[GameConfig], ScriptedPolicy]]:
+    """Turn a function from a `View` to densities into a factory of policies."""
+
+    def decorate(play: Callable[[View], Array]) -> Callable[[GameConfig], ScriptedPolicy]:
+        def make(config: GameConfig) -> ScriptedPolicy:
+            return ScriptedPolicy(play, grid, config)
+
+        make.__name__, make.__doc__ = play.__name__, play.__doc__
+        return make
+
+    return decorate
+
+
+def _ring(distance: Array, radius: float = 0.25, width: float = 0.08) -> Array:
+    return np.asarray(np.exp(-(((distance - radius) / width) ** 2)))
+
+
+def _disc(distance: Array, width: float) -> Array:
+    return np.asarray(np.exp(-((distance / width) ** 2) / 2))
+
+
+@tactic()
+def uniform(view: View) -> Array:
+    """Cover the square evenly: the fixed opponent of the benchmark."""
+    return view.every(np.ones_like(view.x))
+
+
+@tactic()
+def noise(view: View) -> Array:
+    """Fresh random cells in every command."""
+    return view.random()
+
+
+@tactic()
+def restless(view: View) -> Array:
+    """Uniform coverage with a trace of noise, new in every command: what re-sending alone is worth."""
+    return 1.0 + 0.001 * view.random()
+
+
+@tactic()
+def blind_ring(view: View) -> Array:
+    """A ring around a random place, elsewhere in every command."""
+    return _ring(view.distance_from(np.stack([generator.random(2) for generator in view.generators])))
+
+
+@tactic()
+def centre(view: View) -> Array:
+    """Everyone to the middle."""
+    return view.every(_disc(np.hypot(view.x - 0.5, view.y - 0.5), 0.1))
+
+
+@tactic()
+def corners(view: View) -> Array:
+    """Everyone to the four corners."""
+    inset_x, inset_y = np.minimum(view.x, 1 - view.x) - 0.1, np.minimum(view.y, 1 - view.y) - 0.1
+    return view.every(_disc(np.hypot(inset_x, inset_y), 0.1))
+
+
+@tactic(grid=25)
+def chase(view: View) -> Array:
+    """Everyone to the opponents' mean position."""
+    return _disc(view.distance_from(view.mean_position("opposing")), 0.1)
+
+
+@tactic(grid=25)
+def ring(view: View) -> Array:
+    """A ring around the opponents' mean position."""
+    return _ring(view.distance_from(view.mean_position("opposing")))
+
+
+@tactic(grid=25)
+def evade(view: View) -> Array:
+    """Everyone as far as can be from the opponents' mean position."""
+    distance = view.distance_from(view.mean_position("opposing"))
+    return np.asarray(np.exp(8.0 * (distance - distance.max(axis=(1, 2), keepdims=True))))
+
+
+@tactic(grid=25)
+def wavefront(view: View) -> Array:
+    """Gather at the wall that is farther from the opponents, then crash to the other side as a wave.
+
+    Twelve seconds a wave: the ground ahead of the front is empty, that behind it is covered.
+    """
+    gathers_left = view.mean_position("opposing")[:, 0] > 0.5
+    ahead = np.where(gathers_left[:, None, None], view.x, 1.0 - view.x)
+    front = 0.25 + 0.75 * np.clip((view.steps % 12 - 4) / 8, 0.0, 1.0)
+    return np.asarray(1.0 / (1.0 + np.exp((ahead - front[:, None, None]) / 0.03)))

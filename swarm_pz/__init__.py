@@ -1,0 +1,37 @@
+"""swarm-pz: two swarms, each trying to capture the other; a benchmark for tactics."""
+
+from importlib.metadata import version
+
+import gymnasium
+import pettingzoo
+
+from swarm_pz.config import (
+    CaptureConfig,
+    ControllerConfig,
+    GameConfig,
+    MemoryConfig,
+    ObservationConfig,
+    RewardConfig,
+    SpawnConfig,
+)
+from swarm_pz.parallel_env import env, parallel_env
+
+__all__ = [
+    "CaptureConfig",
+    "ControllerConfig",
+    "GameConfig",
+    "MemoryConfig",
+    "ObservationConfig",
+    "RewardConfig",
+    "SpawnConfig",
+    "env",
+    "parallel_env",
+]
+__version__ = version("swarm-pz")
+
+_ID = "swarm_pz/Capture-v0"
+pettingzoo.register("parallel", _ID, "swarm_pz.parallel_env:parallel_env")
+pettingzoo.register("aec", _ID, "swarm_pz.parallel_env:env")
+gymnasium.register(
+    _ID, entry_point="swarm_pz.duel_env:DuelEnv", vector_entry_point="swarm_pz.duel_env:DuelVectorEnv"
+)

@@ -1,0 +1,214 @@
+"""The Markov decision process over E games: simulator, observations, rewards and ends.
+
+Every environment of this project is a face of `BatchEnv`, so that none can drift from the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config import (
+    BLUE,
+    RED,
+    TICKS_PER_CONTROL_PERIOD,
+    TICKS_PER_SECOND,
+    GameConfig,
+    ObservationConfig,
+)
+from swarm_pz.errors import CommandError, GameOverError
+from swarm_pz.observation import Observations, observe
+from swarm_pz.reward import red_rewards
+from swarm_pz.simulator import Seed, Simulator
+from swarm_pz.target import check_densities
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """What a step of all games gave; a row of a game that had ended before is all zero or False.
+
+    Attributes
+    ----------
+    rewards : float64 array (E, 2)
+        Of red and blue; each row sums to zero.
+    terminated : bool array (E,)
+        One team owns every drone.
+    truncated : bool array (E,)
+        Time is up: a draw.
+    captured, recaptured : int64 array (E, 2)
+        Drones that each team took in this step, and how many of these it had itself lost within
+        the last second. What one team captures the other loses.
+    """
+
+    rewards: NDArray[np.float64]
+    terminated: NDArray[np.bool_]
+    truncated: NDArray[np.bool_]
+    captured: NDArray[np.int64]
+    recaptured: NDArray[np.int64]
+
+
+class BatchEnv:
+    """E games, stepped together by commands of both teams.
+
+    Parameters
+    ----------
+    config : GameConfig, optional
+    num_games : int
+    threads : int
+    max_cycles : int, optional
+        Steps until a draw; follows from the time limit if not given.
+
+    Attributes
+    ----------
+    simulator : Simulator
+    running : bool array (E,)
+        Games that have begun and not ended.
+    """
+
+    def __init__(
+        self,
+        config: GameConfig | None = None,
+        num_games: int = 1,
+        *,
+        threads: int = 1,
+        max_cycles: int | None = None,
+    ) -> None:
+        self.config = config if config is not None else GameConfig()
+        self.simulator = Simulator(self.config, num_games, threads)
+        self.num_games = num_games
+        self.running = np.zeros(num_games, np.bool_)
+        self._limit_ticks = self.config.limit_ticks
+        if max_cycles is not None:
+            self.max_cycles = max_cycles
+
+    @property
+    def max_cycles(self) -> int:
+        """Steps until a draw; assigning it replaces the time limit."""
+        return -(-self._limit_ticks // self.config.step_ticks)
+
+    @max_cycles.setter
+    def max_cycles(self, cycles: int) -> None:
+        if not isinstance(cycles, int) or isinstance(cycles, bool) or cycles < 1:
+            raise CommandError(f"max_cycles must be a whole number of at least 1, got {cycles!r}")
+        self._limit_ticks = cycles * self.config.step_ticks
+
+    @property
+    def limit_s(self) -> float:
+        """Seconds until a draw."""
+        return self._limit_ticks / TICKS_PER_SECOND
+
+    def reset(
+        self,
+        seeds: Sequence[Seed] | NDArray[np.integer[Any]] | None = None,
+        rows: ArrayLike | None = None,
+        scenario: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        """Start games afresh; arguments as of `Simulator.reset`."""
+        self.simulator.reset(seeds, rows, scenario)
+        self.running[slice(None) if rows is None else np.asarray(rows, np.int64)] = True
+
+    def step(
+        self,
+        commands: ArrayLike,
+        after_control_period: Callable[[], None] | None = None,
+    ) -> StepResult:
+        """Hold one command of each team for a command period, or until the game ends.
+
+        Parameters
+        ----------
+        commands : array_like (E, 2, A, A)
+            Densities of red and blue for every game, in [0, 1]; those of ended games are not used.
+        after_control_period : callable, optional
+            Called after every control period, for those who animate.
+
+        Returns
+        -------
+        StepResult
+
+        Raises
+        ------
+        CommandError
+            If a command is not valid; no game is changed.
+        GameOverError
+            If no game is running.
+        """
+        running = self.running.copy()
+        if not running.any():
+            raise GameOverError("no game is running: call reset before step")
+        cells = self.config.command_cells
+        densities = check_densities(commands, (self.num_games, 2, cells, cells), "commands")
+        rows = np.flatnonzero(running)
+        for team in (RED, BLUE):
+            self.simulator.command(team, densities[rows, team], rows)
+
+        games = self.simulator.games
+        sizes_before = self.simulator.sizes
+        captures, recaptures = games.captures.copy(), games.recaptures.copy()
+        left = np.where(running, np.minimum(self.config.step_ticks, self._limit_ticks - games.ticks), 0)
+        left = np.maximum(left, 0)
+        if after_control_period is None:
+            self.simulator.advance(left)
+        else:
+            while left.any() and not self.simulator.decided[running].all():
+                ticks = np.minimum(left, TICKS_PER_CONTROL_PERIOD)
+                self.simulator.advance(ticks)
+                left = left - ticks
+                after_control_period()
+
+        decided = self.simulator.decided & running
+        truncated = running & ~decided & (games.ticks >= self._limit_ticks)
+        self.running &= ~(decided | truncated)
+        red = red_rewards(self.config, sizes_before, self.simulator.sizes, decided)
+        return StepResult(
+            rewards=np.stack([red, -red], axis=1),
+            terminated=decided,
+            truncated=truncated,
+            captured=games.captures - captures,
+            recaptured=games.recaptures - recaptures,
+        )
+
+    def observe(self, seat: ObservationConfig, teams: ArrayLike, rows: ArrayLike | None = None) -> Observations:
+        """Return fresh observations of games from the side of a team.
+
+        Parameters
+        ----------
+        seat : ObservationConfig
+            What to show.
+        teams : int or array_like of int (n,)
+            Whose side, of all or of each of the games.
+        rows : sequence of int, optional
+            The n games; all if not given.
+        """
+        chosen = np.arange(self.num_games) if rows is None else np.asarray(rows, np.int64)
+        sides = np.ascontiguousarray(np.broadcast_to(np.asarray(teams, np.int64), len(chosen)))
+        left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)
+        return observe(self.simulator, seat, sides, chosen, left)
+
+    def outcome(self, row: int, team: int) -> str | None:
+        """Return "win", "loss" or "draw" of an ended game for a team, None while it runs."""
+        if self.running[row]:
+            return None
+        sizes = self.simulator.sizes[row]
+        if self.config.capture.enabled and sizes.min() == 0:
+            return "win" if sizes[team] else "loss"
+        return "draw"
+
+    def info(self, result: StepResult, row: int, team: int) -> dict[str, Any]:
+        """Return what PettingZoo and Gymnasium call info: one team's view of a game's last step."""
+        info: dict[str, Any] = {
+            "size": int(self.simulator.sizes[row, team]),
+            "captured": int(result.captured[row, team]),
+            "lost": int(result.captured[row, 1 - team]),
+            "recaptured": int(result.recaptured[row, team]),
+            "time_s": float(self.simulator.time_s[row]),
+        }
+        outcome = self.outcome(row, team)
+        return info if outcome is None else info | {"outcome": outcome}
+
+    def close(self) -> None:
+        """End the simulator's threads."""
+        self.simulator.close()

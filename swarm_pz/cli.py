@@ -1,0 +1,213 @@
+"""The command line: ``swarm-pz train | evaluate | policies | render``.
+
+The one place that knows every part of the project; each command imports what it needs, so that
+``--help`` is quick and a missing extra is named only where it is wanted.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import SwarmError, require_extra
+from training.config import TrainConfig
+
+if TYPE_CHECKING:
+    from swarm_pz.match import MatchResult
+
+try:
+    import tyro
+except ImportError:  # the entry point is installed even without the extra
+    sys.exit(str(SwarmError("swarm-pz's commands need an extra: pip install 'swarm-pz[cli]'")))
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run a command; errors of this project end it with one line and status 2."""
+    commands = {"train": train, "evaluate": evaluate, "policies": list_policies, "render": render}
+    try:
+        tyro.extras.subcommand_cli_from_dict(
+            commands,
+            prog="swarm-pz",
+            description="Swarm against swarm: train, measure and watch tactics.",
+            args=arguments,
+            config=(tyro.conf.AvoidSubcommands,),
+        )
+    except SwarmError as error:
+        print(f"swarm-pz: {error}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+def train(
+    config: Annotated[TrainConfig, tyro.conf.arg(name="")] = TrainConfig(),  # noqa: B008  (frozen)
+    out: Path = Path("runs/first"),
+    resume: bool = False,
+    games: int = 100,
+) -> None:
+    """Train a tactic with PPO, measure it against uniform coverage and show the result.
+
+    Args:
+        config: The training run.
+        out: Folder of the run.
+        resume: Go on from the folder's last checkpoint.
+        games: Games of the evaluation at the end, even.
+    """
+    for module in ("torch", "stable_baselines3", "matplotlib"):
+        require_extra(module, "training")
+    from swarm_pz.replay import record_game
+    from training.ppo import Training
+    from training.report import compare, plot_learning_curve
+
+    run = Training(config, out, resume=resume)
+    untrained = run.untrained()
+    print(f"training for {config.total_steps:,} steps in {out} (stop and go on with --resume)")
+    trained = run.run()
+    plot_learning_curve(run.history, out / "learning_curve.png")
+    print(f"evaluating over {games} games against uniform coverage, beside the baselines")
+    match, comparisons = compare(trained, untrained, config.game, games=games, seed=0, threads=config.threads)
+    match.write(out / "evaluation.json")
+    _print_matches([match, *(comparison.match for comparison in comparisons)])
+    for comparison in comparisons:
+        print(
+            f"share above {comparison.match.policy:<10} {comparison.difference:+.3f} "
+            f"(95 % interval {comparison.low:+.3f} to {comparison.high:+.3f})"
+        )
+    standing = record_game(trained, "uniform", out / "game.mp4", config=config.game, seed=1, seconds=120, speed=4.0)
+    print(f"learning curve: {out / 'learning_curve.png'}\none game, {standing}: {out / 'game.gif'}")
+    print(f"policy: {out}  (try: swarm-pz evaluate {out} --opponent ring)")
+
+
+def evaluate(
+    policy: Annotated[str, tyro.conf.Positional],
+    /,
+    opponent: str = "uniform",
+    games: int = 200,
+    seed: int = 0,
+    json: Path | None = None,
+    threads: int = 2,
+    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
+) -> None:
+    """Play a policy against an opponent and say how it did.
+
+    Half of the games are played from each side, with the same seeds for both sides.
+
+    Args:
+        policy: Name of a policy, or a folder that training wrote.
+        opponent: Name of a policy, or a folder that training wrote.
+        games: Number of games, even.
+        seed: Seed of the match.
+        json: Write the figures to this file, too.
+        threads: Threads that share the games.
+        game: The rules.
+    """
+    import policies
+    from swarm_pz.match import play_match
+
+    match = play_match(
+        policies.load(policy, game),
+        policies.load(opponent, game),
+        games=games,
+        seed=seed,
+        config=game,
+        threads=threads,
+        progress=_progress(games),
+    )
+    _print_matches([match])
+    if json is not None:
+        match.write(json)
+        print(f"figures: {json}")
+
+
+def list_policies() -> None:
+    """List the installed policies."""
+    import policies
+
+    for name in policies.names():
+        text = (getattr(_factory(name), "__doc__", None) or "").strip().splitlines()
+        print(f"{name:<12} {text[0] if text else ''}".rstrip())
+
+
+def render(
+    red: Annotated[str, tyro.conf.Positional] = "ring",
+    blue: Annotated[str, tyro.conf.Positional] = "uniform",
+    /,
+    out: Path = Path("game.mp4"),
+    seed: int = 0,
+    seconds: float | None = None,
+    speed: float = 2.0,
+    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
+) -> None:
+    """Play one game between two policies and write it as a film.
+
+    Args:
+        red: Name of a policy, or a folder that training wrote.
+        blue: Name of a policy, or a folder that training wrote.
+        out: File to write, .gif or .mp4.
+        seed: Seed of the game.
+        seconds: Show this much of the game at most.
+        speed: Seconds of game a second of film.
+        game: The rules.
+    """
+    import policies
+    from swarm_pz.replay import record_game
+
+    standing = record_game(
+        policies.load(red, game),
+        policies.load(blue, game),
+        out,
+        config=game,
+        seed=seed,
+        seconds=seconds,
+        speed=speed,
+    )
+    print(f"{standing}: {out}")
+
+
+def _factory(name: str) -> Any:
+    from swarm_pz.policy import registered
+
+    return registered()[name].load()
+
+
+def _progress(games: int) -> Callable[[int, int], None]:
+    progress = require_extra("rich.progress", "cli")
+    bar = progress.Progress(transient=True)
+    task = bar.add_task("playing", total=games)
+    bar.start()
+
+    def update(done: int, total: int) -> None:
+        bar.update(task, completed=done)
+        if done == total:
+            bar.stop()
+
+    return update
+
+
+def _print_matches(matches: list[MatchResult]) -> None:
+    table_module = require_extra("rich.table", "cli")
+    table = table_module.Table(title=f"against {matches[0].opponent}, both sides, seed {matches[0].seed}")
+    for heading in ("policy", "games", "won", "drawn", "lost", "win rate (95 %)", "share", "restr. mean s", "median s"):
+        table.add_column(heading, justify="left" if heading == "policy" else "right")
+    for match in matches:
+        summary = match.summary()
+        low, high = summary["win_rate_ci95"]
+        table.add_row(
+            match.policy,
+            str(summary["games"]),
+            str(summary["wins"]),
+            str(summary["draws"]),
+            str(summary["losses"]),
+            f"{summary['win_rate']:.2f} ({low:.2f} to {high:.2f})",
+            f"{summary['mean_share']:.3f}",
+            f"{summary['restricted_mean_seconds']:.0f}",
+            f"{summary['median_seconds']:.0f}",
+        )
+    require_extra("rich.console", "cli").Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,393 @@
+"""The rules of a game as nested, frozen, keyword-only dataclasses.
+
+Every number of the game stands here once, with the range it may take. Fixed by the rules, and
+therefore constants: the tick, the control period, the grid and the two teams.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import math
+import types
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, Self
+
+from swarm_pz.errors import ConfigError, nearest
+
+TICKS_PER_SECOND = 30
+TICKS_PER_CONTROL_PERIOD = 3
+CONTROL_PERIOD = TICKS_PER_CONTROL_PERIOD / TICKS_PER_SECOND
+"""Seconds between two solves of the controller."""
+GRID_CELLS = 50
+"""Cells a side of the occupancy grid and the capture field."""
+MAX_MODES = 16
+"""Fourier modes a side that the kernels have room for."""
+RED, BLUE = 0, 1
+AGENTS = ("red_0", "blue_0")
+TEAM_NAMES = ("red", "blue")
+
+
+def check(holds: bool, name: str, value: object, expected: str) -> None:
+    if not holds:
+        raise ConfigError(f"{name} must be {expected}, got {value!r}")
+
+
+def check_number(value: object, name: str, low: float, high: float, *, open_low: bool = False) -> None:
+    """Check that a value is a finite real number in [low, high], or (low, high] if `open_low`."""
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    holds = is_number and (low < value if open_low else low <= value) and value <= high  # type: ignore[operator]
+    bracket = "(" if open_low else "["
+    check(holds, name, value, f"a number in {bracket}{low:g}, {high:g}]")
+
+
+def check_count(value: object, name: str, low: int, high: int) -> None:
+    holds = isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+    check(holds, name, value, f"a whole number in [{low}, {high}]")
+
+
+class Config:
+    """Refuses unknown names with the nearest known one; reads and writes plain dicts."""
+
+    def __new__(cls, *args: object, **given: object) -> Self:
+        known = cls.__dataclass_fields__  # type: ignore[attr-defined]
+        for name in given:
+            if name not in known:
+                raise ConfigError(f"{cls.__name__} has no field {name!r}; {nearest(name, known)}")
+        return super().__new__(cls)
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Self:
+        """Build the configuration from nested plain dicts, as `to_dict` writes them.
+
+        Raises
+        ------
+        ConfigError
+            If a name is unknown or a value is out of range.
+        """
+        if not isinstance(values, Mapping):
+            raise ConfigError(f"{cls.__name__} expects a mapping of field names, got {values!r}")
+        hints = typing.get_type_hints(cls)
+        return cls(**{name: _from_plain(hints.get(name), value) for name, value in values.items()})
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some fields changed.
+
+        Raises
+        ------
+        ConfigError
+            If a name is unknown or a value is out of range.
+        """
+        fields = {name: getattr(self, name) for name in self.__dataclass_fields__}  # type: ignore[attr-defined]
+        return type(self)(**(fields | changes))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the configuration as nested dicts, lists, numbers and strings."""
+        return dataclasses.asdict(self)  # type: ignore[call-overload, no-any-return]
+
+    @property
+    def hash(self) -> str:
+        """Sixteen hexadecimal digits that are the same for equal configurations, on every machine."""
+        plain = json.dumps(_canonical(self.to_dict()), sort_keys=True, separators=(",", ":"))
+        return hashlib.sha256(plain.encode()).hexdigest()[:16]
+
+
+def _from_plain(hint: Any, value: Any) -> Any:
+    """Turn a plain value into what a field of type `hint` holds."""
+    options = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+    if isinstance(value, Mapping):
+        for option in options:
+            if isinstance(option, type) and issubclass(option, Config):
+                return option.from_dict(value)
+    if isinstance(value, (list, tuple)):
+        for option in options:
+            if typing.get_origin(option) is tuple:
+                items = typing.get_args(option)
+                if len(items) == len(value):
+                    return tuple(_from_plain(item, entry) for item, entry in zip(items, value, strict=True))
+    return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpawnConfig(Config):
+    """Where drones start: at rest, within `radius` of a corner point of their own drawing.
+
+    Attributes
+    ----------
+    inset : float
+        Distance of the four corner points from the walls, in map widths.
+    radius : float
+        Largest distance of a drone from its corner point, in map widths; not above `inset`.
+    """
+
+    inset: float = 0.1
+    radius: float = 0.08
+
+    def __post_init__(self) -> None:
+        check_number(self.inset, "spawn.inset", 0.0, 0.5)
+        check_number(self.radius, "spawn.radius", 0.0, self.inset)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MemoryConfig(Config):
+    """How long the game and the controller remember where drones have been.
+
+    Attributes
+    ----------
+    trail : float
+        Seconds that a cell stays on a drone's trail; whole ticks.
+    controller : float
+        Time constant tau of the controller's decaying memory, in seconds.
+    """
+
+    trail: float = 5.0
+    controller: float = 4.0
+
+    def __post_init__(self) -> None:
+        check_number(self.trail, "memory.trail", 1 / TICKS_PER_SECOND, 100.0)
+        ticks = self.trail * TICKS_PER_SECOND
+        check(abs(ticks - round(ticks)) < 1e-6, "memory.trail", self.trail, "a whole number of ticks of 1/30 s")
+        check_number(self.controller, "memory.controller", 0.0, 1e6, open_low=True)
+
+    @property
+    def trail_ticks(self) -> int:
+        """Length of a trail, in ticks."""
+        return round(self.trail * TICKS_PER_SECOND)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaptureConfig(Config):
+    """When a drone is captured.
+
+    Attributes
+    ----------
+    enabled : bool
+        Whether captures happen at all; without them no game is ever won.
+    threshold : float
+        A drone is captured where the opposing capture field exceeds this fraction of its maximum.
+    """
+
+    enabled: bool = True
+    threshold: float = 0.75
+
+    def __post_init__(self) -> None:
+        check(isinstance(self.enabled, bool), "capture.enabled", self.enabled, "True or False")
+        check_number(self.threshold, "capture.threshold", 0.0, 1.0, open_low=True)
+        check(self.threshold < 1.0, "capture.threshold", self.threshold, "strictly between 0 and 1")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerConfig(Config):
+    """The decentralized ergodic controller, the same for both teams.
+
+    Attributes
+    ----------
+    modes : int
+        Fourier modes a side.
+    horizon : int
+        Points of the look-ahead, one control period apart.
+    ergodic_weight : float
+        Weight q of the ergodic cost.
+    control_weight : float
+        Weight R of the control effort.
+    wall_weight : float
+        Weight of the squared distance beyond the wall margin.
+    wall_margin : float
+        Distance from the walls, in map widths, at which the wall cost begins.
+    max_acceleration : float
+        Largest magnitude of an acceleration, in map widths per second squared.
+    """
+
+    modes: int = 10
+    horizon: int = 10
+    ergodic_weight: float = 200.0
+    control_weight: float = 0.1
+    wall_weight: float = 100.0
+    wall_margin: float = 0.05
+    max_acceleration: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_count(self.modes, "controller.modes", 2, MAX_MODES)
+        check_count(self.horizon, "controller.horizon", 2, 100)
+        check_number(self.ergodic_weight, "controller.ergodic_weight", 0.0, 1e6)
+        check_number(self.control_weight, "controller.control_weight", 0.0, 1e6, open_low=True)
+        check_number(self.wall_weight, "controller.wall_weight", 0.0, 1e6)
+        check_number(self.wall_margin, "controller.wall_margin", 0.0, 0.5)
+        check_number(self.max_acceleration, "controller.max_acceleration", 0.0, 100.0, open_low=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObservationConfig(Config):
+    """What one seat sees.
+
+    Attributes
+    ----------
+    kind : {"grids", "entities"}
+        Images, channel first, or padded and masked lists of drones.
+    grid : int
+        Cells a side of the images; divides 50.
+    """
+
+    kind: Literal["grids", "entities"] = "grids"
+    grid: int = GRID_CELLS
+
+    def __post_init__(self) -> None:
+        check(self.kind in ("grids", "entities"), "observation.kind", self.kind, "'grids' or 'entities'")
+        check_count(self.grid, "observation.grid", 1, GRID_CELLS)
+        check(GRID_CELLS % self.grid == 0, "observation.grid", self.grid, f"a divisor of {GRID_CELLS}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RewardConfig(Config):
+    """Weights of the reward's terms; the reward is zero-sum whatever they are.
+
+    Attributes
+    ----------
+    size_change : float
+        Weight of the team's change of size over the mean starting size of a team.
+    outcome : float
+        Weight of +1 for a win and -1 for a loss.
+    """
+
+    size_change: float = 1.0
+    outcome: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_number(self.size_change, "reward.size_change", -1e6, 1e6)
+        check_number(self.outcome, "reward.outcome", -1e6, 1e6)
+
+
+@dataclass(frozen=True, kw_only=True)
+class GameConfig(Config):
+    """A whole game: rules, controller, observation and reward.
+
+    Attributes
+    ----------
+    drones_per_team : int or (int, int)
+        Drones of each team at the start; a pair (red, blue) makes a handicap.
+    time_limit : float
+        Seconds after which the game is a draw; whole control periods.
+    command_period : float
+        Seconds that one environment step holds a command; whole control periods.
+    command_cells : int
+        Cells a side of a command.
+    spawn, memory, capture, controller, reward
+        The parts of the rules; see their own classes.
+    observation : ObservationConfig or (ObservationConfig, ObservationConfig)
+        What the agents see; a pair (red, blue) gives each seat its own.
+
+    Examples
+    --------
+    >>> GameConfig(drones_per_team=24).team_sizes
+    (24, 24)
+    >>> GameConfig(capture=CaptureConfig(enabled=False)).capture.threshold
+    0.75
+    """
+
+    drones_per_team: int | tuple[int, int] = 10
+    time_limit: float = 300.0
+    command_period: float = 1.0
+    command_cells: int = 10
+    spawn: SpawnConfig = field(default_factory=SpawnConfig)
+    memory: MemoryConfig = field(default_factory=MemoryConfig)
+    capture: CaptureConfig = field(default_factory=CaptureConfig)
+    controller: ControllerConfig = field(default_factory=ControllerConfig)
+    observation: ObservationConfig | tuple[ObservationConfig, ObservationConfig] = field(
+        default_factory=ObservationConfig
+    )
+    reward: RewardConfig = field(default_factory=RewardConfig)
+
+    def __post_init__(self) -> None:
+        sizes = self.drones_per_team
+        if isinstance(sizes, (tuple, list)):
+            check(len(sizes) == 2, "drones_per_team", sizes, "a whole number or a pair (red, blue)")
+            object.__setattr__(self, "drones_per_team", tuple(sizes))
+        # A team without drones has lost already, unless nobody can be captured.
+        check(isinstance(self.capture, CaptureConfig), "capture", self.capture, "a CaptureConfig")
+        fewest = 1 if self.capture.enabled else 0
+        for size in self.team_sizes:
+            check_count(size, "drones_per_team", fewest, 10_000)
+        check(sum(self.team_sizes) > 0, "drones_per_team", sizes, "at least one drone in all")
+        check_number(self.time_limit, "time_limit", CONTROL_PERIOD, 1e6)
+        check_number(self.command_period, "command_period", CONTROL_PERIOD, 1e6)
+        for name in ("time_limit", "command_period"):
+            periods = getattr(self, name) / CONTROL_PERIOD
+            check(
+                abs(periods - round(periods)) < 1e-6,
+                name,
+                getattr(self, name),
+                "a whole number of control periods of 0.1 s",
+            )
+        check_count(self.command_cells, "command_cells", 2, GRID_CELLS)
+        if isinstance(self.observation, list):
+            object.__setattr__(self, "observation", tuple(self.observation))
+        check(
+            len(self.observations) == 2 and all(isinstance(seat, ObservationConfig) for seat in self.observations),
+            "observation",
+            self.observation,
+            "an ObservationConfig or a pair of them",
+        )
+        for name, kind in (
+            ("spawn", SpawnConfig),
+            ("memory", MemoryConfig),
+            ("controller", ControllerConfig),
+            ("reward", RewardConfig),
+        ):
+            check(isinstance(getattr(self, name), kind), name, getattr(self, name), f"a {kind.__name__}")
+
+    @classmethod
+    def preset(cls, name: str) -> GameConfig:
+        """Return a named variant of the rules.
+
+        Raises
+        ------
+        ConfigError
+            If there is no such preset.
+        """
+        if name not in PRESETS:
+            raise ConfigError(f"there is no preset {name!r}; {nearest(name, PRESETS)}")
+        return PRESETS[name]
+
+    @property
+    def team_sizes(self) -> tuple[int, int]:
+        """Drones of (red, blue) at the start."""
+        sizes = self.drones_per_team
+        return (sizes[0], sizes[1]) if isinstance(sizes, tuple) else (sizes, sizes)
+
+    @property
+    def num_drones(self) -> int:
+        """Drones of both teams together; the same at every time."""
+        return sum(self.team_sizes)
+
+    @property
+    def observations(self) -> tuple[ObservationConfig, ObservationConfig]:
+        """What (red, blue) see."""
+        seats = self.observation
+        return seats if isinstance(seats, tuple) else (seats, seats)
+
+    @property
+    def step_ticks(self) -> int:
+        """Ticks of one environment step."""
+        return round(self.command_period / CONTROL_PERIOD) * TICKS_PER_CONTROL_PERIOD
+
+    @property
+    def limit_ticks(self) -> int:
+        """Ticks until the time limit."""
+        return round(self.time_limit / CONTROL_PERIOD) * TICKS_PER_CONTROL_PERIOD
+
+
+def _canonical(value: Any) -> Any:
+    """Write whole floats and integers alike, so that 1 and 1.0 hash the same."""
+    if isinstance(value, dict):
+        return {name: _canonical(entry) for name, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_canonical(entry) for entry in value]
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return float(value)
+    return value
+
+
+PRESETS: dict[str, GameConfig] = {"paper": GameConfig()}

@@ -1,0 +1,76 @@
+"""What can go wrong, and what each error is called.
+
+::
+
+    SwarmError
+    ├── ConfigError (ValueError)         a configuration is out of range, or names an unknown field
+    ├── CommandError (ValueError)        a command, scenario or seed is not one the game can take
+    ├── GameOverError (RuntimeError)     a step was asked of a game that has ended or not begun
+    ├── PolicyError (ValueError)         a policy is unknown, cannot be loaded, or answered nonsense
+    ├── CheckpointError (ValueError)     a file of a training run is corrupt, foreign or does not fit
+    ├── RenderError (RuntimeError)       a picture cannot be shown here
+    └── MissingExtraError (ImportError)  an optional dependency is not installed
+"""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+from collections.abc import Iterable
+from types import ModuleType
+
+
+class SwarmError(Exception):
+    """Base of every error that this project raises on purpose."""
+
+
+class ConfigError(SwarmError, ValueError):
+    """A configuration value is out of range, or a field is unknown."""
+
+
+class CommandError(SwarmError, ValueError):
+    """A command, a scenario or a seed is not one that the game can take."""
+
+
+class GameOverError(SwarmError, RuntimeError):
+    """A step was asked of a game that has ended or was never reset."""
+
+
+class PolicyError(SwarmError, ValueError):
+    """A policy is unknown, cannot be loaded, or answered nonsense."""
+
+
+class CheckpointError(SwarmError, ValueError):
+    """A file of a training run is corrupt, foreign, or does not fit."""
+
+
+class RenderError(SwarmError, RuntimeError):
+    """A picture cannot be made or shown on this machine."""
+
+
+class MissingExtraError(SwarmError, ImportError):
+    """An optional dependency is not installed."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return a clause that lists `known` and names the entry closest to `name`."""
+    names = sorted(known)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.4)
+    hint = f"did you mean {close[0]!r}? " if close else ""
+    return f"{hint}Known: {', '.join(names)}"
+
+
+def require_extra(module: str, extra: str) -> ModuleType:
+    """Import `module`, or say which extra of swarm-pz brings it.
+
+    Raises
+    ------
+    MissingExtraError
+        If the module is not installed.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise MissingExtraError(
+            f"{module.split('.')[0]} is not installed; install it with: pip install 'swarm-pz[{extra}]'"
+        ) from error

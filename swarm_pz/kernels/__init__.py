@@ -1,0 +1,55 @@
+"""The rules of the game as plain functions over the arrays of ONE game, compiled by numba.
+
+============  ==============================================================
+`fourier`     cosine and sine tables of a drone's path
+`ergodic`     the ergodic controller: targets and past -> accelerations
+`dynamics`    motion of the point masses
+`trails`      trails and occupancy
+`capture`     capture field and who is captured
+`game`        one game's tick in the order of the rules, and a loop over games
+`grids`       one seat's grid observation
+============  ==============================================================
+
+Change a rule by changing its function: the compiled code is rebuilt whenever any file of this
+package changes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+from numba import njit
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+# Everything of fast math but "no NaNs" and "no infinities": faults must stay visible.
+_FASTMATH = {"contract", "reassoc", "nsz", "arcp"}
+
+
+def kernel(function: Function) -> Function:
+    """Compile a function that other kernels call."""
+    compiled: Function = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy")(function)
+    return compiled
+
+
+def entry_point(function: Function) -> Function:
+    """Compile a function that Python calls, and keep the machine code on disk.
+
+    numba's cache looks at the file of the function alone and would miss a change in a kernel that
+    it calls, so the cache is stamped with the text of the whole package.
+    """
+    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy", cache=True)(function)
+    compiled._cache._cache_file._source_stamp = _sources_digest()
+    return compiled  # type: ignore[no-any-return]
+
+
+@cache
+def _sources_digest() -> str:
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

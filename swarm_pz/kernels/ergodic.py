@@ -1,0 +1,208 @@
+"""The decentralized ergodic controller: receding-horizon control towards a team's target.
+
+Equations of the paper (Meyer et al., CASE 2022, after Mathew & Mezic 2011 and Abraham & Murphey
+2018) with a decaying memory; the closed form of the costate is derived here.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.kernels import kernel
+from swarm_pz.kernels.fourier import PI, fill_first_harmonic, fill_higher_harmonics
+
+
+class ErgodicParameters(NamedTuple):
+    """Numbers of the controller, ready for the kernel."""
+
+    modes: tuple[int, ...]
+    """0, 1, ..., K - 1. A tuple, since the compiler knows its length and unrolls loops over it."""
+    horizon: int
+    period: np.float32
+    """Seconds between two solves, and between two points of the look-ahead."""
+    decay: np.float32
+    """Factor of the memory from one solve to the next: exp(-period / tau)."""
+    spectrum: NDArray[np.float32]
+    """(K, K): q (1 + |k|^2)^(-3/2)."""
+    inverse_control_weight: np.float32
+    wall_weight: np.float32
+    wall_margin: np.float32
+    max_acceleration: np.float32
+
+
+@kernel
+def wall_gradient(coordinate: np.float32, margin: np.float32, weight: np.float32) -> np.float32:
+    """Derivative of weight * (distance beyond [margin, 1 - margin])^2 along one axis."""
+    beyond = max(coordinate - (np.float32(1.0) - margin), np.float32(0.0)) + min(
+        coordinate - margin, np.float32(0.0)
+    )
+    return np.float32(2.0) * weight * beyond
+
+
+@kernel
+def saturate(acceleration: NDArray[np.float32], limit: np.float32) -> None:
+    """Scale a vector down to the given magnitude, keeping its direction; in place."""
+    magnitude = math.sqrt(acceleration[0] * acceleration[0] + acceleration[1] * acceleration[1])
+    if magnitude > limit:
+        acceleration[0] *= limit / magnitude
+        acceleration[1] *= limit / magnitude
+
+
+@kernel
+def add_weighted_basis(
+    weights: NDArray[np.float32],
+    cos_x: NDArray[np.float32],
+    cos_y: NDArray[np.float32],
+    weighted: NDArray[np.float32],
+    coefficients: NDArray[np.float32],
+) -> None:
+    """Add sum_r weights_r F_k(x_r) over places r to coefficients (K, K)."""
+    modes, places = cos_x.shape
+    for k1 in range(modes):
+        for r in range(places):
+            weighted[r] = weights[r] * cos_x[k1, r]
+        for k2 in range(modes):
+            total = np.float32(0.0)
+            for r in range(places):
+                total += weighted[r] * cos_y[k2, r]
+            coefficients[k1, k2] += total
+
+
+@kernel
+def add_potential_gradient(
+    error: NDArray[np.float32],
+    modes: tuple[int, ...],
+    cos_x: NDArray[np.float32],
+    sin_x: NDArray[np.float32],
+    cos_y: NDArray[np.float32],
+    sin_y: NDArray[np.float32],
+    gradient_x: NDArray[np.float32],
+    gradient_y: NDArray[np.float32],
+) -> None:
+    """Add the gradient of sum_k error_k F_k at places r to gradient_x and gradient_y (places,)."""
+    places = cos_x.shape[1]
+    slope = np.empty_like(error)
+    for k1 in range(len(modes)):
+        for k2 in range(len(modes)):
+            slope[k1, k2] = PI * np.float32(k2) * error[k1, k2]
+    for k1 in range(len(modes)):
+        frequency = PI * np.float32(k1)
+        for r in range(places):
+            along_x = np.float32(0.0)
+            along_y = np.float32(0.0)
+            for k2 in range(len(modes)):
+                along_x += error[k1, k2] * cos_y[k2, r]
+                along_y += slope[k1, k2] * sin_y[k2, r]
+            gradient_x[r] -= frequency * sin_x[k1, r] * along_x
+            gradient_y[r] -= cos_x[k1, r] * along_y
+
+
+@kernel
+def ergodic(
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    teams: NDArray[np.int8],
+    memory: NDArray[np.float32],
+    memory_weight: NDArray[np.float32],
+    target: NDArray[np.float32],
+    parameters: ErgodicParameters,
+    accelerations: NDArray[np.float32],
+) -> None:
+    """Solve the optimal control problem of every drone of one game.
+
+    1. Memory: (m, w) <- decay (m, w) + (F(p), 1).
+    2. Each drone looks ahead, coasting, to points h = 1..H one period apart.
+    3. c_k = (m_k + sum_h F_k(x_h)) / (w + H).
+    4. The team's coefficients are the mean over its drones.
+    5. Costate, backwards from rho = 0: rho <- rho + dt (g_h + A' rho), with
+       g_h = sum_k q Lambda_k (c_k - phi_k) grad F_k(x_h) + grad Phi(x_h). A point mass's A is
+       nilpotent, so the velocity part comes out as dt^2 sum_h (h - 1) g_h, which is what is summed.
+    6. u = -R^-1 B' rho, which is that sum over -R.
+
+    Accelerations are not yet saturated. A team without drones is skipped.
+
+    Parameters
+    ----------
+    positions, velocities : float32 array (drones, 2)
+        Map widths, map widths per second.
+    teams : int8 array (drones,)
+    memory : float32 array (drones, K, K), memory_weight : float32 array (drones,)
+        Sums over the past and their weight; updated.
+    target : float32 array (2, K, K)
+        Fourier coefficients phi_k of each team's target, indexed `[k1 (x), k2 (y)]`.
+    parameters : ErgodicParameters
+    accelerations : float32 array (drones, 2)
+        Overwritten, in map widths per second squared.
+    """
+    num_drones = positions.shape[0]
+    modes, horizon = len(parameters.modes), parameters.horizon
+    points = horizon + 1  # the present is point 0
+    members = np.empty(num_drones, np.int64)
+    mean = np.empty((modes, modes), np.float32)
+    present = np.empty((modes, modes), np.float32)
+    for team in range(2):
+        size = 0
+        for i in range(num_drones):
+            if teams[i] == team:
+                members[size] = i
+                size += 1
+        if size == 0:
+            continue
+        places = size * points
+        cos_x = np.empty((modes, places), np.float32)
+        sin_x = np.empty((modes, places), np.float32)
+        cos_y = np.empty((modes, places), np.float32)
+        sin_y = np.empty((modes, places), np.float32)
+        weights = np.empty(places, np.float32)
+        for j in range(size):
+            i = members[j]
+            path = slice(j * points, (j + 1) * points)
+            fill_first_harmonic(
+                positions[i, 0], velocities[i, 0] * parameters.period, cos_x[1, path], sin_x[1, path]
+            )
+            fill_first_harmonic(
+                positions[i, 1], velocities[i, 1] * parameters.period, cos_y[1, path], sin_y[1, path]
+            )
+        fill_higher_harmonics(cos_x, sin_x)
+        fill_higher_harmonics(cos_y, sin_y)
+
+        mean[:] = np.float32(0.0)
+        for j in range(size):
+            i = members[j]
+            memory_weight[i] = parameters.decay * memory_weight[i] + np.float32(1.0)
+            share = np.float32(1.0) / (np.float32(size) * (memory_weight[i] + np.float32(horizon)))
+            weights[j * points] = np.float32(0.0)  # the present counts through the memory
+            weights[j * points + 1 : (j + 1) * points] = share
+            for k1 in range(modes):
+                for k2 in range(len(parameters.modes)):
+                    present[k1, k2] = cos_x[k1, j * points] * cos_y[k2, j * points]
+            past, now, sums = memory[i].ravel(), present.ravel(), mean.ravel()
+            for k in range(past.shape[0]):
+                past[k] = parameters.decay * past[k] + now[k]
+            for k in range(past.shape[0]):
+                sums[k] += share * past[k]
+        gradient_x = np.empty(places, np.float32)
+        gradient_y = np.empty(places, np.float32)
+        add_weighted_basis(weights, cos_x, cos_y, gradient_x, mean)
+        for k1 in range(modes):
+            for k2 in range(modes):
+                mean[k1, k2] = parameters.spectrum[k1, k2] * (mean[k1, k2] - target[team, k1, k2])
+
+        gradient_x[:] = np.float32(0.0)
+        gradient_y[:] = np.float32(0.0)
+        add_potential_gradient(mean, parameters.modes, cos_x, sin_x, cos_y, sin_y, gradient_x, gradient_y)
+        scale = -parameters.inverse_control_weight * parameters.period * parameters.period
+        for j in range(size):
+            i = members[j]
+            for axis in range(2):
+                gradient = gradient_x if axis == 0 else gradient_y
+                total = np.float32(0.0)
+                for h in range(2, points):
+                    place = positions[i, axis] + np.float32(h) * parameters.period * velocities[i, axis]
+                    wall = wall_gradient(place, parameters.wall_margin, parameters.wall_weight)
+                    total += np.float32(h - 1) * (gradient[j * points + h] + wall)
+                accelerations[i, axis] = scale * total

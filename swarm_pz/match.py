@@ -1,0 +1,268 @@
+"""Matches: two policies, both sides, the same seeds for both; and what the games say.
+
+Games come in pairs: the policy plays red and then blue from the same start. Where the two games of
+a pair are the same game (two deterministic policies that play alike), the pair counts once.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.batch_env import BatchEnv
+from swarm_pz.config import RED, TEAM_NAMES, GameConfig
+from swarm_pz.errors import CommandError, require_extra
+from swarm_pz.policy import Policy, ask, load
+
+_BATCH = 256
+"""Games played side by side; results do not depend on it."""
+_RESAMPLES = 10_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Game:
+    """One finished game, from the policy's side.
+
+    Attributes
+    ----------
+    pair : int
+        Number of the seed that this game shares with another, sides swapped.
+    side : {"red", "blue"}
+    outcome : {"win", "draw", "loss"}
+    share : float
+        The policy's final share of all drones.
+    seconds : float
+        Length of the game.
+    captures, recaptures : int
+        Drones taken by both teams together, and those taken back within a second.
+    fingerprint : bytes
+        Equal for two games that ended alike in every position and team.
+    sizes : list of int
+        Red's drones at the start and after every step.
+    """
+
+    pair: int
+    side: str
+    outcome: str
+    share: float
+    seconds: float
+    captures: int
+    recaptures: int
+    fingerprint: bytes
+    sizes: list[int]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatchResult:
+    """The games of a match and the settings behind them."""
+
+    policy: str
+    opponent: str
+    seed: int
+    config: GameConfig
+    limit_s: float
+    games: list[Game]
+
+    @property
+    def unique(self) -> list[Game]:
+        """The games that count: one of a pair that played the same game twice."""
+        first_of_pair = {game.pair: game.fingerprint for game in reversed(self.games)}
+        seen: set[int] = set()
+        kept = []
+        for game in self.games:
+            if game.pair in seen and game.fingerprint == first_of_pair[game.pair]:
+                continue
+            seen.add(game.pair)
+            kept.append(game)
+        return kept
+
+    def count(self, outcome: str) -> int:
+        """Count unique games that ended in "win", "draw" or "loss"."""
+        return sum(game.outcome == outcome for game in self.unique)
+
+    def win_rate_interval(self) -> tuple[float, float]:
+        """Return the 95 % interval of the win rate.
+
+        Wilson's where all pairs are two different games; a bootstrap over pairs otherwise.
+        """
+        stats = require_extra("scipy.stats", "cli")
+        games = self.unique
+        if len(games) == len(self.games):
+            interval = stats.binomtest(self.count("win"), len(games)).proportion_ci(0.95, method="wilson")
+            return float(interval.low), float(interval.high)
+        wins: dict[int, list[float]] = {}
+        for game in games:
+            wins.setdefault(game.pair, []).append(float(game.outcome == "win"))
+        totals = np.array([[sum(pair), len(pair)] for pair in wins.values()])
+        drawn = np.random.default_rng(0).integers(len(totals), size=(_RESAMPLES, len(totals)))
+        rates = totals[drawn, 0].sum(axis=1) / totals[drawn, 1].sum(axis=1)
+        low, high = np.quantile(rates, [0.025, 0.975])
+        return float(low), float(high)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the figures of the match as plain values, ready for JSON."""
+        games = self.unique
+        seconds = np.array([game.seconds if game.outcome != "draw" else self.limit_s for game in games])
+        low, high = self.win_rate_interval()
+        return {
+            "policy": self.policy,
+            "opponent": self.opponent,
+            "seed": self.seed,
+            "games": len(games),
+            "unique_games": len({game.fingerprint for game in games}),
+            "wins": self.count("win"),
+            "draws": self.count("draw"),
+            "losses": self.count("loss"),
+            "win_rate": self.count("win") / len(games),
+            "win_rate_ci95": [low, high],
+            "mean_share": float(np.mean([game.share for game in games])),
+            "median_seconds": float(np.median(seconds)),
+            "restricted_mean_seconds": float(seconds.mean()),
+            "time_limit": self.limit_s,
+            "config_hash": self.config.hash,
+        }
+
+    def write(self, path: Path) -> None:
+        """Write the summary as JSON."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(self.summary(), indent=2) + "\n")
+
+
+def play_match(
+    policy: str | Policy,
+    opponent: str | Policy,
+    *,
+    games: int,
+    seed: int = 0,
+    config: GameConfig | None = None,
+    threads: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> MatchResult:
+    """Play a match, half of the games from each side.
+
+    Parameters
+    ----------
+    policy, opponent : str or Policy
+    games : int
+        Even.
+    seed : int
+        Of the match; games and both policies' random streams follow from it.
+    config : GameConfig, optional
+        The rules. Handicaps swap sides with the policies.
+    threads : int
+    progress : callable, optional
+        Called with (games finished, games in all) after every step.
+
+    Raises
+    ------
+    CommandError
+        If `games` is odd or below 2.
+    PolicyError
+        If a policy is unknown or answers nonsense.
+    """
+    if not isinstance(games, int) or isinstance(games, bool) or games < 2 or games % 2:
+        raise CommandError(f"games must be an even number of at least 2, half for each side, got {games!r}")
+    config = config if config is not None else GameConfig()
+    players = (load(policy, config), load(opponent, config))
+    names = [
+        player if isinstance(player, str) else getattr(player, "name", type(player).__name__)
+        for player in (policy, opponent)
+    ]
+    pairs = np.random.SeedSequence(seed).spawn(games // 2)
+    played: list[Game] = []
+    for start in range(0, games, _BATCH):
+        numbers = np.arange(start, min(start + _BATCH, games))
+        played += _play_batch(
+            players, numbers, pairs, config, threads, lambda done: progress and progress(len(played) + done, games)
+        )
+    return MatchResult(
+        policy=names[0], opponent=names[1], seed=seed, config=config, limit_s=config.time_limit, games=played
+    )
+
+
+def _play_batch(
+    players: tuple[Policy, Policy],
+    numbers: NDArray[np.int64],
+    pairs: Sequence[np.random.SeedSequence],
+    config: GameConfig,
+    threads: int,
+    progress: Callable[[int], Any],
+) -> list[Game]:
+    """Play games by number: number 2p is pair p with the policy as red, 2p + 1 with it as blue."""
+    batch = BatchEnv(config, len(numbers), threads=threads)
+    # Three streams a pair, the same for both of its games: the start and one for each policy.
+    streams = [
+        [np.random.SeedSequence(pairs[n // 2].entropy, spawn_key=(*pairs[n // 2].spawn_key, i)) for i in range(3)]
+        for n in numbers
+    ]
+    sides = np.stack([numbers % 2, 1 - numbers % 2])
+    everyone = np.arange(len(numbers))
+    batch.reset([stream[0] for stream in streams])
+    for place, player in enumerate(players):
+        player.reset([stream[1 + place] for stream in streams], everyone)
+    cells = config.command_cells
+    sizes = [batch.simulator.sizes[:, RED]]
+    while batch.running.any():
+        rows = np.flatnonzero(batch.running)
+        commands = np.zeros((len(numbers), 2, cells, cells))
+        for place, player in enumerate(players):
+            seen = batch.observe(player.observation, sides[place, rows], rows)
+            commands[rows, sides[place, rows]] = ask(player, seen, rows, config)
+        batch.step(commands)
+        sizes.append(batch.simulator.sizes[:, RED])
+        progress(int((~batch.running).sum()))
+    history = np.stack(sizes, axis=1)
+    simulator = batch.simulator
+    finished = []
+    for row, number in enumerate(numbers):
+        side = int(sides[0, row])
+        steps = -(-int(simulator.games.ticks[row]) // config.step_ticks)
+        finished.append(
+            Game(
+                pair=int(number) // 2,
+                side=TEAM_NAMES[side],
+                outcome=batch.outcome(row, side) or "draw",
+                share=float(simulator.sizes[row, side] / config.num_drones),
+                seconds=float(simulator.time_s[row]),
+                captures=int(simulator.games.captures[row].sum()),
+                recaptures=int(simulator.games.recaptures[row].sum()),
+                fingerprint=simulator.positions[row].tobytes() + simulator.teams[row].tobytes(),
+                sizes=history[row, : steps + 1].tolist(),
+            )
+        )
+    batch.close()
+    return finished
+
+
+def paired_difference(first: MatchResult, second: MatchResult, seed: int = 0) -> tuple[float, float, float]:
+    """Compare the mean final share of two policies that played the same opponent on the same seeds.
+
+    Returns
+    -------
+    difference, low, high : float
+        Mean of first - second, and its 95 % interval from a bootstrap over seeds.
+
+    Raises
+    ------
+    CommandError
+        If the matches do not share opponent, seed and number of games.
+    """
+    keys = [(match.opponent, match.seed, len(match.games), match.config.hash) for match in (first, second)]
+    if keys[0] != keys[1]:
+        raise CommandError(f"the matches must share opponent, seed, games and rules, got {keys[0]} and {keys[1]}")
+    shares = []
+    for match in (first, second):
+        by_pair = np.zeros(len(match.games) // 2)
+        for game in match.games:
+            by_pair[game.pair] += game.share / 2
+        shares.append(by_pair)
+    differences = shares[0] - shares[1]
+    drawn = np.random.default_rng(seed).integers(len(differences), size=(_RESAMPLES, len(differences)))
+    low, high = np.quantile(differences[drawn].mean(axis=1), [0.025, 0.975])
+    return float(differences.mean()), float(low), float(high)

@@ -1,0 +1,281 @@
+"""The PettingZoo environment: two agents, each commanding a swarm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+from pettingzoo import AECEnv, ParallelEnv
+from pettingzoo.utils import parallel_to_aec, wrappers
+
+from swarm_pz.batch_env import BatchEnv, StepResult
+from swarm_pz.config import AGENTS, BLUE, GRID_CELLS, RED, GameConfig, ObservationConfig
+from swarm_pz.errors import CommandError, GameOverError
+from swarm_pz.observation import CHANNELS, Observations, observation_space
+from swarm_pz.render import METADATA, Screen
+from swarm_pz.target import check_densities
+
+STATE_CHANNELS = (
+    "red_positions",
+    "blue_positions",
+    "red_trail_age",
+    "blue_trail_age",
+    "red_capture_field",
+    "blue_capture_field",
+    "red_target",
+    "blue_target",
+    "red_share",
+    "time_left",
+)
+
+
+class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):
+    """Two swarms, each trying to capture all of the other's drones.
+
+    Each agent sends a coarse *density image*, its command; a decentralized ergodic controller flies
+    the team's drones so that, over time, they cover the square as the image asks. A drone that
+    enters ground the other swarm surrounds is captured and changes sides. A team that owns every
+    drone wins.
+
+    =================  ==============================================================
+    Import             ``from swarm_pz import parallel_env``
+    Registered as      ``swarm_pz/Capture-v0`` (PettingZoo parallel and AEC, Gymnasium)
+    Agents             ``red_0``, ``blue_0``
+    Actions            continuous, parallel
+    Action space       ``Box(0, 1, (10, 10), float32)``
+    Observation space  ``Box(0, 255, (9, 50, 50), uint8)``
+    State space        ``Box(0, 255, (10, 50, 50), uint8)``
+    Reward             zero-sum; range ``[-3, 3]`` a step from equal teams
+    Episode            300 steps of 1 s, or until a team owns every drone
+    =================  ==============================================================
+
+    **Action.** A density over the square, `[row = y, column = x]`, row 0 at the bottom. Only its
+    shape counts: an image and its double are the same command, and all zeros mean uniform. It is
+    held for one command period.
+
+    **Observation.** Images seen from the agent's own side, in the order of
+    `swarm_pz.observation.CHANNELS`: positions, trail age and capture field, each own and opposing,
+    own target, own share of drones, time left. With ``ObservationConfig(kind="entities")``: padded
+    and masked lists of drones.
+
+    **Reward.** The team's change of size over the mean starting size of a team, plus 1 for a win,
+    minus 1 for a loss, nothing more at a time-out. Terms are weighted by ``RewardConfig``.
+
+    **Rules.** Drones are second-order point masses, |u| <= 1, 30 ticks a second. A drone's *trail*
+    is the cells of a 50x50 grid it was in over the last 5 s; a team's *occupancy* is its trails
+    summed; its *capture field* is the occupancy averaged over the ring of outer cells of each 5x5
+    sub-grid, as far as they lie inside the square. A drone is captured where the opposing field is
+    above three quarters of its maximum.
+
+    **Ends.** Termination when a team owns every drone, in the tick that decides it; truncation, a
+    draw, at the time limit.
+
+    **Infos.** ``size``, ``captured``, ``lost``, ``recaptured`` (drones taken back within a second),
+    ``time_s``, and at the end ``outcome``: "win", "loss" or "draw".
+
+    **Reset options.** ``positions`` (N, 2), ``velocities`` (N, 2), ``teams`` (N,) set up a
+    scenario; other options are ignored.
+
+    Parameters
+    ----------
+    config : GameConfig, optional
+        The rules; preset `paper` if not given.
+    render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
+        ``human`` and ``rgb_array_list`` show every control period (0.1 s); the others the board as
+        it is.
+    max_cycles : int, optional
+        Steps until a draw; follows from the time limit if not given.
+    **overrides
+        Fields of `GameConfig` to replace.
+
+    Examples
+    --------
+    >>> from swarm_pz import parallel_env
+    >>> env = parallel_env(drones_per_team=6, max_cycles=3)
+    >>> observations, infos = env.reset(seed=0)
+    >>> while env.agents:
+    ...     actions = {agent: env.action_space(agent).sample() for agent in env.agents}
+    ...     observations, rewards, terminations, truncations, infos = env.step(actions)
+    >>> infos["red_0"]["time_s"], infos["red_0"]["outcome"]
+    (3.0, 'draw')
+
+    Notes
+    -----
+    Version history: v0, the first.
+    """
+
+    metadata = METADATA
+
+    def __init__(
+        self,
+        config: GameConfig | None = None,
+        *,
+        render_mode: str | None = None,
+        max_cycles: int | None = None,
+        **overrides: Any,
+    ) -> None:
+        self.config = (config if config is not None else GameConfig()).replace(**overrides)
+        self.render_mode = render_mode
+        self.batch = BatchEnv(self.config, max_cycles=max_cycles)
+        self.screen = Screen(render_mode, self.batch.simulator)
+        self.metadata = self.screen.metadata
+        self.possible_agents = list(AGENTS)
+        self.agents: list[str] = []
+        cells = self.config.command_cells
+        self._action_spaces = {agent: spaces.Box(0.0, 1.0, (cells, cells), np.float32) for agent in AGENTS}
+        self._observation_spaces = {
+            agent: observation_space(self.config, seat)
+            for agent, seat in zip(AGENTS, self.config.observations, strict=True)
+        }
+        self.state_space = spaces.Box(0, 255, (len(STATE_CHANNELS), GRID_CELLS, GRID_CELLS), np.uint8)
+        self._seeds = np.random.SeedSequence()
+
+    @property
+    def max_cycles(self) -> int:
+        """Steps until a draw; may be assigned."""
+        return self.batch.max_cycles
+
+    @max_cycles.setter
+    def max_cycles(self, cycles: int) -> None:
+        self.batch.max_cycles = cycles
+
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
+        """Return an agent's observation space, the same object at every call."""
+        return self._observation_spaces[agent]
+
+    def action_space(self, agent: str) -> spaces.Space[Any]:
+        """Return an agent's action space, the same object at every call."""
+        return self._action_spaces[agent]
+
+    def reset(
+        self, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[dict[str, Observations], dict[str, dict[str, Any]]]:
+        """Start a game.
+
+        Parameters
+        ----------
+        seed : int, optional
+            The game's seed; without one the next of the sequence that the last seed began.
+        options : mapping, optional
+            A scenario: positions, velocities, teams. Unknown options are ignored.
+
+        Returns
+        -------
+        observations, infos : dict by agent
+        """
+        if seed is not None:
+            self.batch.reset([seed], scenario=options)
+            self._seeds = np.random.SeedSequence(seed)
+        else:
+            self.batch.reset(self._seeds.spawn(1), scenario=options)
+        self.agents = list(AGENTS)
+        self.screen.begin()
+        return self._observations(), self._infos(_quiet(1))
+
+    def step(
+        self, actions: Mapping[str, Any]
+    ) -> tuple[
+        dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
+    ]:
+        """Hold both agents' commands for one command period, or until the game ends.
+
+        Parameters
+        ----------
+        actions : mapping
+            One density (A, A) for each agent.
+
+        Returns
+        -------
+        observations, rewards, terminations, truncations, infos : dict by agent
+
+        Raises
+        ------
+        CommandError
+            If agents are unknown or missing, or a command is not valid; the game stays as it was.
+        GameOverError
+            If the game has ended or not begun.
+        """
+        if not self.agents:
+            raise GameOverError("the game has ended or not begun: call reset before step")
+        if not isinstance(actions, Mapping) or set(actions) != set(AGENTS):
+            came = sorted(map(str, actions)) if isinstance(actions, Mapping) else repr(actions)
+            raise CommandError(f"actions must hold one command for each of {list(AGENTS)}, got {came}")
+        result = self.batch.step(
+            [stack_commands(self.config, actions[AGENTS[RED]], actions[AGENTS[BLUE]])], self.screen.after_control_period
+        )
+        if not self.batch.running[0]:
+            self.agents = []
+        return (
+            self._observations(),
+            {agent: float(result.rewards[0, team]) for team, agent in enumerate(AGENTS)},
+            {agent: bool(result.terminated[0]) for agent in AGENTS},
+            {agent: bool(result.truncated[0]) for agent in AGENTS},
+            self._infos(result),
+        )
+
+    def state(self) -> NDArray[np.uint8]:
+        """Return the whole board, channels in the order of `STATE_CHANNELS`."""
+        seat = ObservationConfig(grid=GRID_CELLS)
+        red, blue = (self.batch.observe(seat, team)[0] for team in (RED, BLUE))
+        target = CHANNELS.index("own_target")
+        return np.concatenate([red[: target + 1], blue[target : target + 1], red[target + 1 :]])
+
+    def render(self) -> Any:
+        """Show or return the board as the render mode says."""
+        return self.screen.render()
+
+    def close(self) -> None:
+        """Close the window and end threads."""
+        self.screen.close()
+        self.batch.close()
+
+    def _observations(self) -> dict[str, Observations]:
+        seen: dict[str, Observations] = {}
+        for team, (agent, seat) in enumerate(zip(AGENTS, self.config.observations, strict=True)):
+            images = self.batch.observe(seat, team)
+            seen[agent] = {name: part[0] for name, part in images.items()} if isinstance(images, dict) else images[0]
+        return seen
+
+    def _infos(self, result: StepResult) -> dict[str, dict[str, Any]]:
+        return {agent: self.batch.info(result, 0, team) for team, agent in enumerate(AGENTS)}
+
+
+def parallel_env(
+    config: GameConfig | None = None,
+    *,
+    render_mode: str | None = None,
+    max_cycles: int | None = None,
+    **overrides: Any,
+) -> CaptureEnv:
+    """Make the PettingZoo parallel environment; see `CaptureEnv`."""
+    return CaptureEnv(config, render_mode=render_mode, max_cycles=max_cycles, **overrides)
+
+
+def env(
+    config: GameConfig | None = None,
+    *,
+    render_mode: str | None = None,
+    max_cycles: int | None = None,
+    **overrides: Any,
+) -> AECEnv[str, Observations, Any]:
+    """Make the environment's AEC face: the agents send their commands in turn; see `CaptureEnv`."""
+    parallel = CaptureEnv(config, render_mode=render_mode, max_cycles=max_cycles, **overrides)
+    return wrappers.OrderEnforcingWrapper(parallel_to_aec(parallel))
+
+
+def stack_commands(config: GameConfig, red: Any, blue: Any) -> NDArray[np.float64]:
+    """Check both teams' commands by name and stack them, (2, A, A)."""
+    cells = config.command_cells
+    return np.stack(
+        [check_densities(command, (cells, cells), f"{agent}'s command") for agent, command in zip(AGENTS, (red, blue), strict=True)]
+    )
+
+
+def _quiet(num_games: int) -> StepResult:
+    """Return the result of no step, for the infos of a reset."""
+    nothing = np.zeros((num_games, 2), np.int64)
+    never = np.zeros(num_games, np.bool_)
+    return StepResult(nothing.astype(np.float64), never, never, nothing, nothing)

@@ -1,0 +1,227 @@
+"""Pictures of the board: white ground, shaded where each team can capture, drones and their trails.
+
+Told apart without colour, too: red drones are discs and its capture ground is hatched upwards, blue
+ones are diamonds on ground hatched downwards. Row 0 of every grid is drawn at the bottom.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import (
+    BLUE,
+    CONTROL_PERIOD,
+    GRID_CELLS,
+    RED,
+    TEAM_NAMES,
+    GameConfig,
+)
+from swarm_pz.errors import ConfigError, nearest, require_extra
+from swarm_pz.simulator import Simulator
+
+METADATA: dict[str, Any] = {
+    "name": "swarm_pz_capture_v0",
+    "render_modes": ["human", "rgb_array", "rgb_array_list", "ansi"],
+    "render_fps": round(1 / CONTROL_PERIOD),
+    "is_parallelizable": True,
+}
+TEAM_COLOURS = ((214, 40, 57), (29, 98, 214))
+SHADE_COLOURS = ((84, 8, 22), (8, 30, 84))
+INK = (33, 37, 41)
+ARENA = 600
+"""Pixels a side of the arena in a picture."""
+MARGIN, HEADER = 20, 56
+_SCALE = 2  # drawn twice as large and averaged, which smooths edges
+
+
+def draw(simulator: Simulator, row: int = 0) -> NDArray[np.uint8]:
+    """Draw one game.
+
+    Returns
+    -------
+    uint8 array (height, width, 3)
+
+    Raises
+    ------
+    MissingExtraError
+        If Pillow is not installed.
+    """
+    image_module = require_extra("PIL.Image", "render")
+    draw_module = require_extra("PIL.ImageDraw", "render")
+    side = ARENA * _SCALE
+    arena = image_module.fromarray(_shading(simulator, row)).resize((side, side), image_module.Resampling.NEAREST)
+    pen = draw_module.Draw(arena, "RGBA")
+    for drone in range(simulator.config.num_drones):
+        _draw_trail(pen, simulator, row, drone, side)
+    for drone in range(simulator.config.num_drones):
+        _draw_drone(pen, simulator.positions[row, drone], int(simulator.teams[row, drone]), side)
+    arena = arena.reduce(_SCALE)
+    picture = image_module.new("RGB", (ARENA + 2 * MARGIN, ARENA + HEADER + MARGIN), "white")
+    picture.paste(arena, (MARGIN, HEADER))
+    pen = draw_module.Draw(picture)
+    pen.rectangle((MARGIN - 1, HEADER - 1, MARGIN + ARENA, HEADER + ARENA), outline=INK)
+    _draw_header(pen, simulator, row)
+    return np.asarray(picture)
+
+
+def _shading(simulator: Simulator, row: int) -> NDArray[np.uint8]:
+    """Paint the ground (ARENA, ARENA, 3): darker where a field is stronger, hatched where it captures."""
+    image_module = require_extra("PIL.Image", "render")
+    ground = np.full((ARENA, ARENA, 3), 255.0, np.float32)
+    xs, ys = np.arange(ARENA)[None, :], np.arange(ARENA)[:, None]
+    threshold = simulator.config.capture.threshold
+    for team, colour in enumerate(SHADE_COLOURS):
+        field = simulator.capture_field[row, team]
+        if not field.any():
+            continue
+        relative = image_module.fromarray((field / field.max()).astype(np.float32)[::-1])
+        smooth = np.asarray(relative.resize((ARENA, ARENA), image_module.Resampling.BICUBIC))
+        faint = 0.35 * np.clip(smooth / threshold, 0.0, 1.0) ** 2
+        hatch = ((xs + ys) if team == RED else (xs - ys)) % 7 < 4
+        alpha = np.where(smooth > threshold, np.where(hatch, 0.95, 0.7), faint).astype(np.float32)[..., None]
+        ground += alpha * (np.asarray(colour, np.float32) - ground)
+    return ground.astype(np.uint8)
+
+
+def _draw_trail(pen: Any, simulator: Simulator, row: int, drone: int, side: int) -> None:
+    """Draw a drone's trail as a line that fades with age."""
+    trail = simulator.games.trails[row, drone]
+    tick, length = int(simulator.games.ticks[row]), len(trail)
+    ages = np.arange(min(tick, length))[::-1]
+    cells = trail[(tick - 1 - ages) % length].astype(np.int64)
+    if len(cells) < 2:
+        return
+    places = np.stack([cells % GRID_CELLS, cells // GRID_CELLS], axis=1) + 0.5
+    window = min(15, len(places))  # the trail knows cells, not points: averaging rounds its corners
+    kernel = np.ones(window) / window
+    path = np.stack([np.convolve(places[:, axis], kernel, "valid") for axis in range(2)], axis=1)
+    path = np.concatenate([path, [simulator.positions[row, drone] * GRID_CELLS]])
+    points = np.stack([path[:, 0], GRID_CELLS - path[:, 1]], axis=1) * side / GRID_CELLS
+    colour = TEAM_COLOURS[int(simulator.teams[row, drone])]
+    step = 5
+    for start in range(0, len(points) - 1, step):
+        strength = (start + step) / len(points)
+        segment = [tuple(point) for point in points[start : start + step + 1]]
+        pen.line(segment, fill=(*colour, round(150 * strength**1.5)), width=2 * _SCALE)
+
+
+def _draw_drone(pen: Any, position: NDArray[np.float32], team: int, side: int) -> None:
+    x, y = float(position[0]) * side, (1.0 - float(position[1])) * side
+    for radius, fill in ((9 * _SCALE, (255, 255, 255)), (6.5 * _SCALE, TEAM_COLOURS[team])):
+        if team == RED:
+            pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=fill)
+        else:
+            reach = radius * 1.25
+            pen.polygon([(x - reach, y), (x, y - reach), (x + reach, y), (x, y + reach)], fill=fill)
+
+
+def _draw_header(pen: Any, simulator: Simulator, row: int) -> None:
+    font = require_extra("PIL.ImageFont", "render").load_default(20)
+    red, blue = (int(size) for size in simulator.sizes[row])
+    pen.text((MARGIN, 8), f"red {red}", fill=TEAM_COLOURS[RED], font=font)
+    pen.text((MARGIN + ARENA, 8), f"{blue} blue", fill=TEAM_COLOURS[BLUE], font=font, anchor="ra")
+    pen.text((MARGIN + ARENA / 2, 8), f"{simulator.time_s[row]:.1f} s", fill=INK, font=font, anchor="ma")
+    split = MARGIN + ARENA * red / max(red + blue, 1)
+    pen.rectangle((MARGIN, 38, split, 46), fill=TEAM_COLOURS[RED])
+    pen.rectangle((split, 38, MARGIN + ARENA, 46), fill=TEAM_COLOURS[BLUE])
+
+
+def ansi(simulator: Simulator, row: int = 0) -> str:
+    """Return one game as text: r and b for drones (digits where several share a place), # and + for
+    ground where red and blue capture, * where both do.
+    """
+    columns, lines = 50, 25
+    canvas = np.full((lines, columns), ".", dtype="<U1")
+    ground = simulator.captures_here[row].reshape(2, lines, GRID_CELLS // lines, columns).any(axis=2)
+    canvas[ground[RED]] = "#"
+    canvas[ground[BLUE]] = "+"
+    canvas[ground[RED] & ground[BLUE]] = "*"
+    drones: dict[tuple[int, int], list[int]] = {}
+    for position, team in zip(simulator.positions[row], simulator.teams[row], strict=True):
+        place = (min(int(position[1] * lines), lines - 1), min(int(position[0] * columns), columns - 1))
+        drones.setdefault(place, []).append(int(team))
+    for place, teams in drones.items():
+        canvas[place] = TEAM_NAMES[teams[0]][0] if len(teams) == 1 else str(min(len(teams), 9))
+    red, blue = simulator.sizes[row]
+    header = f"red {red:<4d} {simulator.time_s[row]:>8.1f} s {blue:>4d} blue"
+    return "\n".join([header, *("".join(line) for line in canvas[::-1])]) + "\n"
+
+
+class Screen:
+    """What an environment shows in its render mode: of one game of a simulator.
+
+    Parameters
+    ----------
+    mode : str or None
+        One of `METADATA["render_modes"]`.
+    simulator : Simulator
+    row : int
+
+    Raises
+    ------
+    ConfigError
+        If the mode is unknown.
+    RenderError
+        If `mode` is "human" and no window can be opened here.
+    """
+
+    def __init__(self, mode: str | None, simulator: Simulator, row: int = 0) -> None:
+        modes = METADATA["render_modes"]
+        if mode is not None and mode not in modes:
+            raise ConfigError(f"there is no render mode {mode!r}; {nearest(str(mode), modes)}")
+        self._mode = mode
+        self._simulator = simulator
+        self._row = row
+        self._frames: list[NDArray[np.uint8]] = []
+        self._window: Any = None
+        if mode == "human":
+            from swarm_pz.window import Window
+
+            self._window = Window("swarm-pz", METADATA["render_fps"])
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """The environment's metadata, with the frame rate that this mode really gives."""
+        config: GameConfig = self._simulator.config
+        fps = METADATA["render_fps"] if self._mode in (None, "human", "rgb_array_list") else 1 / config.command_period
+        return METADATA | {"render_fps": fps}
+
+    @property
+    def after_control_period(self) -> Any:
+        """What a step should call after every control period: something only if frames are wanted."""
+        return self._show if self._mode in ("human", "rgb_array_list") else None
+
+    def begin(self) -> None:
+        """Forget the last game and show the first frame of a new one."""
+        self._frames.clear()
+        if self._mode in ("human", "rgb_array_list"):
+            self._show()
+
+    def _show(self) -> None:
+        frame = draw(self._simulator, self._row)
+        if self._window is not None:
+            self._window.show(frame)
+        else:
+            self._frames.append(frame)
+
+    def render(self) -> Any:
+        """Return a picture, the list of pictures since the last call, or text; None for a window."""
+        if self._mode == "rgb_array":
+            return draw(self._simulator, self._row)
+        if self._mode == "ansi":
+            return ansi(self._simulator, self._row)
+        if self._mode == "rgb_array_list":
+            frames, self._frames = self._frames, []
+            return frames
+        if self._window is not None:
+            self._window.refresh()
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None

@@ -1,0 +1,402 @@
+"""E games of two swarms side by side: states in arrays, rules in `swarm_pz.kernels`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config import (
+    CONTROL_PERIOD,
+    GRID_CELLS,
+    RED,
+    TEAM_NAMES,
+    TICKS_PER_CONTROL_PERIOD,
+    TICKS_PER_SECOND,
+    GameConfig,
+)
+from swarm_pz.errors import CommandError
+from swarm_pz.kernels.capture import ring_count
+from swarm_pz.kernels.ergodic import ErgodicParameters
+from swarm_pz.kernels.game import Games, RuleParameters, advance_games
+from swarm_pz.target import check_densities, fourier_coefficients, normalise
+
+Seed = int | np.random.SeedSequence
+_NEVER = -(10**9)
+
+
+class Simulator:
+    """E independent games, advanced together.
+
+    Row e of a batch is the same game, bit for bit, as that game alone, whatever the number of
+    games or threads (on one kind of processor and one version).
+
+    Parameters
+    ----------
+    config : GameConfig, optional
+        The rules.
+    num_games : int
+        Number E of games.
+    threads : int
+        Threads that share the games.
+
+    Examples
+    --------
+    >>> sim = Simulator(num_games=4)
+    >>> sim.reset(seeds=[0, 1, 2, 3])
+    >>> sim.command(0, np.ones((4, 10, 10)))
+    >>> sim.advance(ticks=30)
+    >>> sim.positions.shape, sim.sizes.sum(axis=1).tolist(), sim.time_s.tolist()
+    ((4, 20, 2), [20, 20, 20, 20], [1.0, 1.0, 1.0, 1.0])
+    """
+
+    def __init__(self, config: GameConfig | None = None, num_games: int = 1, threads: int = 1) -> None:
+        self.config = config if config is not None else GameConfig()
+        for name, value in (("num_games", num_games), ("threads", threads)):
+            if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+                raise CommandError(f"{name} must be a whole number of at least 1, got {value!r}")
+        self.num_games = num_games
+        self.threads = min(threads, os.cpu_count() or 1, num_games)
+        self._pool = ThreadPoolExecutor(self.threads) if self.threads > 1 else None
+        self._rules = RuleParameters(
+            tick=np.float32(1 / TICKS_PER_SECOND),
+            ticks_per_control_period=TICKS_PER_CONTROL_PERIOD,
+            ticks_per_second=TICKS_PER_SECOND,
+            capture_enabled=self.config.capture.enabled,
+            capture_threshold=self.config.capture.threshold,
+        )
+        self._controller = _controller_parameters(self.config)
+        self.games = self._empty_games()
+        """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
+        self.reset()
+
+    def _empty_games(self) -> Games:
+        e, n, cells = self.num_games, self.config.num_drones, self.config.command_cells
+        modes = self.config.controller.modes
+        return Games(
+            ticks=np.zeros(e, np.int64),
+            positions=np.zeros((e, n, 2), np.float32),
+            velocities=np.zeros((e, n, 2), np.float32),
+            accelerations=np.zeros((e, n, 2), np.float32),
+            altitudes=np.zeros((e, n), np.float32),
+            teams=np.zeros((e, n), np.int8),
+            trails=np.zeros((e, n, self.config.memory.trail_ticks), np.int16),
+            occupancy=np.zeros((e, 2, GRID_CELLS, GRID_CELLS), np.int32),
+            ring_sums=np.zeros((e, 2, GRID_CELLS, GRID_CELLS), np.int32),
+            memory=np.zeros((e, n, modes, modes), np.float32),
+            memory_weight=np.zeros((e, n), np.float32),
+            targets=np.zeros((e, 2, cells, cells), np.float64),
+            coefficients=np.zeros((e, 2, modes, modes), np.float32),
+            capture_ticks=np.zeros((e, n), np.int64),
+            captures=np.zeros((e, 2), np.int64),
+            recaptures=np.zeros((e, 2), np.int64),
+        )
+
+    # --- what happens -------------------------------------------------------------------------
+
+    def reset(
+        self,
+        seeds: Sequence[Seed] | NDArray[np.integer[Any]] | None = None,
+        rows: ArrayLike | None = None,
+        scenario: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        """Start games afresh, both teams with a uniform target.
+
+        Parameters
+        ----------
+        seeds : sequence of int or SeedSequence, optional
+            One for each of the rows; drawn from the system's entropy if not given.
+        rows : sequence of int, optional
+            Games to start; all of them if not given.
+        scenario : mapping, optional
+            Any of `positions` (N, 2) in [0, 1], `velocities` (N, 2) and `teams` (N,), the same for
+            all rows, in place of the random start; N as in the configuration.
+
+        Raises
+        ------
+        CommandError
+            If seeds, rows or scenario do not fit; no game is changed.
+        """
+        chosen = self._rows(rows)
+        if seeds is None:
+            seeds = list(np.random.SeedSequence().spawn(len(chosen)))
+        if len(seeds) != len(chosen):
+            raise CommandError(f"seeds must be one for each of the {len(chosen)} games, got {len(seeds)}")
+        generators = [np.random.default_rng(_seed_sequence(seed)) for seed in seeds]
+        start = check_scenario(scenario or {}, self.config)
+        modes = self.config.controller.modes
+        uniform = normalise(np.ones((self.config.command_cells, self.config.command_cells)))
+        coefficients = fourier_coefficients(uniform, modes)
+        games = self.games
+        for array in games:
+            array[chosen] = 0
+        games.trails[chosen] = -1
+        games.capture_ticks[chosen] = _NEVER
+        games.targets[chosen] = uniform
+        games.coefficients[chosen] = coefficients
+        games.teams[chosen, self.config.team_sizes[RED] :] = 1
+        for row, generator in zip(chosen, generators, strict=True):
+            games.positions[row], games.altitudes[row] = _random_start(self.config, generator)
+        for name, values in start.items():
+            getattr(games, name)[chosen] = values
+
+    def command(self, team: int, densities: ArrayLike, rows: ArrayLike | None = None) -> None:
+        """Give a team its target from the next solve on.
+
+        Parameters
+        ----------
+        team : int
+            0 red, 1 blue.
+        densities : array_like (E, A, A)
+            One command a game in `rows`, values in [0, 1].
+        rows : sequence of int, optional
+            Games commanded; all of them if not given.
+
+        Raises
+        ------
+        CommandError
+            If the team or the densities are not valid; no game is changed.
+        """
+        if team not in (0, 1):
+            raise CommandError(f"team must be 0 (red) or 1 (blue), got {team!r}")
+        chosen = self._rows(rows)
+        cells = self.config.command_cells
+        values = check_densities(densities, (len(chosen), cells, cells), f"{TEAM_NAMES[team]}'s command")
+        targets = normalise(values)
+        self.games.targets[chosen, team] = targets
+        modes = self.config.controller.modes
+        # One game at a time: folding games into one product would make bits depend on the batch.
+        for row, target in zip(chosen, targets, strict=True):
+            self.games.coefficients[row, team] = fourier_coefficients(target, modes)
+
+    def advance(self, ticks: ArrayLike = TICKS_PER_SECOND) -> None:
+        """Advance every game, or until the tick in which one team owns every drone.
+
+        Parameters
+        ----------
+        ticks : int or array_like of int (E,)
+            Ticks of 1/30 s, for all games or for each its own; 0 leaves a game as it is.
+
+        Raises
+        ------
+        CommandError
+            If a number of ticks is negative or not whole.
+        """
+        amounts = np.asarray(ticks)
+        if not np.issubdtype(amounts.dtype, np.integer) or (amounts < 0).any() or amounts.ndim > 1:
+            raise CommandError(f"ticks must be whole and not negative, one number or one a game, got {ticks!r}")
+        per_game = np.ascontiguousarray(np.broadcast_to(amounts.astype(np.int64), self.num_games))
+        rows = np.flatnonzero((per_game > 0) & ~self.decided)
+        self.for_rows(rows, lambda part: advance_games(self.games, part, per_game, self._rules, self._controller))
+
+    def for_rows(self, rows: NDArray[np.int64], work: Callable[[NDArray[np.int64]], None]) -> None:
+        """Call a kernel for parts of the rows, in this simulator's threads."""
+        if self._pool is None or len(rows) < 2:
+            if len(rows):
+                work(rows)
+            return
+        # More parts than threads even out games that end early; games never share state.
+        parts = np.array_split(rows, min(len(rows), 4 * self.threads))
+        for done in [self._pool.submit(work, part) for part in parts]:
+            done.result()
+
+    def snapshot(self, rows: ArrayLike | None = None) -> Games:
+        """Copy games mid-flight; `restore` continues them bit for bit."""
+        chosen = self._rows(rows)
+        return Games(*(array[chosen] for array in self.games))
+
+    def restore(self, snapshot: Games, rows: ArrayLike | None = None) -> None:
+        """Put copied games back, into these rows or any others.
+
+        Parameters
+        ----------
+        snapshot : Games
+            From a simulator of the same configuration; a single game fills all rows.
+        rows : sequence of int, optional
+            Where to; all rows if not given.
+
+        Raises
+        ------
+        CommandError
+            If the snapshot does not fit; no game is changed.
+        """
+        chosen = self._rows(rows)
+        for name, array, copied in zip(Games._fields, self.games, snapshot, strict=True):
+            if copied.shape[1:] != array.shape[1:] or len(copied) not in (1, len(chosen)):
+                raise CommandError(
+                    f"snapshot must hold 1 or {len(chosen)} games with {name} of shape {array.shape[1:]}, "
+                    f"got {len(copied)} of shape {copied.shape[1:]}"
+                )
+        for array, copied in zip(self.games, snapshot, strict=True):
+            array[chosen] = copied
+
+    def close(self) -> None:
+        """End the threads; the games stay readable."""
+        if self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
+
+    # --- what can be seen -----------------------------------------------------------------------
+
+    @property
+    def positions(self) -> NDArray[np.float32]:
+        """(E, N, 2) positions x, y in map widths; read-only view."""
+        return _read_only(self.games.positions)
+
+    @property
+    def velocities(self) -> NDArray[np.float32]:
+        """(E, N, 2) velocities in map widths per second; read-only view."""
+        return _read_only(self.games.velocities)
+
+    @property
+    def altitudes(self) -> NDArray[np.float32]:
+        """(E, N) altitudes in (0, 1], distinct within a game; read-only view."""
+        return _read_only(self.games.altitudes)
+
+    @property
+    def teams(self) -> NDArray[np.int8]:
+        """(E, N) team of each drone, 0 red or 1 blue; read-only view."""
+        return _read_only(self.games.teams)
+
+    @property
+    def sizes(self) -> NDArray[np.int64]:
+        """(E, 2) drones of red and blue."""
+        blue = self.games.teams.sum(axis=1, dtype=np.int64)
+        return np.stack([self.config.num_drones - blue, blue], axis=1)
+
+    @property
+    def occupancy(self) -> NDArray[np.int32]:
+        """(E, 2, G, G) ticks that each team's trails count in each cell; read-only view."""
+        return _read_only(self.games.occupancy)
+
+    @property
+    def capture_field(self) -> NDArray[np.float64]:
+        """(E, 2, G, G) each team's occupancy averaged over the ring around each cell."""
+        return self.games.ring_sums / ring_counts()
+
+    @property
+    def captures_here(self) -> NDArray[np.bool_]:
+        """(E, 2, G, G) where each team would capture an opposing drone."""
+        sums, counts = self.games.ring_sums.astype(np.int64), ring_counts()
+        best = (sums / counts).reshape(*sums.shape[:2], -1).argmax(axis=-1)
+        top = np.take_along_axis(sums.reshape(*sums.shape[:2], -1), best[..., None], -1)[..., None]
+        top_count = counts.ravel()[best][..., None, None]
+        return np.asarray(sums * top_count > self.config.capture.threshold * (top * counts))
+
+    @property
+    def targets(self) -> NDArray[np.float64]:
+        """(E, 2, A, A) each team's command in force, normalised to sum to 1; read-only view."""
+        return _read_only(self.games.targets)
+
+    @property
+    def time_s(self) -> NDArray[np.float64]:
+        """(E,) seconds since the start."""
+        return self.games.ticks / TICKS_PER_SECOND
+
+    @property
+    def decided(self) -> NDArray[np.bool_]:
+        """(E,) whether one team owns every drone; never without captures."""
+        if not self.config.capture.enabled:
+            return np.zeros(self.num_games, np.bool_)
+        return (self.sizes == 0).any(axis=1)
+
+    def _rows(self, rows: ArrayLike | None) -> NDArray[np.int64]:
+        if rows is None:
+            return np.arange(self.num_games)
+        chosen = np.asarray(rows, dtype=np.int64).reshape(-1)
+        if chosen.size and (chosen.min() < 0 or chosen.max() >= self.num_games):
+            raise CommandError(f"rows must be in [0, {self.num_games}), got {chosen.tolist()}")
+        return chosen
+
+
+@cache
+def ring_counts() -> NDArray[np.int64]:
+    """(G, G) number of cells of each cell's ring that lie inside the square."""
+    cells = range(GRID_CELLS)
+    return np.array([[ring_count(row, column, GRID_CELLS) for column in cells] for row in cells])
+
+
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def _seed_sequence(seed: Seed) -> np.random.SeedSequence:
+    if isinstance(seed, np.random.SeedSequence):
+        return seed
+    if isinstance(seed, (int, np.integer)) and not isinstance(seed, bool) and seed >= 0:
+        return np.random.SeedSequence(int(seed))
+    raise CommandError(f"a seed must be a whole number of at least 0 or a SeedSequence, got {seed!r}")
+
+
+def _random_start(
+    config: GameConfig, generator: np.random.Generator
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Draw positions (N, 2) near the corner points and distinct altitudes (N,)."""
+    count, spawn = config.num_drones, config.spawn
+    corners = np.where(generator.integers(2, size=(count, 2)) == 1, 1.0 - spawn.inset, spawn.inset)
+    angle = generator.uniform(0.0, 2.0 * np.pi, count)
+    distance = spawn.radius * np.sqrt(generator.uniform(0.0, 1.0, count))
+    positions = corners + distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    altitudes = (generator.permutation(count) + 1.0) / count
+    return np.clip(positions, 0.0, 1.0), altitudes
+
+
+def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dict[str, NDArray[Any]]:
+    """Return the parts of a scenario as arrays that fit the game; unknown names are left out.
+
+    Raises
+    ------
+    CommandError
+        If a part has the wrong shape or holds values that no drone can have.
+    """
+    count = config.num_drones
+    start: dict[str, NDArray[Any]] = {}
+    for name, low, high in (("positions", 0.0, 1.0), ("velocities", -10.0, 10.0)):
+        if name in scenario:
+            expected = f"scenario {name} must be numbers in [{low:g}, {high:g}] of shape {(count, 2)}"
+            values = _as_floats(scenario[name], expected)
+            if values.shape != (count, 2):
+                raise CommandError(f"{expected}, got shape {values.shape}")
+            if not ((values >= low) & (values <= high)).all():
+                raise CommandError(f"{expected}, got {values.tolist()}")
+            start[name] = values
+    if "teams" in scenario:
+        expected = f"scenario teams must be {count} numbers that are 0 (red) or 1 (blue)"
+        values = _as_floats(scenario["teams"], expected)
+        if values.shape != (count,) or not np.isin(values, (0, 1)).all():
+            raise CommandError(f"{expected}, got {scenario['teams']!r}")
+        if config.capture.enabled and len(np.unique(values)) < 2:
+            raise CommandError(f"{expected}, with at least one of each, got {scenario['teams']!r}")
+        start["teams"] = values.astype(np.int8)
+    return start
+
+
+def _as_floats(values: ArrayLike, expected: str) -> NDArray[np.float64]:
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise CommandError(f"{expected}, got {values!r}") from error
+
+
+def _controller_parameters(config: GameConfig) -> ErgodicParameters:
+    controller = config.controller
+    k = np.arange(controller.modes)
+    spectrum = controller.ergodic_weight * (1.0 + k[:, None] ** 2 + k**2) ** -1.5
+    return ErgodicParameters(
+        modes=tuple(range(controller.modes)),
+        horizon=controller.horizon,
+        period=np.float32(CONTROL_PERIOD),
+        decay=np.float32(np.exp(-CONTROL_PERIOD / config.memory.controller)),
+        spectrum=spectrum.astype(np.float32),
+        inverse_control_weight=np.float32(1.0 / controller.control_weight),
+        wall_weight=np.float32(controller.wall_weight),
+        wall_margin=np.float32(controller.wall_margin),
+        max_acceleration=np.float32(controller.max_acceleration),
+    )

@@ -1,0 +1,168 @@
+"""What happens beside PPO: progress, evaluation without exploration, checkpoints."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from stable_baselines3.common.callbacks import BaseCallback
+
+from swarm_pz.match import play_match
+
+if TYPE_CHECKING:
+    from training.ppo import Training
+
+_RECENT = 256
+"""Finished games over which the running figures are taken."""
+
+
+@dataclass
+class History:
+    """How a run went: one record an evaluation.
+
+    Attributes
+    ----------
+    records : list of dict
+        step, seconds, and of `evaluation_games` games without exploration against the first
+        opponent: win_rate, loss_rate, share and the interval of the win rate; of the latest training
+        games, with exploration: training_share.
+    seconds : float
+        Time spent training, over all sittings.
+    """
+
+    records: list[dict[str, float]] = field(default_factory=list)
+    seconds: float = 0.0
+
+    def to_json(self) -> str:
+        """Return the history as JSON."""
+        return json.dumps({"seconds": self.seconds, "records": self.records})
+
+    @classmethod
+    def from_json(cls, text: str) -> History:
+        """Read what `to_json` wrote."""
+        plain = json.loads(text)
+        return cls(records=list(plain["records"]), seconds=float(plain["seconds"]))
+
+
+class _Recent(BaseCallback):
+    """A callback that knows its run and the latest finished games."""
+
+    def __init__(self, run: Training) -> None:
+        super().__init__()
+        self.run = run
+        self.games: deque[dict[str, Any]] = deque(maxlen=_RECENT)
+
+    def _on_step(self) -> bool:
+        self.games.extend(info for info in self.locals["infos"] if "outcome" in info)
+        return True
+
+    def win_rate(self) -> float:
+        """Return the fraction of the latest games won, with exploration."""
+        return float(np.mean([game["outcome"] == "win" for game in self.games])) if self.games else 0.0
+
+    def share(self) -> float:
+        """Return the mean final share of drones in the latest games, with exploration."""
+        drones = self.run.config.game.num_drones
+        return float(np.mean([game["size"] / drones for game in self.games])) if self.games else 0.0
+
+
+class PeriodicEvaluation(_Recent):
+    """Plays the tactic without exploration every so often, from the start on."""
+
+    def _on_training_start(self) -> None:
+        if not self.run.history.records:
+            self._evaluate()
+        self._next = self.num_timesteps + self.run.config.evaluate_every
+
+    def _on_rollout_end(self) -> None:
+        if self.num_timesteps >= self._next or self.num_timesteps >= self.run.config.total_steps:
+            self._next += self.run.config.evaluate_every
+            self._evaluate()
+
+    def _evaluate(self) -> None:
+        config = self.run.config
+        match = play_match(
+            self.run.policy(),
+            config.opponents[0],
+            games=config.evaluation_games,
+            seed=1_000_000 + config.seed,
+            config=config.game,
+            threads=config.threads,
+        )
+        summary = match.summary()
+        record = {
+            "step": self.num_timesteps,
+            "seconds": round(self.run.history.seconds, 1),
+            "win_rate": summary["win_rate"],
+            "win_rate_low": summary["win_rate_ci95"][0],
+            "win_rate_high": summary["win_rate_ci95"][1],
+            "loss_rate": summary["losses"] / summary["games"],
+            "share": summary["mean_share"],
+            "training_share": self.share(),
+        }
+        self.run.history.records.append(record)
+        for name in ("win_rate", "loss_rate", "share"):
+            self.logger.record(f"evaluation/{name}", record[name])
+        self.logger.record("train/win_rate", self.win_rate())
+        self.logger.record("train/share", record["training_share"])
+        self.logger.dump(self.num_timesteps)
+
+
+class Checkpoint(_Recent):
+    """Saves the run every so often."""
+
+    def _on_training_start(self) -> None:
+        self._next = self.num_timesteps + self.run.config.checkpoint_every
+
+    def _on_rollout_end(self) -> None:
+        if self.num_timesteps >= self._next:
+            self._next += self.run.config.checkpoint_every
+            self.run.save_checkpoint()
+
+
+class Progress(_Recent):
+    """Says how far the run is: a line in place on a terminal, a line every tenth elsewhere."""
+
+    def __init__(self, run: Training, say: Callable[[str], None]) -> None:
+        super().__init__(run)
+        self._say = say
+        self._tenth = -1
+
+    def _on_training_start(self) -> None:
+        self._first_step = self.num_timesteps
+        self._began = time.monotonic()
+        self._before = self.run.history.seconds
+
+    def _on_step(self) -> bool:
+        super()._on_step()
+        self.run.history.seconds = self._before + time.monotonic() - self._began
+        return True
+
+    def _on_rollout_end(self) -> None:
+        total = self.run.config.total_steps
+        spent = time.monotonic() - self._began
+        rate = (self.num_timesteps - self._first_step) / spent
+        done = min(self.num_timesteps / total, 1.0)
+        records = self.run.history.records
+        line = (
+            f"{done:4.0%} {self.num_timesteps:>9,} steps  {rate:6,.0f}/s  "
+            f"{_clock(max(total - self.num_timesteps, 0) / rate)} left  "
+            f"exploring: won {self.win_rate():3.0%}, share {self.share():.2f}  "
+            f"evaluated: won {records[-1]['win_rate']:3.0%}, share {records[-1]['share']:.2f}"
+        )
+        if sys.stdout.isatty():
+            filled = round(20 * done)
+            print(f"\r[{'#' * filled}{'.' * (20 - filled)}] {line}", end="\n" if done >= 1.0 else "", flush=True)
+        elif int(10 * done) > self._tenth:
+            self._tenth = int(10 * done)
+            self._say(line)
+
+
+def _clock(seconds: float) -> str:
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"

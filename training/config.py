@@ -1,0 +1,112 @@
+"""The settings of a training run; light, so that the command line can list them without PyTorch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from swarm_pz.config import Config, GameConfig, ObservationConfig, check, check_count, check_number
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainConfig(Config):
+    """A training run.
+
+    Attributes
+    ----------
+    game : GameConfig
+        The rules, and what the learner sees.
+    opponents : tuple of str
+        Names of policies, dealt to the games in turn.
+    action_cells : int
+        Cells a side of the learner's action; divides the observation's grid.
+    width : int
+        Channels of the network's hidden layers.
+    total_steps : int
+        Environment steps in all, each one command of one game.
+    num_envs : int
+        Games played at once.
+    rollout : int
+        Steps of each game between two updates.
+    batch_size : int
+        Steps of a minibatch.
+    epochs : int
+        Times that each update goes through its steps.
+    learning_rate : float
+        Of Adam.
+    gamma : float
+        Discount of a reward one step later.
+    gae_lambda : float
+        Bias against variance in the advantage estimates.
+    clip_range : float
+        How far an update may change the probability of an action.
+    entropy : float
+        Weight of the bonus for exploring.
+    log_std : float
+        Natural logarithm of the exploration's standard deviation at the start.
+    evaluate_every : int
+        Steps between evaluations without exploration.
+    evaluation_games : int
+        Games of such an evaluation, even.
+    checkpoint_every : int
+        Steps between checkpoints.
+    seed : int
+        Of the network, the exploration and the games.
+    threads : int
+        Threads of the games and of the network.
+    """
+
+    game: GameConfig = field(default_factory=lambda: GameConfig(observation=ObservationConfig(grid=10)))
+    opponents: tuple[str, ...] = ("uniform",)
+    action_cells: int = 5
+    width: int = 32
+    total_steps: int = 500_000
+    num_envs: int = 128
+    rollout: int = 64
+    batch_size: int = 2048
+    epochs: int = 4
+    learning_rate: float = 5e-4
+    gamma: float = 0.98
+    gae_lambda: float = 0.95
+    clip_range: float = 0.2
+    entropy: float = 0.0
+    log_std: float = -0.7
+    evaluate_every: int = 80_000
+    evaluation_games: int = 40
+    checkpoint_every: int = 80_000
+    seed: int = 0
+    threads: int = 2
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "opponents", tuple(self.opponents))
+        check(len(self.opponents) > 0, "opponents", self.opponents, "at least one policy's name")
+        for name, low, high in (
+            ("width", 1, 4096),
+            ("total_steps", 1, 10**12),
+            ("num_envs", 1, 65536),
+            ("rollout", 2, 65536),
+            ("batch_size", 2, 10**7),
+            ("epochs", 1, 1000),
+            ("evaluate_every", 1, 10**12),
+            ("evaluation_games", 2, 10**6),
+            ("checkpoint_every", 1, 10**12),
+            ("seed", 0, 2**32 - 1),
+            ("threads", 1, 1024),
+        ):
+            check_count(getattr(self, name), name, low, high)
+        for name, lowest, highest in (
+            ("learning_rate", 0.0, 1.0),
+            ("gamma", 0.0, 1.0),
+            ("gae_lambda", 0.0, 1.0),
+            ("clip_range", 0.0, 1.0),
+            ("entropy", -1.0, 1.0),
+            ("log_std", -10.0, 2.0),
+        ):
+            check_number(getattr(self, name), name, lowest, highest)
+        seat = self.game.observations[0]
+        check(seat.kind == "grids", "game.observation.kind", seat.kind, "'grids', which the network is made for")
+        check(
+            isinstance(self.action_cells, int) and self.action_cells >= 2 and seat.grid % self.action_cells == 0,
+            "action_cells",
+            self.action_cells,
+            f"a divisor of the observation's grid of {seat.grid}, at least 2",
+        )

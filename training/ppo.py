@@ -1,0 +1,183 @@
+"""Train a tactic with Stable-Baselines3's PPO, show how it went, and write what plays."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import CallbackList
+from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
+from stable_baselines3.common.vec_env import VecMonitor
+
+import policies
+from policies.learned import FORMAT, LearnedPolicy, write_atomically
+from swarm_pz.errors import CheckpointError
+from swarm_pz.observation import CHANNELS
+from training.callbacks import Checkpoint, History, PeriodicEvaluation, Progress
+from training.config import TrainConfig
+from training.networks import GridPolicy
+from training.vec_env import SwarmVecEnv
+
+CHECKPOINT = "checkpoint.pt"
+
+
+class Training:
+    """One training run in a folder, begun afresh or taken up from its last checkpoint.
+
+    The folder holds ``config.json``, ``checkpoint.pt``, ``history.json``, TensorBoard's events and,
+    in the end, ``policy.safetensors`` with ``policy.json``.
+
+    Parameters
+    ----------
+    config : TrainConfig
+    folder : Path
+    resume : bool
+        Go on from the folder's checkpoint, if there is one.
+    say : callable, optional
+        Where lines of progress go.
+
+    Raises
+    ------
+    CheckpointError
+        If the folder's checkpoint is corrupt or of another configuration.
+    """
+
+    def __init__(
+        self, config: TrainConfig, folder: Path, *, resume: bool = False, say: Callable[[str], None] = print
+    ) -> None:
+        self.config = config
+        self.folder = folder
+        self.history = History()
+        self._say = say
+        opponents = [policies.load(name, config.game) for name in config.opponents]
+        self.env = SwarmVecEnv(
+            config.game,
+            config.num_envs,
+            opponent=opponents,
+            action_cells=config.action_cells,
+            threads=config.threads,
+            seed=config.seed,
+        )
+        torch.set_num_threads(config.threads)
+        self.model = PPO(
+            GridPolicy,
+            VecMonitor(self.env),
+            n_steps=config.rollout,
+            batch_size=min(config.batch_size, config.rollout * config.num_envs),
+            n_epochs=config.epochs,
+            learning_rate=config.learning_rate,
+            gamma=config.gamma,
+            gae_lambda=config.gae_lambda,
+            clip_range=config.clip_range,
+            ent_coef=config.entropy,
+            seed=config.seed,
+            device="cpu",
+            policy_kwargs={"log_std_init": config.log_std, "width": config.width},
+        )
+        folder.mkdir(parents=True, exist_ok=True)
+        if resume and (folder / CHECKPOINT).exists():
+            self._load_checkpoint()
+        write_atomically(
+            folder / "config.json", lambda path: path.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
+        )
+
+    def untrained(self) -> LearnedPolicy:
+        """Return the tactic that a run of this seed starts from."""
+        torch.manual_seed(self.config.seed)
+        fresh = GridPolicy(
+            self.model.observation_space,  # type: ignore[arg-type]
+            self.model.action_space,  # type: ignore[arg-type]
+            lambda _: 0.0,
+            width=self.config.width,
+        )
+        return self._policy(fresh, "untrained")
+
+    def policy(self) -> LearnedPolicy:
+        """Return the tactic as it stands, playing its mean action."""
+        return self._policy(self.model.policy, self.folder.name)  # type: ignore[arg-type]
+
+    def _policy(self, network: GridPolicy, name: str) -> LearnedPolicy:
+        card = {
+            "format": FORMAT,
+            "name": name,
+            "channels": list(CHANNELS),
+            "grid": self.config.game.observations[0].grid,
+            "action_cells": self.config.action_cells,
+            "width": self.config.width,
+            "config_hash": self.config.game.hash,
+            "training": self.config.to_dict(),
+            "steps": self.model.num_timesteps,
+            "seconds": round(self.history.seconds, 1),
+        }
+        weights = {key: value.detach().clone().numpy() for key, value in network.actor.state_dict().items()}
+        return LearnedPolicy(card, weights, self.config.game)
+
+    def run(self) -> LearnedPolicy:
+        """Train to the end, write the policy and return it."""
+        left = self.config.total_steps - self.model.num_timesteps
+        if left > 0:
+            self.model.set_logger(Logger(None, [TensorBoardOutputFormat(str(self.folder / "tensorboard"))]))
+            callbacks = CallbackList(
+                [
+                    PeriodicEvaluation(self),
+                    Checkpoint(self),
+                    Progress(self, self._say),
+                ]
+            )
+            try:
+                self.model.learn(left, callback=callbacks, reset_num_timesteps=self.model.num_timesteps == 0)
+            finally:
+                self.model.logger.close()
+            self.save_checkpoint()
+        policy = self.policy()
+        policy.write(self.folder)
+        self.env.close()
+        return policy
+
+    def save_checkpoint(self) -> None:
+        """Write all that `resume` needs, atomically."""
+        state = {
+            "config_hash": _hash(self.config),
+            "steps": self.model.num_timesteps,
+            "policy": self.model.policy.state_dict(),
+            "optimizer": self.model.policy.optimizer.state_dict(),
+            "history": self.history.to_json(),
+        }
+        write_atomically(self.folder / CHECKPOINT, lambda path: torch.save(state, path))
+        write_atomically(self.folder / "history.json", lambda path: path.write_text(self.history.to_json() + "\n"))
+
+    def _load_checkpoint(self) -> None:
+        path = self.folder / CHECKPOINT
+        try:
+            # Arrays and numbers only: a checkpoint from elsewhere can run no code.
+            state: dict[str, Any] = torch.load(path, weights_only=True)
+            config_hash = state["config_hash"]
+        except (OSError, RuntimeError, EOFError, KeyError, TypeError, ValueError, pickle.UnpicklingError) as error:
+            raise CheckpointError(f"{path} is corrupt or foreign; delete it to begin afresh ({error})") from error
+        if config_hash != _hash(self.config):
+            raise CheckpointError(
+                f"{path} belongs to another configuration: give the settings in {self.folder / 'config.json'}, "
+                "another folder, or no resume"
+            )
+        try:
+            self.model.policy.load_state_dict(state["policy"])
+            self.model.policy.optimizer.load_state_dict(state["optimizer"])
+            self.history = History.from_json(state["history"])
+            self.model.num_timesteps = int(state["steps"])
+        except (KeyError, RuntimeError, TypeError, ValueError) as error:
+            raise CheckpointError(f"{path} does not fit this run; delete it to begin afresh ({error})") from error
+        # Games go on from other seeds than those already played.
+        stream = np.random.SeedSequence([self.config.seed, self.model.num_timesteps])
+        self.env.seed(int(stream.generate_state(1)[0]))
+        self._say(f"resuming {self.folder} at step {self.model.num_timesteps:,}")
+
+
+def _hash(config: TrainConfig) -> str:
+    """Identify what a checkpoint belongs to: all but how long and on how many threads it runs."""
+    return config.replace(total_steps=1, threads=1, evaluate_every=1, checkpoint_every=1).hash
