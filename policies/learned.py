@@ -6,7 +6,6 @@ Loading runs no code from the files: the card names numbers, the weights are arr
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -31,7 +30,7 @@ def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
     """Write a file under another name and rename it, so that nobody ever sees half of it."""
     draft = path.with_name(f".{path.name}.draft")
     write(draft)
-    os.replace(draft, path)
+    draft.replace(path)
 
 
 class GridTrunk(nn.Module):
@@ -73,7 +72,7 @@ class GridTrunk(nn.Module):
     def forward(self, observations: Tensor) -> Tensor:
         """Turn observations in [0, 1], flattened or not, into features (n, width, a, a)."""
         images = observations.reshape(-1, *self._shape)
-        coordinates = self.coordinates.expand(len(images), -1, -1, -1)
+        coordinates = self.get_buffer("coordinates").expand(len(images), -1, -1, -1)
         features: Tensor = self.layers(torch.cat([images, coordinates], dim=1))
         return features
 

@@ -139,50 +139,67 @@ def uniform(view: View) -> Array:
 
 @tactic()
 def noise(view: View) -> Array:
-    """Fresh random cells in every command."""
+    """Ask for fresh random cells in every command."""
     return view.random()
 
 
 @tactic()
 def restless(view: View) -> Array:
-    """Uniform coverage with a trace of noise, new in every command: what re-sending alone is worth."""
+    """Cover evenly with a trace of noise, new in every command: what re-sending alone is worth."""
     return 1.0 + 0.001 * view.random()
 
 
 @tactic()
 def blind_ring(view: View) -> Array:
-    """A ring around a random place, elsewhere in every command."""
+    """Make a ring around a random place, elsewhere in every command."""
     return _ring(view.distance_from(np.stack([generator.random(2) for generator in view.generators])))
 
 
 @tactic()
 def centre(view: View) -> Array:
-    """Everyone to the middle."""
+    """Send everyone to the middle."""
     return view.every(_disc(np.hypot(view.x - 0.5, view.y - 0.5), 0.1))
 
 
 @tactic()
+def halo(view: View) -> Array:
+    """Make a broad ring around the centre, and never change it."""
+    return view.every(_ring(np.hypot(view.x - 0.5, view.y - 0.5), width=0.15))
+
+
+@tactic()
 def corners(view: View) -> Array:
-    """Everyone to the four corners."""
+    """Send everyone to the four corners."""
     inset_x, inset_y = np.minimum(view.x, 1 - view.x) - 0.1, np.minimum(view.y, 1 - view.y) - 0.1
     return view.every(_disc(np.hypot(inset_x, inset_y), 0.1))
 
 
 @tactic(grid=25)
 def chase(view: View) -> Array:
-    """Everyone to the opponents' mean position."""
+    """Send everyone to the opponents' mean position."""
     return _disc(view.distance_from(view.mean_position("opposing")), 0.1)
 
 
 @tactic(grid=25)
 def ring(view: View) -> Array:
-    """A ring around the opponents' mean position."""
+    """Make a ring around the opponents' mean position."""
     return _ring(view.distance_from(view.mean_position("opposing")))
 
 
 @tactic(grid=25)
+def lasso(view: View) -> Array:
+    """Make a broad ring around a place between the centre and the opponents' mean position.
+
+    Of the scripts it does best against uniform coverage: it leads the opponents without leaving
+    ground to those that are elsewhere.
+    """
+    place = 0.5 + 0.3 * (view.mean_position("opposing") - 0.5)
+    return _ring(view.distance_from(place), width=0.15)
+
+
+@tactic(grid=25)
 def evade(view: View) -> Array:
-    """Everyone as far as can be from the opponents' mean position."""
+    """Send everyone as far as can be from the opponents' mean position."""
     distance = view.distance_from(view.mean_position("opposing"))
     return np.asarray(np.exp(8.0 * (distance - distance.max(axis=(1, 2), keepdims=True))))
 

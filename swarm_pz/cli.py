@@ -26,7 +26,12 @@ except ImportError:  # the entry point is installed even without the extra
 
 def main(arguments: list[str] | None = None) -> None:
     """Run a command; errors of this project end it with one line and status 2."""
-    commands = {"train": train, "evaluate": evaluate, "policies": list_policies, "render": render}
+    commands: dict[str, Callable[..., None]] = {
+        "train": train,
+        "evaluate": evaluate,
+        "policies": list_policies,
+        "render": render,
+    }
     try:
         tyro.extras.subcommand_cli_from_dict(
             commands,

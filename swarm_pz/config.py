@@ -32,6 +32,7 @@ TEAM_NAMES = ("red", "blue")
 
 
 def check(holds: bool, name: str, value: object, expected: str) -> None:
+    """Raise a ConfigError that names field, value and range, unless the value holds."""
     if not holds:
         raise ConfigError(f"{name} must be {expected}, got {value!r}")
 
@@ -45,6 +46,7 @@ def check_number(value: object, name: str, low: float, high: float, *, open_low:
 
 
 def check_count(value: object, name: str, low: int, high: int) -> None:
+    """Check that a value is a whole number in [low, high]."""
     holds = isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
     check(holds, name, value, f"a whole number in [{low}, {high}]")
 
@@ -52,7 +54,8 @@ def check_count(value: object, name: str, low: int, high: int) -> None:
 class Config:
     """Refuses unknown names with the nearest known one; reads and writes plain dicts."""
 
-    def __new__(cls, *args: object, **given: object) -> Self:
+    def __new__(cls, *_: object, **given: object) -> Self:
+        """Refuse unknown names before `__init__` would, with a better message."""
         known = cls.__dataclass_fields__  # type: ignore[attr-defined]
         for name in given:
             if name not in known:
@@ -322,8 +325,6 @@ class GameConfig(Config):
                 "a whole number of control periods of 0.1 s",
             )
         check_count(self.command_cells, "command_cells", 2, GRID_CELLS)
-        if isinstance(self.observation, list):
-            object.__setattr__(self, "observation", tuple(self.observation))
         check(
             len(self.observations) == 2 and all(isinstance(seat, ObservationConfig) for seat in self.observations),
             "observation",

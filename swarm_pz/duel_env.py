@@ -50,7 +50,7 @@ def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: boo
     values = np.stack([fine @ action @ fine.T for action in actions])
     if not is_log:
         return values
-    return np.exp(LOG_DENSITY_RANGE * (values - values.max(axis=(1, 2), keepdims=True)))
+    return np.asarray(np.exp(LOG_DENSITY_RANGE * (values - values.max(axis=(1, 2), keepdims=True))))
 
 
 @dataclass(frozen=True)
@@ -243,7 +243,9 @@ class DuelEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         **overrides: Any,
     ) -> None:
         config = (config if config is not None else GameConfig()).replace(**overrides)
-        self.duel = DuelBatch(config, 1, opponent=opponent, side=side, action=action, action_cells=action_cells, max_cycles=max_cycles)
+        self.duel = DuelBatch(
+            config, 1, opponent=opponent, side=side, action=action, action_cells=action_cells, max_cycles=max_cycles
+        )
         self.render_mode = render_mode
         self.screen = Screen(render_mode, self.duel.batch.simulator)
         self.metadata = self.screen.metadata
@@ -327,7 +329,14 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         config = (config if config is not None else GameConfig()).replace(**overrides)
         self.num_envs = num_envs
         self.duel = DuelBatch(
-            config, num_envs, opponent=opponent, side=side, action=action, action_cells=action_cells, threads=threads, max_cycles=max_cycles
+            config,
+            num_envs,
+            opponent=opponent,
+            side=side,
+            action=action,
+            action_cells=action_cells,
+            threads=threads,
+            max_cycles=max_cycles,
         )
         self.render_mode = render_mode
         self.screen = Screen(render_mode, self.duel.batch.simulator)

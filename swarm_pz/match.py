@@ -176,11 +176,14 @@ def play_match(
     ]
     pairs = np.random.SeedSequence(seed).spawn(games // 2)
     played: list[Game] = []
+
+    def report(done: int) -> None:
+        if progress is not None:
+            progress(len(played) + done, games)
+
     for start in range(0, games, _BATCH):
         numbers = np.arange(start, min(start + _BATCH, games))
-        played += _play_batch(
-            players, numbers, pairs, config, threads, lambda done: progress and progress(len(played) + done, games)
-        )
+        played += _play_batch(players, numbers, pairs, config, threads, report)
     return MatchResult(
         policy=names[0], opponent=names[1], seed=seed, config=config, limit_s=config.time_limit, games=played
     )
@@ -192,7 +195,7 @@ def _play_batch(
     pairs: Sequence[np.random.SeedSequence],
     config: GameConfig,
     threads: int,
-    progress: Callable[[int], Any],
+    progress: Callable[[int], None],
 ) -> list[Game]:
     """Play games by number: number 2p is pair p with the policy as red, 2p + 1 with it as blue."""
     batch = BatchEnv(config, len(numbers), threads=threads)

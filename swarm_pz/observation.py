@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GRID_CELLS, GameConfig, ObservationConfig
 from swarm_pz.kernels.grids import paint_grids
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import Simulator, ring_counts
 from swarm_pz.target import interpolation_matrix
 
 CHANNELS = (
@@ -94,10 +94,15 @@ def observe(
     simulator.for_rows(
         np.arange(len(rows)),
         lambda places: paint_grids(
-            simulator.games, rows, places, teams, time_left, threshold, interpolation, observations
+            simulator.games, rows, places, teams, time_left, threshold, _inverse_counts(), interpolation, observations
         ),
     )
     return observations
+
+
+@cache
+def _inverse_counts() -> NDArray[np.float64]:
+    return np.asarray(1.0 / ring_counts())
 
 
 @cache

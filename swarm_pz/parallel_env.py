@@ -32,7 +32,7 @@ STATE_CHANNELS = (
 )
 
 
-class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):
+class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: ignore[misc]  # untyped base
     """Two swarms, each trying to capture all of the other's drones.
 
     Each agent sends a coarse *density image*, its command; a decentralized ergodic controller flies
@@ -177,9 +177,7 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):
 
     def step(
         self, actions: Mapping[str, Any]
-    ) -> tuple[
-        dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
-    ]:
+    ) -> tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         """Hold both agents' commands for one command period, or until the game ends.
 
         Parameters
@@ -270,7 +268,10 @@ def stack_commands(config: GameConfig, red: Any, blue: Any) -> NDArray[np.float6
     """Check both teams' commands by name and stack them, (2, A, A)."""
     cells = config.command_cells
     return np.stack(
-        [check_densities(command, (cells, cells), f"{agent}'s command") for agent, command in zip(AGENTS, (red, blue), strict=True)]
+        [
+            check_densities(command, (cells, cells), f"{agent}'s command")
+            for agent, command in zip(AGENTS, (red, blue), strict=True)
+        ]
     )
 
 

@@ -65,9 +65,7 @@ def load(policy: str | Policy, config: GameConfig) -> Policy:
     return made
 
 
-def ask(
-    policy: Policy, observations: Observations, rows: NDArray[np.int64], config: GameConfig
-) -> NDArray[np.float64]:
+def ask(policy: Policy, observations: Observations, rows: NDArray[np.int64], config: GameConfig) -> NDArray[np.float64]:
     """Ask a policy for its commands and check them.
 
     Returns

@@ -130,8 +130,10 @@ def _draw_header(pen: Any, simulator: Simulator, row: int) -> None:
 
 
 def ansi(simulator: Simulator, row: int = 0) -> str:
-    """Return one game as text: r and b for drones (digits where several share a place), # and + for
-    ground where red and blue capture, * where both do.
+    """Return one game as text, top row first.
+
+    r and b are drones, digits several in one place; # and + are ground where red and blue capture,
+    * where both do.
     """
     columns, lines = 50, 25
     canvas = np.full((lines, columns), ".", dtype="<U1")

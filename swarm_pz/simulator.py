@@ -70,7 +70,7 @@ class Simulator:
             capture_enabled=self.config.capture.enabled,
             capture_threshold=self.config.capture.threshold,
         )
-        self._controller = _controller_parameters(self.config)
+        self.controller = _controller_parameters(self.config)
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
         self.reset()
@@ -188,11 +188,12 @@ class Simulator:
             If a number of ticks is negative or not whole.
         """
         amounts = np.asarray(ticks)
-        if not np.issubdtype(amounts.dtype, np.integer) or (amounts < 0).any() or amounts.ndim > 1:
+        shape_fits = amounts.shape in ((), (self.num_games,))
+        if not np.issubdtype(amounts.dtype, np.integer) or not shape_fits or (amounts < 0).any():
             raise CommandError(f"ticks must be whole and not negative, one number or one a game, got {ticks!r}")
         per_game = np.ascontiguousarray(np.broadcast_to(amounts.astype(np.int64), self.num_games))
         rows = np.flatnonzero((per_game > 0) & ~self.decided)
-        self.for_rows(rows, lambda part: advance_games(self.games, part, per_game, self._rules, self._controller))
+        self.for_rows(rows, lambda part: advance_games(self.games, part, per_game, self._rules, self.controller))
 
     def for_rows(self, rows: NDArray[np.int64], work: Callable[[NDArray[np.int64]], None]) -> None:
         """Call a kernel for parts of the rows, in this simulator's threads."""
@@ -208,7 +209,8 @@ class Simulator:
     def snapshot(self, rows: ArrayLike | None = None) -> Games:
         """Copy games mid-flight; `restore` continues them bit for bit."""
         chosen = self._rows(rows)
-        return Games(*(array[chosen] for array in self.games))
+        copies: list[Any] = [array[chosen] for array in self.games]
+        return Games(*copies)
 
     def restore(self, snapshot: Games, rows: ArrayLike | None = None) -> None:
         """Put copied games back, into these rows or any others.
@@ -226,13 +228,16 @@ class Simulator:
             If the snapshot does not fit; no game is changed.
         """
         chosen = self._rows(rows)
-        for name, array, copied in zip(Games._fields, self.games, snapshot, strict=True):
+        arrays: list[tuple[str, NDArray[Any], NDArray[Any]]] = list(
+            zip(Games._fields, self.games, snapshot, strict=True)
+        )
+        for name, array, copied in arrays:
             if copied.shape[1:] != array.shape[1:] or len(copied) not in (1, len(chosen)):
                 raise CommandError(
                     f"snapshot must hold 1 or {len(chosen)} games with {name} of shape {array.shape[1:]}, "
                     f"got {len(copied)} of shape {copied.shape[1:]}"
                 )
-        for array, copied in zip(self.games, snapshot, strict=True):
+        for _, array, copied in arrays:
             array[chosen] = copied
 
     def close(self) -> None:
@@ -277,7 +282,7 @@ class Simulator:
     @property
     def capture_field(self) -> NDArray[np.float64]:
         """(E, 2, G, G) each team's occupancy averaged over the ring around each cell."""
-        return self.games.ring_sums / ring_counts()
+        return np.asarray(self.games.ring_sums / ring_counts())
 
     @property
     def captures_here(self) -> NDArray[np.bool_]:
@@ -296,14 +301,14 @@ class Simulator:
     @property
     def time_s(self) -> NDArray[np.float64]:
         """(E,) seconds since the start."""
-        return self.games.ticks / TICKS_PER_SECOND
+        return np.asarray(self.games.ticks / TICKS_PER_SECOND)
 
     @property
     def decided(self) -> NDArray[np.bool_]:
         """(E,) whether one team owns every drone; never without captures."""
         if not self.config.capture.enabled:
             return np.zeros(self.num_games, np.bool_)
-        return (self.sizes == 0).any(axis=1)
+        return np.asarray((self.sizes == 0).any(axis=1))
 
     def _rows(self, rows: ArrayLike | None) -> NDArray[np.int64]:
         if rows is None:

@@ -55,7 +55,7 @@ def check_values(given: ArrayLike, shape: tuple[int, ...], low: float, high: flo
         raise CommandError(f"{expected}, got {values[place]} at index {place}")
     if values.min() < low - TOLERANCE or values.max() > high + TOLERANCE:
         raise CommandError(f"{expected}, got values from {values.min():g} to {values.max():g}")
-    return np.clip(values, low, high, out=values)
+    return np.asarray(np.clip(values, low, high))
 
 
 def _describe(value: Any) -> str:
@@ -79,7 +79,7 @@ def normalise(densities: NDArray[np.float64]) -> NDArray[np.float64]:
     peaks = densities.max(axis=(-2, -1), keepdims=True)
     scaled = np.divide(densities, peaks, out=np.zeros_like(densities), where=peaks > 0)
     totals = scaled.sum(axis=(-2, -1), keepdims=True)
-    return np.divide(scaled, totals, out=np.full_like(densities, 1.0 / cells), where=totals > 0)
+    return np.asarray(np.divide(scaled, totals, out=np.full_like(densities, 1.0 / cells), where=totals > 0))
 
 
 @cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +46,7 @@ class Window:
         self._title = title
         self._rate = rate
         self._clock = self._pygame.time.Clock()
-        self._surface = None
+        self._surface: Any = None
 
     def show(self, picture: NDArray[np.uint8]) -> None:
         """Show a picture (height, width, 3), no sooner than the rate allows."""

@@ -1,1 +1,1 @@
-
+"""Training of tactics with Stable-Baselines3."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import torch
 from stable_baselines3.common.callbacks import BaseCallback
 
 from swarm_pz.match import play_match
@@ -70,6 +71,24 @@ class _Recent(BaseCallback):
         """Return the mean final share of drones in the latest games, with exploration."""
         drones = self.run.config.game.num_drones
         return float(np.mean([game["size"] / drones for game in self.games])) if self.games else 0.0
+
+
+class FadingExploration(BaseCallback):
+    """Lowers the exploration's standard deviation as the run goes on."""
+
+    def __init__(self, run: Training) -> None:
+        super().__init__()
+        self.run = run
+
+    def _on_rollout_start(self) -> None:
+        config = self.run.config
+        done = min(self.num_timesteps / config.total_steps, 1.0)
+        log_std = config.log_std + done * (config.final_log_std - config.log_std)
+        with torch.no_grad():
+            self.model.policy.log_std.fill_(log_std)
+
+    def _on_step(self) -> bool:
+        return True
 
 
 class PeriodicEvaluation(_Recent):

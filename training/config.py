@@ -43,6 +43,9 @@ class TrainConfig(Config):
         Weight of the bonus for exploring.
     log_std : float
         Natural logarithm of the exploration's standard deviation at the start.
+    final_log_std : float
+        The same at the end; in between it changes linearly with the steps. What plays later is the
+        mean action, which is learned best when exploration fades.
     evaluate_every : int
         Steps between evaluations without exploration.
     evaluation_games : int
@@ -70,6 +73,7 @@ class TrainConfig(Config):
     clip_range: float = 0.2
     entropy: float = 0.0
     log_std: float = -0.7
+    final_log_std: float = -2.0
     evaluate_every: int = 80_000
     evaluation_games: int = 40
     checkpoint_every: int = 80_000
@@ -100,6 +104,7 @@ class TrainConfig(Config):
             ("clip_range", 0.0, 1.0),
             ("entropy", -1.0, 1.0),
             ("log_std", -10.0, 2.0),
+            ("final_log_std", -10.0, 2.0),
         ):
             check_number(getattr(self, name), name, lowest, highest)
         seat = self.game.observations[0]

@@ -65,4 +65,4 @@ class GridPolicy(ActorCriticPolicy):
         nn.init.orthogonal_(self.actor.head.weight, gain=0.01)
         nn.init.zeros_(self.actor.head.bias)  # type: ignore[arg-type]
         self.action_net = nn.Sequential(nn.Unflatten(1, (self.width, cells, cells)), self.actor.head, nn.Flatten())
-        self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)
+        self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]

@@ -19,7 +19,7 @@ import policies
 from policies.learned import FORMAT, LearnedPolicy, write_atomically
 from swarm_pz.errors import CheckpointError
 from swarm_pz.observation import CHANNELS
-from training.callbacks import Checkpoint, History, PeriodicEvaluation, Progress
+from training.callbacks import Checkpoint, FadingExploration, History, PeriodicEvaluation, Progress
 from training.config import TrainConfig
 from training.networks import GridPolicy
 from training.vec_env import SwarmVecEnv
@@ -80,6 +80,7 @@ class Training:
             device="cpu",
             policy_kwargs={"log_std_init": config.log_std, "width": config.width},
         )
+        self.model.policy.log_std.requires_grad_(False)
         folder.mkdir(parents=True, exist_ok=True)
         if resume and (folder / CHECKPOINT).exists():
             self._load_checkpoint()
@@ -91,8 +92,8 @@ class Training:
         """Return the tactic that a run of this seed starts from."""
         torch.manual_seed(self.config.seed)
         fresh = GridPolicy(
-            self.model.observation_space,  # type: ignore[arg-type]
-            self.model.action_space,  # type: ignore[arg-type]
+            self.model.observation_space,
+            self.model.action_space,
             lambda _: 0.0,
             width=self.config.width,
         )
@@ -125,6 +126,7 @@ class Training:
             self.model.set_logger(Logger(None, [TensorBoardOutputFormat(str(self.folder / "tensorboard"))]))
             callbacks = CallbackList(
                 [
+                    FadingExploration(self),
                     PeriodicEvaluation(self),
                     Checkpoint(self),
                     Progress(self, self._say),

@@ -17,7 +17,7 @@ from training.callbacks import History
 
 matplotlib.use("Agg")
 
-CONSTANT = ("centre", "corners", "uniform")
+CONSTANT = ("centre", "corners", "halo", "uniform")
 """Scripts that never change their command."""
 
 
@@ -71,7 +71,7 @@ def plot_learning_curve(history: History, path: Path) -> None:
     if explored:
         axes.plot(*zip(*explored, strict=True), ":", color="tab:blue", label="share while exploring")
     axes.axhline(0.5, color="grey", linewidth=0.8)
-    axes.annotate("uniform coverage's share of itself", (steps[-1], 0.5), ha="right", va="bottom", color="grey")
+    axes.annotate(" as good as uniform coverage", (0.0, 0.5), va="bottom", color="grey", fontsize=8)
     axes.set(
         xlabel="thousand environment steps (1 s of game each)",
         ylabel="against uniform coverage",
@@ -79,7 +79,7 @@ def plot_learning_curve(history: History, path: Path) -> None:
         title="Learning curve: evaluations without exploration; band: 95 % interval of games won",
     )
     axes.title.set_fontsize(10)
-    axes.legend(loc="center right")
+    figure.legend(loc="outside lower center", ncols=4, fontsize=9)
     figure.savefig(path, dpi=120)
 
 

@@ -93,7 +93,7 @@ class SwarmVecEnv(VecEnv):
         ended = np.flatnonzero(dones)
         if len(ended):
             last = duel.observe(ended)
-            for place, row in enumerate(ended):
+            for place, row in enumerate(ended.tolist()):
                 infos[row] = duel.info(result.result, row) | {
                     "terminal_observation": _entry(last, place),
                     "TimeLimit.truncated": bool(result.truncated[row]),

@@ -32,8 +32,8 @@ _FASTMATH = {"contract", "reassoc", "nsz", "arcp"}
 
 def kernel(function: Function) -> Function:
     """Compile a function that other kernels call."""
-    compiled: Function = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy")(function)
-    return compiled
+    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy")(function)
+    return compiled  # type: ignore[no-any-return]
 
 
 def entry_point(function: Function) -> Function:

@@ -17,7 +17,7 @@ from swarm_pz.kernels.trails import cell_of
 
 @kernel
 def ring_count(row: int, column: int, cells: int) -> int:
-    """Number n of cells on the ring around a cell that lie inside the square."""
+    """Return the number n of cells on the ring around a cell that lie inside the square."""
     rows = min(row + 2, cells - 1) - max(row - 2, 0) + 1
     columns = min(column + 2, cells - 1) - max(column - 2, 0) + 1
     inner_rows = min(row + 1, cells - 1) - max(row - 1, 0) + 1
@@ -40,12 +40,12 @@ def field_maximum(ring_sums: NDArray[np.int32]) -> tuple[int, int]:
     flat = ring_sums.ravel()
     for cell in range(flat.shape[0]):
         highest = flat[cell] if flat[cell] > highest else highest
-    best_sum, best_count = np.int64(highest), 16
+    best_sum, best_count = int(highest), 16
     # Then the two lines of cells along each wall, by their true counts.
     for line in (0, 1, cells - 2, cells - 1):
         for along in range(cells):
             for row, column in ((line, along), (along, line)):
-                ring_sum = np.int64(ring_sums[row, column])
+                ring_sum = int(ring_sums[row, column])
                 if ring_sum * best_count > best_sum * 5:  # no ring has fewer than 5 cells inside
                     count = ring_count(row, column, cells)
                     if ring_sum * best_count > best_sum * count:

@@ -36,10 +36,8 @@ class ErgodicParameters(NamedTuple):
 
 @kernel
 def wall_gradient(coordinate: np.float32, margin: np.float32, weight: np.float32) -> np.float32:
-    """Derivative of weight * (distance beyond [margin, 1 - margin])^2 along one axis."""
-    beyond = max(coordinate - (np.float32(1.0) - margin), np.float32(0.0)) + min(
-        coordinate - margin, np.float32(0.0)
-    )
+    """Return the derivative of weight * (distance beyond [margin, 1 - margin])^2 along one axis."""
+    beyond = max(coordinate - (np.float32(1.0) - margin), np.float32(0.0)) + min(coordinate - margin, np.float32(0.0))
     return np.float32(2.0) * weight * beyond
 
 
@@ -161,12 +159,8 @@ def ergodic(
         for j in range(size):
             i = members[j]
             path = slice(j * points, (j + 1) * points)
-            fill_first_harmonic(
-                positions[i, 0], velocities[i, 0] * parameters.period, cos_x[1, path], sin_x[1, path]
-            )
-            fill_first_harmonic(
-                positions[i, 1], velocities[i, 1] * parameters.period, cos_y[1, path], sin_y[1, path]
-            )
+            fill_first_harmonic(positions[i, 0], velocities[i, 0] * parameters.period, cos_x[1, path], sin_x[1, path])
+            fill_first_harmonic(positions[i, 1], velocities[i, 1] * parameters.period, cos_y[1, path], sin_y[1, path])
         fill_higher_harmonics(cos_x, sin_x)
         fill_higher_harmonics(cos_y, sin_y)
 

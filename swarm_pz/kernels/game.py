@@ -117,7 +117,11 @@ def advance_game(games: Games, e: int, ticks: int, rules: RuleParameters, contro
 
 @entry_point
 def advance_games(
-    games: Games, rows: NDArray[np.int64], ticks: NDArray[np.int64], rules: RuleParameters, controller: ErgodicParameters
+    games: Games,
+    rows: NDArray[np.int64],
+    ticks: NDArray[np.int64],
+    rules: RuleParameters,
+    controller: ErgodicParameters,
 ) -> None:
     """Advance the games `rows`, each by its own number of ticks (indexed by game)."""
     for row in rows:

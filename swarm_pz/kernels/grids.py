@@ -43,36 +43,45 @@ def paint_trail_age(
     for i in range(teams.shape[0]):
         if teams[i] != team:
             continue
-        for age in range(length - 1, -1, -1):
-            cell = trails[i, (tick - 1 - age) % length]
-            if tick - 1 - age >= 0 and cell >= 0:
+        newer = -1  # a drone stays in a cell for some ticks, of which the newest counts
+        slot = (tick - 1) % length
+        for age in range(min(length, tick)):
+            cell = trails[i, slot]
+            slot = slot - 1 if slot > 0 else length - 1
+            if cell != newer:
+                newer = cell
                 row, column = coarse_cell(cell, cells, plane.shape[0])
                 brightness = (255 * (length - age) + length // 2) // length
                 plane[row, column] = max(int(plane[row, column]), brightness)
 
 
 @kernel
-def paint_capture_field(ring_sums: NDArray[np.int32], threshold: float, plane: NDArray[np.uint8]) -> None:
+def paint_capture_field(
+    ring_sums: NDArray[np.int32], inverse_counts: NDArray[np.float64], threshold: float, plane: NDArray[np.uint8]
+) -> None:
     """Paint 255 * value / maximum, kept on the side of 192 that says whether the cell captures."""
-    cells = ring_sums.shape[0]
-    block = cells // plane.shape[0]
+    cells, grid = ring_sums.shape[0], plane.shape[0]
+    block = cells // grid
     maximum = field_maximum(ring_sums)
     if maximum[0] == 0:
         return
     scale = 255.0 * maximum[1] / maximum[0]
-    for row in range(cells):
-        for column in range(cells):
-            ring_sum = np.int64(ring_sums[row, column])
-            if ring_sum > 0:
-                count = ring_count(row, column, cells)
-                brightness = min(int(scale * ring_sum / count), 255)
-                if exceeds(ring_sum, count, maximum, threshold):
-                    brightness = max(brightness, CAPTURES_FROM)
-                else:
-                    brightness = min(brightness, CAPTURES_FROM - 1)
-                coarse_row, coarse_column = row // block, column // block
-                if brightness > plane[coarse_row, coarse_column]:
-                    plane[coarse_row, coarse_column] = brightness
+    for coarse_row in range(grid):
+        for coarse_column in range(grid):
+            highest, best_row, best_column = 0.0, 0, 0
+            for row in range(coarse_row * block, (coarse_row + 1) * block):
+                for column in range(coarse_column * block, (coarse_column + 1) * block):
+                    value = ring_sums[row, column] * inverse_counts[row, column]
+                    if value > highest:
+                        highest, best_row, best_column = value, row, column
+            if highest > 0.0:
+                brightness = min(int(scale * highest), 255)
+                # The float tells which cell is highest; whether it captures is told exactly.
+                ring_sum, count = int(ring_sums[best_row, best_column]), ring_count(best_row, best_column, cells)
+                captures = exceeds(ring_sum, count, maximum, threshold)
+                plane[coarse_row, coarse_column] = (
+                    max(brightness, CAPTURES_FROM) if captures else min(brightness, CAPTURES_FROM - 1)
+                )
 
 
 @kernel
@@ -101,6 +110,7 @@ def paint_grids(
     seats: NDArray[np.int64],
     time_left: NDArray[np.float64],
     threshold: float,
+    inverse_counts: NDArray[np.float64],
     interpolation: NDArray[np.float64],
     observations: NDArray[np.uint8],
 ) -> None:
@@ -119,6 +129,8 @@ def paint_grids(
         Fraction of the time that is left.
     threshold : float
         Of the capture.
+    inverse_counts : float64 array (cells, cells)
+        One over the number of cells of each cell's ring that lie inside the square.
     interpolation : float64 array (grid, A)
         From a command's cells to the grid's.
     observations : uint8 array (n, channels, grid, grid)
@@ -136,7 +148,7 @@ def paint_grids(
             team = own if side == 0 else 1 - own
             paint_positions(games.positions[e], games.teams[e], team, cells, planes[0 + side])
             paint_trail_age(games.trails[e], games.teams[e], games.ticks[e], team, cells, planes[2 + side])
-            paint_capture_field(games.ring_sums[e, team], threshold, planes[4 + side])
+            paint_capture_field(games.ring_sums[e, team], inverse_counts, threshold, planes[4 + side])
         paint_target(games.targets[e, own], interpolation, planes[6])
         planes[7] = np.uint8(255.0 * size / games.teams.shape[1] + 0.5)
         planes[8] = np.uint8(255.0 * time_left[place] + 0.5)

@@ -1,0 +1,114 @@
+"""The rules of capture, one sentence and one scene at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import GameConfig
+from swarm_pz.simulator import Simulator, ring_counts
+from tests.reference import captures_where, ring_sums
+
+CENTRES = (np.arange(50) + 0.5) / 50
+
+
+def scene(red_cells: list[tuple[int, int]], blue_cells: list[tuple[int, int]]) -> Simulator:
+    """Place resting drones in cells (row, column); too little time passes for them to leave."""
+    positions = [(CENTRES[column], CENTRES[row]) for row, column in red_cells + blue_cells]
+    simulator = Simulator(GameConfig(drones_per_team=(len(red_cells), len(blue_cells))))
+    simulator.reset([0], scenario={"positions": positions, "teams": [0] * len(red_cells) + [1] * len(blue_cells)})
+    return simulator
+
+
+def ring_around(row: int, column: int) -> list[tuple[int, int]]:
+    """All cells of the ring that lie inside the square."""
+    return [
+        (row + dy, column + dx)
+        for dy in range(-2, 3)
+        for dx in range(-2, 3)
+        if max(abs(dy), abs(dx)) == 2 and 0 <= row + dy < 50 and 0 <= column + dx < 50
+    ]
+
+
+# A lone drone captures on the ring around it, too: two of its mates in one far cell raise their
+# field's maximum there and so disarm it.
+FAR = [(45, 5), (45, 5)]
+
+
+def test_a_drone_that_the_others_surround_is_captured():
+    simulator = scene(ring_around(20, 30), [(20, 30), *FAR])
+    simulator.advance(1)
+    assert simulator.teams[0].tolist() == [0] * 16 + [0, 1, 1]
+    assert simulator.games.captures.tolist() == [[1, 0]]
+
+
+def test_a_drone_beside_the_ring_is_not_captured():
+    simulator = scene(ring_around(20, 30), [(20, 33), *FAR])
+    simulator.advance(1)
+    assert simulator.sizes.tolist() == [[16, 3]]
+
+
+@pytest.mark.parametrize(("row", "column"), [(0, 25), (25, 49), (0, 0), (49, 0), (1, 48)])
+def test_walls_stand_in_for_drones(row, column):
+    simulator = scene(ring_around(row, column), [(row, column), (25, 24)])
+    simulator.advance(1)
+    assert simulator.teams[0, -2] == 0
+
+
+def test_a_captured_drone_brings_its_trail_and_starts_with_an_empty_memory():
+    simulator = scene(ring_around(20, 30), [(20, 30), *FAR])
+    simulator.advance(1)
+    assert simulator.occupancy[0, 0].sum() == 17
+    assert simulator.occupancy[0, 1].sum() == 2
+    assert simulator.games.memory_weight[0, 16] == 0.0
+    assert simulator.games.memory_weight[0, 17] == 1.0
+    assert not simulator.games.memory[0, 16].any()
+
+
+def test_all_captures_of_a_tick_happen_at_once():
+    # Each team surrounds one drone of the other; neither capture may prevent the other.
+    red, blue = ring_around(10, 10), ring_around(35, 35)
+    simulator = scene([*red, (35, 35)], [*blue, (10, 10)])
+    simulator.advance(1)
+    assert simulator.teams[0, 16] == 1
+    assert simulator.teams[0, -1] == 0
+
+
+def test_the_step_stops_at_the_deciding_tick():
+    # Three red drones in one cell disarm the others; blue's only drone is on the ring of that cell.
+    simulator = scene([(20, 28)] * 3, [(20, 30)])
+    simulator.games.ring_sums[0, 1, 0, 0] = 100  # blue's field is strongest where nobody is
+    simulator.advance(30)
+    assert simulator.decided.tolist() == [True]
+    assert simulator.games.ticks.tolist() == [1]
+
+
+def test_without_captures_nobody_changes_sides():
+    simulator = scene(ring_around(20, 30), [(20, 30), (45, 5)])
+    config = GameConfig.from_dict({"drones_per_team": [16, 2], "capture": {"enabled": False}})
+    peaceful = Simulator(config)
+    peaceful.reset([0], scenario={"positions": simulator.positions[0], "teams": simulator.teams[0]})
+    peaceful.advance(30)
+    assert peaceful.sizes.tolist() == [[16, 2]]
+    assert not peaceful.decided.any()
+
+
+def test_a_drone_taken_back_within_a_second_counts_as_a_recapture():
+    simulator = scene(ring_around(20, 30), [(20, 30), (45, 5)])
+    simulator.games.capture_ticks[0, 16] = -10
+    simulator.advance(1)
+    assert simulator.games.recaptures.tolist() == [[1, 0]]
+
+
+def test_ring_counts_match_counting():
+    np.testing.assert_array_equal(ring_counts(), ring_sums(np.zeros((50, 50), np.int64))[1])
+
+
+def test_where_a_team_captures_matches_exact_fractions():
+    simulator = Simulator(num_games=30)
+    simulator.reset(range(30))
+    simulator.advance(90)
+    for game in range(30):
+        for team in range(2):
+            expected = captures_where(simulator.occupancy[game, team])
+            np.testing.assert_array_equal(simulator.captures_here[game, team], expected)

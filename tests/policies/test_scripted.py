@@ -1,0 +1,77 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import policies
+from swarm_pz.batch_env import BatchEnv
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import PolicyError
+from swarm_pz.policy import Policy, ask
+
+
+@pytest.mark.parametrize("name", policies.names())
+@pytest.mark.parametrize("cells", [5, 10])
+def test_every_policy_answers_every_board(name, cells):
+    config = GameConfig(drones_per_team=(2, 5), command_cells=cells)
+    batch = BatchEnv(config, 6)
+    batch.reset(range(6))
+    policy = policies.load(name, config)
+    assert isinstance(policy, Policy)
+    policy.reset(list(range(6)), np.arange(6))
+    for _ in range(15):
+        rows = np.flatnonzero(batch.running)
+        commands = np.ones((6, 2, cells, cells))
+        answer = ask(policy, batch.observe(policy.observation, 1, rows), rows, config)
+        assert answer.max() == pytest.approx(1.0)
+        commands[rows, 1] = answer
+        batch.step(commands)
+
+
+@pytest.mark.parametrize("name", policies.names())
+def test_answers_do_not_depend_on_the_batch(name):
+    batch = BatchEnv(num_games=4)
+    batch.reset(range(4))
+    batch.step(np.random.default_rng(0).random((4, 2, 10, 10)))
+    together, alone = policies.load(name), policies.load(name)
+    together.reset([10, 11, 12, 13], np.arange(4))
+    alone.reset([12], np.array([2]))
+    seen = batch.observe(together.observation, 0)
+    for _ in range(2):
+        one = together.act(seen, np.arange(4))[2]
+        np.testing.assert_allclose(one, alone.act(seen[2:3], np.array([2]))[0], atol=1e-6)
+
+
+def test_unknown_names_list_the_nearest():
+    with pytest.raises(PolicyError, match=r"there is no policy 'unifrom'; did you mean 'uniform'\? Known: .*wavefront"):
+        policies.load("unifrom")
+
+
+def test_all_scripts_are_there():
+    expected = {
+        "uniform",
+        "noise",
+        "restless",
+        "blind_ring",
+        "centre",
+        "chase",
+        "ring",
+        "evade",
+        "wavefront",
+        "corners",
+        "halo",
+        "lasso",
+    }
+    assert expected <= set(policies.names())
+
+
+def test_ring_surrounds_the_opponents():
+    batch = BatchEnv()
+    positions = np.concatenate([np.full((10, 2), 0.9), np.full((10, 2), 0.5)])
+    batch.reset([0], scenario={"positions": positions})
+    ring = policies.load("ring")
+    ring.reset([0], np.zeros(1, int))
+    density = ring.act(batch.observe(ring.observation, 0), np.zeros(1, int))[0]
+    assert density[4, 4] < 0.1
+    assert density[5, 7] > 0.8
+    assert density[0, 0] < 0.01

@@ -1,0 +1,489 @@
+"""A slow mirror of the game in float64 NumPy and plain Python, for tests to compare with.
+
+It follows the design page sentence by sentence: clarity first, speed never. Grids are indexed [row = y, column = x],
+coefficients [k1 (x), k2 (y)], and teams are 0 (red) and 1 (blue).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
+GRID = 50
+TICKS_PER_SECOND = 30
+RING = [(dy, dx) for dy in range(-2, 3) for dx in range(-2, 3) if max(abs(dy), abs(dx)) == 2]
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The rules
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def cell_of(position: NDArray[np.float32]) -> tuple[int, int]:
+    """Cell that a position lies in.
+
+    Parameters
+    ----------
+    position : (2,) array
+        x and y, rounded to float32 if they are not already.
+
+    Returns
+    -------
+    tuple of int
+        Row (from y) and column (from x): min(int(50 p), 49).
+    """
+    # A float32 has 24 significant bits and 50 has 6, so a float64 holds their product without rounding.
+    x = float(np.float32(position[0]))
+    y = float(np.float32(position[1]))
+    return min(int(GRID * y), GRID - 1), min(int(GRID * x), GRID - 1)
+
+
+def ring_sums(occupancy: Integers) -> tuple[Integers, Integers]:
+    """Sum S and number n of the ring cells around every cell.
+
+    The ring is the 16 outer cells of the 5x5 sub-grid centred on the cell; only those inside the square count.
+
+    Parameters
+    ----------
+    occupancy : (50, 50) int array
+
+    Returns
+    -------
+    sums, counts : (50, 50) int64 arrays
+    """
+    framed = np.zeros((GRID + 4, GRID + 4), dtype=np.int64)
+    inside = np.zeros((GRID + 4, GRID + 4), dtype=np.int64)
+    framed[2 : 2 + GRID, 2 : 2 + GRID] = occupancy
+    inside[2 : 2 + GRID, 2 : 2 + GRID] = 1
+    sums = np.zeros((GRID, GRID), dtype=np.int64)
+    counts = np.zeros((GRID, GRID), dtype=np.int64)
+    for dy, dx in RING:
+        sums += framed[2 + dy : 2 + dy + GRID, 2 + dx : 2 + dx + GRID]
+        counts += inside[2 + dy : 2 + dy + GRID, 2 + dx : 2 + dx + GRID]
+    return sums, counts
+
+
+def captures_where(occupancy: Integers, threshold: float = 0.75) -> Booleans:
+    """Cells where a team with this occupancy captures an opposing drone.
+
+    S / n > threshold * S_max / n_max, decided in exact fractions. An empty field captures nowhere.
+
+    Parameters
+    ----------
+    occupancy : (50, 50) int array
+    threshold : float
+        Share of the field's maximum that must be exceeded; taken at its exact binary value.
+
+    Returns
+    -------
+    (50, 50) bool array
+    """
+    sums, counts = ring_sums(occupancy)
+    distinct_counts = [int(count) for count in np.unique(counts)]
+    maximum = max(Fraction(int(sums[counts == count].max()), count) for count in distinct_counts)
+    captures = np.zeros((GRID, GRID), dtype=np.bool_)
+    for count in distinct_counts:
+        bound = Fraction(threshold) * maximum * count
+        # S is an integer: it exceeds the bound exactly where it exceeds the bound's floor.
+        captures |= (counts == count) & (sums > math.floor(bound))
+    # A negative threshold would let 0 > bound; the rule for an empty field stands on its own.
+    if maximum == 0:
+        captures[:] = False
+    return captures
+
+
+class RuleReference:
+    """Trails, occupancy, fields and captures of one game; positions are given.
+
+    Parameters
+    ----------
+    teams : (N,) int array
+        0 or 1 for every drone; copied.
+    trail_ticks : int
+        Number of ticks that a trail reaches back.
+    threshold : float
+        Share of the field's maximum above which a field captures.
+
+    Attributes
+    ----------
+    teams : (N,) int64 array
+    trails : list of N deques of (row, column), oldest first
+    captures : list of 2 ints
+        Drones that each team has captured so far.
+    recaptures : list of 2 ints
+        Those of `captures` that the team got back within one second of losing them.
+    """
+
+    def __init__(self, teams: NDArray[np.integer], trail_ticks: int = 150, threshold: float = 0.75) -> None:
+        self.teams: Integers = np.array(teams, dtype=np.int64)
+        self.trail_ticks = trail_ticks
+        self.threshold = threshold
+        self.trails: list[deque[tuple[int, int]]] = [deque(maxlen=trail_ticks) for _ in range(len(self.teams))]
+        self.captures = [0, 0]
+        self.recaptures = [0, 0]
+        self.ticks = 0
+        self._last_capture: list[int | None] = [None] * len(self.teams)
+        self._occupancy: Integers = np.zeros((2, GRID, GRID), dtype=np.int64)
+
+    @property
+    def occupancy(self) -> Integers:
+        """The teams' trails summed on the grid, a (2, 50, 50) int64 copy."""
+        return self._occupancy.copy()
+
+    def tick(self, positions: NDArray[np.float32]) -> list[int]:
+        """Extend the trails, compute both fields, test every drone and apply all captures at once.
+
+        Parameters
+        ----------
+        positions : (N, 2) float32 array
+            Where the drones are after this tick's move.
+
+        Returns
+        -------
+        list of int
+            Indices of the captured drones, ascending.
+        """
+        self.ticks += 1
+        for drone in range(len(self.teams)):
+            self._extend_trail(drone, cell_of(positions[drone]))
+        fields = [captures_where(self._occupancy[team], self.threshold) for team in (0, 1)]
+        captured = []
+        for drone in range(len(self.teams)):
+            opponent = 1 - int(self.teams[drone])
+            if fields[opponent][cell_of(positions[drone])]:
+                captured.append(drone)
+        for drone in captured:
+            self._change_team(drone)
+        return captured
+
+    def _extend_trail(self, drone: int, cell: tuple[int, int]) -> None:
+        team = self.teams[drone]
+        trail = self.trails[drone]
+        if len(trail) == self.trail_ticks:
+            row, column = trail[0]  # the deque drops it when the new cell comes in
+            self._occupancy[team, row, column] -= 1
+        trail.append(cell)
+        row, column = cell
+        self._occupancy[team, row, column] += 1
+
+    def _change_team(self, drone: int) -> None:
+        old = int(self.teams[drone])
+        new = 1 - old
+        for row, column in self.trails[drone]:
+            self._occupancy[old, row, column] -= 1
+            self._occupancy[new, row, column] += 1
+        self.teams[drone] = new
+        self.captures[new] += 1
+        last = self._last_capture[drone]
+        # With two teams, whoever captures a drone again is the team that its previous capture took it from.
+        if last is not None and self.ticks - last <= TICKS_PER_SECOND:
+            self.recaptures[new] += 1
+        self._last_capture[drone] = self.ticks
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The motion
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def saturate(accelerations: NDArray[np.floating], limit: float = 1.0) -> Floats:
+    """Scale every vector longer than the limit down to it, keeping its direction.
+
+    Parameters
+    ----------
+    accelerations : (N, 2) array
+
+    Returns
+    -------
+    (N, 2) float64 array
+        A copy.
+    """
+    result = np.array(accelerations, dtype=np.float64)
+    for drone in range(len(result)):
+        length = math.hypot(result[drone, 0], result[drone, 1])
+        if length > limit:
+            result[drone] *= limit / length
+    return result
+
+
+def move(
+    positions: NDArray[np.floating],
+    velocities: NDArray[np.floating],
+    accelerations: NDArray[np.floating],
+    dt: float = 1 / 30,
+) -> tuple[Floats, Floats]:
+    """One tick of semi-implicit Euler: v' = v + u dt, then p' = p + v' dt, then the walls.
+
+    A position that would leave the unit interval stops at its end, and that component of the velocity becomes 0.
+
+    Parameters
+    ----------
+    positions, velocities, accelerations : (N, 2) arrays
+
+    Returns
+    -------
+    positions, velocities : (N, 2) float64 arrays
+        Copies.
+    """
+    new_positions = np.array(positions, dtype=np.float64)
+    new_velocities = np.array(velocities, dtype=np.float64)
+    for drone in range(len(new_positions)):
+        for axis in (0, 1):
+            velocity = new_velocities[drone, axis] + float(accelerations[drone, axis]) * dt
+            position = new_positions[drone, axis] + velocity * dt
+            if position < 0.0:
+                position, velocity = 0.0, 0.0
+            elif position > 1.0:
+                position, velocity = 1.0, 0.0
+            new_positions[drone, axis] = position
+            new_velocities[drone, axis] = velocity
+    return new_positions, new_velocities
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The controller
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def basis(position: NDArray[np.floating], modes: int = 10) -> Floats:
+    """F_k = cos(pi k1 x) cos(pi k2 y) at one point.
+
+    Parameters
+    ----------
+    position : (2,) array
+
+    Returns
+    -------
+    (modes, modes) float64 array
+    """
+    x, y = float(position[0]), float(position[1])
+    k = np.arange(modes)
+    return np.outer(np.cos(np.pi * k * x), np.cos(np.pi * k * y))
+
+
+def basis_gradient(position: NDArray[np.floating], modes: int = 10) -> Floats:
+    """Gradient of every F_k at one point.
+
+    Parameters
+    ----------
+    position : (2,) array
+
+    Returns
+    -------
+    (modes, modes, 2) float64 array
+        Derivatives by x and by y.
+    """
+    x, y = float(position[0]), float(position[1])
+    k = np.arange(modes)
+    by_x = np.outer(-np.pi * k * np.sin(np.pi * k * x), np.cos(np.pi * k * y))
+    by_y = np.outer(np.cos(np.pi * k * x), -np.pi * k * np.sin(np.pi * k * y))
+    return np.stack([by_x, by_y], axis=-1)
+
+
+def sobolev_weights(modes: int = 10) -> Floats:
+    """Lambda_k = (1 + |k|^2)^(-3/2), a (modes, modes) float64 array."""
+    weights = np.zeros((modes, modes))
+    for k1 in range(modes):
+        for k2 in range(modes):
+            weights[k1, k2] = (1.0 + k1 * k1 + k2 * k2) ** -1.5
+    return weights
+
+
+def wall_penalty(position: NDArray[np.floating], weight: float = 100.0, margin: float = 0.05) -> float:
+    """Phi at one (2,) position: weight * (distance beyond [margin, 1 - margin])^2, summed over the axes."""
+    total = 0.0
+    for coordinate in position:
+        beyond = max(margin - float(coordinate), 0.0) + max(float(coordinate) - (1.0 - margin), 0.0)
+        total += weight * beyond**2
+    return total
+
+
+def wall_gradient(position: NDArray[np.floating], weight: float = 100.0, margin: float = 0.05) -> Floats:
+    """Gradient of `wall_penalty` at one (2,) position, a (2,) float64 array."""
+    gradient = np.zeros(2)
+    for axis in (0, 1):
+        coordinate = float(position[axis])
+        if coordinate < margin:
+            gradient[axis] = 2.0 * weight * (coordinate - margin)
+        elif coordinate > 1.0 - margin:
+            gradient[axis] = 2.0 * weight * (coordinate - (1.0 - margin))
+    return gradient
+
+
+def target_coefficients(command: NDArray[np.floating], modes: int = 10) -> Floats:
+    """Fourier coefficients phi_k of a command, by quadrature.
+
+    The density is the bilinear interpolation of the command's values, which sit at the cell centres (j + 0.5) / A;
+    it is constant beyond the outer centres, and scaled to integrate to 1. A command of zeros means uniform.
+
+    Parameters
+    ----------
+    command : (A, A) array
+        Non-negative values, row = y, column = x.
+
+    Returns
+    -------
+    (modes, modes) float64 array
+    """
+    values = np.array(command, dtype=np.float64)
+    if not values.any():
+        values[:] = 1.0
+    cells = len(values)
+    centres = (np.arange(cells) + 0.5) / cells
+
+    # The density has its kinks at cell centres: on half a cell it is smooth, and Gauss-Legendre is as good as exact.
+    nodes, node_weights = np.polynomial.legendre.leggauss(24)
+    half_cell = 0.5 / cells
+    points = np.concatenate([half_cell * (j + 0.5 + 0.5 * nodes) for j in range(2 * cells)])
+    weights = np.concatenate([0.5 * half_cell * node_weights for _ in range(2 * cells)])
+
+    # np.interp holds the end values outside its range, as wanted beyond the outer centres.
+    along_rows = np.array([np.interp(points, centres, row) for row in values])  # (A, points x)
+    density = np.array([np.interp(points, centres, column) for column in along_rows.T]).T  # (points y, points x)
+    density /= weights @ density @ weights
+
+    phi = np.zeros((modes, modes))
+    for k1 in range(modes):
+        for k2 in range(modes):
+            cosine_x = np.cos(np.pi * k1 * points)
+            cosine_y = np.cos(np.pi * k2 * points)
+            phi[k1, k2] = (weights * cosine_y) @ density @ (weights * cosine_x)
+    return phi
+
+
+def ergodic_metric(coefficients_mean: Floats, phi: Floats) -> float:
+    """Sum over k of Lambda_k (cbar_k - phi_k)^2, for two (K, K) arrays."""
+    difference = np.asarray(coefficients_mean, dtype=np.float64) - np.asarray(phi, dtype=np.float64)
+    return float(np.sum(sobolev_weights(len(difference)) * difference**2))
+
+
+class ControllerReference:
+    """The ergodic controller of one game, in float64.
+
+    Parameters
+    ----------
+    modes : int
+        Fourier modes a side, K.
+    horizon : int
+        Points of the rollout, H.
+    tau : float
+        Time constant of the memory, in seconds.
+    q, r : float
+        Weights of the ergodic term and of the control.
+    wall_weight, wall_margin : float
+        Weight of the wall penalty, and the width of the border where it acts.
+    period : float
+        Control period, and the spacing of the rollout's points, in seconds.
+    """
+
+    def __init__(
+        self,
+        modes: int = 10,
+        horizon: int = 10,
+        tau: float = 4.0,
+        q: float = 200.0,
+        r: float = 0.1,
+        wall_weight: float = 100.0,
+        wall_margin: float = 0.05,
+        period: float = 0.1,
+    ) -> None:
+        self.modes = modes
+        self.horizon = horizon
+        self.tau = tau
+        self.q = q
+        self.r = r
+        self.wall_weight = wall_weight
+        self.wall_margin = wall_margin
+        self.period = period
+
+    def solve(
+        self,
+        positions: NDArray[np.floating],
+        velocities: NDArray[np.floating],
+        teams: NDArray[np.integer],
+        memory: NDArray[np.floating],
+        memory_weight: NDArray[np.floating],
+        targets: NDArray[np.floating],
+    ) -> tuple[Floats, Floats, Floats]:
+        """One solve for every drone; the inputs stay as they are.
+
+        Parameters
+        ----------
+        positions, velocities : (N, 2) arrays
+        teams : (N,) int array
+        memory : (N, K, K) array
+            Decayed sums of F_k over each drone's past.
+        memory_weight : (N,) array
+            Decayed numbers of the points in those sums.
+        targets : (2, K, K) array
+            phi_k of each team.
+
+        Returns
+        -------
+        accelerations : (N, 2) float64 array
+            Not saturated.
+        memory : (N, K, K) float64 array
+        memory_weight : (N,) float64 array
+        """
+        drones = len(positions)
+        starts = np.array(positions, dtype=np.float64)
+        speeds = np.array(velocities, dtype=np.float64)
+        sums: Floats = np.array(memory, dtype=np.float64)
+        weights: Floats = np.array(memory_weight, dtype=np.float64)
+        phi = np.array(targets, dtype=np.float64)
+
+        # 1. Memory.
+        decay = math.exp(-self.period / self.tau)
+        for i in range(drones):
+            sums[i] = decay * sums[i] + basis(starts[i], self.modes)
+            weights[i] = decay * weights[i] + 1.0
+
+        # 2. Rollout: rollouts[i, h - 1] is the point at h. It may leave the square.
+        rollouts = np.zeros((drones, self.horizon, 2))
+        for i in range(drones):
+            for h in range(1, self.horizon + 1):
+                rollouts[i, h - 1] = starts[i] + h * self.period * speeds[i]
+
+        # 3. Coefficients of every drone over its memory and its rollout.
+        coefficients = np.zeros((drones, self.modes, self.modes))
+        for i in range(drones):
+            ahead = np.zeros((self.modes, self.modes))
+            for h in range(1, self.horizon + 1):
+                ahead += basis(rollouts[i, h - 1], self.modes)
+            coefficients[i] = (sums[i] + ahead) / (weights[i] + self.horizon)
+
+        # 4. Share, then 5. and 6. for every drone of the team.
+        accelerations = np.zeros((drones, 2))
+        for team in (0, 1):
+            members = [i for i in range(drones) if teams[i] == team]
+            if not members:
+                continue
+            shared = sum(coefficients[i] for i in members) / len(members)
+            for i in members:
+                accelerations[i] = self._control(rollouts[i], shared - phi[team])
+        return accelerations, sums, weights
+
+    def _control(self, rollout: Floats, difference: Floats) -> Floats:
+        """Costate backwards along one (H, 2) rollout for one (K, K) cbar - phi; the (2,) control at its first point."""
+        zero, one = np.zeros((2, 2)), np.eye(2)
+        a = np.block([[zero, one], [zero, zero]])
+        b = np.block([[zero], [one]])
+        weighted = sobolev_weights(self.modes) * difference
+        rho = np.zeros(4)
+        for h in range(self.horizon, 0, -1):
+            point = rollout[h - 1]
+            gradients = basis_gradient(point, self.modes)
+            g = np.zeros(4)
+            for axis in (0, 1):
+                g[axis] = self.q * np.sum(weighted * gradients[:, :, axis])
+            g[:2] += wall_gradient(point, self.wall_weight, self.wall_margin)
+            rho = rho + self.period * (g + a.T @ rho)
+        return -(b.T @ rho) / self.r

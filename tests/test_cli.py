@@ -1,0 +1,85 @@
+from __future__ import annotations
+
+import json
+import sys
+
+import pytest
+
+from swarm_pz.cli import main
+
+SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
+
+
+def test_policies_are_listed(capsys):
+    main(["policies"])
+    printed = capsys.readouterr().out
+    assert "ring         Make a ring around the opponents' mean position." in printed
+
+
+def test_evaluate_prints_a_table_and_writes_json(tmp_path, capsys):
+    main(["evaluate", "ring", "--opponent", "noise", "--games", "4", "--json", str(tmp_path / "e.json"), *SHORT])
+    assert "against noise" in capsys.readouterr().out
+    figures = json.loads((tmp_path / "e.json").read_text())
+    assert set(figures) >= {
+        "wins", "draws", "losses", "games", "win_rate", "win_rate_ci95", "mean_share", "median_seconds",
+        "restricted_mean_seconds", "unique_games", "config_hash",
+    }  # fmt: skip
+    assert figures["games"] == 4
+
+
+def test_render_writes_a_film(tmp_path, capsys):
+    main(["render", "ring", "noise", "--out", str(tmp_path / "film.mp4"), *SHORT])
+    assert (tmp_path / "film.mp4").stat().st_size > 1000
+    assert "film.mp4" in capsys.readouterr().out
+
+
+def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(tmp_path, capsys):
+    out = tmp_path / "run"
+    tiny = [
+        "--total-steps",
+        "64",
+        "--num-envs",
+        "4",
+        "--rollout",
+        "8",
+        "--width",
+        "4",
+        "--evaluation-games",
+        "2",
+        "--threads",
+        "1",
+        "--games",
+        "6",
+    ]
+    main(["train", "--out", str(out), *tiny, *SHORT])
+    printed = capsys.readouterr().out
+    for baseline in ("untrained", "noise"):
+        assert f"share above {baseline}" in printed
+    for name in ("learning_curve.png", "game.mp4", "evaluation.json", "policy.safetensors", "policy.json"):
+        assert (out / name).stat().st_size > 0, name
+    main(["evaluate", str(out), "--games", "2", *SHORT])
+    assert "run" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["evaluate", "rign"], "did you mean 'ring'"),
+        (["evaluate", "ring", "--games", "3"], "even number"),
+        (["evaluate", "ring", "--game.capture.threshold", "2"], "capture.threshold"),
+        (["render", "--out", "film.avi"], "must end in .gif or .mp4"),
+    ],
+)
+def test_errors_are_one_line_and_status_2(arguments, message, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(arguments)
+    assert stopped.value.code == 2
+    assert message in capsys.readouterr().err
+
+
+def test_help_teaches(capsys):
+    with pytest.raises(SystemExit):
+        main(["train", "--help"])
+    printed = capsys.readouterr().out
+    assert "Environment steps in all" in printed
+    assert "stable_baselines3" not in sys.modules or "training" in sys.modules

@@ -1,0 +1,119 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+import policies
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.errors import CommandError, PolicyError
+from swarm_pz.match import paired_difference, play_match
+from tests.test_duel_env import Nonsense
+
+SHORT = GameConfig(time_limit=30.0, drones_per_team=3)
+
+
+def test_figures_agree_with_the_games():
+    match = play_match("ring", "uniform", games=40, config=SHORT, threads=2)
+    summary = match.summary()
+    outcomes = [game.outcome for game in match.games]
+    assert summary["games"] == summary["unique_games"] == 40
+    assert [summary["wins"], summary["draws"], summary["losses"]] == [
+        outcomes.count(outcome) for outcome in ("win", "draw", "loss")
+    ]
+    seconds = [30.0 if game.outcome == "draw" else game.seconds for game in match.games]
+    assert summary["restricted_mean_seconds"] == pytest.approx(np.mean(seconds))
+    assert summary["median_seconds"] == pytest.approx(np.median(seconds))
+    interval = binomtest(summary["wins"], 40).proportion_ci(method="wilson")
+    assert summary["win_rate_ci95"] == pytest.approx([interval.low, interval.high])
+    assert summary["config_hash"] == SHORT.hash
+    for game in match.games:
+        assert game.outcome == ("win" if game.share == 1 else "loss" if game.share == 0 else "draw")
+        assert len(game.sizes) == int(np.ceil(game.seconds)) + 1
+        red = game.share if game.side == "red" else 1 - game.share
+        assert game.sizes[-1] == round(6 * red)
+
+
+def test_half_of_the_games_are_played_from_each_side_with_the_same_seeds():
+    match = play_match("ring", "uniform", games=8, config=SHORT)
+    assert [game.side for game in match.games] == ["red", "blue"] * 4
+    assert [game.pair for game in match.games] == [0, 0, 1, 1, 2, 2, 3, 3]
+
+
+def test_a_pair_that_is_the_same_game_twice_counts_once():
+    summary = play_match("uniform", "uniform", games=20, config=SHORT).summary()
+    assert summary["games"] == summary["unique_games"] == 10
+    assert sum(summary[outcome] for outcome in ("wins", "draws", "losses")) == 10
+    low, high = summary["win_rate_ci95"]
+    assert low <= summary["win_rate"] <= high
+
+
+def test_matches_repeat_and_do_not_depend_on_batch_or_threads(monkeypatch):
+    one = play_match("blind_ring", "noise", games=10, seed=3, config=SHORT)
+    monkeypatch.setattr("swarm_pz.match._BATCH", 4)
+    other = play_match("blind_ring", "noise", games=10, seed=3, config=SHORT, threads=2)
+    assert one.games == other.games
+    assert one.games != play_match("blind_ring", "noise", games=10, seed=4, config=SHORT).games
+
+
+def test_a_match_with_sides_exchanged_is_the_mirror_image():
+    one = play_match("ring", "uniform", games=6, config=SHORT)
+    other = play_match("uniform", "ring", games=6, config=SHORT)
+    for game, mirrored in zip(one.games[::2], other.games[1::2], strict=True):
+        assert game.share == pytest.approx(1 - mirrored.share)
+
+
+def test_paired_differences():
+    ring, noise = (play_match(name, "uniform", games=20, config=SHORT) for name in ("ring", "noise"))
+    difference, low, high = paired_difference(ring, noise)
+    assert low <= difference <= high
+    mean = np.mean([game.share for game in ring.games]) - np.mean([game.share for game in noise.games])
+    assert difference == pytest.approx(mean)
+    with pytest.raises(CommandError, match="must share opponent, seed"):
+        paired_difference(ring, play_match("noise", "ring", games=20, config=SHORT))
+
+
+def test_json_holds_the_figures(tmp_path):
+    match = play_match("ring", "uniform", games=4, config=SHORT)
+    match.write(tmp_path / "folder" / "figures.json")
+    assert json.loads((tmp_path / "folder" / "figures.json").read_text()) == match.summary()
+
+
+@pytest.mark.parametrize("games", [0, 3, -2, 2.0, True])
+def test_bad_numbers_of_games_are_refused(games):
+    with pytest.raises(CommandError, match="even number"):
+        play_match("ring", "uniform", games=games)
+
+
+def test_a_policy_that_answers_nonsense_is_named():
+    with pytest.raises(PolicyError, match="policy Nonsense's answer must be numbers"):
+        play_match("ring", Nonsense(np.full((2, 10, 10), np.inf)), games=2, config=SHORT)
+
+
+def test_a_policy_of_ones_own_plays_without_being_registered():
+    class Corner:
+        observation = ObservationConfig(grid=10)
+        name = "corner"
+
+        def reset(self, seeds, rows):
+            pass
+
+        def act(self, observations, rows):
+            density = np.zeros((len(rows), 10, 10))
+            density[:, 0, 0] = 1.0
+            return density
+
+    assert play_match(Corner(), policies.load("uniform"), games=2, config=SHORT).policy == "corner"
+
+
+def test_the_game_itself_has_its_order():
+    """noise <= uniform < ring against uniform: what makes this a benchmark."""
+    shares = {name: play_match(name, "uniform", games=60, seed=5, threads=2) for name in ("noise", "uniform", "ring")}
+    ring_above, low, _ = paired_difference(shares["ring"], shares["uniform"])
+    assert ring_above > 0.15
+    assert low > 0.0
+    _, low, _ = paired_difference(shares["noise"], shares["uniform"])
+    assert low < 0.0
+    assert shares["ring"].summary()["win_rate"] > 0.5

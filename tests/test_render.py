@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from swarm_pz import parallel_env
+from swarm_pz.errors import MissingExtraError, RenderError
+from swarm_pz.render import ARENA, HEADER, MARGIN, TEAM_COLOURS, ansi, draw
+from swarm_pz.replay import record_game
+from swarm_pz.simulator import Simulator
+
+
+@pytest.fixture
+def corner_simulator():
+    """One red drone near the bottom left and one blue near the top right."""
+    from swarm_pz.config import GameConfig
+
+    simulator = Simulator(GameConfig(drones_per_team=1))
+    simulator.reset([0], scenario={"positions": [[0.1, 0.2], [0.9, 0.8]], "teams": [0, 1]})
+    return simulator
+
+
+def test_the_bottom_of_the_board_is_the_bottom_of_the_picture(corner_simulator):
+    picture = draw(corner_simulator)
+    assert picture.dtype == np.uint8
+    for (x, y), colour in zip(((0.1, 0.2), (0.9, 0.8)), TEAM_COLOURS, strict=True):
+        pixel = picture[round(HEADER + (1 - y) * ARENA), round(MARGIN + x * ARENA)]
+        np.testing.assert_array_equal(pixel, colour)
+
+
+def test_text_shows_drones_where_they_are(corner_simulator):
+    lines = ansi(corner_simulator).splitlines()
+    assert lines[0].split() == ["red", "1", "0.0", "s", "1", "blue"]
+    assert lines[1 + 24 - 5][5] == "r"
+    assert lines[1 + 24 - 20][45] == "b"
+
+
+def test_ground_where_a_team_captures_is_dark():
+    simulator = Simulator()
+    simulator.reset([1])
+    simulator.advance(60)
+    ground = simulator.captures_here[0, 0]
+    row, column = np.argwhere(ground)[0]
+    picture = draw(simulator)
+    y = round(HEADER + (1 - (row + 0.5) / 50) * ARENA)
+    x = round(MARGIN + (column + 0.5) / 50 * ARENA)
+    assert picture[y - 2 : y + 3, x - 2 : x + 3].mean() < 200
+    assert picture.mean() > 200
+
+
+def test_a_list_holds_the_frames_of_a_step():
+    environment = parallel_env(render_mode="rgb_array_list", command_period=0.5)
+    environment.reset(seed=0)
+    assert len(environment.render()) == 1
+    environment.step({agent: np.ones((10, 10)) for agent in environment.agents})
+    assert len(environment.render()) == 5
+    assert environment.metadata["render_fps"] == 10
+    assert parallel_env(render_mode="rgb_array", command_period=0.5).metadata["render_fps"] == 2
+
+
+def test_without_a_display_human_says_so_and_does_not_hang():
+    code = "from swarm_pz import parallel_env; parallel_env(render_mode='human')"
+    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "SDL_VIDEODRIVER")}
+    environment.pop("WAYLAND_DISPLAY", None)
+    result = subprocess.run(  # noqa: S603
+        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, timeout=60, check=False
+    )
+    assert "RenderError: render_mode='human' needs a display" in result.stderr
+
+
+def test_a_missing_extra_says_which_to_install(monkeypatch, corner_simulator):
+    monkeypatch.setitem(sys.modules, "PIL.Image", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'swarm-pz\[render\]'"):
+        draw(corner_simulator)
+
+
+@pytest.mark.parametrize("suffix", ["gif", "mp4"])
+def test_films_are_written(tmp_path, suffix):
+    import imageio.v2 as imageio
+
+    path = tmp_path / "films" / f"game.{suffix}"
+    standing = record_game("ring", "uniform", path, seconds=2)
+    assert "red" in standing
+    assert imageio.get_reader(path).get_data(0).ndim == 3
+
+
+def test_films_of_unknown_formats_are_refused(tmp_path):
+    with pytest.raises(RenderError, match=r"must end in .gif or .mp4"):
+        record_game("ring", "uniform", tmp_path / "game.avi")

@@ -1,0 +1,208 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import torch
+from gymnasium import spaces
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecEnvWrapper
+
+import policies
+from policies.learned import LearnedPolicy
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.errors import CheckpointError, ConfigError, PolicyError
+from swarm_pz.match import play_match
+from training.config import TrainConfig
+from training.ppo import CHECKPOINT, Training
+from training.report import plot_learning_curve, plot_sizes
+from training.vec_env import SwarmVecEnv
+
+TINY = TrainConfig(
+    game=GameConfig(observation=ObservationConfig(grid=10), drones_per_team=2, time_limit=5.0),
+    total_steps=64,
+    num_envs=4,
+    rollout=8,
+    batch_size=16,
+    epochs=1,
+    width=4,
+    evaluate_every=32,
+    evaluation_games=2,
+    checkpoint_every=32,
+    threads=1,
+)
+
+
+def quiet(line: str) -> None:
+    """Drop a line of progress."""
+
+
+def weights(policy: LearnedPolicy) -> list[np.ndarray]:
+    return [values.numpy() for values in policy._actor.state_dict().values()]
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "tiny"
+    run = Training(TINY, folder, say=quiet)
+    return run, run.run(), folder
+
+
+def test_two_seeded_runs_agree_and_another_seed_differs(trained, tmp_path):
+    _, policy, _ = trained
+    again = Training(TINY, tmp_path / "again", say=quiet).run()
+    other = Training(TINY.replace(seed=1), tmp_path / "other", say=quiet).run()
+    for one, two in zip(weights(policy), weights(again), strict=True):
+        np.testing.assert_array_equal(one, two)
+    assert any(not np.array_equal(one, two) for one, two in zip(weights(policy), weights(other), strict=True))
+
+
+def test_the_written_policy_loads_and_plays_as_it_did(trained):
+    _, policy, folder = trained
+    loaded = policies.load(folder, TINY.game)
+    seen = np.random.default_rng(0).integers(0, 256, (3, 9, 10, 10)).astype(np.uint8)
+    np.testing.assert_array_equal(policy.act(seen, np.arange(3)), loaded.act(seen, np.arange(3)))
+    assert play_match(loaded, "uniform", games=2, config=TINY.game).summary()["games"] == 2
+    assert loaded.card["config_hash"] == TINY.game.hash
+    assert loaded.card["steps"] >= 64
+
+
+def test_the_played_action_is_the_mean_of_sb3s_policy(trained):
+    run, policy, _ = trained
+    seen = np.random.default_rng(0).integers(0, 256, (3, 9, 10, 10)).astype(np.uint8)
+    mean, _ = run.model.predict(seen, deterministic=True)
+    from swarm_pz.duel_env import command_from_action
+
+    expected = command_from_action(np.clip(mean, -1, 1).astype(np.float64), 10, is_log=True)
+    np.testing.assert_allclose(policy.act(seen, np.arange(3)), expected, rtol=1e-5)
+
+
+def test_history_checkpoint_and_curve_are_written(trained):
+    run, _, folder = trained
+    steps = [record["step"] for record in run.history.records]
+    assert steps == [0, 32, 64]
+    assert json.loads((folder / "history.json").read_text())["records"] == run.history.records
+    assert TrainConfig.from_dict(json.loads((folder / "config.json").read_text())) == TINY
+    assert list((folder / "tensorboard").iterdir())
+    plot_learning_curve(run.history, folder / "curve.png")
+    assert (folder / "curve.png").stat().st_size > 10_000
+    plot_sizes(play_match("ring", "uniform", games=2, config=TINY.game), folder / "sizes.png")
+    assert (folder / "sizes.png").stat().st_size > 10_000
+
+
+def test_a_run_goes_on_from_its_checkpoint(trained, tmp_path):
+    first = Training(TINY, tmp_path / "run", say=quiet)
+    first.run()
+    lines = []
+    longer = Training(TINY.replace(total_steps=128), tmp_path / "run", resume=True, say=lines.append)
+    assert longer.model.num_timesteps == 64
+    assert "resuming" in lines[0]
+    longer.run()
+    assert longer.model.num_timesteps == 128
+    assert [record["step"] for record in longer.history.records] == [0, 32, 64, 96, 128]
+
+
+def test_a_checkpoint_of_another_configuration_is_refused(trained):
+    _, _, folder = trained
+    with pytest.raises(CheckpointError, match="another configuration"):
+        Training(TINY.replace(gamma=0.5), folder, resume=True, say=quiet)
+
+
+@pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"PK\x03\x04 torn"])
+def test_a_corrupt_checkpoint_is_refused(tmp_path, content):
+    (tmp_path / CHECKPOINT).write_bytes(content)
+    with pytest.raises(CheckpointError, match="corrupt or foreign"):
+        Training(TINY, tmp_path, resume=True, say=quiet)
+
+
+def test_a_foreign_checkpoint_is_refused(tmp_path):
+    torch.save({"something": "else"}, tmp_path / CHECKPOINT)
+    with pytest.raises(CheckpointError, match="corrupt or foreign"):
+        Training(TINY, tmp_path, resume=True, say=quiet)
+
+
+def tamper(folder, change):
+    card = json.loads((folder / "policy.json").read_text())
+    change(card)
+    (folder / "policy.json").write_text(json.dumps(card))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda folder: (folder / "policy.safetensors").unlink(), "policy.safetensors is missing"),
+        (lambda folder: (folder / "policy.safetensors").write_bytes(b"torn"), "corrupt or foreign"),
+        (lambda folder: (folder / "policy.json").write_text("{"), "corrupt or foreign"),
+        (lambda folder: (folder / "policy.json").write_text("[]"), "must hold a JSON object"),
+        (lambda folder: tamper(folder, lambda card: card.pop("grid")), "card must hold"),
+        (lambda folder: tamper(folder, lambda card: card.update(format=99)), "format"),
+        (lambda folder: tamper(folder, lambda card: card.update(width=8)), "do not fit its card"),
+        (lambda folder: tamper(folder, lambda card: card.update(grid=7)), "do not fit its card"),
+        (lambda folder: tamper(folder, lambda card: card.update(width="wide")), "do not fit its card"),
+    ],
+)
+def test_spoiled_policies_are_refused(trained, tmp_path, spoil, message):
+    _, policy, _ = trained
+    policy.write(tmp_path / "policy")
+    spoil(tmp_path / "policy")
+    with pytest.raises(CheckpointError, match=message):
+        policies.load(tmp_path / "policy", TINY.game)
+
+
+def test_weights_that_are_not_numbers_are_refused(trained):
+    _, policy, _ = trained
+    spoiled = {name: np.full_like(values, np.nan) for name, values in policy._actor.state_dict().items()}
+    with pytest.raises(CheckpointError, match="finite"):
+        LearnedPolicy(policy.card, {name: np.asarray(values) for name, values in spoiled.items()}, TINY.game)
+
+
+def test_bad_settings_are_refused(tmp_path):
+    with pytest.raises(ConfigError, match="action_cells must be a divisor"):
+        TrainConfig(action_cells=3)
+    with pytest.raises(ConfigError, match="'grids', which the network is made for"):
+        TrainConfig(game=GameConfig(observation=ObservationConfig(kind="entities")))
+    with pytest.raises(ConfigError, match="did you mean 'learning_rate'"):
+        TrainConfig(learn_rate=0.1)
+    with pytest.raises(PolicyError, match="no policy 'rign'"):
+        Training(TINY.replace(opponents=("rign",)), tmp_path, say=quiet)
+
+
+class RingAction(VecEnvWrapper):
+    """A toy task known to be won: the action is a ring's centre, radius and width."""
+
+    def __init__(self, venv):
+        # The untrained action, all zeros, is a blob in a corner; the ring has to be found.
+        super().__init__(venv, action_space=spaces.Box(-1.0, 1.0, (4,), np.float32))
+
+    def reset(self):
+        return self.venv.reset()
+
+    def step_async(self, actions):
+        x0, y0, radius, width = np.clip((actions.T.astype(float) + 0.3) / 1.3, 0, 1)[:, :, None, None]
+        centres = (np.arange(10) + 0.5) / 10
+        distance = np.hypot(centres[None, None, :] - x0, centres[None, :, None] - y0)
+        ring = np.exp(-(((distance - 0.5 * radius) / (0.05 + 0.2 * width)) ** 2))
+        peak = ring.max(axis=(1, 2), keepdims=True)
+        self.venv.step_async(ring / np.where(peak > 0, peak, 1.0))
+
+    def step_wait(self):
+        return self.venv.step_wait()
+
+
+def test_a_ring_learns_to_hold_more_drones():
+    game = GameConfig(observation=ObservationConfig(grid=10), time_limit=60.0)
+    env = RingAction(SwarmVecEnv(game, 64, action="density", threads=2, seed=0))
+    model = PPO("MlpPolicy", env, n_steps=16, batch_size=256, n_epochs=6, learning_rate=1e-3, gamma=0.95, seed=0)
+
+    def mean_return(deterministic):
+        seen, total = env.reset(), np.zeros(64)
+        for _ in range(60):
+            action, _ = model.predict(seen, deterministic=deterministic)
+            seen, rewards, _, _ = env.step(action)
+            total += rewards
+        return total.mean()
+
+    before = mean_return(deterministic=True)
+    model.learn(64 * 16 * 30)
+    assert mean_return(deterministic=True) > before + 0.3
