@@ -1,0 +1,1 @@
+"""What the game, the controller and the simulator do, in numbers."""

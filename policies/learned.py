@@ -17,7 +17,7 @@ from safetensors.numpy import load_file, save_file
 from torch import Tensor, nn
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.duel_env import command_from_action
+from swarm_pz.duel_batch import command_from_action
 from swarm_pz.errors import CheckpointError, ConfigError, SwarmError
 from swarm_pz.observation import CHANNELS
 from swarm_pz.simulator import Seed

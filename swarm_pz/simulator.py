@@ -24,6 +24,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import ring_count
 from swarm_pz.kernels.ergodic import ErgodicParameters
 from swarm_pz.kernels.game import Games, RuleParameters, advance_games
+from swarm_pz.scenario import check_scenario, random_start
 from swarm_pz.target import check_densities, fourier_coefficients, normalise
 
 Seed = int | np.random.SeedSequence
@@ -141,7 +142,7 @@ class Simulator:
         games.coefficients[chosen] = coefficients
         games.teams[chosen, self.config.team_sizes[RED] :] = 1
         for row, generator in zip(chosen, generators, strict=True):
-            games.positions[row], games.altitudes[row] = _random_start(self.config, generator)
+            games.positions[row], games.altitudes[row] = random_start(self.config, generator)
         for name, values in start.items():
             getattr(games, name)[chosen] = values
 
@@ -338,56 +339,6 @@ def _seed_sequence(seed: Seed) -> np.random.SeedSequence:
     if isinstance(seed, (int, np.integer)) and not isinstance(seed, bool) and seed >= 0:
         return np.random.SeedSequence(int(seed))
     raise CommandError(f"a seed must be a whole number of at least 0 or a SeedSequence, got {seed!r}")
-
-
-def _random_start(
-    config: GameConfig, generator: np.random.Generator
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Draw positions (N, 2) near the corner points and distinct altitudes (N,)."""
-    count, spawn = config.num_drones, config.spawn
-    corners = np.where(generator.integers(2, size=(count, 2)) == 1, 1.0 - spawn.inset, spawn.inset)
-    angle = generator.uniform(0.0, 2.0 * np.pi, count)
-    distance = spawn.radius * np.sqrt(generator.uniform(0.0, 1.0, count))
-    positions = corners + distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    altitudes = (generator.permutation(count) + 1.0) / count
-    return np.clip(positions, 0.0, 1.0), altitudes
-
-
-def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dict[str, NDArray[Any]]:
-    """Return the parts of a scenario as arrays that fit the game; unknown names are left out.
-
-    Raises
-    ------
-    CommandError
-        If a part has the wrong shape or holds values that no drone can have.
-    """
-    count = config.num_drones
-    start: dict[str, NDArray[Any]] = {}
-    for name, low, high in (("positions", 0.0, 1.0), ("velocities", -10.0, 10.0)):
-        if name in scenario:
-            expected = f"scenario {name} must be numbers in [{low:g}, {high:g}] of shape {(count, 2)}"
-            values = _as_floats(scenario[name], expected)
-            if values.shape != (count, 2):
-                raise CommandError(f"{expected}, got shape {values.shape}")
-            if not ((values >= low) & (values <= high)).all():
-                raise CommandError(f"{expected}, got {values.tolist()}")
-            start[name] = values
-    if "teams" in scenario:
-        expected = f"scenario teams must be {count} numbers that are 0 (red) or 1 (blue)"
-        values = _as_floats(scenario["teams"], expected)
-        if values.shape != (count,) or not np.isin(values, (0, 1)).all():
-            raise CommandError(f"{expected}, got {scenario['teams']!r}")
-        if config.capture.enabled and len(np.unique(values)) < 2:
-            raise CommandError(f"{expected}, with at least one of each, got {scenario['teams']!r}")
-        start["teams"] = values.astype(np.int8)
-    return start
-
-
-def _as_floats(values: ArrayLike, expected: str) -> NDArray[np.float64]:
-    try:
-        return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise CommandError(f"{expected}, got {values!r}") from error
 
 
 def _controller_parameters(config: GameConfig) -> ErgodicParameters:

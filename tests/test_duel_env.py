@@ -6,7 +6,8 @@ import pytest
 from stable_baselines3.common.env_checker import check_env
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.duel_env import DuelBatch, DuelEnv, command_from_action
+from swarm_pz.duel_batch import DuelBatch, command_from_action
+from swarm_pz.duel_env import DuelEnv
 from swarm_pz.errors import CommandError, ConfigError, GameOverError, PolicyError
 
 

@@ -85,7 +85,7 @@ class FadingExploration(BaseCallback):
         done = min(self.num_timesteps / config.total_steps, 1.0)
         log_std = config.log_std + done * (config.final_log_std - config.log_std)
         with torch.no_grad():
-            self.model.policy.log_std.fill_(log_std)
+            self.run.model.policy.log_std.copy_(torch.full_like(self.run.model.policy.log_std, log_std))
 
     def _on_step(self) -> bool:
         return True

@@ -11,7 +11,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from swarm_pz.config import GameConfig
-from swarm_pz.duel_env import DuelBatch, Opponents
+from swarm_pz.duel_batch import DuelBatch, Opponents
 from swarm_pz.observation import Observations
 from swarm_pz.render import draw
 
