@@ -164,7 +164,7 @@ class BatchEnv:
         self.running &= ~(decided | truncated)
         red = red_rewards(self.config, sizes_before, self.simulator.sizes, decided)
         return StepResult(
-            rewards=np.stack([red, -red], axis=1),
+            rewards=np.stack([red, 0.0 - red], axis=1),
             terminated=decided,
             truncated=truncated,
             captured=games.captures - captures,

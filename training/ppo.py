@@ -161,7 +161,9 @@ class Training:
             state: dict[str, Any] = torch.load(path, weights_only=True)
             config_hash = state["config_hash"]
         except (OSError, RuntimeError, EOFError, KeyError, TypeError, ValueError, pickle.UnpicklingError) as error:
-            raise CheckpointError(f"{path} is corrupt or foreign; delete it to begin afresh ({error})") from error
+            raise CheckpointError(
+                f"{path} is corrupt or foreign; delete it to begin afresh ({_first_line(error)})"
+            ) from error
         if config_hash != _hash(self.config):
             raise CheckpointError(
                 f"{path} belongs to another configuration: give the settings in {self.folder / 'config.json'}, "
@@ -173,11 +175,17 @@ class Training:
             self.history = History.from_json(state["history"])
             self.model.num_timesteps = int(state["steps"])
         except (KeyError, RuntimeError, TypeError, ValueError) as error:
-            raise CheckpointError(f"{path} does not fit this run; delete it to begin afresh ({error})") from error
+            raise CheckpointError(
+                f"{path} does not fit this run; delete it to begin afresh ({_first_line(error)})"
+            ) from error
         # Games go on from other seeds than those already played.
         stream = np.random.SeedSequence([self.config.seed, self.model.num_timesteps])
         self.env.seed(int(stream.generate_state(1)[0]))
         self._say(f"resuming {self.folder} at step {self.model.num_timesteps:,}")
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]
 
 
 def _hash(config: TrainConfig) -> str:

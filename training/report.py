@@ -87,9 +87,9 @@ def plot_sizes(match: MatchResult, path: Path) -> None:
     """Draw team sizes over time of every game of a match, red's share of all drones."""
     figure = Figure(figsize=(8, 4.5), layout="constrained")
     axes = figure.add_subplot()
-    for game in match.games:
+    for game in match.unique:
         axes.plot([size / match.config.num_drones for size in game.sizes], linewidth=0.8, alpha=0.7)
     axes.axhline(0.5, color="grey", linewidth=0.8)
     axes.set(xlabel="time in s", ylabel="red's share of all drones", ylim=(-0.02, 1.02))
-    axes.set_title(f"{match.policy} against {match.opponent}, {len(match.games)} games", fontsize=10)
+    axes.set_title(f"{match.policy} against {match.opponent}, {len(match.unique)} games", fontsize=10)
     figure.savefig(path, dpi=120)
