@@ -82,7 +82,7 @@ def train(
             f"(95 % interval {comparison.low:+.3f} to {comparison.high:+.3f})"
         )
     standing = record_game(trained, "uniform", out / "game.mp4", config=config.game, seed=1, seconds=120, speed=4.0)
-    print(f"learning curve: {out / 'learning_curve.png'}\none game, {standing}: {out / 'game.gif'}")
+    print(f"learning curve: {out / 'learning_curve.png'}\none game, {standing}: {out / 'game.mp4'}")
     print(f"policy: {out}  (try: swarm-pz evaluate {out} --opponent ring)")
 
 
@@ -194,9 +194,14 @@ def _progress(games: int) -> Callable[[int, int], None]:
 
 def _print_matches(matches: list[MatchResult]) -> None:
     table_module = require_extra("rich.table", "cli")
-    table = table_module.Table(title=f"against {matches[0].opponent}, both sides, seed {matches[0].seed}")
-    for heading in ("policy", "games", "won", "drawn", "lost", "win rate (95 %)", "share", "restr. mean s", "median s"):
-        table.add_column(heading, justify="left" if heading == "policy" else "right")
+    first = matches[0]
+    table = table_module.Table(
+        title=f"against {first.opponent}, both sides, seed {first.seed}",
+        caption=f"share of all drones at the end; in the mean length, draws count {first.limit_s:g} s",
+    )
+    headings = ("policy", "games", "won", "drawn", "lost", "won, 95 %", "share", "mean s", "median s")
+    for heading in headings:
+        table.add_column(heading, justify="left" if heading == "policy" else "right", no_wrap=True)
     for match in matches:
         summary = match.summary()
         low, high = summary["win_rate_ci95"]
@@ -206,7 +211,7 @@ def _print_matches(matches: list[MatchResult]) -> None:
             str(summary["wins"]),
             str(summary["draws"]),
             str(summary["losses"]),
-            f"{summary['win_rate']:.2f} ({low:.2f} to {high:.2f})",
+            f"{100 * low:.0f} to {100 * high:.0f} %",
             f"{summary['mean_share']:.3f}",
             f"{summary['restricted_mean_seconds']:.0f}",
             f"{summary['median_seconds']:.0f}",

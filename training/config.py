@@ -32,7 +32,7 @@ class TrainConfig(Config):
     epochs : int
         Times that each update goes through its steps.
     learning_rate : float
-        Of Adam.
+        Of Adam, at the start; it falls to zero linearly with the steps.
     gamma : float
         Discount of a reward one step later.
     gae_lambda : float
@@ -62,10 +62,10 @@ class TrainConfig(Config):
     opponents: tuple[str, ...] = ("uniform",)
     action_cells: int = 5
     width: int = 32
-    total_steps: int = 500_000
+    total_steps: int = 800_000
     num_envs: int = 128
     rollout: int = 64
-    batch_size: int = 2048
+    batch_size: int = 1024
     epochs: int = 4
     learning_rate: float = 5e-4
     gamma: float = 0.98
@@ -74,9 +74,9 @@ class TrainConfig(Config):
     entropy: float = 0.0
     log_std: float = -0.7
     final_log_std: float = -2.0
-    evaluate_every: int = 80_000
+    evaluate_every: int = 100_000
     evaluation_games: int = 40
-    checkpoint_every: int = 80_000
+    checkpoint_every: int = 100_000
     seed: int = 0
     threads: int = 2
 

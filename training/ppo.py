@@ -71,7 +71,7 @@ class Training:
             n_steps=config.rollout,
             batch_size=min(config.batch_size, config.rollout * config.num_envs),
             n_epochs=config.epochs,
-            learning_rate=config.learning_rate,
+            learning_rate=lambda left: config.learning_rate * left,
             gamma=config.gamma,
             gae_lambda=config.gae_lambda,
             clip_range=config.clip_range,
