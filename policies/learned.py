@@ -20,10 +20,11 @@ from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.duel_batch import command_from_action
 from swarm_pz.errors import CheckpointError, ConfigError, SwarmError
 from swarm_pz.observation import CHANNELS
-from swarm_pz.simulator import Seed
+from swarm_pz.scenario import Seed
 
 WEIGHTS, CARD = "policy.safetensors", "policy.json"
 FORMAT = 1
+_ROWS = 32
 
 
 def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
@@ -121,7 +122,7 @@ class LearnedPolicy:
         missing = {"format", "name", "grid", "action_cells", "width", "channels"} - set(card)
         if missing:
             raise CheckpointError(f"a policy's card must hold {sorted(missing)}, got only {sorted(card)}")
-        if card["format"] != FORMAT or tuple(card["channels"]) != CHANNELS:
+        if card["format"] != FORMAT or card["channels"] != list(CHANNELS):
             raise CheckpointError(
                 f"a policy's card must be of format {FORMAT} with channels {CHANNELS}, "
                 f"got format {card['format']!r} with {card['channels']!r}"
@@ -130,7 +131,7 @@ class LearnedPolicy:
             self.observation = ObservationConfig(grid=card["grid"])
             self._actor = Actor((len(CHANNELS), card["grid"], card["grid"]), card["action_cells"], card["width"])
             self._actor.load_state_dict({name: torch.as_tensor(values) for name, values in weights.items()})
-        except (SwarmError, RuntimeError, TypeError, ValueError) as error:
+        except (SwarmError, ArithmeticError, RuntimeError, TypeError, ValueError) as error:
             raise CheckpointError(f"the weights of policy {card['name']!r} do not fit its card: {error}") from error
         if not all(bool(torch.isfinite(values).all()) for values in self._actor.state_dict().values()):
             raise CheckpointError(f"the weights of policy {card['name']!r} must be finite numbers, got NaN or infinity")
@@ -171,7 +172,13 @@ class LearnedPolicy:
 
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> NDArray[np.float64]:
         """Answer observations (n, C, G', G') with densities (n, A, A)."""
+        # Always the same number of rows: another one would round differently, and a game would depend
+        # on how many others are played beside it.
+        count = len(observations)
+        padded = np.zeros((-(-count // _ROWS) * _ROWS, *observations.shape[1:]), np.uint8)
+        padded[:count] = observations
         with torch.inference_mode():
-            images = torch.from_numpy(observations).float() / 255.0
-            actions = self._actor(images).clamp(-1.0, 1.0).double().numpy()
+            images = torch.from_numpy(padded).float() / 255.0
+            parts = [self._actor(images[start : start + _ROWS]) for start in range(0, len(images), _ROWS)]
+            actions = torch.cat(parts)[:count].clamp(-1.0, 1.0).double().numpy()
         return command_from_action(actions, self._cells, is_log=True)

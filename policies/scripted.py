@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.observation import CHANNELS
-from swarm_pz.simulator import Seed
+from swarm_pz.scenario import Seed
 
 Array = NDArray[np.float64]
 

@@ -23,7 +23,8 @@ from swarm_pz.config import (
 from swarm_pz.errors import CommandError, GameOverError
 from swarm_pz.observation import Observations, observe
 from swarm_pz.reward import red_rewards
-from swarm_pz.simulator import Seed, Simulator
+from swarm_pz.scenario import Seed
+from swarm_pz.simulator import Simulator
 from swarm_pz.target import check_densities
 
 
@@ -109,7 +110,7 @@ class BatchEnv:
     ) -> None:
         """Start games afresh; arguments as of `Simulator.reset`."""
         self.simulator.reset(seeds, rows, scenario)
-        self.running[slice(None) if rows is None else np.asarray(rows, np.int64)] = True
+        self.running[self.simulator.rows(rows)] = True
 
     def step(
         self,
@@ -183,8 +184,11 @@ class BatchEnv:
         rows : sequence of int, optional
             The n games; all if not given.
         """
-        chosen = np.arange(self.num_games) if rows is None else np.asarray(rows, np.int64)
-        sides = np.ascontiguousarray(np.broadcast_to(np.asarray(teams, np.int64), len(chosen)))
+        chosen = self.simulator.rows(rows)
+        given = np.asarray(teams)
+        if given.shape not in ((), chosen.shape) or not np.isin(given, (RED, BLUE)).all():
+            raise CommandError(f"teams must be 0 (red) or 1 (blue), one or one a game, got {teams!r}")
+        sides = np.ascontiguousarray(np.broadcast_to(given.astype(np.int64), len(chosen)))
         left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)
         return observe(self.simulator, seat, sides, chosen, left)
 

@@ -7,11 +7,12 @@ The one place that knows every part of the project; each command imports what it
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import GameConfig, check
 from swarm_pz.errors import SwarmError, require_extra
 from training.config import TrainConfig
 
@@ -40,7 +41,7 @@ def main(arguments: list[str] | None = None) -> None:
             args=arguments,
             config=(tyro.conf.AvoidSubcommands,),
         )
-    except SwarmError as error:
+    except (SwarmError, OSError) as error:
         print(f"swarm-pz: {error}", file=sys.stderr)
         sys.exit(2)
     except KeyboardInterrupt:
@@ -67,6 +68,7 @@ def train(
     from training.ppo import Training
     from training.report import compare, plot_learning_curve
 
+    check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
     run = Training(config, out, resume=resume)
     untrained = run.untrained()
     print(f"training for {config.total_steps:,} steps in {out} (stop and go on with --resume)")
@@ -112,15 +114,16 @@ def evaluate(
     import policies
     from swarm_pz.match import play_match
 
-    match = play_match(
-        policies.load(policy, game),
-        policies.load(opponent, game),
-        games=games,
-        seed=seed,
-        config=game,
-        threads=threads,
-        progress=_progress(games),
-    )
+    with _progress(games) as progress:
+        match = play_match(
+            policies.load(policy, game),
+            policies.load(opponent, game),
+            games=games,
+            seed=seed,
+            config=game,
+            threads=threads,
+            progress=progress,
+        )
     _print_matches([match])
     if json is not None:
         match.write(json)
@@ -178,18 +181,13 @@ def _factory(name: str) -> Any:
     return registered()[name].load()
 
 
-def _progress(games: int) -> Callable[[int, int], None]:
+@contextmanager
+def _progress(games: int) -> Iterator[Callable[[int, int], None]]:
+    """Show a bar while games are played; give the function that moves it."""
     progress = require_extra("rich.progress", "cli")
-    bar = progress.Progress(transient=True)
-    task = bar.add_task("playing", total=games)
-    bar.start()
-
-    def update(done: int, total: int) -> None:
-        bar.update(task, completed=done)
-        if done == total:
-            bar.stop()
-
-    return update
+    with progress.Progress(transient=True) as bar:
+        task = bar.add_task("playing", total=games)
+        yield lambda done, _: bar.update(task, completed=done)
 
 
 def _print_matches(matches: list[MatchResult]) -> None:

@@ -216,7 +216,7 @@ class ControllerConfig(Config):
         check_count(self.modes, "controller.modes", 2, MAX_MODES)
         check_count(self.horizon, "controller.horizon", 2, 100)
         check_number(self.ergodic_weight, "controller.ergodic_weight", 0.0, 1e6)
-        check_number(self.control_weight, "controller.control_weight", 0.0, 1e6, open_low=True)
+        check_number(self.control_weight, "controller.control_weight", 1e-6, 1e6)
         check_number(self.wall_weight, "controller.wall_weight", 0.0, 1e6)
         check_number(self.wall_margin, "controller.wall_margin", 0.0, 0.5)
         check_number(self.max_acceleration, "controller.max_acceleration", 0.0, 100.0, open_low=True)
@@ -389,6 +389,13 @@ def _canonical(value: Any) -> Any:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value)
     return value
+
+
+def resolve(config: GameConfig | None, overrides: Mapping[str, Any]) -> GameConfig:
+    """Return a configuration, the default one for None, with some fields replaced."""
+    config = config if config is not None else GameConfig()
+    check(isinstance(config, GameConfig), "config", config, "a GameConfig (GameConfig.from_dict makes one of a dict)")
+    return config.replace(**overrides)
 
 
 PRESETS: dict[str, GameConfig] = {"paper": GameConfig()}

@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import GameConfig, resolve
 from swarm_pz.duel_batch import DuelBatch, Opponents
 from swarm_pz.errors import CommandError
 from swarm_pz.observation import Observations
@@ -69,7 +69,7 @@ class DuelEnv(gymnasium.Env[Any, NDArray[np.float32]]):
         max_cycles: int | None = None,
         **overrides: Any,
     ) -> None:
-        config = (config if config is not None else GameConfig()).replace(**overrides)
+        config = resolve(config, overrides)
         self.duel = DuelBatch(
             config, 1, opponent=opponent, side=side, action=action, action_cells=action_cells, max_cycles=max_cycles
         )
@@ -153,7 +153,7 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         max_cycles: int | None = None,
         **overrides: Any,
     ) -> None:
-        config = (config if config is not None else GameConfig()).replace(**overrides)
+        config = resolve(config, overrides)
         self.num_envs = num_envs
         self.duel = DuelBatch(
             config,
@@ -167,6 +167,7 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         )
         self.render_mode = render_mode
         self.screen = Screen(render_mode, self.duel.batch.simulator)
+        self.metadata = self.screen.metadata | {"autoreset_mode": AutoresetMode.NEXT_STEP}
         self.single_observation_space = self.duel.observation_space
         self.single_action_space = self.duel.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -178,7 +179,7 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
     ) -> tuple[Observations, dict[str, Any]]:
         """Start all games; one seed s gives game i the seed s + i, as Gymnasium does."""
         if seed is not None:
-            seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else list(seed)
+            seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, (int, np.integer)) else list(seed)
             if len(seeds) != self.num_envs:
                 raise CommandError(f"seed must be one number or {self.num_envs}, got {len(seeds)}")
             self._streams = [np.random.SeedSequence(number) for number in seeds]
@@ -211,6 +212,8 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _restart(self, rows: NDArray[np.int64]) -> None:
         self.duel.reset([self._streams[row].spawn(1)[0] for row in rows], rows)
+        if 0 in rows:
+            self.screen.begin()
 
     def _gather(self, infos: list[dict[str, Any]]) -> dict[str, Any]:
         gathered: dict[str, Any] = {}

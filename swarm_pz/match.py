@@ -18,11 +18,14 @@ from numpy.typing import NDArray
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import RED, TEAM_NAMES, GameConfig
 from swarm_pz.errors import CommandError, require_extra
-from swarm_pz.policy import Policy, ask, load
+from swarm_pz.policy import Policy, ask, load_players
+from swarm_pz.scenario import check_seed
 
 _BATCH = 256
 """Games played side by side; results do not depend on it."""
 _RESAMPLES = 10_000
+_MATCH = 7
+"""Sets the seeds of matches apart from those of training."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,11 +92,13 @@ class MatchResult:
     def win_rate_interval(self) -> tuple[float, float]:
         """Return the 95 % interval of the win rate.
 
-        Wilson's where all pairs are two different games; a bootstrap over pairs otherwise.
+        Wilson's where all pairs are two different games, or where all or none are won; a bootstrap
+        over pairs otherwise.
         """
         stats = require_extra("scipy.stats", "cli")
         games = self.unique
-        if len(games) == len(self.games):
+        # Where all games or none are won, a bootstrap has nothing to draw from.
+        if len(games) == len(self.games) or self.count("win") in (0, len(games)):
             interval = stats.binomtest(self.count("win"), len(games)).proportion_ci(0.95, method="wilson")
             return float(interval.low), float(interval.high)
         wins: dict[int, list[float]] = {}
@@ -121,7 +126,7 @@ class MatchResult:
             "losses": self.count("loss"),
             "win_rate": self.count("win") / len(games),
             "win_rate_ci95": [low, high],
-            "mean_share": float(np.mean([game.share for game in games])),
+            "mean_share": float(np.mean([game.share for game in self.games])),
             "median_seconds": float(np.median(seconds)),
             "restricted_mean_seconds": float(seconds.mean()),
             "time_limit": self.limit_s,
@@ -168,13 +173,14 @@ def play_match(
     """
     if not isinstance(games, int) or isinstance(games, bool) or games < 2 or games % 2:
         raise CommandError(f"games must be an even number of at least 2, half for each side, got {games!r}")
+    check_seed(seed)
     config = config if config is not None else GameConfig()
-    players = (load(policy, config), load(opponent, config))
+    players = load_players(policy, opponent, config)
     names = [
         player if isinstance(player, str) else getattr(player, "name", type(player).__name__)
         for player in (policy, opponent)
     ]
-    pairs = np.random.SeedSequence(seed).spawn(games // 2)
+    pairs = np.random.SeedSequence(seed, spawn_key=(_MATCH,)).spawn(games // 2)
     played: list[Game] = []
 
     def report(done: int) -> None:

@@ -12,7 +12,7 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
 from swarm_pz.batch_env import BatchEnv, StepResult
-from swarm_pz.config import AGENTS, BLUE, GRID_CELLS, RED, GameConfig, ObservationConfig
+from swarm_pz.config import AGENTS, BLUE, GRID_CELLS, RED, GameConfig, ObservationConfig, resolve
 from swarm_pz.errors import CommandError, GameOverError
 from swarm_pz.observation import CHANNELS, Observations, observation_space
 from swarm_pz.render import METADATA, Screen
@@ -117,7 +117,7 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
         max_cycles: int | None = None,
         **overrides: Any,
     ) -> None:
-        self.config = (config if config is not None else GameConfig()).replace(**overrides)
+        self.config = resolve(config, overrides)
         self.render_mode = render_mode
         self.batch = BatchEnv(self.config, max_cycles=max_cycles)
         self.screen = Screen(render_mode, self.batch.simulator)
@@ -260,8 +260,32 @@ def env(
     **overrides: Any,
 ) -> AECEnv[str, Observations, Any]:
     """Make the environment's AEC face: the agents send their commands in turn; see `CaptureEnv`."""
-    parallel = CaptureEnv(config, render_mode=render_mode, max_cycles=max_cycles, **overrides)
-    return wrappers.OrderEnforcingWrapper(parallel_to_aec(parallel))
+    return CaptureAECEnv(CaptureEnv(config, render_mode=render_mode, max_cycles=max_cycles, **overrides))
+
+
+class CaptureAECEnv(wrappers.OrderEnforcingWrapper):  # type: ignore[misc]  # untyped base
+    """`CaptureEnv` with agents that move in turn; a bad command is refused in its agent's own turn."""
+
+    def __init__(self, parallel: CaptureEnv) -> None:
+        super().__init__(parallel_to_aec(parallel))
+        self._parallel = parallel
+
+    @property
+    def max_cycles(self) -> int:
+        """Steps until a draw; may be assigned."""
+        return self._parallel.max_cycles
+
+    @max_cycles.setter
+    def max_cycles(self, cycles: int) -> None:
+        self._parallel.max_cycles = cycles
+
+    def step(self, action: Any) -> None:
+        """Take the selected agent's command; both are played in the second agent's turn."""
+        agent = self.agent_selection
+        if not (self.terminations[agent] or self.truncations[agent]):
+            cells = self._parallel.config.command_cells
+            check_densities(action, (cells, cells), f"{agent}'s command")
+        super().step(action)
 
 
 def stack_commands(config: GameConfig, red: Any, blue: Any) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ their own: each entry point is a callable that takes the game's `GameConfig` and
 
 from __future__ import annotations
 
+import copy
 import importlib.metadata
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, runtime_checkable
@@ -14,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.errors import CommandError, PolicyError, nearest
+from swarm_pz.errors import CommandError, PolicyError, SwarmError, nearest
 from swarm_pz.observation import Observations
-from swarm_pz.simulator import Seed
+from swarm_pz.scenario import Seed
 from swarm_pz.target import check_densities
 
 GROUP = "swarm_pz.policies"
@@ -59,10 +60,21 @@ def load(policy: str | Policy, config: GameConfig) -> Policy:
     points = registered()
     if policy not in points:
         raise PolicyError(f"there is no policy {policy!r}; {nearest(policy, points)}")
-    made = points[policy].load()(config)
+    try:
+        made = points[policy].load()(config)
+    except SwarmError:
+        raise
+    except Exception as error:  # whatever another package's code does wrong
+        raise PolicyError(f"policy {policy!r} ({points[policy].value}) cannot be made: {error!r}") from error
     if not isinstance(made, Policy):
         raise PolicyError(f"policy {policy!r} must have observation, reset and act, got {made!r}")
     return made
+
+
+def load_players(first: str | Policy, second: str | Policy, config: GameConfig) -> tuple[Policy, Policy]:
+    """Load two policies that share nothing, even where the same object is given twice."""
+    one, other = load(first, config), load(second, config)
+    return one, copy.deepcopy(other) if other is one else other
 
 
 def ask(policy: Policy, observations: Observations, rows: NDArray[np.int64], config: GameConfig) -> NDArray[np.float64]:

@@ -81,7 +81,10 @@ def _shading(simulator: Simulator, row: int) -> NDArray[np.uint8]:
         smooth = np.asarray(relative.resize((ARENA, ARENA), image_module.Resampling.BICUBIC))
         faint = 0.35 * np.clip(smooth / threshold, 0.0, 1.0) ** 2
         hatch = ((xs + ys) if team == RED else (xs - ys)) % 7 < 4
-        alpha = np.where(smooth > threshold, np.where(hatch, 0.95, 0.7), faint).astype(np.float32)[..., None]
+        # The hatched ground is that of the rule; smoothing only rounds the corners of its cells.
+        mask = image_module.fromarray(simulator.captures_here[row, team].astype(np.float32)[::-1])
+        captures = np.asarray(mask.resize((ARENA, ARENA), image_module.Resampling.BICUBIC)) > 0.5
+        alpha = np.where(captures, np.where(hatch, 0.95, 0.7), faint).astype(np.float32)[..., None]
         ground += alpha * (np.asarray(colour, np.float32) - ground)
     return ground.astype(np.uint8)
 

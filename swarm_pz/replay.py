@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,8 +13,9 @@ from numpy.typing import NDArray
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, GameConfig
 from swarm_pz.errors import RenderError, require_extra
-from swarm_pz.policy import Policy, ask, load
+from swarm_pz.policy import Policy, ask, load_players
 from swarm_pz.render import draw
+from swarm_pz.scenario import check_seed
 
 FORMATS = (".gif", ".mp4")
 FILM_RATE = 20
@@ -55,13 +57,17 @@ def record_game(
     Raises
     ------
     RenderError
-        If the suffix names no format that can be written.
+        If the suffix names no format that can be written, or seconds or speed are not above 0.
     """
     if path.suffix not in FORMATS:
         raise RenderError(f"a film's file name must end in {' or '.join(FORMATS)}, got {str(path)!r}")
+    for name, value in (("seconds", seconds), ("speed", speed)):
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise RenderError(f"{name} must be a number above 0, got {value!r}")
+    check_seed(seed)
     config = config if config is not None else GameConfig()
     batch = BatchEnv(config)
-    players = (load(red, config), load(blue, config))
+    players = load_players(red, blue, config)
     streams = [np.random.SeedSequence(seed, spawn_key=(place,)) for place in range(2)]
     row = np.zeros(1, np.int64)
     batch.reset([seed])

@@ -11,6 +11,23 @@ from numpy.typing import ArrayLike, NDArray
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError
 
+Seed = int | np.random.SeedSequence
+
+
+def check_seed(seed: Seed) -> np.random.SeedSequence:
+    """Return a seed as a SeedSequence.
+
+    Raises
+    ------
+    CommandError
+        If it is neither a whole number of at least 0 nor a SeedSequence.
+    """
+    if isinstance(seed, np.random.SeedSequence):
+        return seed
+    if isinstance(seed, (int, np.integer)) and not isinstance(seed, bool) and seed >= 0:
+        return np.random.SeedSequence(int(seed))
+    raise CommandError(f"a seed must be a whole number of at least 0 or a SeedSequence, got {seed!r}")
+
 
 def random_start(config: GameConfig, generator: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Draw positions (N, 2) near the corner points and distinct altitudes (N,)."""

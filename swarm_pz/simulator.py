@@ -24,10 +24,9 @@ from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import ring_count
 from swarm_pz.kernels.ergodic import ErgodicParameters
 from swarm_pz.kernels.game import Games, RuleParameters, advance_games
-from swarm_pz.scenario import check_scenario, random_start
+from swarm_pz.scenario import Seed, check_scenario, check_seed, random_start
 from swarm_pz.target import check_densities, fourier_coefficients, normalise
 
-Seed = int | np.random.SeedSequence
 _NEVER = -(10**9)
 
 
@@ -123,12 +122,12 @@ class Simulator:
         CommandError
             If seeds, rows or scenario do not fit; no game is changed.
         """
-        chosen = self._rows(rows)
+        chosen = self.rows(rows)
         if seeds is None:
             seeds = list(np.random.SeedSequence().spawn(len(chosen)))
-        if len(seeds) != len(chosen):
-            raise CommandError(f"seeds must be one for each of the {len(chosen)} games, got {len(seeds)}")
-        generators = [np.random.default_rng(_seed_sequence(seed)) for seed in seeds]
+        if not hasattr(seeds, "__len__") or len(seeds) != len(chosen):
+            raise CommandError(f"seeds must be one for each of the {len(chosen)} games, got {seeds!r}")
+        generators = [np.random.default_rng(check_seed(seed)) for seed in seeds]
         start = check_scenario(scenario or {}, self.config)
         modes = self.config.controller.modes
         uniform = normalise(np.ones((self.config.command_cells, self.config.command_cells)))
@@ -165,7 +164,7 @@ class Simulator:
         """
         if team not in (0, 1):
             raise CommandError(f"team must be 0 (red) or 1 (blue), got {team!r}")
-        chosen = self._rows(rows)
+        chosen = self.rows(rows)
         cells = self.config.command_cells
         values = check_densities(densities, (len(chosen), cells, cells), f"{TEAM_NAMES[team]}'s command")
         targets = normalise(values)
@@ -209,7 +208,7 @@ class Simulator:
 
     def snapshot(self, rows: ArrayLike | None = None) -> Games:
         """Copy games mid-flight; `restore` continues them bit for bit."""
-        chosen = self._rows(rows)
+        chosen = self.rows(rows)
         copies: list[Any] = [array[chosen] for array in self.games]
         return Games(*copies)
 
@@ -228,7 +227,7 @@ class Simulator:
         CommandError
             If the snapshot does not fit; no game is changed.
         """
-        chosen = self._rows(rows)
+        chosen = self.rows(rows)
         arrays: list[tuple[str, NDArray[Any], NDArray[Any]]] = list(
             zip(Games._fields, self.games, snapshot, strict=True)
         )
@@ -311,13 +310,21 @@ class Simulator:
             return np.zeros(self.num_games, np.bool_)
         return np.asarray((self.sizes == 0).any(axis=1))
 
-    def _rows(self, rows: ArrayLike | None) -> NDArray[np.int64]:
+    def rows(self, rows: ArrayLike | None) -> NDArray[np.int64]:
+        """Return numbers of games as an array; all of them for None.
+
+        Raises
+        ------
+        CommandError
+            If they are not whole numbers in [0, E).
+        """
         if rows is None:
             return np.arange(self.num_games)
-        chosen = np.asarray(rows, dtype=np.int64).reshape(-1)
-        if chosen.size and (chosen.min() < 0 or chosen.max() >= self.num_games):
-            raise CommandError(f"rows must be in [0, {self.num_games}), got {chosen.tolist()}")
-        return chosen
+        chosen = np.asarray(rows).reshape(-1)
+        whole = np.issubdtype(chosen.dtype, np.integer) or chosen.size == 0
+        if not whole or (chosen.size and (chosen.min() < 0 or chosen.max() >= self.num_games)):
+            raise CommandError(f"rows must be whole numbers in [0, {self.num_games}), got {rows!r}")
+        return chosen.astype(np.int64)
 
 
 @cache
@@ -331,14 +338,6 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
     view = array.view()
     view.flags.writeable = False
     return view
-
-
-def _seed_sequence(seed: Seed) -> np.random.SeedSequence:
-    if isinstance(seed, np.random.SeedSequence):
-        return seed
-    if isinstance(seed, (int, np.integer)) and not isinstance(seed, bool) and seed >= 0:
-        return np.random.SeedSequence(int(seed))
-    raise CommandError(f"a seed must be a whole number of at least 0 or a SeedSequence, got {seed!r}")
 
 
 def _controller_parameters(config: GameConfig) -> ErgodicParameters:

@@ -45,7 +45,7 @@ def check_values(given: ArrayLike, shape: tuple[int, ...], low: float, high: flo
     """
     expected = f"{name} must be numbers in [{low:g}, {high:g}] of shape {shape}"
     try:
-        values = np.array(given, dtype=np.float64)
+        values = np.array(given, dtype=np.float64, order="C")  # sums must not depend on memory order
     except (TypeError, ValueError) as error:
         raise CommandError(f"{expected}, got {_describe(given)}") from error
     if values.shape != shape:

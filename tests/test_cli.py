@@ -67,6 +67,9 @@ def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(tmp_path, capsys):
         (["evaluate", "rign"], "did you mean 'ring'"),
         (["evaluate", "ring", "--games", "3"], "even number"),
         (["evaluate", "ring", "--game.capture.threshold", "2"], "capture.threshold"),
+        (["evaluate", "ring", "--seed", "-1"], "seed must be a whole number"),
+        (["train", "--games", "5"], "games must be an even number"),
+        (["render", "--speed", "0"], "speed must be a number above 0"),
         (["render", "--out", "film.avi"], "must end in .gif or .mp4"),
     ],
 )

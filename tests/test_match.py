@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 import policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CommandError, PolicyError
-from swarm_pz.match import paired_difference, play_match
+from swarm_pz.match import _MATCH, paired_difference, play_match
 from tests.test_duel_env import Nonsense
 
 SHORT = GameConfig(time_limit=30.0, drones_per_team=3)
@@ -48,6 +48,8 @@ def test_a_pair_that_is_the_same_game_twice_counts_once():
     assert sum(summary[outcome] for outcome in ("wins", "draws", "losses")) == 10
     low, high = summary["win_rate_ci95"]
     assert low <= summary["win_rate"] <= high
+    assert low < high
+    assert summary["mean_share"] == pytest.approx(0.5)
 
 
 def test_matches_repeat_and_do_not_depend_on_batch_or_threads(monkeypatch):
@@ -65,6 +67,26 @@ def test_a_match_with_sides_exchanged_is_the_mirror_image():
         assert game.share == pytest.approx(1 - mirrored.share)
 
 
+def test_a_policy_may_play_against_itself():
+    noise = policies.load("noise", SHORT)
+    one = play_match(noise, noise, games=4, config=SHORT)
+    other = play_match("noise", "noise", games=4, config=SHORT)
+    assert one.games == other.games
+
+
+def test_matches_do_not_begin_like_training_games():
+    from swarm_pz.simulator import Simulator
+    from training.vec_env import SwarmVecEnv
+
+    env = SwarmVecEnv(SHORT, 8, seed=0)
+    env.reset()
+    trained = {positions.tobytes() for positions in env.duel.batch.simulator.positions}
+    simulator = Simulator(SHORT, 8)
+    streams = np.random.SeedSequence(0, spawn_key=(_MATCH,)).spawn(8)
+    simulator.reset([np.random.SeedSequence(s.entropy, spawn_key=(*s.spawn_key, 0)) for s in streams])
+    assert not trained & {positions.tobytes() for positions in simulator.positions}
+
+
 def test_paired_differences():
     ring, noise = (play_match(name, "uniform", games=20, config=SHORT) for name in ("ring", "noise"))
     difference, low, high = paired_difference(ring, noise)
@@ -79,6 +101,11 @@ def test_json_holds_the_figures(tmp_path):
     match = play_match("ring", "uniform", games=4, config=SHORT)
     match.write(tmp_path / "folder" / "figures.json")
     assert json.loads((tmp_path / "folder" / "figures.json").read_text()) == match.summary()
+
+
+def test_bad_seeds_are_refused():
+    with pytest.raises(CommandError, match="seed must be a whole number"):
+        play_match("ring", "uniform", games=2, seed=-1)
 
 
 @pytest.mark.parametrize("games", [0, 3, -2, 2.0, True])

@@ -192,6 +192,26 @@ def test_bad_actions_are_refused_and_leave_the_game_as_it_was(actions, message):
     environment.step({"red_0": GOOD, "blue_0": GOOD})
 
 
+def test_in_the_aec_face_a_bad_command_is_refused_in_its_own_turn():
+    environment = env()
+    environment.reset(seed=0)
+    with pytest.raises(CommandError, match="red_0's command"):
+        environment.step(GOOD * np.nan)
+    assert environment.agent_selection == "red_0"
+    environment.step(GOOD)
+    environment.step(GOOD)
+    assert environment.infos["red_0"]["time_s"] == 1.0
+
+
+def test_in_the_aec_face_max_cycles_may_be_assigned():
+    environment = env()
+    environment.max_cycles = 2
+    environment.reset(seed=0)
+    for _ in range(4):
+        environment.step(GOOD)
+    assert environment.truncations == {"red_0": True, "blue_0": True}
+
+
 def test_actions_before_the_start_and_after_the_end_are_refused():
     environment = parallel_env(max_cycles=1)
     with pytest.raises(GameOverError, match="call reset"):
@@ -205,6 +225,8 @@ def test_actions_before_the_start_and_after_the_end_are_refused():
 def test_unknown_arguments_name_the_nearest():
     with pytest.raises(ConfigError, match="did you mean 'time_limit'"):
         parallel_env(time_limits=3.0)
+    with pytest.raises(ConfigError, match="config must be a GameConfig"):
+        parallel_env({"time_limit": 3.0})
     with pytest.raises(ConfigError, match="did you mean 'rgb_array'"):
         parallel_env(render_mode="rgb_aray")
 

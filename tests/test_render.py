@@ -44,11 +44,11 @@ def test_ground_where_a_team_captures_is_dark():
     simulator.reset([1])
     simulator.advance(60)
     ground = simulator.captures_here[0, 0]
-    row, column = np.argwhere(ground)[0]
     picture = draw(simulator)
-    y = round(HEADER + (1 - (row + 0.5) / 50) * ARENA)
-    x = round(MARGIN + (column + 0.5) / 50 * ARENA)
-    assert picture[y - 2 : y + 3, x - 2 : x + 3].mean() < 200
+    for row, column in np.argwhere(ground):
+        y = round(HEADER + (1 - (row + 0.5) / 50) * ARENA)
+        x = round(MARGIN + (column + 0.5) / 50 * ARENA)
+        assert picture[y - 2 : y + 3, x - 2 : x + 3].mean() < 200
     assert picture.mean() > 200
 
 
@@ -86,6 +86,12 @@ def test_films_are_written(tmp_path, suffix):
     standing = record_game("ring", "uniform", path, seconds=2)
     assert "red" in standing
     assert imageio.get_reader(path).get_data(0).ndim == 3
+
+
+@pytest.mark.parametrize("options", [{"speed": 0.0}, {"speed": float("nan")}, {"seconds": -1.0}])
+def test_films_of_no_length_are_refused(tmp_path, options):
+    with pytest.raises(RenderError, match="must be a number above 0"):
+        record_game("ring", "uniform", tmp_path / "game.mp4", **options)
 
 
 def test_films_of_unknown_formats_are_refused(tmp_path):

@@ -169,6 +169,22 @@ def test_bad_sizes_of_the_simulator_are_refused():
         Simulator().reset([0], rows=[1])
 
 
+@pytest.mark.parametrize("rows", [[False, True], [0.0], ["a"], [-1], [2]])
+def test_rows_that_are_not_numbers_of_games_are_refused(rows):
+    simulator = Simulator(num_games=2)
+    with pytest.raises(CommandError, match=r"rows must be whole numbers in \[0, 2\)"):
+        simulator.reset(rows=rows)
+
+
+def test_a_command_is_the_same_in_any_memory_order():
+    command = np.random.default_rng(0).random((1, 10, 10))
+    simulators = [Simulator(), Simulator()]
+    for simulator, order in zip(simulators, ("C", "F"), strict=True):
+        simulator.reset([0])
+        simulator.command(0, np.array(command, order=order))
+    assert_same_game(simulators[0], 0, simulators[1], 0)
+
+
 def test_views_cannot_be_written():
     with pytest.raises(ValueError, match="read-only"):
         Simulator().positions[0, 0, 0] = 0.5

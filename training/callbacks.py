@@ -14,6 +14,7 @@ import numpy as np
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
 
+import policies
 from swarm_pz.match import play_match
 
 if TYPE_CHECKING:
@@ -95,20 +96,20 @@ class PeriodicEvaluation(_Recent):
     """Plays the tactic without exploration every so often, from the start on."""
 
     def _on_training_start(self) -> None:
-        if not self.run.history.records:
-            self._evaluate()
-        self._next = self.num_timesteps + self.run.config.evaluate_every
+        self._next = self.num_timesteps + (self.run.config.evaluate_every if self.run.history.records else 0)
 
-    def _on_rollout_end(self) -> None:
-        if self.num_timesteps >= self._next or self.num_timesteps >= self.run.config.total_steps:
-            self._next += self.run.config.evaluate_every
-            self._evaluate()
+    # At the start of a rollout, since at its end the update that it is for is still to come.
+    def _on_rollout_start(self) -> None:
+        if self.num_timesteps >= self._next:
+            self._next = self.num_timesteps + self.run.config.evaluate_every
+            self.evaluate()
 
-    def _evaluate(self) -> None:
+    def evaluate(self) -> None:
+        """Play the tactic as it stands and write it down."""
         config = self.run.config
         match = play_match(
             self.run.policy(),
-            config.opponents[0],
+            policies.load(config.opponents[0], config.game),
             games=config.evaluation_games,
             seed=1_000_000 + config.seed,
             config=config.game,
@@ -139,9 +140,9 @@ class Checkpoint(_Recent):
     def _on_training_start(self) -> None:
         self._next = self.num_timesteps + self.run.config.checkpoint_every
 
-    def _on_rollout_end(self) -> None:
+    def _on_rollout_start(self) -> None:
         if self.num_timesteps >= self._next:
-            self._next += self.run.config.checkpoint_every
+            self._next = self.num_timesteps + self.run.config.checkpoint_every
             self.run.save_checkpoint()
 
 

@@ -32,7 +32,7 @@ class TrainConfig(Config):
     epochs : int
         Times that each update goes through its steps.
     learning_rate : float
-        Of Adam, at the start; it falls to zero linearly with the steps.
+        Of Adam, at the start; it falls linearly with the steps, to a twentieth.
     gamma : float
         Discount of a reward one step later.
     gae_lambda : float
@@ -81,6 +81,7 @@ class TrainConfig(Config):
     threads: int = 2
 
     def __post_init__(self) -> None:
+        check(not isinstance(self.opponents, str), "opponents", self.opponents, "a tuple of policies' names")
         object.__setattr__(self, "opponents", tuple(self.opponents))
         check(len(self.opponents) > 0, "opponents", self.opponents, "at least one policy's name")
         for name, low, high in (
@@ -109,6 +110,8 @@ class TrainConfig(Config):
             check_number(getattr(self, name), name, lowest, highest)
         seat = self.game.observations[0]
         check(seat.kind == "grids", "game.observation.kind", seat.kind, "'grids', which the network is made for")
+        check(seat.grid >= 10, "game.observation.grid", seat.grid, "at least 10, else SB3 takes channels for rows")
+        check(self.evaluation_games % 2 == 0, "evaluation_games", self.evaluation_games, "even")
         check(
             isinstance(self.action_cells, int) and self.action_cells >= 2 and seat.grid % self.action_cells == 0,
             "action_cells",

@@ -16,7 +16,7 @@ from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 from stable_baselines3.common.vec_env import VecMonitor
 
 import policies
-from policies.learned import FORMAT, LearnedPolicy, write_atomically
+from policies.learned import CARD, FORMAT, WEIGHTS, LearnedPolicy, write_atomically
 from swarm_pz.errors import CheckpointError
 from swarm_pz.observation import CHANNELS
 from training.callbacks import Checkpoint, FadingExploration, History, PeriodicEvaluation, Progress
@@ -24,7 +24,7 @@ from training.config import TrainConfig
 from training.networks import GridPolicy
 from training.vec_env import SwarmVecEnv
 
-CHECKPOINT = "checkpoint.pt"
+CHECKPOINT, HISTORY = "checkpoint.pt", "history.json"
 
 
 class Training:
@@ -71,7 +71,7 @@ class Training:
             n_steps=config.rollout,
             batch_size=min(config.batch_size, config.rollout * config.num_envs),
             n_epochs=config.epochs,
-            learning_rate=lambda left: config.learning_rate * left,
+            learning_rate=lambda left: config.learning_rate * max(left, 0.05),
             gamma=config.gamma,
             gae_lambda=config.gae_lambda,
             clip_range=config.clip_range,
@@ -84,6 +84,9 @@ class Training:
         folder.mkdir(parents=True, exist_ok=True)
         if resume and (folder / CHECKPOINT).exists():
             self._load_checkpoint()
+        else:  # nothing of an earlier run may be taken for this one's
+            for name in (CHECKPOINT, HISTORY, WEIGHTS, CARD):
+                (folder / name).unlink(missing_ok=True)
         write_atomically(
             folder / "config.json", lambda path: path.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
         )
@@ -124,16 +127,18 @@ class Training:
         left = self.config.total_steps - self.model.num_timesteps
         if left > 0:
             self.model.set_logger(Logger(None, [TensorBoardOutputFormat(str(self.folder / "tensorboard"))]))
+            evaluation = PeriodicEvaluation(self)
             callbacks = CallbackList(
                 [
                     FadingExploration(self),
-                    PeriodicEvaluation(self),
+                    evaluation,
                     Checkpoint(self),
                     Progress(self, self._say),
                 ]
             )
             try:
                 self.model.learn(left, callback=callbacks, reset_num_timesteps=self.model.num_timesteps == 0)
+                evaluation.evaluate()
             finally:
                 self.model.logger.close()
             self.save_checkpoint()
@@ -152,7 +157,7 @@ class Training:
             "history": self.history.to_json(),
         }
         write_atomically(self.folder / CHECKPOINT, lambda path: torch.save(state, path))
-        write_atomically(self.folder / "history.json", lambda path: path.write_text(self.history.to_json() + "\n"))
+        write_atomically(self.folder / HISTORY, lambda path: path.write_text(self.history.to_json() + "\n"))
 
     def _load_checkpoint(self) -> None:
         path = self.folder / CHECKPOINT
@@ -160,7 +165,7 @@ class Training:
             # Arrays and numbers only: a checkpoint from elsewhere can run no code.
             state: dict[str, Any] = torch.load(path, weights_only=True)
             config_hash = state["config_hash"]
-        except (OSError, RuntimeError, EOFError, KeyError, TypeError, ValueError, pickle.UnpicklingError) as error:
+        except (OSError, RuntimeError, EOFError, LookupError, TypeError, ValueError, pickle.UnpicklingError) as error:
             raise CheckpointError(
                 f"{path} is corrupt or foreign; delete it to begin afresh ({_first_line(error)})"
             ) from error
@@ -174,7 +179,7 @@ class Training:
             self.model.policy.optimizer.load_state_dict(state["optimizer"])
             self.history = History.from_json(state["history"])
             self.model.num_timesteps = int(state["steps"])
-        except (KeyError, RuntimeError, TypeError, ValueError) as error:
+        except (AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
             raise CheckpointError(
                 f"{path} does not fit this run; delete it to begin afresh ({_first_line(error)})"
             ) from error

@@ -26,13 +26,24 @@ from numba import njit
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# Everything of fast math but "no NaNs" and "no infinities": faults must stay visible.
-_FASTMATH = {"contract", "reassoc", "nsz", "arcp"}
+# Of fast math, what neither hides faults (NaN and infinity stay) nor lets bits depend on where arrays
+# lie in memory: compilers choose between scalar and vector loops at run time, and only sums that may
+# be reordered tell the two apart.
+_FASTMATH = {"contract", "nsz", "arcp"}
 
 
 def kernel(function: Function) -> Function:
     """Compile a function that other kernels call."""
     compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy")(function)
+    return compiled  # type: ignore[no-any-return]
+
+
+def reduction(function: Function) -> Function:
+    """Compile a kernel whose sums may be reordered, which is what lets them become vector sums.
+
+    Its inner loops must only read, so that there is but one way to run them.
+    """
+    compiled: Any = njit(nogil=True, fastmath=_FASTMATH | {"reassoc"}, error_model="numpy")(function)
     return compiled  # type: ignore[no-any-return]
 
 
@@ -43,7 +54,8 @@ def entry_point(function: Function) -> Function:
     it calls, so the cache is stamped with the text of the whole package.
     """
     compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy", cache=True)(function)
-    compiled._cache._cache_file._source_stamp = _sources_digest()
+    if hasattr(compiled, "_cache"):  # not with NUMBA_DISABLE_JIT=1, which leaves plain Python
+        compiled._cache._cache_file._source_stamp = _sources_digest()
     return compiled  # type: ignore[no-any-return]
 
 

@@ -12,8 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.kernels import kernel
+from swarm_pz.kernels import kernel, reduction
 from swarm_pz.kernels.fourier import PI, fill_first_harmonic, fill_higher_harmonics
+
+MARGIN = 64
+"""Floats left free around the scratch, at least as many as the widest vector step reads ahead."""
 
 
 class ErgodicParameters(NamedTuple):
@@ -50,6 +53,15 @@ def saturate(acceleration: NDArray[np.float32], limit: np.float32) -> None:
         acceleration[1] *= limit / magnitude
 
 
+@reduction
+def dot(one: NDArray[np.float32], other: NDArray[np.float32]) -> np.float32:
+    """Return the sum of products of two arrays."""
+    total = np.float32(0.0)
+    for r in range(one.shape[0]):
+        total += one[r] * other[r]
+    return total
+
+
 @kernel
 def add_weighted_basis(
     weights: NDArray[np.float32],
@@ -58,16 +70,13 @@ def add_weighted_basis(
     weighted: NDArray[np.float32],
     coefficients: NDArray[np.float32],
 ) -> None:
-    """Add sum_r weights_r F_k(x_r) over places r to coefficients (K, K)."""
+    """Add sum_r weights_r F_k(x_r) over places r to coefficients (K, K); `weighted` is scratch."""
     modes, places = cos_x.shape
     for k1 in range(modes):
         for r in range(places):
             weighted[r] = weights[r] * cos_x[k1, r]
         for k2 in range(modes):
-            total = np.float32(0.0)
-            for r in range(places):
-                total += weighted[r] * cos_y[k2, r]
-            coefficients[k1, k2] += total
+            coefficients[k1, k2] += dot(weighted, cos_y[k2])
 
 
 @kernel
@@ -78,12 +87,15 @@ def add_potential_gradient(
     sin_x: NDArray[np.float32],
     cos_y: NDArray[np.float32],
     sin_y: NDArray[np.float32],
+    slope: NDArray[np.float32],
     gradient_x: NDArray[np.float32],
     gradient_y: NDArray[np.float32],
 ) -> None:
-    """Add the gradient of sum_k error_k F_k at places r to gradient_x and gradient_y (places,)."""
+    """Add the gradient of sum_k error_k F_k at places r to gradient_x and gradient_y (places,).
+
+    `slope` (K, K) is scratch.
+    """
     places = cos_x.shape[1]
-    slope = np.empty_like(error)
     for k1 in range(len(modes)):
         for k2 in range(len(modes)):
             slope[k1, k2] = PI * np.float32(k2) * error[k1, k2]
@@ -140,8 +152,13 @@ def ergodic(
     modes, horizon = len(parameters.modes), parameters.horizon
     points = horizon + 1  # the present is point 0
     members = np.empty(num_drones, np.int64)
-    mean = np.empty((modes, modes), np.float32)
-    present = np.empty((modes, modes), np.float32)
+    # One block of scratch, so that its parts always lie at the same distance from each other, with a
+    # margin to whatever lies beside it: where arrays lie must never decide which loop runs.
+    cells = modes * modes
+    scratch = np.empty(num_drones * points * (4 * modes + 3) + 3 * cells + 2 * MARGIN, np.float32)
+    mean = scratch[MARGIN : MARGIN + cells].reshape(modes, modes)
+    present = scratch[MARGIN + cells : MARGIN + 2 * cells].reshape(modes, modes)
+    slope = scratch[MARGIN + 2 * cells : MARGIN + 3 * cells].reshape(modes, modes)
     for team in range(2):
         size = 0
         for i in range(num_drones):
@@ -151,11 +168,15 @@ def ergodic(
         if size == 0:
             continue
         places = size * points
-        cos_x = np.empty((modes, places), np.float32)
-        sin_x = np.empty((modes, places), np.float32)
-        cos_y = np.empty((modes, places), np.float32)
-        sin_y = np.empty((modes, places), np.float32)
-        weights = np.empty(places, np.float32)
+        table, start = modes * places, MARGIN + 3 * cells
+        cos_x = scratch[start : start + table].reshape(modes, places)
+        sin_x = scratch[start + table : start + 2 * table].reshape(modes, places)
+        cos_y = scratch[start + 2 * table : start + 3 * table].reshape(modes, places)
+        sin_y = scratch[start + 3 * table : start + 4 * table].reshape(modes, places)
+        start += 4 * table
+        weights = scratch[start : start + places]
+        gradient_x = scratch[start + places : start + 2 * places]
+        gradient_y = scratch[start + 2 * places : start + 3 * places]
         for j in range(size):
             i = members[j]
             path = slice(j * points, (j + 1) * points)
@@ -179,8 +200,6 @@ def ergodic(
                 past[k] = parameters.decay * past[k] + now[k]
             for k in range(past.shape[0]):
                 sums[k] += share * past[k]
-        gradient_x = np.empty(places, np.float32)
-        gradient_y = np.empty(places, np.float32)
         add_weighted_basis(weights, cos_x, cos_y, gradient_x, mean)
         for k1 in range(modes):
             for k2 in range(modes):
@@ -188,7 +207,7 @@ def ergodic(
 
         gradient_x[:] = np.float32(0.0)
         gradient_y[:] = np.float32(0.0)
-        add_potential_gradient(mean, parameters.modes, cos_x, sin_x, cos_y, sin_y, gradient_x, gradient_y)
+        add_potential_gradient(mean, parameters.modes, cos_x, sin_x, cos_y, sin_y, slope, gradient_x, gradient_y)
         scale = -parameters.inverse_control_weight * parameters.period * parameters.period
         for j in range(size):
             i = members[j]

@@ -75,7 +75,7 @@ def paint_capture_field(
                     if value > highest:
                         highest, best_row, best_column = value, row, column
             if highest > 0.0:
-                brightness = min(int(scale * highest), 255)
+                brightness = min(int(scale * highest + 0.5), 255)
                 # The float tells which cell is highest; whether it captures is told exactly.
                 ring_sum, count = int(ring_sums[best_row, best_column]), ring_count(best_row, best_column, cells)
                 captures = exceeds(ring_sum, count, maximum, threshold)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -8,19 +9,23 @@ from pathlib import Path
 import swarm_pz
 
 CODE = """
-import numpy as np
+import hashlib
 from swarm_pz.simulator import Simulator
 from swarm_pz.kernels.game import advance_games
-simulator = Simulator()
-simulator.reset([0])
-simulator.advance(3)
-print(simulator.positions[0, 0, 0], sum(advance_games.stats.cache_hits.values()))
+simulator = Simulator(num_games=8)
+simulator.reset(range(8))
+simulator.advance(600)
+state = simulator.games.memory.tobytes() + simulator.positions.tobytes()
+print(hashlib.sha256(state).hexdigest(), sum(advance_games.stats.cache_hits.values()))
 """
 
 
-def run(folder: Path) -> list[str]:
+def run(folder: Path, **environment: str) -> list[str]:
     command = [sys.executable, "-c", CODE]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True).stdout.split()  # noqa: S603
+    result = subprocess.run(  # noqa: S603
+        command, cwd=folder, env=os.environ | environment, capture_output=True, text=True, check=True
+    )
+    return result.stdout.split()
 
 
 def test_changing_a_rule_recompiles_what_calls_it(tmp_path):
@@ -29,8 +34,16 @@ def test_changing_a_rule_recompiles_what_calls_it(tmp_path):
     first, again = run(tmp_path), run(tmp_path)
     assert first[0] == again[0]
     assert (first[1], again[1]) == ("0", "1")
+    # Other garbage in memory and another layout of it must not show, either.
+    assert run(tmp_path, MALLOC_PERTURB_="85", MALLOC_TOP_PAD_="12345")[0] == first[0]
     dynamics = package / "kernels" / "dynamics.py"
     dynamics.write_text(dynamics.read_text().replace("accelerations[i, axis] * tick", "accelerations[i, axis] * 0.0"))
     changed = run(tmp_path)
     assert changed[0] != first[0]
     assert changed[1] == "0"
+
+
+def test_kernels_run_as_plain_python_for_debuggers(tmp_path):
+    code = CODE.split("print")[0].replace("num_games=8", "num_games=1").replace("range(8)", "[0]").replace("600", "3")
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, check=True)  # noqa: S603
