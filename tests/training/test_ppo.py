@@ -5,16 +5,16 @@ import json
 import numpy as np
 import pytest
 import torch
-from gymnasium import spaces
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnvWrapper
 
 import policies
 from policies.learned import LearnedPolicy
-from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, ConfigError, PolicyError
 from swarm_pz.match import play_match
 from training.config import TrainConfig
+from training.networks import GridPolicy
 from training.ppo import CHECKPOINT, Training
 from training.report import plot_learning_curve, plot_sizes
 from training.vec_env import SwarmVecEnv
@@ -206,41 +206,43 @@ def test_bad_settings_are_refused(tmp_path):
         Training(TINY.replace(opponents=("rign",)), tmp_path, say=quiet)
 
 
-class RingAction(VecEnvWrapper):
-    """A toy task known to be won: the action is a ring's centre, radius and width."""
+class Gather(VecEnvWrapper):
+    """A toy task with a known answer: the closer the learner's drones to a place, the better."""
 
-    def __init__(self, venv):
-        # The untrained action, all zeros, is a blob in a corner; the ring has to be found.
-        super().__init__(venv, action_space=spaces.Box(-1.0, 1.0, (4,), np.float32))
+    place = (0.2, 0.7)
 
     def reset(self):
         return self.venv.reset()
 
-    def step_async(self, actions):
-        x0, y0, radius, width = np.clip((actions.T.astype(float) + 0.3) / 1.3, 0, 1)[:, :, None, None]
-        centres = (np.arange(10) + 0.5) / 10
-        distance = np.hypot(centres[None, None, :] - x0, centres[None, :, None] - y0)
-        ring = np.exp(-(((distance - 0.5 * radius) / (0.05 + 0.2 * width)) ** 2))
-        peak = ring.max(axis=(1, 2), keepdims=True)
-        self.venv.step_async(ring / np.where(peak > 0, peak, 1.0))
-
     def step_wait(self):
-        return self.venv.step_wait()
+        seen, _, dones, infos = self.venv.step_wait()
+        return seen, self.closeness(), dones, infos
+
+    def closeness(self):
+        simulator = self.venv.duel.batch.simulator
+        own = simulator.teams == self.venv.duel.sides[:, None]
+        distance = np.linalg.norm(simulator.positions - self.place, axis=-1)
+        return (1.0 - (distance * own).sum(axis=1) / own.sum(axis=1)).astype(np.float32)
 
 
-def test_a_ring_learns_to_hold_more_drones():
-    game = GameConfig(observation=ObservationConfig(grid=10), time_limit=60.0)
-    env = RingAction(SwarmVecEnv(game, 64, action="density", threads=2, seed=0))
-    model = PPO("MlpPolicy", env, n_steps=16, batch_size=256, n_epochs=6, learning_rate=1e-3, gamma=0.95, seed=0)
+def test_learning_finds_the_place_that_is_rewarded():
+    game = GameConfig(
+        observation=ObservationConfig(grid=10), drones_per_team=4, time_limit=20.0, capture=CaptureConfig(enabled=False)
+    )
+    env = Gather(SwarmVecEnv(game, 64, action_cells=5, threads=2))
+    model = PPO(
+        GridPolicy, env, n_steps=20, batch_size=256, n_epochs=6, learning_rate=2e-3, gamma=0.8, seed=0, device="cpu",
+        policy_kwargs={"width": 8, "log_std_init": -0.7},
+    )  # fmt: skip
 
-    def mean_return(deterministic):
-        seen, total = env.reset(), np.zeros(64)
-        for _ in range(60):
-            action, _ = model.predict(seen, deterministic=deterministic)
-            seen, rewards, _, _ = env.step(action)
-            total += rewards
-        return total.mean()
+    def mean_closeness():
+        seen, total = env.reset(), 0.0
+        for _ in range(19):
+            seen, closeness, _, _ = env.step(model.predict(seen, deterministic=True)[0])
+            total += closeness.mean() / 19
+        return total
 
-    before = mean_return(deterministic=True)
-    model.learn(64 * 16 * 40)
-    assert mean_return(deterministic=True) > before + 0.2
+    before = mean_closeness()
+    model.learn(64 * 20 * 15)
+    after = mean_closeness()
+    assert after > before + 0.1
