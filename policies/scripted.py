@@ -190,8 +190,8 @@ def ring(view: View) -> Array:
 def lasso(view: View) -> Array:
     """Make a broad ring around a place between the centre and the opponents' mean position.
 
-    Of the scripts it does best against uniform coverage: it leads the opponents without leaving
-    ground to those that are elsewhere.
+    With `halo` the best of the scripts against uniform coverage: it leans towards the opponents
+    without leaving ground to those that are elsewhere.
     """
     place = 0.5 + 0.3 * (view.mean_position("opposing") - 0.5)
     return _ring(view.distance_from(place), width=0.15)
