@@ -6,6 +6,7 @@ The one place that knows every part of the project; each command imports what it
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -69,12 +70,12 @@ def train(
     from training.report import compare, plot_learning_curve
 
     check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
-    run = Training(config, out, resume=resume)
+    run = Training(config, out, resume=resume, say=functools.partial(print, flush=True))
     untrained = run.untrained()
-    print(f"training for {config.total_steps:,} steps in {out} (stop and go on with --resume)")
+    print(f"training for {config.total_steps:,} steps in {out} (stop and go on with --resume)", flush=True)
     trained = run.run()
     plot_learning_curve(run.history, out / "learning_curve.png")
-    print(f"evaluating over {games} games against uniform coverage, beside the baselines")
+    print(f"evaluating over {games} games against uniform coverage, beside the baselines", flush=True)
     match, comparisons = compare(trained, untrained, config.game, games=games, seed=0, threads=config.threads)
     match.write(out / "evaluation.json")
     _print_matches([match, *(comparison.match for comparison in comparisons)])
