@@ -195,6 +195,7 @@ def _print_matches(matches: list[MatchResult]) -> None:
     table_module = require_extra("rich.table", "cli")
     first = matches[0]
     table = table_module.Table(
+        box=require_extra("rich.box", "cli").SIMPLE_HEAD,  # no rules between columns: it must fit 80 of them
         title=f"against {first.opponent}, both sides, seed {first.seed}",
         caption=f"share of all drones at the end; in the mean length, draws count {first.limit_s:g} s",
     )
