@@ -45,7 +45,7 @@ def ergodic_metric(size: int, command: NDArray[np.float64], config: GameConfig, 
     command = command / command.max()
     simulator.command(0, np.broadcast_to(command, (seeds, 10, 10)))
     k = np.arange(10)
-    phi = fourier_coefficients(normalise(command), 10)
+    phi = fourier_coefficients(normalise(command[None]), 10)[0]
     weights = (1.0 + k[:, None] ** 2 + k**2) ** -1.5
     sums = np.zeros((seeds, 10, 10))
     metric = []

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GRID_CELLS, GameConfig, ObservationConfig
 from swarm_pz.kernels.grids import paint_grids
-from swarm_pz.simulator import Simulator, ring_counts
+from swarm_pz.simulator import Simulator
 from swarm_pz.target import interpolation_matrix
 
 CHANNELS = (
@@ -89,20 +89,39 @@ def observe(
     if seat.kind == "entities":
         return _entities(simulator, teams, rows, time_left)
     observations = np.empty((len(rows), len(CHANNELS), seat.grid, seat.grid), np.uint8)
-    interpolation = _coarse_interpolation(seat.grid, simulator.config.command_cells)
-    threshold = simulator.config.capture.threshold
+    config = simulator.config
+    coarse_cells, brightness = _coarse_cells(seat.grid), _brightness(config.memory.trail_ticks)
+    interpolation = _coarse_interpolation(seat.grid, config.command_cells)
     simulator.for_rows(
         np.arange(len(rows)),
         lambda places: paint_grids(
-            simulator.games, rows, places, teams, time_left, threshold, _inverse_counts(), interpolation, observations
+            simulator.games,
+            rows,
+            places,
+            teams,
+            time_left,
+            config.capture.threshold,
+            coarse_cells,
+            brightness,
+            interpolation,
+            observations,
         ),
     )
     return observations
 
 
 @cache
-def _inverse_counts() -> NDArray[np.float64]:
-    return np.asarray(1.0 / ring_counts())
+def _coarse_cells(grid: int) -> NDArray[np.int64]:
+    """Tell which cell of a coarser grid holds each cell of the full one; all counted row by row."""
+    line = np.arange(GRID_CELLS) // (GRID_CELLS // grid)
+    return (line[:, None] * grid + line).ravel()
+
+
+@cache
+def _brightness(trail_ticks: int) -> NDArray[np.uint8]:
+    """Brightness of a trail by its age in ticks: 255 for now, falling to 0."""
+    ages = np.arange(trail_ticks)
+    return ((255 * (trail_ticks - ages) + trail_ticks // 2) // trail_ticks).astype(np.uint8)
 
 
 @cache

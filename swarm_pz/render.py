@@ -91,7 +91,7 @@ def _shading(simulator: Simulator, row: int) -> NDArray[np.uint8]:
 
 def _draw_trail(pen: Any, simulator: Simulator, row: int, drone: int, side: int) -> None:
     """Draw a drone's trail as a line that fades with age."""
-    trail = simulator.games.trails[row, drone]
+    trail = simulator.games.trails[row, :, drone]
     tick, length = int(simulator.games.ticks[row]), len(trail)
     ages = np.arange(min(tick, length))[::-1]
     cells = trail[(tick - 1 - ages) % length].astype(np.int64)

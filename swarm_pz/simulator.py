@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from swarm_pz.config import (
     GameConfig,
 )
 from swarm_pz.errors import CommandError
-from swarm_pz.kernels.capture import ring_count
+from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, ring_weights
 from swarm_pz.kernels.ergodic import ErgodicParameters
 from swarm_pz.kernels.game import Games, RuleParameters, advance_games
 from swarm_pz.scenario import Seed, check_scenario, check_seed, random_start
@@ -63,12 +62,14 @@ class Simulator:
         self.num_games = num_games
         self.threads = min(threads, os.cpu_count() or 1, num_games)
         self._pool = ThreadPoolExecutor(self.threads) if self.threads > 1 else None
+        trail_ticks = self.config.memory.trail_ticks
         self._rules = RuleParameters(
             tick=np.float32(1 / TICKS_PER_SECOND),
             ticks_per_control_period=TICKS_PER_CONTROL_PERIOD,
             ticks_per_second=TICKS_PER_SECOND,
             capture_enabled=self.config.capture.enabled,
             capture_threshold=self.config.capture.threshold,
+            ring_weights=ring_weights(self.config.num_drones * trail_ticks),
         )
         self.controller = _controller_parameters(self.config)
         self.games = self._empty_games()
@@ -85,9 +86,8 @@ class Simulator:
             accelerations=np.zeros((e, n, 2), np.float32),
             altitudes=np.zeros((e, n), np.float32),
             teams=np.zeros((e, n), np.int8),
-            trails=np.zeros((e, n, self.config.memory.trail_ticks), np.int16),
-            occupancy=np.zeros((e, 2, GRID_CELLS, GRID_CELLS), np.int32),
-            ring_sums=np.zeros((e, 2, GRID_CELLS, GRID_CELLS), np.int32),
+            trails=np.zeros((e, self.config.memory.trail_ticks, n), np.int16),
+            fields=np.zeros((e, 2, FRAMED_CELLS, FRAMED_CELLS), self._rules.ring_weights.dtype),
             memory=np.zeros((e, n, modes, modes), np.float32),
             memory_weight=np.zeros((e, n), np.float32),
             targets=np.zeros((e, 2, cells, cells), np.float64),
@@ -129,9 +129,8 @@ class Simulator:
             raise CommandError(f"seeds must be one for each of the {len(chosen)} games, got {seeds!r}")
         generators = [np.random.default_rng(check_seed(seed)) for seed in seeds]
         start = check_scenario(scenario or {}, self.config)
-        modes = self.config.controller.modes
-        uniform = normalise(np.ones((self.config.command_cells, self.config.command_cells)))
-        coefficients = fourier_coefficients(uniform, modes)
+        uniform = normalise(np.ones((1, self.config.command_cells, self.config.command_cells)))
+        coefficients = fourier_coefficients(uniform, self.config.controller.modes)
         games = self.games
         for array in games:
             array[chosen] = 0
@@ -169,10 +168,7 @@ class Simulator:
         values = check_densities(densities, (len(chosen), cells, cells), f"{TEAM_NAMES[team]}'s command")
         targets = normalise(values)
         self.games.targets[chosen, team] = targets
-        modes = self.config.controller.modes
-        # One game at a time: folding games into one product would make bits depend on the batch.
-        for row, target in zip(chosen, targets, strict=True):
-            self.games.coefficients[row, team] = fourier_coefficients(target, modes)
+        self.games.coefficients[chosen, team] = fourier_coefficients(targets, self.config.controller.modes)
 
     def advance(self, ticks: ArrayLike = TICKS_PER_SECOND) -> None:
         """Advance every game, or until the tick in which one team owns every drone.
@@ -275,23 +271,29 @@ class Simulator:
         return np.stack([self.config.num_drones - blue, blue], axis=1)
 
     @property
-    def occupancy(self) -> NDArray[np.int32]:
-        """(E, 2, G, G) ticks that each team's trails count in each cell; read-only view."""
-        return _read_only(self.games.occupancy)
+    def occupancy(self) -> NDArray[np.int64]:
+        """(E, 2, G, G) ticks that each team's trails count in each cell."""
+        cells = GRID_CELLS**2
+        trails, teams = self.games.trails.astype(np.int64), self.games.teams[:, None, :]
+        boards = (2 * np.arange(self.num_games)[:, None, None] + teams) * cells + trails
+        counts = np.bincount(boards[trails >= 0], minlength=2 * self.num_games * cells)
+        return counts.reshape(self.num_games, 2, GRID_CELLS, GRID_CELLS)
 
     @property
     def capture_field(self) -> NDArray[np.float64]:
         """(E, 2, G, G) each team's occupancy averaged over the ring around each cell."""
-        return np.asarray(self.games.ring_sums / ring_counts())
+        return np.asarray(self._fields / FIELD_UNIT)
 
     @property
     def captures_here(self) -> NDArray[np.bool_]:
         """(E, 2, G, G) where each team would capture an opposing drone."""
-        sums, counts = self.games.ring_sums.astype(np.int64), ring_counts()
-        best = (sums / counts).reshape(*sums.shape[:2], -1).argmax(axis=-1)
-        top = np.take_along_axis(sums.reshape(*sums.shape[:2], -1), best[..., None], -1)[..., None]
-        top_count = counts.ravel()[best][..., None, None]
-        return np.asarray(sums * top_count > self.config.capture.threshold * (top * counts))
+        fields = self._fields
+        return np.asarray(fields > self.config.capture.threshold * fields.max(axis=(2, 3), keepdims=True))
+
+    @property
+    def _fields(self) -> NDArray[np.integer]:
+        inside = slice(BORDER, -BORDER)
+        return self.games.fields[:, :, inside, inside]
 
     @property
     def targets(self) -> NDArray[np.float64]:
@@ -327,13 +329,6 @@ class Simulator:
         return chosen.astype(np.int64)
 
 
-@cache
-def ring_counts() -> NDArray[np.int64]:
-    """(G, G) number of cells of each cell's ring that lie inside the square."""
-    cells = range(GRID_CELLS)
-    return np.array([[ring_count(row, column, GRID_CELLS) for column in cells] for row in cells])
-
-
 def _read_only(array: NDArray[Any]) -> NDArray[Any]:
     view = array.view()
     view.flags.writeable = False
@@ -346,8 +341,7 @@ def _controller_parameters(config: GameConfig) -> ErgodicParameters:
     spectrum = controller.ergodic_weight * (1.0 + k[:, None] ** 2 + k**2) ** -1.5
     return ErgodicParameters(
         modes=tuple(range(controller.modes)),
-        horizon=controller.horizon,
-        period=np.float32(CONTROL_PERIOD),
+        times=tuple(np.float32(CONTROL_PERIOD * h) for h in range(controller.horizon + 1)),
         decay=np.float32(np.exp(-CONTROL_PERIOD / config.memory.controller)),
         spectrum=spectrum.astype(np.float32),
         inverse_control_weight=np.float32(1.0 / controller.control_weight),

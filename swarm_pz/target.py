@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.errors import CommandError
+from swarm_pz.kernels.fourier import transform_targets
 
 TOLERANCE = 1e-6
 """Values this far outside their range are taken for rounding and clipped."""
@@ -119,20 +120,20 @@ def _hats(places: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
     return np.maximum(0.0, 1.0 - np.abs(places[:, None] - np.arange(cells)))
 
 
-def fourier_coefficients(target: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
-    """Fourier coefficients phi_k of one target, phi_0 = 1.
+def fourier_coefficients(targets: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
+    """Fourier coefficients phi_k of targets, phi_0 = 1.
 
     Parameters
     ----------
-    target : float64 array (A, A)
+    targets : float64 array (n, A, A)
         Cells `[row = y, column = x]`, summing to 1.
     modes : int
         Modes a side.
 
     Returns
     -------
-    float64 array (modes, modes), indexed `[k1 (x), k2 (y)]`
+    float64 array (n, modes, modes), indexed `[k1 (x), k2 (y)]`
     """
-    matrix = coefficient_matrix(modes, target.shape[-1])
-    coefficients = matrix @ target.T @ matrix.T
-    return np.asarray(coefficients / coefficients[0, 0])
+    coefficients = np.empty((len(targets), modes, modes))
+    transform_targets(targets, coefficient_matrix(modes, targets.shape[-1]), coefficients)
+    return coefficients

@@ -48,7 +48,7 @@ def test_trail_age_is_255_now_and_fades_to_0(batch, team):
         now = int(games.ticks[game])
         for drone, owner in enumerate(games.teams[game]):
             for age in range(min(150, now)):
-                cell = games.trails[game, drone, (now - 1 - age) % 150]
+                cell = games.trails[game, (now - 1 - age) % 150, drone]
                 place = (int(owner != team), cell // 50, cell % 50)
                 expected[place] = max(expected[place], 255 * (150 - age) / 150)
         for side, name in enumerate(OLDEST):

@@ -4,8 +4,8 @@
 `fourier`     cosine and sine tables of a drone's path
 `ergodic`     the ergodic controller: targets and past -> accelerations
 `dynamics`    motion of the point masses
-`trails`      trails and occupancy
 `capture`     capture field and who is captured
+`trails`      trails, and what they add to the capture field
 `game`        one game's tick in the order of the rules, and a loop over games
 `grids`       one seat's grid observation
 ============  ==============================================================
@@ -51,7 +51,7 @@ def entry_point(function: Function) -> Function:
     """Compile a function that Python calls, and keep the machine code on disk.
 
     numba's cache looks at the file of the function alone and would miss a change in a kernel that
-    it calls, so the cache is stamped with the text of the whole package.
+    it calls, so the cache is stamped with the text of the whole package and of the constants in config.
     """
     compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy", cache=True)(function)
     if hasattr(compiled, "_cache"):  # not with NUMBA_DISABLE_JIT=1, which leaves plain Python
@@ -62,6 +62,7 @@ def entry_point(function: Function) -> Function:
 @cache
 def _sources_digest() -> str:
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    folder = Path(__file__).parent
+    for path in [*sorted(folder.glob("*.py")), folder.parent / "config.py"]:
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -17,6 +17,7 @@ from swarm_pz.kernels.fourier import PI, fill_first_harmonic, fill_higher_harmon
 
 MARGIN = 64
 """Floats left free around the scratch, at least as many as the widest vector step reads ahead."""
+_VECTOR = 16
 
 
 class ErgodicParameters(NamedTuple):
@@ -24,9 +25,8 @@ class ErgodicParameters(NamedTuple):
 
     modes: tuple[int, ...]
     """0, 1, ..., K - 1. A tuple, since the compiler knows its length and unrolls loops over it."""
-    horizon: int
-    period: np.float32
-    """Seconds between two solves, and between two points of the look-ahead."""
+    times: tuple[np.float32, ...]
+    """Seconds from now to the points 0, 1, ..., H of the look-ahead; a tuple for the same reason."""
     decay: np.float32
     """Factor of the memory from one solve to the next: exp(-period / tau)."""
     spectrum: NDArray[np.float32]
@@ -35,6 +35,12 @@ class ErgodicParameters(NamedTuple):
     wall_weight: np.float32
     wall_margin: np.float32
     max_acceleration: np.float32
+
+
+@kernel
+def fill_up(places: int) -> int:
+    """Round a number of places up, so that vector loops over them leave no rest."""
+    return (places + _VECTOR - 1) // _VECTOR * _VECTOR
 
 
 @kernel
@@ -54,12 +60,15 @@ def saturate(acceleration: NDArray[np.float32], limit: np.float32) -> None:
 
 
 @reduction
-def dot(one: NDArray[np.float32], other: NDArray[np.float32]) -> np.float32:
-    """Return the sum of products of two arrays."""
-    total = np.float32(0.0)
+def dot_pair(
+    one: NDArray[np.float32], first: NDArray[np.float32], second: NDArray[np.float32]
+) -> tuple[np.float32, np.float32]:
+    """Return the sums of products of an array with each of two others."""
+    with_first, with_second = np.float32(0.0), np.float32(0.0)
     for r in range(one.shape[0]):
-        total += one[r] * other[r]
-    return total
+        with_first += one[r] * first[r]
+        with_second += one[r] * second[r]
+    return with_first, with_second
 
 
 @kernel
@@ -75,8 +84,12 @@ def add_weighted_basis(
     for k1 in range(modes):
         for r in range(places):
             weighted[r] = weights[r] * cos_x[k1, r]
-        for k2 in range(modes):
-            coefficients[k1, k2] += dot(weighted, cos_y[k2])
+        for k2 in range(0, modes - 1, 2):
+            first, second = dot_pair(weighted, cos_y[k2], cos_y[k2 + 1])
+            coefficients[k1, k2] += first
+            coefficients[k1, k2 + 1] += second
+        if modes % 2:
+            coefficients[k1, modes - 1] += dot_pair(weighted, cos_y[modes - 1], cos_y[modes - 1])[0]
 
 
 @kernel
@@ -149,16 +162,16 @@ def ergodic(
         Overwritten, in map widths per second squared.
     """
     num_drones = positions.shape[0]
-    modes, horizon = len(parameters.modes), parameters.horizon
-    points = horizon + 1  # the present is point 0
+    modes, points = len(parameters.modes), len(parameters.times)
     members = np.empty(num_drones, np.int64)
     # One block of scratch, so that its parts always lie at the same distance from each other, with a
     # margin to whatever lies beside it: where arrays lie must never decide which loop runs.
     cells = modes * modes
-    scratch = np.empty(num_drones * points * (4 * modes + 3) + 3 * cells + 2 * MARGIN, np.float32)
+    most = fill_up(num_drones * points)
+    scratch = np.empty(most * (4 * modes + 5) + 2 * cells + modes + 2 * MARGIN, np.float32)
     mean = scratch[MARGIN : MARGIN + cells].reshape(modes, modes)
-    present = scratch[MARGIN + cells : MARGIN + 2 * cells].reshape(modes, modes)
-    slope = scratch[MARGIN + 2 * cells : MARGIN + 3 * cells].reshape(modes, modes)
+    slope = scratch[MARGIN + cells : MARGIN + 2 * cells].reshape(modes, modes)
+    present = scratch[MARGIN + 2 * cells : MARGIN + 2 * cells + modes]
     for team in range(2):
         size = 0
         for i in range(num_drones):
@@ -167,8 +180,8 @@ def ergodic(
                 size += 1
         if size == 0:
             continue
-        places = size * points
-        table, start = modes * places, MARGIN + 3 * cells
+        places = fill_up(size * points)
+        table, start = modes * places, MARGIN + 2 * cells + modes
         cos_x = scratch[start : start + table].reshape(modes, places)
         sin_x = scratch[start + table : start + 2 * table].reshape(modes, places)
         cos_y = scratch[start + 2 * table : start + 3 * table].reshape(modes, places)
@@ -177,45 +190,50 @@ def ergodic(
         weights = scratch[start : start + places]
         gradient_x = scratch[start + places : start + 2 * places]
         gradient_y = scratch[start + 2 * places : start + 3 * places]
+        path_x = scratch[start + 3 * places : start + 4 * places]
+        path_y = scratch[start + 4 * places : start + 5 * places]
+
+        for r in range(size * points, places):  # what fills up counts for nothing
+            path_x[r], path_y[r], weights[r] = np.float32(0.5), np.float32(0.5), np.float32(0.0)
         for j in range(size):
             i = members[j]
-            path = slice(j * points, (j + 1) * points)
-            fill_first_harmonic(positions[i, 0], velocities[i, 0] * parameters.period, cos_x[1, path], sin_x[1, path])
-            fill_first_harmonic(positions[i, 1], velocities[i, 1] * parameters.period, cos_y[1, path], sin_y[1, path])
+            memory_weight[i] = parameters.decay * memory_weight[i] + np.float32(1.0)
+            share = np.float32(1.0) / (np.float32(size) * (memory_weight[i] + np.float32(points - 1)))
+            for h in range(len(parameters.times)):
+                path_x[j * points + h] = positions[i, 0] + parameters.times[h] * velocities[i, 0]
+                path_y[j * points + h] = positions[i, 1] + parameters.times[h] * velocities[i, 1]
+                weights[j * points + h] = share
+            weights[j * points] = np.float32(0.0)  # the present counts through the memory
+        fill_first_harmonic(path_x, cos_x[1], sin_x[1])
+        fill_first_harmonic(path_y, cos_y[1], sin_y[1])
         fill_higher_harmonics(cos_x, sin_x)
         fill_higher_harmonics(cos_y, sin_y)
 
         mean[:] = np.float32(0.0)
         for j in range(size):
-            i = members[j]
-            memory_weight[i] = parameters.decay * memory_weight[i] + np.float32(1.0)
-            share = np.float32(1.0) / (np.float32(size) * (memory_weight[i] + np.float32(horizon)))
-            weights[j * points] = np.float32(0.0)  # the present counts through the memory
-            weights[j * points + 1 : (j + 1) * points] = share
-            for k1 in range(modes):
+            for k2 in range(len(parameters.modes)):
+                present[k2] = cos_y[k2, j * points]
+            share = weights[j * points + 1]
+            for k1 in range(len(parameters.modes)):
                 for k2 in range(len(parameters.modes)):
-                    present[k1, k2] = cos_x[k1, j * points] * cos_y[k2, j * points]
-            past, now, sums = memory[i].ravel(), present.ravel(), mean.ravel()
-            for k in range(past.shape[0]):
-                past[k] = parameters.decay * past[k] + now[k]
-            for k in range(past.shape[0]):
-                sums[k] += share * past[k]
+                    past = parameters.decay * memory[members[j], k1, k2] + cos_x[k1, j * points] * present[k2]
+                    memory[members[j], k1, k2] = past
+                    mean[k1, k2] += share * past
         add_weighted_basis(weights, cos_x, cos_y, gradient_x, mean)
         for k1 in range(modes):
             for k2 in range(modes):
                 mean[k1, k2] = parameters.spectrum[k1, k2] * (mean[k1, k2] - target[team, k1, k2])
 
-        gradient_x[:] = np.float32(0.0)
-        gradient_y[:] = np.float32(0.0)
+        for r in range(places):
+            gradient_x[r] = wall_gradient(path_x[r], parameters.wall_margin, parameters.wall_weight)
+        for r in range(places):
+            gradient_y[r] = wall_gradient(path_y[r], parameters.wall_margin, parameters.wall_weight)
         add_potential_gradient(mean, parameters.modes, cos_x, sin_x, cos_y, sin_y, slope, gradient_x, gradient_y)
-        scale = -parameters.inverse_control_weight * parameters.period * parameters.period
+        scale = -parameters.inverse_control_weight * parameters.times[1]
         for j in range(size):
-            i = members[j]
-            for axis in range(2):
-                gradient = gradient_x if axis == 0 else gradient_y
-                total = np.float32(0.0)
-                for h in range(2, points):
-                    place = positions[i, axis] + np.float32(h) * parameters.period * velocities[i, axis]
-                    wall = wall_gradient(place, parameters.wall_margin, parameters.wall_weight)
-                    total += np.float32(h - 1) * (gradient[j * points + h] + wall)
-                accelerations[i, axis] = scale * total
+            total_x, total_y = np.float32(0.0), np.float32(0.0)
+            for h in range(1, len(parameters.times)):
+                total_x += parameters.times[h - 1] * gradient_x[j * points + h]
+                total_y += parameters.times[h - 1] * gradient_y[j * points + h]
+            accelerations[members[j], 0] = scale * total_x
+            accelerations[members[j], 1] = scale * total_y

@@ -12,38 +12,44 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.kernels import kernel
+from swarm_pz.kernels import entry_point, kernel
 
 PI = np.float32(math.pi)
+_S1, _S3, _S5, _S7, _S9, _S11 = (
+    np.float32((-1) ** (n // 2) * math.pi**n / math.factorial(n)) for n in (1, 3, 5, 7, 9, 11)
+)
+_C2, _C4, _C6, _C8, _C10, _C12 = (
+    np.float32((-1) ** (n // 2) * math.pi**n / math.factorial(n)) for n in (2, 4, 6, 8, 10, 12)
+)
 
 
 @kernel
-def fill_first_harmonic(
-    position: np.float32, step: np.float32, cosines: NDArray[np.float32], sines: NDArray[np.float32]
-) -> None:
-    """Tabulate cos(pi x) and sin(pi x) along a straight path x = position + h step, h = 0, 1, ...
+def fill_first_harmonic(places: NDArray[np.float32], cosines: NDArray[np.float32], sines: NDArray[np.float32]) -> None:
+    """Tabulate cos(pi x) and sin(pi x), to 1e-7.
 
-    Each point comes from the one before by rotation (the addition theorems), so that cos and sin
-    themselves are called twice.
+    The nearest whole number n gives the sign, (-1)^n, and what is left, in [-1/2, 1/2], goes into
+    the Taylor series: without calls or branches, many places are done at once.
 
     Parameters
     ----------
-    position, step : float32
-        One coordinate of the first point and its change to the next, in map widths.
-    cosines, sines : float32 array (points,)
+    places : float32 array (places,)
+        Coordinates x in map widths.
+    cosines, sines : float32 array (places,)
         Overwritten.
     """
-    c, s = math.cos(PI * position), math.sin(PI * position)
-    cos_step, sin_step = math.cos(PI * step), math.sin(PI * step)
-    for h in range(cosines.shape[0]):
-        cosines[h] = c
-        sines[h] = s
-        c, s = c * cos_step - s * sin_step, s * cos_step + c * sin_step
+    one, two, half = np.float32(1.0), np.float32(2.0), np.float32(0.5)
+    for r in range(places.shape[0]):
+        whole = np.floor(places[r] + half)
+        x = places[r] - whole
+        sign = one - two * (whole - two * np.floor(half * whole))
+        q = x * x
+        sines[r] = sign * x * (_S1 + q * (_S3 + q * (_S5 + q * (_S7 + q * (_S9 + q * _S11)))))
+        cosines[r] = sign * (one + q * (_C2 + q * (_C4 + q * (_C6 + q * (_C8 + q * (_C10 + q * _C12))))))
 
 
 @kernel
 def fill_higher_harmonics(cosines: NDArray[np.float32], sines: NDArray[np.float32]) -> None:
-    """Complete tables of cos(pi k x) and sin(pi k x), of which k = 1 is given, by rotation.
+    """Complete tables of cos(pi k x) and sin(pi k x), of which k = 1 is given, by the addition theorems.
 
     Parameters
     ----------
@@ -57,3 +63,39 @@ def fill_higher_harmonics(cosines: NDArray[np.float32], sines: NDArray[np.float3
             cosines[k, r] = cosines[k - 1, r] * cosines[1, r] - sines[k - 1, r] * sines[1, r]
         for r in range(cosines.shape[1]):
             sines[k, r] = sines[k - 1, r] * cosines[1, r] + cosines[k - 1, r] * sines[1, r]
+
+
+@entry_point
+def transform_targets(
+    targets: NDArray[np.float64], matrix: NDArray[np.float64], coefficients: NDArray[np.float64]
+) -> None:
+    """Compute the Fourier coefficients of targets, phi_0 = 1: matrix target' matrix', normalised.
+
+    Parameters
+    ----------
+    targets : float64 array (n, A, A)
+        Cells `[row = y, column = x]`.
+    matrix : float64 array (K, A)
+        Integrals of cos(pi k x) times each cell's interpolation weight.
+    coefficients : float64 array (n, K, K)
+        Overwritten, indexed `[k1 (x), k2 (y)]`.
+    """
+    modes, cells = matrix.shape
+    along_x = np.empty((cells, modes), np.float64)
+    for n in range(targets.shape[0]):
+        for row in range(cells):
+            for k1 in range(modes):
+                total = 0.0
+                for column in range(cells):
+                    total += targets[n, row, column] * matrix[k1, column]
+                along_x[row, k1] = total
+        for k1 in range(modes):
+            for k2 in range(modes):
+                total = 0.0
+                for row in range(cells):
+                    total += along_x[row, k1] * matrix[k2, row]
+                coefficients[n, k1, k2] = total
+        scale = 1.0 / coefficients[n, 0, 0]
+        for k1 in range(modes):
+            for k2 in range(modes):
+                coefficients[n, k1, k2] *= scale

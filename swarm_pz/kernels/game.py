@@ -30,11 +30,9 @@ class Games(NamedTuple):
     teams: NDArray[np.int8]
     """(E, N) 0 red, 1 blue."""
     trails: NDArray[np.int16]
-    """(E, N, T) grid cells, -1 where there is no past yet."""
-    occupancy: NDArray[np.int32]
-    """(E, 2, G, G) each team's trails summed."""
-    ring_sums: NDArray[np.int32]
-    """(E, 2, G, G) occupancy summed over each cell's ring."""
+    """(E, T, N) grid cells, -1 where there is no past yet."""
+    fields: NDArray[np.integer]
+    """(E, 2, G + 4, G + 4) each team's capture field, framed and in units of `capture.FIELD_UNIT`."""
     memory: NDArray[np.float32]
     """(E, N, K, K) the controller's decayed sums of F_k over the past."""
     memory_weight: NDArray[np.float32]
@@ -59,6 +57,8 @@ class RuleParameters(NamedTuple):
     ticks_per_second: int
     capture_enabled: bool
     capture_threshold: float
+    ring_weights: NDArray[np.integer]
+    """(G + 4, G + 4) see `swarm_pz.kernels.capture`."""
 
 
 @kernel
@@ -74,7 +74,7 @@ def has_loser(teams: NDArray[np.int8]) -> bool:
 def advance_game(games: Games, e: int, ticks: int, rules: RuleParameters, controller: ErgodicParameters) -> None:
     """Advance game `e` by some ticks, or to the tick that decides it."""
     positions, velocities, accelerations = games.positions[e], games.velocities[e], games.accelerations[e]
-    teams, trails, occupancy, ring_sums = games.teams[e], games.trails[e], games.occupancy[e], games.ring_sums[e]
+    teams, trails, fields = games.teams[e], games.trails[e], games.fields[e]
     memory, memory_weight = games.memory[e], games.memory_weight[e]
     num_drones = teams.shape[0]
     captured = np.empty(num_drones, np.bool_)
@@ -96,17 +96,18 @@ def advance_game(games: Games, e: int, ticks: int, rules: RuleParameters, contro
             for i in range(num_drones):
                 saturate(accelerations[i], controller.max_acceleration)
         move(positions, velocities, accelerations, rules.tick)
-        extend_trails(positions, teams, games.ticks[e] % trails.shape[1], trails, occupancy, ring_sums)
+        slot = games.ticks[e] % trails.shape[0]
+        extend_trails(positions, teams, slot, trails, fields, rules.ring_weights)
         games.ticks[e] += 1
         if not rules.capture_enabled:
             continue
-        find_captured(positions, teams, ring_sums, rules.capture_threshold, captured)
+        find_captured(trails[slot], teams, fields, rules.capture_threshold, captured)
         for i in range(num_drones):
             if captured[i]:
                 loser = teams[i]
                 winner = 1 - loser
                 teams[i] = winner
-                hand_over_trail(trails[i], loser, winner, occupancy, ring_sums)
+                hand_over_trail(trails, i, loser, winner, fields, rules.ring_weights)
                 memory[i] = 0.0
                 memory_weight[i] = 0.0
                 games.captures[e, winner] += 1

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_pz.config import GRID_CELLS
 from swarm_pz.kernels import entry_point, kernel
-from swarm_pz.kernels.capture import exceeds, field_maximum, ring_count
+from swarm_pz.kernels.capture import BORDER, captures, field_maximum
 from swarm_pz.kernels.game import Games
 from swarm_pz.kernels.trails import cell_of
 
@@ -17,71 +18,65 @@ CAPTURES_FROM = 192
 
 
 @kernel
-def coarse_cell(cell: int, cells: int, grid: int) -> tuple[int, int]:
-    """Row and column, on a grid of `grid` cells a side, of a cell of the full grid."""
-    block = cells // grid
-    return cell // cells // block, cell % cells // block
-
-
-@kernel
 def paint_positions(
-    positions: NDArray[np.float32], teams: NDArray[np.int8], team: int, cells: int, plane: NDArray[np.uint8]
+    positions: NDArray[np.float32],
+    teams: NDArray[np.int8],
+    own: int,
+    coarse_cells: NDArray[np.int64],
+    planes: NDArray[np.uint8],
 ) -> None:
-    """Add 64 for each drone of the team to its cell of a (grid, grid) plane, up to 255."""
+    """Add 64 for each drone to its cell of its side's plane, up to 255; planes (2, grid * grid)."""
     for i in range(teams.shape[0]):
-        if teams[i] == team:
-            row, column = coarse_cell(cell_of(positions[i, 0], positions[i, 1], cells), cells, plane.shape[0])
-            plane[row, column] = min(int(plane[row, column]) + POSITION_STEP, 255)
+        side = 0 if teams[i] == own else 1
+        cell = coarse_cells[cell_of(positions[i, 0], positions[i, 1])]
+        planes[side, cell] = min(int(planes[side, cell]) + POSITION_STEP, 255)
 
 
 @kernel
 def paint_trail_age(
-    trails: NDArray[np.int16], teams: NDArray[np.int8], tick: int, team: int, cells: int, plane: NDArray[np.uint8]
+    trails: NDArray[np.int16],
+    teams: NDArray[np.int8],
+    tick: int,
+    own: int,
+    coarse_cells: NDArray[np.int64],
+    brightness: NDArray[np.uint8],
+    planes: NDArray[np.uint8],
 ) -> None:
-    """Paint when the team's trails were last in each cell: 255 for now, falling to 0 with age."""
-    length = trails.shape[1]
-    for i in range(teams.shape[0]):
-        if teams[i] != team:
-            continue
-        newer = -1  # a drone stays in a cell for some ticks, of which the newest counts
-        slot = (tick - 1) % length
-        for age in range(min(length, tick)):
-            cell = trails[i, slot]
-            slot = slot - 1 if slot > 0 else length - 1
-            if cell != newer:
-                newer = cell
-                row, column = coarse_cell(cell, cells, plane.shape[0])
-                brightness = (255 * (length - age) + length // 2) // length
-                plane[row, column] = max(int(plane[row, column]), brightness)
+    """Paint when each side's trails were last in each cell; planes (2, grid * grid), black so far."""
+    length = trails.shape[0]
+    for age in range(min(length, tick) - 1, -1, -1):  # the newer over the older
+        slot = (tick - 1 - age) % length
+        for i in range(teams.shape[0]):
+            side = 0 if teams[i] == own else 1
+            planes[side, coarse_cells[trails[slot, i]]] = brightness[age]
 
 
 @kernel
-def paint_capture_field(
-    ring_sums: NDArray[np.int32], inverse_counts: NDArray[np.float64], threshold: float, plane: NDArray[np.uint8]
-) -> None:
+def paint_capture_field(field: NDArray[np.integer], threshold: float, plane: NDArray[np.uint8]) -> None:
     """Paint 255 * value / maximum, kept on the side of 192 that says whether the cell captures."""
-    cells, grid = ring_sums.shape[0], plane.shape[0]
-    block = cells // grid
-    maximum = field_maximum(ring_sums)
-    if maximum[0] == 0:
+    grid = plane.shape[0]
+    block = GRID_CELLS // grid
+    maximum = field_maximum(field)
+    if maximum == 0:
         return
-    scale = 255.0 * maximum[1] / maximum[0]
+    highest = np.empty(GRID_CELLS, field.dtype)  # of each column of the full grid, within a row of the plane
     for coarse_row in range(grid):
+        first = BORDER + coarse_row * block
+        for column in range(GRID_CELLS):
+            highest[column] = field[first, BORDER + column]
+        for row in range(first + 1, first + block):
+            for column in range(GRID_CELLS):
+                highest[column] = max(highest[column], field[row, BORDER + column])
         for coarse_column in range(grid):
-            highest, best_row, best_column = 0.0, 0, 0
-            for row in range(coarse_row * block, (coarse_row + 1) * block):
-                for column in range(coarse_column * block, (coarse_column + 1) * block):
-                    value = ring_sums[row, column] * inverse_counts[row, column]
-                    if value > highest:
-                        highest, best_row, best_column = value, row, column
-            if highest > 0.0:
-                brightness = min(int(scale * highest + 0.5), 255)
-                # The float tells which cell is highest; whether it captures is told exactly.
-                ring_sum, count = int(ring_sums[best_row, best_column]), ring_count(best_row, best_column, cells)
-                captures = exceeds(ring_sum, count, maximum, threshold)
-                plane[coarse_row, coarse_column] = (
-                    max(brightness, CAPTURES_FROM) if captures else min(brightness, CAPTURES_FROM - 1)
-                )
+            value = highest[coarse_column * block]
+            for column in range(coarse_column * block + 1, (coarse_column + 1) * block):
+                value = max(value, highest[column])
+            brightness = int(255.0 * float(value) / float(maximum) + 0.5)
+            if captures(value, maximum, threshold):
+                brightness = max(brightness, CAPTURES_FROM)
+            else:
+                brightness = min(brightness, CAPTURES_FROM - 1)
+            plane[coarse_row, coarse_column] = brightness
 
 
 @kernel
@@ -110,7 +105,8 @@ def paint_grids(
     seats: NDArray[np.int64],
     time_left: NDArray[np.float64],
     threshold: float,
-    inverse_counts: NDArray[np.float64],
+    coarse_cells: NDArray[np.int64],
+    brightness: NDArray[np.uint8],
     interpolation: NDArray[np.float64],
     observations: NDArray[np.uint8],
 ) -> None:
@@ -129,26 +125,28 @@ def paint_grids(
         Fraction of the time that is left.
     threshold : float
         Of the capture.
-    inverse_counts : float64 array (cells, cells)
-        One over the number of cells of each cell's ring that lie inside the square.
+    coarse_cells : int64 array (G * G,)
+        Which cell of the observation's grid holds each cell of the full one.
+    brightness : uint8 array (length,)
+        Of a trail, by its age in ticks.
     interpolation : float64 array (grid, A)
         From a command's cells to the grid's.
     observations : uint8 array (n, channels, grid, grid)
         Overwritten; channels in the order of `swarm_pz.observation.CHANNELS`.
     """
-    cells = games.occupancy.shape[2]
     for place in places:
         e, own = rows[place], seats[place]
+        positions, teams = games.positions[e], games.teams[e]
         planes = observations[place]
         planes[:] = np.uint8(0)
         size = 0
-        for i in range(games.teams.shape[1]):
-            size += games.teams[e, i] == own
-        for side in range(2):
-            team = own if side == 0 else 1 - own
-            paint_positions(games.positions[e], games.teams[e], team, cells, planes[0 + side])
-            paint_trail_age(games.trails[e], games.teams[e], games.ticks[e], team, cells, planes[2 + side])
-            paint_capture_field(games.ring_sums[e, team], inverse_counts, threshold, planes[4 + side])
+        for i in range(teams.shape[0]):
+            size += teams[i] == own
+        flat = planes.reshape(planes.shape[0], -1)
+        paint_positions(positions, teams, own, coarse_cells, flat[0:2])
+        paint_trail_age(games.trails[e], teams, games.ticks[e], own, coarse_cells, brightness, flat[2:4])
+        paint_capture_field(games.fields[e, own], threshold, planes[4])
+        paint_capture_field(games.fields[e, 1 - own], threshold, planes[5])
         paint_target(games.targets[e, own], interpolation, planes[6])
-        planes[7] = np.uint8(255.0 * size / games.teams.shape[1] + 0.5)
+        planes[7] = np.uint8(255.0 * size / teams.shape[0] + 0.5)
         planes[8] = np.uint8(255.0 * time_left[place] + 0.5)

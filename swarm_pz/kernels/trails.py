@@ -1,7 +1,7 @@
-"""Trails (the cells a drone was in lately) and occupancy (a team's trails summed on the grid).
+"""Trails: the cells a drone was in lately, and what they add to its team's capture field.
 
 A trail is a ring buffer: the cell of tick t stands at t modulo the trail's length, -1 where the
-drone has no past yet. The sums that the capture field needs follow every change of the occupancy.
+drone has no past yet.
 """
 
 from __future__ import annotations
@@ -9,40 +9,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_pz.config import GRID_CELLS
 from swarm_pz.kernels import kernel
+from swarm_pz.kernels.capture import add_to_field
 
 
 @kernel
-def cell_of(x: float, y: float, cells: int) -> int:
-    """Index row * cells + column of the grid cell that holds a float32 position.
+def cell_of(x: float, y: float) -> int:
+    """Index row * G + column of the grid cell that holds a float32 position.
 
     The product is exact in float64, so the cell is that of the position as stored.
     """
-    column = min(int(np.float64(cells) * np.float64(x)), cells - 1)
-    row = min(int(np.float64(cells) * np.float64(y)), cells - 1)
-    return row * cells + column
-
-
-@kernel
-def change_occupancy(occupancy: NDArray[np.int32], ring_sums: NDArray[np.int32], cell: int, change: int) -> None:
-    """Add to one cell of a team's occupancy, and to the ring sums of the cells that see it.
-
-    Parameters
-    ----------
-    occupancy, ring_sums : int32 array (cells, cells)
-        One team's; updated.
-    cell : int
-        Index row * cells + column.
-    change : int
-    """
-    cells = occupancy.shape[0]
-    row, column = cell // cells, cell % cells
-    occupancy[row, column] += change
-    # "A is on the ring around B" is symmetric, so the cells that see this one form its own ring.
-    for other_row in range(max(row - 2, 0), min(row + 3, cells)):
-        for other_column in range(max(column - 2, 0), min(column + 3, cells)):
-            if abs(other_row - row) == 2 or abs(other_column - column) == 2:
-                ring_sums[other_row, other_column] += change
+    column = min(int(np.float64(GRID_CELLS) * np.float64(x)), GRID_CELLS - 1)
+    row = min(int(np.float64(GRID_CELLS) * np.float64(y)), GRID_CELLS - 1)
+    return row * GRID_CELLS + column
 
 
 @kernel
@@ -51,8 +31,8 @@ def extend_trails(
     teams: NDArray[np.int8],
     slot: int,
     trails: NDArray[np.int16],
-    occupancy: NDArray[np.int32],
-    ring_sums: NDArray[np.int32],
+    fields: NDArray[np.integer],
+    ring_weights: NDArray[np.integer],
 ) -> None:
     """Write every drone's present cell to its trail, in place of the oldest.
 
@@ -62,32 +42,41 @@ def extend_trails(
     teams : int8 array (drones,)
     slot : int
         Place in the ring buffers: the tick modulo their length.
-    trails : int16 array (drones, length)
-    occupancy, ring_sums : int32 array (2, cells, cells)
-        All updated.
+    trails : int16 array (length, drones)
+        Updated.
+    fields : int array (2, G + 4, G + 4)
+        Capture fields of both teams; updated.
+    ring_weights : int array (G + 4, G + 4)
+        See `swarm_pz.kernels.capture`.
     """
-    cells = occupancy.shape[1]
     for i in range(positions.shape[0]):
-        team = teams[i]
-        oldest = trails[i, slot]
-        newest = cell_of(positions[i, 0], positions[i, 1], cells)
-        trails[i, slot] = newest
+        oldest = trails[slot, i]
+        newest = cell_of(positions[i, 0], positions[i, 1])
+        trails[slot, i] = newest
         if newest != oldest:
-            change_occupancy(occupancy[team], ring_sums[team], newest, 1)
+            add_to_field(fields[teams[i]], ring_weights, newest, 1)
             if oldest >= 0:
-                change_occupancy(occupancy[team], ring_sums[team], oldest, -1)
+                add_to_field(fields[teams[i]], ring_weights, oldest, -1)
 
 
 @kernel
 def hand_over_trail(
-    trail: NDArray[np.int16],
+    trails: NDArray[np.int16],
+    drone: int,
     loser: int,
     winner: int,
-    occupancy: NDArray[np.int32],
-    ring_sums: NDArray[np.int32],
+    fields: NDArray[np.integer],
+    ring_weights: NDArray[np.integer],
 ) -> None:
-    """Move one drone's trail from the occupancy of the loser to that of the winner."""
-    for slot in range(trail.shape[0]):
-        if trail[slot] >= 0:
-            change_occupancy(occupancy[loser], ring_sums[loser], trail[slot], -1)
-            change_occupancy(occupancy[winner], ring_sums[winner], trail[slot], 1)
+    """Move what one drone's trail adds from the capture field of the loser to that of the winner."""
+    length = trails.shape[0]
+    first = 0
+    while first < length:
+        cell, last = trails[first, drone], first
+        while last + 1 < length and trails[last + 1, drone] == cell:
+            last += 1
+        if cell >= 0:
+            ticks = last - first + 1
+            add_to_field(fields[loser], ring_weights, cell, -ticks)
+            add_to_field(fields[winner], ring_weights, cell, ticks)
+        first = last + 1

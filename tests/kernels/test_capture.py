@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import GameConfig
-from swarm_pz.simulator import Simulator, ring_counts
+from swarm_pz.kernels.capture import RING_COUNTS
+from swarm_pz.simulator import Simulator
 from tests.reference import captures_where, ring_sums
 
 CENTRES = (np.arange(50) + 0.5) / 50
@@ -77,7 +78,7 @@ def test_all_captures_of_a_tick_happen_at_once():
 def test_the_step_stops_at_the_deciding_tick():
     # Three red drones in one cell disarm the others; blue's only drone is on the ring of that cell.
     simulator = scene([(20, 28)] * 3, [(20, 30)])
-    simulator.games.ring_sums[0, 1, 0, 0] = 100  # blue's field is strongest where nobody is
+    simulator.games.fields[0, 1, 2, 2] = 10**8  # blue's field is strongest where nobody is
     simulator.advance(30)
     assert simulator.decided.tolist() == [True]
     assert simulator.games.ticks.tolist() == [1]
@@ -101,7 +102,7 @@ def test_a_drone_taken_back_within_a_second_counts_as_a_recapture():
 
 
 def test_ring_counts_match_counting():
-    np.testing.assert_array_equal(ring_counts(), ring_sums(np.zeros((50, 50), np.int64))[1])
+    np.testing.assert_array_equal(RING_COUNTS, ring_sums(np.zeros((50, 50), np.int64))[1])
 
 
 def test_where_a_team_captures_matches_exact_fractions():
