@@ -13,8 +13,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from swarm_pz.config import GameConfig, check
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import SwarmError, require_extra
+from swarm_pz.settings import check
 from training.config import TrainConfig
 
 if TYPE_CHECKING:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from swarm_pz.config import Config, GameConfig, ObservationConfig, check, check_count, check_number
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.settings import Config, check, check_count, check_number
 
 
 @dataclass(frozen=True, kw_only=True)
