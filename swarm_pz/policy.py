@@ -25,7 +25,11 @@ GROUP = "swarm_pz.policies"
 
 @runtime_checkable
 class Policy(Protocol):
-    """Plays one seat of many games at once: observations in, commands out."""
+    """Plays one seat of many games at once: observations in, commands out.
+
+    An object may keep a state or a random stream for each row, so it belongs to one environment at a
+    time: give another environment another object.
+    """
 
     observation: ObservationConfig
     """What it wants to see."""

@@ -6,6 +6,7 @@ ones are diamonds on ground hatched downwards. Row 0 of every grid is drawn at t
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from swarm_pz.config import (
     GRID_CELLS,
     RED,
     TEAM_NAMES,
+    TICKS_PER_CONTROL_PERIOD,
     GameConfig,
 )
 from swarm_pz.errors import ConfigError, nearest, require_extra
@@ -180,7 +182,9 @@ class Screen:
         self._mode = mode
         self._simulator = simulator
         self._row = row
-        self._frames: list[NDArray[np.uint8]] = []
+        # A step's frames and the one before it: whoever never asks for them must not fill the memory.
+        frames_per_step = simulator.config.step_ticks // TICKS_PER_CONTROL_PERIOD
+        self._frames: deque[NDArray[np.uint8]] = deque(maxlen=frames_per_step + 1)
         self._window: Any = None
         if mode == "human":
             from swarm_pz.window import Window
@@ -213,13 +217,14 @@ class Screen:
             self._frames.append(frame)
 
     def render(self) -> Any:
-        """Return a picture, the list of pictures since the last call, or text; None for a window."""
+        """Return a picture, the pictures of a step (not those already returned), or text; None for a window."""
         if self._mode == "rgb_array":
             return draw(self._simulator, self._row)
         if self._mode == "ansi":
             return ansi(self._simulator, self._row)
         if self._mode == "rgb_array_list":
-            frames, self._frames = self._frames, []
+            frames = list(self._frames)
+            self._frames.clear()
             return frames
         if self._window is not None:
             self._window.refresh()

@@ -63,7 +63,7 @@ class TrainConfig(Config):
     opponents: tuple[str, ...] = ("uniform",)
     action_cells: int = 5
     width: int = 32
-    total_steps: int = 800_000
+    total_steps: int = 1_200_000
     num_envs: int = 128
     rollout: int = 64
     batch_size: int = 1024
