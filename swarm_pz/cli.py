@@ -85,7 +85,7 @@ def train(
             f"share above {comparison.match.policy:<10} {comparison.difference:+.3f} "
             f"(95 % interval {comparison.low:+.3f} to {comparison.high:+.3f})"
         )
-    standing = record_game(trained, "uniform", out / "game.mp4", config=config.game, seed=1, seconds=120, speed=4.0)
+    standing = record_game(trained, "uniform", out / "game.mp4", config=config.game, seed=1, speed=4.0)
     print(f"learning curve: {out / 'learning_curve.png'}\none game, {standing}: {out / 'game.mp4'}")
     print(f"policy: {out}  (try: swarm-pz evaluate {out} --opponent ring)")
 
@@ -197,10 +197,12 @@ def _print_matches(matches: list[MatchResult]) -> None:
     first = matches[0]
     table = table_module.Table(
         box=require_extra("rich.box", "cli").SIMPLE_HEAD,  # no rules between columns: it must fit 80 of them
+        pad_edge=False,
+        padding=(0, 1),
         title=f"against {first.opponent}, both sides, seed {first.seed}",
         caption=f"share of all drones at the end; in the mean length, draws count {first.limit_s:g} s",
     )
-    headings = ("policy", "games", "won", "drawn", "lost", "won, 95 %", "share", "mean s", "median s")
+    headings = ("policy", "games", "won", "drawn", "lost", "won 95 %", "share", "mean s")
     for heading in headings:
         table.add_column(heading, justify="left" if heading == "policy" else "right", no_wrap=True)
     for match in matches:
@@ -215,7 +217,6 @@ def _print_matches(matches: list[MatchResult]) -> None:
             f"{100 * low:.0f} to {100 * high:.0f} %",
             f"{summary['mean_share']:.3f}",
             f"{summary['restricted_mean_seconds']:.0f}",
-            f"{summary['median_seconds']:.0f}",
         )
     require_extra("rich.console", "cli").Console().print(table)
 
