@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.kernels.ergodic import ergodic, saturate
+from swarm_pz.kernels.ergodic import ergodic, make_scratch, saturate
 from swarm_pz.simulator import Simulator
 from tests.reference import ControllerReference, RuleReference, target_coefficients
 from tests.reference import saturate as saturate_reference
 
 
-def mismatches(seed: int, seconds: int) -> int:
-    """Play a game of random commands and sizes 1 to 40 tick by tick beside the slow rules.
+def mismatches(seed: int, seconds: int, largest_team: int = 40) -> int:
+    """Play a game of random commands and team sizes tick by tick beside the slow rules.
 
     Returns
     -------
@@ -27,7 +27,7 @@ def mismatches(seed: int, seconds: int) -> int:
         Drones whose team differs in any tick, summed over ticks; must be zero.
     """
     generator = np.random.default_rng(seed)
-    red, blue = (int(size) for size in generator.integers(1, 41, size=2))
+    red, blue = (int(size) for size in generator.integers(1, largest_team + 1, size=2))
     simulator = Simulator(GameConfig(drones_per_team=(red, blue)))
     simulator.reset([seed])
     reference = RuleReference(simulator.teams[0])
@@ -47,7 +47,9 @@ def mismatches(seed: int, seconds: int) -> int:
     return wrong
 
 
-def controller_errors(states: int, seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def controller_errors(
+    states: int, seed: int, largest_swarm: int = 30
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Solve random states with the kernel and with the slow float64 controller.
 
     Returns
@@ -61,7 +63,7 @@ def controller_errors(states: int, seed: int) -> tuple[NDArray[np.float64], NDAr
     reference = ControllerReference()
     errors = np.zeros((2, states))
     for state in range(states):
-        count = int(generator.integers(1, 31))
+        count = int(generator.integers(1, largest_swarm + 1))
         positions = generator.random((count, 2)).astype(np.float32)
         velocities = (generator.normal(size=(count, 2)) * 0.4).astype(np.float32)
         teams = generator.integers(2, size=count).astype(np.int8)
@@ -82,13 +84,15 @@ def controller_errors(states: int, seed: int) -> tuple[NDArray[np.float64], NDAr
             targets.astype(float),
         )
         accelerations = np.zeros((count, 2), np.float32)
-        ergodic(positions, velocities, teams, memory, weight, targets, simulator.controller, accelerations)
+        by_drone = np.ascontiguousarray(np.moveaxis(memory, 0, -1))
+        scratch = make_scratch(count, simulator.controller)
+        ergodic(positions, velocities, teams, by_drone, weight, targets, simulator.controller, scratch, accelerations)
         errors[0, state] = np.abs(accelerations - expected).max() / np.abs(expected).max()
         for acceleration in accelerations:
             saturate(acceleration, simulator.controller.max_acceleration)
         limited = saturate_reference(expected)
         errors[1, state] = np.abs(accelerations - limited).max() / np.abs(limited).max()
-        np.testing.assert_allclose(memory, expected_memory, atol=1e-4)
+        np.testing.assert_allclose(np.moveaxis(by_drone, -1, 0), expected_memory, atol=1e-4)
     return errors[0], errors[1]
 
 

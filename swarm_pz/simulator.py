@@ -20,7 +20,7 @@ from swarm_pz.config import (
     GameConfig,
 )
 from swarm_pz.errors import CommandError
-from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, ring_weights
+from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES, ring_weights
 from swarm_pz.kernels.ergodic import ErgodicParameters
 from swarm_pz.kernels.game import Games, RuleParameters, advance_games
 from swarm_pz.scenario import Seed, check_scenario, check_seed, random_start
@@ -79,6 +79,7 @@ class Simulator:
     def _empty_games(self) -> Games:
         e, n, cells = self.num_games, self.config.num_drones, self.config.command_cells
         modes = self.config.controller.modes
+        side = FRAMED_CELLS if n >= MANY_DRONES else 0
         return Games(
             ticks=np.zeros(e, np.int64),
             positions=np.zeros((e, n, 2), np.float32),
@@ -88,7 +89,8 @@ class Simulator:
             teams=np.zeros((e, n), np.int8),
             trails=np.zeros((e, self.config.memory.trail_ticks, n), np.int16),
             fields=np.zeros((e, 2, FRAMED_CELLS, FRAMED_CELLS), self._rules.ring_weights.dtype),
-            memory=np.zeros((e, n, modes, modes), np.float32),
+            occupancy=np.zeros((e, 2, side, side), self._rules.ring_weights.dtype),
+            memory=np.zeros((e, modes, modes, n), np.float32),
             memory_weight=np.zeros((e, n), np.float32),
             targets=np.zeros((e, 2, cells, cells), np.float64),
             coefficients=np.zeros((e, 2, modes, modes), np.float32),

@@ -5,12 +5,13 @@ of the 5x5 sub-grid around it that lie inside the square, over their number. It 
 1 / 55440, which makes every value a whole number, since 55440 is a multiple of every n: so values
 are exact, can be updated as trails move on, and are compared without division.
 
-Fields have a border of two cells on each side, in which they are always 0.
+Boards have a border of two cells on each side, in which fields are always 0.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,10 @@ from swarm_pz.kernels import kernel
 
 BORDER = 2
 FRAMED_CELLS = GRID_CELLS + 2 * BORDER
-_CELLS, _ONE, _FOUR = np.uint64(GRID_CELLS), np.uint64(1), np.uint64(4)
+MANY_DRONES = 256
+"""From so many drones on it is cheaper to add up fields anew than to change them for every drone."""
+_CELLS, _BORDER = np.uint64(GRID_CELLS), np.uint64(BORDER)
+_ONE, _FOUR = np.uint64(1), np.uint64(4)
 
 
 def _ring_counts() -> NDArray[np.int64]:
@@ -58,19 +62,28 @@ def ring_weights(largest_occupancy: int) -> NDArray[np.integer]:
     return weights.astype(np.int32 if has_room else np.int64)
 
 
+class Boards(NamedTuple):
+    """The capture fields of one game, and what they are made from."""
+
+    fields: NDArray[np.integer]
+    """(2, G + 4, G + 4) in units of `FIELD_UNIT`."""
+    occupancy: NDArray[np.integer]
+    """(2, G + 4, G + 4) ticks that trails count in each cell; (2, 0, 0) with few drones."""
+    ring_weights: NDArray[np.integer]
+    """(G + 4, G + 4) see `ring_weights`."""
+
+
+@kernel
+def add_to_occupancy(occupancy: NDArray[np.integer], cell: int, ticks: int) -> None:
+    """Add ticks spent in one cell (row * G + column) to a team's occupancy; `add_up` has to follow."""
+    occupancy[np.uint64(cell) // _CELLS + _BORDER, np.uint64(cell) % _CELLS + _BORDER] += ticks
+
+
 @kernel
 def add_to_field(field: NDArray[np.integer], ring_weights: NDArray[np.integer], cell: int, ticks: int) -> None:
-    """Add ticks spent in one cell to a team's capture field.
+    """Add ticks spent in one cell (row * G + column) to a team's capture field.
 
     "A is on the ring around B" is symmetric, so the cells that see this one form its own ring.
-
-    Parameters
-    ----------
-    field, ring_weights : int array (G + 4, G + 4)
-        The field is updated.
-    cell : int
-        Index row * G + column.
-    ticks : int
     """
     # Unsigned, because a signed index costs a test for a count from the end.
     bottom, left = np.uint64(cell) // _CELLS, np.uint64(cell) % _CELLS
@@ -84,10 +97,27 @@ def add_to_field(field: NDArray[np.integer], ring_weights: NDArray[np.integer], 
 
 
 @kernel
-def field_value(field: NDArray[np.integer], cell: int) -> int:
-    """Return a team's capture field at a cell."""
-    value: int = field[cell // GRID_CELLS + BORDER, cell % GRID_CELLS + BORDER]
-    return value
+def add_up(boards: Boards) -> None:
+    """With many drones: add up both fields from the occupancy, as 5x5 less 3x3 sub-grids."""
+    if not boards.occupancy.size:
+        return
+    wide = np.empty((FRAMED_CELLS, GRID_CELLS), boards.fields.dtype)
+    narrow = np.empty((FRAMED_CELLS, GRID_CELLS), boards.fields.dtype)
+    for team in range(2):
+        for row in range(FRAMED_CELLS):
+            cells = boards.occupancy[team, row]
+            for column in range(GRID_CELLS):
+                inner = cells[column + 1] + cells[column + 2] + cells[column + 3]
+                narrow[row, column] = inner
+                wide[row, column] = cells[column] + inner + cells[column + 4]
+        for row in range(GRID_CELLS):
+            field = boards.fields[team, row + BORDER, BORDER:-BORDER]
+            weights = boards.ring_weights[row + BORDER, BORDER:-BORDER]
+            for column in range(GRID_CELLS):
+                outer = wide[row, column] + wide[row + 1, column] + wide[row + 2, column]
+                outer += wide[row + 3, column] + wide[row + 4, column]
+                inner = narrow[row + 1, column] + narrow[row + 2, column] + narrow[row + 3, column]
+                field[column] = weights[column] * (outer - inner)
 
 
 @kernel
@@ -101,12 +131,22 @@ def field_maximum(field: NDArray[np.integer]) -> int:
 
 
 @kernel
-def captures(value: int, maximum: int, threshold: float) -> bool:
-    """Whether a field captures where it has this value; never an empty one.
+def capture_limit(maximum: int, threshold: float) -> int:
+    """Return the value above which a field with this maximum captures; an empty one never does.
 
     Whole numbers are exact in float64, and so is their product with a threshold of few bits.
     """
-    return float(value) > threshold * float(maximum)
+    return int(threshold * float(maximum))
+
+
+@kernel
+def find_peak(field: NDArray[np.integer]) -> int:
+    """Return the place, in the flattened field, of a largest value."""
+    highest, flat = field_maximum(field), field.ravel()
+    place = 0
+    while flat[place] != highest:
+        place += 1
+    return place
 
 
 @kernel
@@ -115,8 +155,9 @@ def find_captured(
     teams: NDArray[np.int8],
     fields: NDArray[np.integer],
     threshold: float,
+    peaks: NDArray[np.int64],
     captured: NDArray[np.bool_],
-) -> None:
+) -> bool:
     """Test every drone of one game against the opposing capture field.
 
     Parameters
@@ -126,10 +167,42 @@ def find_captured(
     teams : int8 array (drones,)
     fields : int array (2, G + 4, G + 4)
     threshold : float
+    peaks : int64 array (2,)
+        Any place in each flattened field; updated to that of its maximum once that matters. Since a
+        field is nowhere higher than at its maximum, most tests fail already against where it was
+        lately, and the field need not be searched.
     captured : bool array (drones,)
         Overwritten.
+
+    Returns
+    -------
+    bool
+        Whether any drone is captured.
     """
-    maxima = (field_maximum(fields[0]), field_maximum(fields[1]))
+    if not any_captured(cells, teams, fields, threshold, peaks, captured):
+        return False
+    peaks[0], peaks[1] = find_peak(fields[0]), find_peak(fields[1])
+    return any_captured(cells, teams, fields, threshold, peaks, captured)
+
+
+@kernel
+def any_captured(
+    cells: NDArray[np.int16],
+    teams: NDArray[np.int8],
+    fields: NDArray[np.integer],
+    threshold: float,
+    peaks: NDArray[np.int64],
+    captured: NDArray[np.bool_],
+) -> bool:
+    """Test every drone as if the fields were highest at `peaks`."""
+    red, blue = fields[0], fields[1]
+    red_limit = capture_limit(red.ravel()[peaks[0]], threshold)
+    blue_limit = capture_limit(blue.ravel()[peaks[1]], threshold)
+    found = False
     for i in range(cells.shape[0]):
-        opponent = 1 - teams[i]
-        captured[i] = captures(field_value(fields[opponent], cells[i]), maxima[opponent], threshold)
+        cell = np.uint64(cells[i])
+        row, column = cell // _CELLS + _BORDER, cell % _CELLS + _BORDER
+        hit = red[row, column] > red_limit if teams[i] else blue[row, column] > blue_limit
+        captured[i] = hit
+        found |= hit
+    return found

@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.kernels import kernel, reduction
-from swarm_pz.kernels.fourier import PI, fill_first_harmonic, fill_higher_harmonics
+from swarm_pz.kernels.fourier import PI, fill_harmonics
 
-MARGIN = 64
-"""Floats left free around the scratch, at least as many as the widest vector step reads ahead."""
 _VECTOR = 16
+"""Places that the widest vector instructions do at once; tables are filled up to a multiple."""
+_PLACES = 352
+"""Places tabulated together: as many as the processor's inner caches hold."""
+_MARGIN = 64
 
 
 class ErgodicParameters(NamedTuple):
@@ -37,10 +39,79 @@ class ErgodicParameters(NamedTuple):
     max_acceleration: np.float32
 
 
+class Tables(NamedTuple):
+    """Scratch for some places of drones: coordinates, the basis there, and two sums."""
+
+    x: NDArray[np.float32]
+    """(places,) coordinates."""
+    y: NDArray[np.float32]
+    weights: NDArray[np.float32]
+    """(places,) share of each place in the team's coefficients."""
+    sum_x: NDArray[np.float32]
+    sum_y: NDArray[np.float32]
+    cos_x: NDArray[np.float32]
+    """(K, places) cos(pi k x)."""
+    sin_x: NDArray[np.float32]
+    cos_y: NDArray[np.float32]
+    sin_y: NDArray[np.float32]
+
+
+class Scratch(NamedTuple):
+    """What solves need besides the state; the same for one game after the other."""
+
+    members: NDArray[np.int64]
+    """(2, drones + 1) the numbers of each team's drones."""
+    means: NDArray[np.float32]
+    """(2, K, K) coefficients of each team."""
+    error: NDArray[np.float32]
+    """(K, K) their weighted error, of the team in hand."""
+    slope: NDArray[np.float32]
+    """(K, K) that error times pi k2."""
+    tables: Tables
+
+
 @kernel
 def fill_up(places: int) -> int:
     """Round a number of places up, so that vector loops over them leave no rest."""
     return (places + _VECTOR - 1) // _VECTOR * _VECTOR
+
+
+@kernel
+def make_scratch(num_drones: int, parameters: ErgodicParameters) -> Scratch:
+    """Allocate scratch for games of so many drones.
+
+    All in one block, so that its parts always lie at the same distance from each other, with a margin
+    to whatever lies beside it: where arrays lie must never decide which loop runs.
+    """
+    modes = len(parameters.modes)
+    places, rows = fill_up(max(_PLACES, len(parameters.times))), modes + modes % 2
+    image = fill_up(modes * modes)
+    lines, basis = 4 * image, 4 * image + 5 * places
+    block = np.empty(2 * _MARGIN + basis + 4 * rows * places, np.float32)[_MARGIN:-_MARGIN]
+    images = block[:lines].reshape(4, image)
+    line = block[lines:basis].reshape(5, places)
+    table = block[basis:].reshape(4, rows, places)
+    table[:, 0] = np.float32(0.0)  # sines of k = 0
+    table[::2, 0] = np.float32(1.0)
+    cells = modes * modes
+    return Scratch(
+        np.empty((2, num_drones + 1), np.int64),
+        block[: 2 * cells].reshape(2, modes, modes),
+        images[2, :cells].reshape(modes, modes),
+        images[3, :cells].reshape(modes, modes),
+        Tables(line[0], line[1], line[2], line[3], line[4], table[0], table[1], table[2], table[3]),
+    )
+
+
+@kernel
+def tabulate(tables: Tables, modes: tuple[int, ...], used: int) -> None:
+    """Tabulate the basis at the first `used` places; what fills the tables up counts for nothing."""
+    places = fill_up(used)
+    for r in range(places - used):
+        rest = used + r
+        tables.x[rest], tables.y[rest], tables.weights[rest] = np.float32(0.5), np.float32(0.5), np.float32(0.0)
+    fill_harmonics(tables.x, places, modes, tables.cos_x, tables.sin_x)
+    fill_harmonics(tables.y, places, modes, tables.cos_y, tables.sin_y)
 
 
 @kernel
@@ -72,56 +143,168 @@ def dot_pair(
 
 
 @kernel
-def add_weighted_basis(
-    weights: NDArray[np.float32],
-    cos_x: NDArray[np.float32],
-    cos_y: NDArray[np.float32],
-    weighted: NDArray[np.float32],
-    coefficients: NDArray[np.float32],
+def remember(
+    positions: NDArray[np.float32],
+    teams: NDArray[np.int8],
+    sizes: tuple[int, int],
+    memory: NDArray[np.float32],
+    memory_weight: NDArray[np.float32],
+    parameters: ErgodicParameters,
+    scratch: Scratch,
 ) -> None:
-    """Add sum_r weights_r F_k(x_r) over places r to coefficients (K, K); `weighted` is scratch."""
-    modes, places = cos_x.shape
-    for k1 in range(modes):
+    """Extend all memories by the present, and average them over each team: steps 1, 3 and 4."""
+    num_drones, horizon = positions.shape[0], np.float32(len(parameters.times) - 1)
+    tables = scratch.tables
+    scratch.means[:] = np.float32(0.0)
+    for first in range(0, num_drones, _PLACES):
+        last = min(first + _PLACES, num_drones)
+        red, blue = tables.sum_x[: last - first], tables.sum_y[: last - first]
+        for j in range(last - first):
+            i = first + j
+            tables.x[j], tables.y[j] = positions[i, 0], positions[i, 1]
+            memory_weight[i] = parameters.decay * memory_weight[i] + np.float32(1.0)
+            share = np.float32(1.0) / (np.float32(sizes[teams[i]]) * (memory_weight[i] + horizon))
+            red[j] = np.float32(0.0) if teams[i] else share
+            blue[j] = share if teams[i] else np.float32(0.0)
+        tabulate(tables, parameters.modes, last - first)
+        for k1 in range(len(parameters.modes)):
+            for k2 in range(len(parameters.modes)):
+                past = memory[k1, k2, first:last]
+                for j in range(last - first):
+                    past[j] = parameters.decay * past[j] + tables.cos_x[k1, j] * tables.cos_y[k2, j]
+        for k1 in range(len(parameters.modes)):
+            for k2 in range(len(parameters.modes)):
+                of_red, of_blue = dot_pair(memory[k1, k2, first:last], red, blue)
+                scratch.means[0, k1, k2] += of_red
+                scratch.means[1, k1, k2] += of_blue
+
+
+@kernel
+def look_ahead(
+    drones: NDArray[np.int64],
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    times: tuple[np.float32, ...],
+    modes: tuple[int, ...],
+    tables: Tables,
+) -> None:
+    """Let drones coast, and tabulate the basis at the points h = H, ..., 1 that they come to.
+
+    Point h of drone j is place (H - h) * drones + j: the points that steer a drone come first.
+    """
+    count, horizon = drones.shape[0], len(times) - 1
+    for j in range(count):
+        i = drones[j]
+        x, y, velocity_x, velocity_y = positions[i, 0], positions[i, 1], velocities[i, 0], velocities[i, 1]
+        for h in range(1, len(times)):
+            tables.x[(horizon - h) * count + j] = x + times[h] * velocity_x
+            tables.y[(horizon - h) * count + j] = y + times[h] * velocity_y
+    tabulate(tables, modes, horizon * count)
+
+
+@kernel
+def add_expected(
+    drones: NDArray[np.int64],
+    size: int,
+    memory_weight: NDArray[np.float32],
+    horizon: int,
+    tables: Tables,
+    mean: NDArray[np.float32],
+) -> None:
+    """Add what drones will see to the coefficients (K, K) of their team, which has that size: steps 3 and 4."""
+    for j in range(drones.shape[0]):
+        share = np.float32(1.0) / (np.float32(size) * (memory_weight[drones[j]] + np.float32(horizon)))
+        for h in range(horizon):
+            tables.weights[h * drones.shape[0] + j] = share
+    places = fill_up(horizon * drones.shape[0])
+    weighted = tables.sum_x[:places]
+    for k1 in range(mean.shape[0]):
         for r in range(places):
-            weighted[r] = weights[r] * cos_x[k1, r]
-        for k2 in range(0, modes - 1, 2):
-            first, second = dot_pair(weighted, cos_y[k2], cos_y[k2 + 1])
-            coefficients[k1, k2] += first
-            coefficients[k1, k2 + 1] += second
-        if modes % 2:
-            coefficients[k1, modes - 1] += dot_pair(weighted, cos_y[modes - 1], cos_y[modes - 1])[0]
+            weighted[r] = tables.weights[r] * tables.cos_x[k1, r]
+        for k2 in range(0, mean.shape[1] - 1, 2):
+            first, second = dot_pair(weighted, tables.cos_y[k2], tables.cos_y[k2 + 1])
+            mean[k1, k2] += first
+            mean[k1, k2 + 1] += second
+        if mean.shape[1] % 2:
+            mean[k1, -1] += dot_pair(weighted, tables.cos_y[mean.shape[1] - 1], tables.cos_y[mean.shape[1] - 1])[0]
 
 
 @kernel
 def add_potential_gradient(
     error: NDArray[np.float32],
-    modes: tuple[int, ...],
-    cos_x: NDArray[np.float32],
-    sin_x: NDArray[np.float32],
-    cos_y: NDArray[np.float32],
-    sin_y: NDArray[np.float32],
     slope: NDArray[np.float32],
-    gradient_x: NDArray[np.float32],
-    gradient_y: NDArray[np.float32],
+    modes: tuple[int, ...],
+    places: int,
+    tables: Tables,
 ) -> None:
-    """Add the gradient of sum_k error_k F_k at places r to gradient_x and gradient_y (places,).
+    """Add the gradient of sum_k error_k F_k at the first places to sum_x and sum_y.
 
-    `slope` (K, K) is scratch.
+    `slope` (K, K) holds error_k pi k2.
     """
-    places = cos_x.shape[1]
-    for k1 in range(len(modes)):
-        for k2 in range(len(modes)):
-            slope[k1, k2] = PI * np.float32(k2) * error[k1, k2]
     for k1 in range(len(modes)):
         frequency = PI * np.float32(k1)
         for r in range(places):
             along_x = np.float32(0.0)
             along_y = np.float32(0.0)
             for k2 in range(len(modes)):
-                along_x += error[k1, k2] * cos_y[k2, r]
-                along_y += slope[k1, k2] * sin_y[k2, r]
-            gradient_x[r] -= frequency * sin_x[k1, r] * along_x
-            gradient_y[r] -= cos_x[k1, r] * along_y
+                along_x += error[k1, k2] * tables.cos_y[k2, r]
+                along_y += slope[k1, k2] * tables.sin_y[k2, r]
+            tables.sum_x[r] -= frequency * tables.sin_x[k1, r] * along_x
+            tables.sum_y[r] -= tables.cos_x[k1, r] * along_y
+
+
+@kernel
+def integrate_costate(
+    drones: NDArray[np.int64],
+    error: NDArray[np.float32],
+    slope: NDArray[np.float32],
+    parameters: ErgodicParameters,
+    tables: Tables,
+    accelerations: NDArray[np.float32],
+) -> None:
+    """Follow the costate back along the paths of drones: steps 5 and 6."""
+    count, horizon = drones.shape[0], len(parameters.times) - 1
+    places = fill_up((horizon - 1) * count)  # the first point comes too soon to count
+    for r in range(places):
+        tables.sum_x[r] = wall_gradient(tables.x[r], parameters.wall_margin, parameters.wall_weight)
+        tables.sum_y[r] = wall_gradient(tables.y[r], parameters.wall_margin, parameters.wall_weight)
+    add_potential_gradient(error, slope, parameters.modes, places, tables)
+    scale = -parameters.inverse_control_weight * parameters.times[1]
+    for j in range(count):
+        total_x, total_y = np.float32(0.0), np.float32(0.0)
+        for h in range(2, len(parameters.times)):
+            total_x += parameters.times[h - 1] * tables.sum_x[(horizon - h) * count + j]
+            total_y += parameters.times[h - 1] * tables.sum_y[(horizon - h) * count + j]
+        accelerations[drones[j], 0] = scale * total_x
+        accelerations[drones[j], 1] = scale * total_y
+
+
+@kernel
+def list_members(teams: NDArray[np.int8], members: NDArray[np.int64]) -> tuple[int, int]:
+    """Write the numbers of each team's drones into `members` (2, drones + 1) and return how many there are."""
+    red, blue = 0, 0
+    for i in range(teams.shape[0]):  # without branches, which nobody could predict
+        members[0, red] = i
+        members[1, blue] = i
+        red += 1 - teams[i]
+        blue += teams[i]
+    return red, blue
+
+
+@kernel
+def weigh(
+    mean: NDArray[np.float32],
+    target: NDArray[np.float32],
+    parameters: ErgodicParameters,
+    error: NDArray[np.float32],
+    slope: NDArray[np.float32],
+) -> None:
+    """Write q Lambda_k (c_k - phi_k) into `error` (K, K), and that times pi k2 into `slope`."""
+    for k1 in range(len(parameters.modes)):
+        for k2 in range(len(parameters.modes)):
+            weighted = parameters.spectrum[k1, k2] * (mean[k1, k2] - target[k1, k2])
+            error[k1, k2] = weighted
+            slope[k1, k2] = PI * np.float32(k2) * weighted
 
 
 @kernel
@@ -133,6 +316,7 @@ def ergodic(
     memory_weight: NDArray[np.float32],
     target: NDArray[np.float32],
     parameters: ErgodicParameters,
+    scratch: Scratch,
     accelerations: NDArray[np.float32],
 ) -> None:
     """Solve the optimal control problem of every drone of one game.
@@ -153,87 +337,29 @@ def ergodic(
     positions, velocities : float32 array (drones, 2)
         Map widths, map widths per second.
     teams : int8 array (drones,)
-    memory : float32 array (drones, K, K), memory_weight : float32 array (drones,)
+    memory : float32 array (K, K, drones), memory_weight : float32 array (drones,)
         Sums over the past and their weight; updated.
     target : float32 array (2, K, K)
         Fourier coefficients phi_k of each team's target, indexed `[k1 (x), k2 (y)]`.
     parameters : ErgodicParameters
+    scratch : Scratch
+        From `make_scratch`.
     accelerations : float32 array (drones, 2)
         Overwritten, in map widths per second squared.
     """
-    num_drones = positions.shape[0]
-    modes, points = len(parameters.modes), len(parameters.times)
-    members = np.empty(num_drones, np.int64)
-    # One block of scratch, so that its parts always lie at the same distance from each other, with a
-    # margin to whatever lies beside it: where arrays lie must never decide which loop runs.
-    cells = modes * modes
-    most = fill_up(num_drones * points)
-    scratch = np.empty(most * (4 * modes + 5) + 2 * cells + modes + 2 * MARGIN, np.float32)
-    mean = scratch[MARGIN : MARGIN + cells].reshape(modes, modes)
-    slope = scratch[MARGIN + cells : MARGIN + 2 * cells].reshape(modes, modes)
-    present = scratch[MARGIN + 2 * cells : MARGIN + 2 * cells + modes]
+    tables, horizon = scratch.tables, len(parameters.times) - 1
+    sizes = list_members(teams, scratch.members)
+    remember(positions, teams, sizes, memory, memory_weight, parameters, scratch)
     for team in range(2):
-        size = 0
-        for i in range(num_drones):
-            if teams[i] == team:
-                members[size] = i
-                size += 1
-        if size == 0:
-            continue
-        places = fill_up(size * points)
-        table, start = modes * places, MARGIN + 2 * cells + modes
-        cos_x = scratch[start : start + table].reshape(modes, places)
-        sin_x = scratch[start + table : start + 2 * table].reshape(modes, places)
-        cos_y = scratch[start + 2 * table : start + 3 * table].reshape(modes, places)
-        sin_y = scratch[start + 3 * table : start + 4 * table].reshape(modes, places)
-        start += 4 * table
-        weights = scratch[start : start + places]
-        gradient_x = scratch[start + places : start + 2 * places]
-        gradient_y = scratch[start + 2 * places : start + 3 * places]
-        path_x = scratch[start + 3 * places : start + 4 * places]
-        path_y = scratch[start + 4 * places : start + 5 * places]
-
-        for r in range(size * points, places):  # what fills up counts for nothing
-            path_x[r], path_y[r], weights[r] = np.float32(0.5), np.float32(0.5), np.float32(0.0)
-        for j in range(size):
-            i = members[j]
-            memory_weight[i] = parameters.decay * memory_weight[i] + np.float32(1.0)
-            share = np.float32(1.0) / (np.float32(size) * (memory_weight[i] + np.float32(points - 1)))
-            for h in range(len(parameters.times)):
-                path_x[j * points + h] = positions[i, 0] + parameters.times[h] * velocities[i, 0]
-                path_y[j * points + h] = positions[i, 1] + parameters.times[h] * velocities[i, 1]
-                weights[j * points + h] = share
-            weights[j * points] = np.float32(0.0)  # the present counts through the memory
-        fill_first_harmonic(path_x, cos_x[1], sin_x[1])
-        fill_first_harmonic(path_y, cos_y[1], sin_y[1])
-        fill_higher_harmonics(cos_x, sin_x)
-        fill_higher_harmonics(cos_y, sin_y)
-
-        mean[:] = np.float32(0.0)
-        for j in range(size):
-            for k2 in range(len(parameters.modes)):
-                present[k2] = cos_y[k2, j * points]
-            share = weights[j * points + 1]
-            for k1 in range(len(parameters.modes)):
-                for k2 in range(len(parameters.modes)):
-                    past = parameters.decay * memory[members[j], k1, k2] + cos_x[k1, j * points] * present[k2]
-                    memory[members[j], k1, k2] = past
-                    mean[k1, k2] += share * past
-        add_weighted_basis(weights, cos_x, cos_y, gradient_x, mean)
-        for k1 in range(modes):
-            for k2 in range(modes):
-                mean[k1, k2] = parameters.spectrum[k1, k2] * (mean[k1, k2] - target[team, k1, k2])
-
-        for r in range(places):
-            gradient_x[r] = wall_gradient(path_x[r], parameters.wall_margin, parameters.wall_weight)
-        for r in range(places):
-            gradient_y[r] = wall_gradient(path_y[r], parameters.wall_margin, parameters.wall_weight)
-        add_potential_gradient(mean, parameters.modes, cos_x, sin_x, cos_y, sin_y, slope, gradient_x, gradient_y)
-        scale = -parameters.inverse_control_weight * parameters.times[1]
-        for j in range(size):
-            total_x, total_y = np.float32(0.0), np.float32(0.0)
-            for h in range(1, len(parameters.times)):
-                total_x += parameters.times[h - 1] * gradient_x[j * points + h]
-                total_y += parameters.times[h - 1] * gradient_y[j * points + h]
-            accelerations[members[j], 0] = scale * total_x
-            accelerations[members[j], 1] = scale * total_y
+        size, members = sizes[team], scratch.members[team]
+        mean, most = scratch.means[team], max(_PLACES // horizon, 1)
+        for first in range(0, size, most):
+            drones = members[first : min(first + most, size)]
+            look_ahead(drones, positions, velocities, parameters.times, parameters.modes, tables)
+            add_expected(drones, size, memory_weight, horizon, tables, mean)
+        weigh(mean, target[team], parameters, scratch.error, scratch.slope)
+        for first in range(0, size, most):
+            drones = members[first : min(first + most, size)]
+            if size > most:  # otherwise the tables are still there
+                look_ahead(drones, positions, velocities, parameters.times, parameters.modes, tables)
+            integrate_costate(drones, scratch.error, scratch.slope, parameters, tables, accelerations)

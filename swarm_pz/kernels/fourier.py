@@ -48,21 +48,32 @@ def fill_first_harmonic(places: NDArray[np.float32], cosines: NDArray[np.float32
 
 
 @kernel
-def fill_higher_harmonics(cosines: NDArray[np.float32], sines: NDArray[np.float32]) -> None:
-    """Complete tables of cos(pi k x) and sin(pi k x), of which k = 1 is given, by the addition theorems.
+def fill_harmonics(
+    x: NDArray[np.float32],
+    places: int,
+    modes: tuple[int, ...],
+    cosines: NDArray[np.float32],
+    sines: NDArray[np.float32],
+) -> None:
+    """Tabulate cos(pi k x) and sin(pi k x): 2k and 2k + 1 from k and 1, by the addition theorems.
 
     Parameters
     ----------
+    places : float32 array (places,)
+        Coordinates x in map widths.
     cosines, sines : float32 array (modes, places)
-        Row 1 is read, the others are overwritten.
+        Overwritten; the number of modes is even.
     """
-    cosines[0] = np.float32(1.0)
-    sines[0] = np.float32(0.0)
-    for k in range(2, cosines.shape[0]):
-        for r in range(cosines.shape[1]):
-            cosines[k, r] = cosines[k - 1, r] * cosines[1, r] - sines[k - 1, r] * sines[1, r]
-        for r in range(cosines.shape[1]):
-            sines[k, r] = sines[k - 1, r] * cosines[1, r] + cosines[k - 1, r] * sines[1, r]
+    fill_first_harmonic(x[:places], cosines[1], sines[1])
+    for k in range(1, (len(modes) + 1) // 2):
+        cos_1, cos_k, cos_even, cos_odd = cosines[1], cosines[k], cosines[2 * k], cosines[2 * k + 1]
+        sin_1, sin_k, sin_even, sin_odd = sines[1], sines[k], sines[2 * k], sines[2 * k + 1]
+        for r in range(places):
+            cosine = cos_k[r] * cos_k[r] - sin_k[r] * sin_k[r]
+            sine = np.float32(2.0) * sin_k[r] * cos_k[r]
+            first, second = cos_1[r], sin_1[r]
+            cos_even[r], sin_even[r] = cosine, sine
+            cos_odd[r], sin_odd[r] = cosine * first - sine * second, sine * first + cosine * second
 
 
 @entry_point
@@ -81,20 +92,19 @@ def transform_targets(
         Overwritten, indexed `[k1 (x), k2 (y)]`.
     """
     modes, cells = matrix.shape
+    transposed = matrix.T.copy()
     along_x = np.empty((cells, modes), np.float64)
     for n in range(targets.shape[0]):
+        along_x[:] = 0.0
+        for row in range(cells):
+            for column in range(cells):
+                for k1 in range(modes):
+                    along_x[row, k1] += targets[n, row, column] * transposed[column, k1]
+        coefficients[n] = 0.0
         for row in range(cells):
             for k1 in range(modes):
-                total = 0.0
-                for column in range(cells):
-                    total += targets[n, row, column] * matrix[k1, column]
-                along_x[row, k1] = total
-        for k1 in range(modes):
-            for k2 in range(modes):
-                total = 0.0
-                for row in range(cells):
-                    total += along_x[row, k1] * matrix[k2, row]
-                coefficients[n, k1, k2] = total
+                for k2 in range(modes):
+                    coefficients[n, k1, k2] += along_x[row, k1] * transposed[row, k2]
         scale = 1.0 / coefficients[n, 0, 0]
         for k1 in range(modes):
             for k2 in range(modes):

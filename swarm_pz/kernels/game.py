@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.kernels import entry_point, kernel
-from swarm_pz.kernels.capture import find_captured
+from swarm_pz.kernels.capture import Boards, add_up, find_captured
 from swarm_pz.kernels.dynamics import move
-from swarm_pz.kernels.ergodic import ErgodicParameters, ergodic, saturate
+from swarm_pz.kernels.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
 from swarm_pz.kernels.trails import extend_trails, hand_over_trail
 
 
@@ -33,8 +33,10 @@ class Games(NamedTuple):
     """(E, T, N) grid cells, -1 where there is no past yet."""
     fields: NDArray[np.integer]
     """(E, 2, G + 4, G + 4) each team's capture field, framed and in units of `capture.FIELD_UNIT`."""
+    occupancy: NDArray[np.integer]
+    """(E, 2, G + 4, G + 4) what `fields` is added up from, with many drones; else (E, 2, 0, 0)."""
     memory: NDArray[np.float32]
-    """(E, N, K, K) the controller's decayed sums of F_k over the past."""
+    """(E, K, K, N) the controller's decayed sums of F_k over the past."""
     memory_weight: NDArray[np.float32]
     """(E, N) their weight."""
     targets: NDArray[np.float64]
@@ -71,13 +73,16 @@ def has_loser(teams: NDArray[np.int8]) -> bool:
 
 
 @kernel
-def advance_game(games: Games, e: int, ticks: int, rules: RuleParameters, controller: ErgodicParameters) -> None:
+def advance_game(
+    games: Games, e: int, ticks: int, rules: RuleParameters, controller: ErgodicParameters, scratch: Scratch
+) -> None:
     """Advance game `e` by some ticks, or to the tick that decides it."""
     positions, velocities, accelerations = games.positions[e], games.velocities[e], games.accelerations[e]
-    teams, trails, fields = games.teams[e], games.trails[e], games.fields[e]
+    teams, trails = games.teams[e], games.trails[e]
+    boards = Boards(games.fields[e], games.occupancy[e], rules.ring_weights)
     memory, memory_weight = games.memory[e], games.memory_weight[e]
     num_drones = teams.shape[0]
-    captured = np.empty(num_drones, np.bool_)
+    captured, peaks = np.empty(num_drones, np.bool_), np.zeros(2, np.int64)
 
     for _ in range(ticks):
         if rules.capture_enabled and has_loser(teams):
@@ -91,29 +96,32 @@ def advance_game(games: Games, e: int, ticks: int, rules: RuleParameters, contro
                 memory_weight,
                 games.coefficients[e],
                 controller,
+                scratch,
                 accelerations,
             )
             for i in range(num_drones):
                 saturate(accelerations[i], controller.max_acceleration)
         move(positions, velocities, accelerations, rules.tick)
         slot = games.ticks[e] % trails.shape[0]
-        extend_trails(positions, teams, slot, trails, fields, rules.ring_weights)
+        extend_trails(positions, teams, slot, trails, boards)
         games.ticks[e] += 1
         if not rules.capture_enabled:
             continue
-        find_captured(trails[slot], teams, fields, rules.capture_threshold, captured)
+        if not find_captured(trails[slot], teams, boards.fields, rules.capture_threshold, peaks, captured):
+            continue
         for i in range(num_drones):
             if captured[i]:
                 loser = teams[i]
                 winner = 1 - loser
                 teams[i] = winner
-                hand_over_trail(trails, i, loser, winner, fields, rules.ring_weights)
-                memory[i] = 0.0
+                hand_over_trail(trails, i, loser, winner, boards)
+                memory[:, :, i] = 0.0
                 memory_weight[i] = 0.0
                 games.captures[e, winner] += 1
                 if games.ticks[e] - games.capture_ticks[e, i] <= rules.ticks_per_second:
                     games.recaptures[e, winner] += 1
                 games.capture_ticks[e, i] = games.ticks[e]
+        add_up(boards)
 
 
 @entry_point
@@ -125,5 +133,6 @@ def advance_games(
     controller: ErgodicParameters,
 ) -> None:
     """Advance the games `rows`, each by its own number of ticks (indexed by game)."""
+    scratch = make_scratch(games.teams.shape[1], controller)
     for row in rows:
-        advance_game(games, row, ticks[row], rules, controller)
+        advance_game(games, row, ticks[row], rules, controller, scratch)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GRID_CELLS
 from swarm_pz.kernels import entry_point, kernel
-from swarm_pz.kernels.capture import BORDER, captures, field_maximum
+from swarm_pz.kernels.capture import BORDER, capture_limit, field_maximum
 from swarm_pz.kernels.game import Games
 from swarm_pz.kernels.trails import cell_of
 
@@ -57,6 +57,7 @@ def paint_capture_field(field: NDArray[np.integer], threshold: float, plane: NDA
     grid = plane.shape[0]
     block = GRID_CELLS // grid
     maximum = field_maximum(field)
+    limit = capture_limit(maximum, threshold)
     if maximum == 0:
         return
     highest = np.empty(GRID_CELLS, field.dtype)  # of each column of the full grid, within a row of the plane
@@ -72,11 +73,10 @@ def paint_capture_field(field: NDArray[np.integer], threshold: float, plane: NDA
             for column in range(coarse_column * block + 1, (coarse_column + 1) * block):
                 value = max(value, highest[column])
             brightness = int(255.0 * float(value) / float(maximum) + 0.5)
-            if captures(value, maximum, threshold):
-                brightness = max(brightness, CAPTURES_FROM)
-            else:
-                brightness = min(brightness, CAPTURES_FROM - 1)
-            plane[coarse_row, coarse_column] = brightness
+            captures = value > limit
+            plane[coarse_row, coarse_column] = (
+                max(brightness, CAPTURES_FROM) if captures else min(brightness, CAPTURES_FROM - 1)
+            )
 
 
 @kernel

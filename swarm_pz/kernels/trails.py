@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GRID_CELLS
 from swarm_pz.kernels import kernel
-from swarm_pz.kernels.capture import add_to_field
+from swarm_pz.kernels.capture import Boards, add_to_field, add_to_occupancy, add_up
 
 
 @kernel
@@ -31,8 +31,7 @@ def extend_trails(
     teams: NDArray[np.int8],
     slot: int,
     trails: NDArray[np.int16],
-    fields: NDArray[np.integer],
-    ring_weights: NDArray[np.integer],
+    boards: Boards,
 ) -> None:
     """Write every drone's present cell to its trail, in place of the oldest.
 
@@ -44,31 +43,30 @@ def extend_trails(
         Place in the ring buffers: the tick modulo their length.
     trails : int16 array (length, drones)
         Updated.
-    fields : int array (2, G + 4, G + 4)
-        Capture fields of both teams; updated.
-    ring_weights : int array (G + 4, G + 4)
-        See `swarm_pz.kernels.capture`.
+    boards : Boards
+        Updated.
     """
+    if boards.occupancy.size:
+        for i in range(positions.shape[0]):
+            oldest, newest = trails[slot, i], cell_of(positions[i, 0], positions[i, 1])
+            trails[slot, i] = newest
+            add_to_occupancy(boards.occupancy[teams[i]], newest, 1)
+            if oldest >= 0:
+                add_to_occupancy(boards.occupancy[teams[i]], oldest, -1)
+        add_up(boards)
+        return
     for i in range(positions.shape[0]):
-        oldest = trails[slot, i]
-        newest = cell_of(positions[i, 0], positions[i, 1])
+        oldest, newest = trails[slot, i], cell_of(positions[i, 0], positions[i, 1])
         trails[slot, i] = newest
         if newest != oldest:
-            add_to_field(fields[teams[i]], ring_weights, newest, 1)
+            add_to_field(boards.fields[teams[i]], boards.ring_weights, newest, 1)
             if oldest >= 0:
-                add_to_field(fields[teams[i]], ring_weights, oldest, -1)
+                add_to_field(boards.fields[teams[i]], boards.ring_weights, oldest, -1)
 
 
 @kernel
-def hand_over_trail(
-    trails: NDArray[np.int16],
-    drone: int,
-    loser: int,
-    winner: int,
-    fields: NDArray[np.integer],
-    ring_weights: NDArray[np.integer],
-) -> None:
-    """Move what one drone's trail adds from the capture field of the loser to that of the winner."""
+def hand_over_trail(trails: NDArray[np.int16], drone: int, loser: int, winner: int, boards: Boards) -> None:
+    """Move the ticks of one drone's trail from the loser to the winner; `add_up` has to follow."""
     length = trails.shape[0]
     first = 0
     while first < length:
@@ -77,6 +75,10 @@ def hand_over_trail(
             last += 1
         if cell >= 0:
             ticks = last - first + 1
-            add_to_field(fields[loser], ring_weights, cell, -ticks)
-            add_to_field(fields[winner], ring_weights, cell, ticks)
+            if boards.occupancy.size:
+                add_to_occupancy(boards.occupancy[loser], cell, -ticks)
+                add_to_occupancy(boards.occupancy[winner], cell, ticks)
+            else:
+                add_to_field(boards.fields[loser], boards.ring_weights, cell, -ticks)
+                add_to_field(boards.fields[winner], boards.ring_weights, cell, ticks)
         first = last + 1

@@ -63,7 +63,7 @@ def test_a_captured_drone_brings_its_trail_and_starts_with_an_empty_memory():
     assert simulator.occupancy[0, 1].sum() == 2
     assert simulator.games.memory_weight[0, 16] == 0.0
     assert simulator.games.memory_weight[0, 17] == 1.0
-    assert not simulator.games.memory[0, 16].any()
+    assert not simulator.games.memory[0, :, :, 16].any()
 
 
 def test_all_captures_of_a_tick_happen_at_once():
