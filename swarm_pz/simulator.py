@@ -61,7 +61,7 @@ class Simulator:
                 raise CommandError(f"{name} must be a whole number of at least 1, got {value!r}")
         self.num_games = num_games
         self.threads = min(threads, os.cpu_count() or 1, num_games)
-        self._pool = ThreadPoolExecutor(self.threads) if self.threads > 1 else None
+        self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
         trail_ticks = self.config.memory.trail_ticks
         self._rules = RuleParameters(
             tick=np.float32(1 / TICKS_PER_SECOND),
@@ -199,9 +199,11 @@ class Simulator:
             if len(rows):
                 work(rows)
             return
-        # More parts than threads even out games that end early; games never share state.
-        parts = np.array_split(rows, min(len(rows), 4 * self.threads))
-        for done in [self._pool.submit(work, part) for part in parts]:
+        # Games never share state. One part a thread, this one's among them: every hand-over costs.
+        own, *others = [rows[first :: self.threads] for first in range(min(self.threads, len(rows)))]
+        waiting = [self._pool.submit(work, part) for part in others]
+        work(own)
+        for done in waiting:
             done.result()
 
     def snapshot(self, rows: ArrayLike | None = None) -> Games:
