@@ -19,7 +19,6 @@ from torch import Tensor, nn
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.duel_batch import command_from_action
 from swarm_pz.errors import CheckpointError, ConfigError, SwarmError
-from swarm_pz.observation import CHANNELS
 from swarm_pz.scenario import Seed
 
 WEIGHTS, CARD = "policy.safetensors", "policy.json"
@@ -122,14 +121,12 @@ class LearnedPolicy:
         missing = {"format", "name", "grid", "action_cells", "width", "channels"} - set(card)
         if missing:
             raise CheckpointError(f"a policy's card must hold {sorted(missing)}, got only {sorted(card)}")
-        if card["format"] != FORMAT or card["channels"] != list(CHANNELS):
-            raise CheckpointError(
-                f"a policy's card must be of format {FORMAT} with channels {CHANNELS}, "
-                f"got format {card['format']!r} with {card['channels']!r}"
-            )
+        if card["format"] != FORMAT:
+            raise CheckpointError(f"a policy's card must be of format {FORMAT}, got {card['format']!r}")
         try:
-            self.observation = ObservationConfig(grid=card["grid"])
-            self._actor = Actor((len(CHANNELS), card["grid"], card["grid"]), card["action_cells"], card["width"])
+            self.observation = ObservationConfig(grid=card["grid"], channels=card["channels"])
+            shape = (len(self.observation.channels), card["grid"], card["grid"])
+            self._actor = Actor(shape, card["action_cells"], card["width"])
             self._actor.load_state_dict({name: torch.as_tensor(values) for name, values in weights.items()})
         except (SwarmError, ArithmeticError, RuntimeError, TypeError, ValueError) as error:
             raise CheckpointError(f"the weights of policy {card['name']!r} do not fit its card: {error}") from error

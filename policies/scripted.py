@@ -10,8 +10,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.observation import CHANNELS
+from swarm_pz.config import CHANNELS, GameConfig, ObservationConfig
 from swarm_pz.scenario import Seed
 
 Array = NDArray[np.float64]
@@ -31,28 +30,36 @@ class View:
     """
 
     def __init__(
-        self, images: NDArray[np.uint8], cells: int, steps: NDArray[np.int64], generators: list[np.random.Generator]
+        self,
+        images: NDArray[np.uint8],
+        channels: tuple[str, ...],
+        cells: int,
+        steps: NDArray[np.int64],
+        generators: list[np.random.Generator],
     ) -> None:
         self._images = images
+        self._channels = channels
         self.steps = steps
         self.generators = generators
         self.x, self.y = _centres(cells)
 
     def __getitem__(self, channel: str) -> Array:
         """Return a channel as float64 (n, G', G'), brightness 0 to 255."""
-        return self._images[:, CHANNELS.index(channel)].astype(np.float64)
+        return self._images[:, self._channels.index(channel)].astype(np.float64)
 
     def mean_position(self, side: str) -> Array:
         """Return the mean position (n, 2) of the "own" or "opposing" drones; the centre if none."""
         weights = self[f"{side}_positions"]
-        x, y = _centres(weights.shape[-1])
-        totals = weights.sum(axis=(1, 2))
-        sums = np.stack([(weights * x).sum(axis=(1, 2)), (weights * y).sum(axis=(1, 2))], axis=1)
+        centres = (np.arange(weights.shape[-1]) + 0.5) / weights.shape[-1]
+        rows = weights @ np.ones_like(centres)
+        totals = rows.sum(axis=1)
+        sums = np.stack([(weights @ centres).sum(axis=1), rows @ centres], axis=1)
         return np.where(totals[:, None] > 0, sums / np.maximum(totals, 1.0)[:, None], 0.5)
 
     def distance_from(self, points: Array) -> Array:
         """Return the distance (n, A, A) of the command's cells from points (n, 2)."""
-        return np.asarray(np.hypot(self.x - points[:, 0, None, None], self.y - points[:, 1, None, None]))
+        x, y = self.x - points[:, 0, None, None], self.y - points[:, 1, None, None]
+        return np.asarray(np.sqrt(x * x + y * y))
 
     def every(self, density: Array) -> Array:
         """Return the same density (A, A) for every game."""
@@ -75,14 +82,14 @@ class ScriptedPolicy:
     ----------
     play : callable
         The tactic: from a `View` of n games to densities (n, A, A), not negative.
-    grid : int
-        Cells a side of the images that it sees.
+    seat : ObservationConfig
+        What it sees.
     config : GameConfig
     """
 
-    def __init__(self, play: Callable[[View], Array], grid: int, config: GameConfig) -> None:
+    def __init__(self, play: Callable[[View], Array], seat: ObservationConfig, config: GameConfig) -> None:
         self.name = play.__name__
-        self.observation = ObservationConfig(grid=grid)
+        self.observation = seat
         self._play = play
         self._cells = config.command_cells
         self._steps: dict[int, int] = {}
@@ -99,6 +106,7 @@ class ScriptedPolicy:
         games = rows.tolist()
         view = View(
             observations,
+            self.observation.channels,
             self._cells,
             np.array([self._steps[row] for row in games], np.int64),
             [self._generators[row] for row in games],
@@ -110,17 +118,30 @@ class ScriptedPolicy:
         return np.asarray(densities / np.where(peaks > 0, peaks, 1.0))
 
 
-def tactic(*, grid: int = 10) -> Callable[[Callable[[View], Array]], Callable[[GameConfig], ScriptedPolicy]]:
-    """Turn a function from a `View` to densities into a factory of policies."""
+def tactic(
+    *, sees: tuple[str, ...] = CHANNELS, grid: int = 10
+) -> Callable[[Callable[[View], Array]], Callable[[GameConfig], ScriptedPolicy]]:
+    """Turn a function from a `View` to densities into a factory of policies.
+
+    Parameters
+    ----------
+    sees : tuple of str
+        Channels that the view offers; to name only those looked at saves time.
+    grid : int
+        Cells a side of these images.
+    """
 
     def decorate(play: Callable[[View], Array]) -> Callable[[GameConfig], ScriptedPolicy]:
         def make(config: GameConfig) -> ScriptedPolicy:
-            return ScriptedPolicy(play, grid, config)
+            return ScriptedPolicy(play, ObservationConfig(grid=grid, channels=sees), config)
 
         make.__name__, make.__doc__ = play.__name__, play.__doc__
         return make
 
     return decorate
+
+
+CLOCK, OPPONENTS = ("time_left",), ("opposing_positions",)
 
 
 def _ring(distance: Array, radius: float = 0.25, width: float = 0.08) -> Array:
@@ -131,62 +152,62 @@ def _disc(distance: Array, width: float) -> Array:
     return np.asarray(np.exp(-((distance / width) ** 2) / 2))
 
 
-@tactic()
+@tactic(sees=CLOCK)
 def uniform(view: View) -> Array:
     """Cover the square evenly: the fixed opponent of the benchmark."""
     return view.every(np.ones_like(view.x))
 
 
-@tactic()
+@tactic(sees=CLOCK)
 def noise(view: View) -> Array:
     """Ask for fresh random cells in every command."""
     return view.random()
 
 
-@tactic()
+@tactic(sees=CLOCK)
 def restless(view: View) -> Array:
     """Cover evenly with a trace of noise, new in every command: what re-sending alone is worth."""
     return 1.0 + 0.001 * view.random()
 
 
-@tactic()
+@tactic(sees=CLOCK)
 def blind_ring(view: View) -> Array:
     """Make a ring around a random place, elsewhere in every command."""
     return _ring(view.distance_from(np.stack([generator.random(2) for generator in view.generators])))
 
 
-@tactic()
+@tactic(sees=CLOCK)
 def centre(view: View) -> Array:
     """Send everyone to the middle."""
     return view.every(_disc(np.hypot(view.x - 0.5, view.y - 0.5), 0.1))
 
 
-@tactic()
+@tactic(sees=CLOCK)
 def halo(view: View) -> Array:
     """Make a broad ring around the centre, and never change it."""
     return view.every(_ring(np.hypot(view.x - 0.5, view.y - 0.5), width=0.15))
 
 
-@tactic()
+@tactic(sees=CLOCK)
 def corners(view: View) -> Array:
     """Send everyone to the four corners."""
     inset_x, inset_y = np.minimum(view.x, 1 - view.x) - 0.1, np.minimum(view.y, 1 - view.y) - 0.1
     return view.every(_disc(np.hypot(inset_x, inset_y), 0.1))
 
 
-@tactic(grid=25)
+@tactic(sees=OPPONENTS, grid=25)
 def chase(view: View) -> Array:
     """Send everyone to the opponents' mean position."""
     return _disc(view.distance_from(view.mean_position("opposing")), 0.1)
 
 
-@tactic(grid=25)
+@tactic(sees=OPPONENTS, grid=25)
 def ring(view: View) -> Array:
     """Make a ring around the opponents' mean position."""
     return _ring(view.distance_from(view.mean_position("opposing")))
 
 
-@tactic(grid=25)
+@tactic(sees=OPPONENTS, grid=25)
 def lasso(view: View) -> Array:
     """Make a broad ring around a place between the centre and the opponents' mean position.
 
@@ -197,14 +218,14 @@ def lasso(view: View) -> Array:
     return _ring(view.distance_from(place), width=0.15)
 
 
-@tactic(grid=25)
+@tactic(sees=OPPONENTS, grid=25)
 def evade(view: View) -> Array:
     """Send everyone as far as can be from the opponents' mean position."""
     distance = view.distance_from(view.mean_position("opposing"))
     return np.asarray(np.exp(8.0 * (distance - distance.max(axis=(1, 2), keepdims=True))))
 
 
-@tactic(grid=25)
+@tactic(sees=OPPONENTS, grid=25)
 def wavefront(view: View) -> Array:
     """Gather at the wall that is farther from the opponents, then crash to the other side as a wave.
 

@@ -137,14 +137,18 @@ class BatchEnv:
         GameOverError
             If no game is running.
         """
+        cells = self.config.command_cells
+        return self.play(check_densities(commands, (self.num_games, 2, cells, cells), "commands"), after_control_period)
+
+    def play(
+        self, densities: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
+    ) -> StepResult:
+        """As `step`, for densities that have been checked."""
         running = self.running.copy()
         if not running.any():
             raise GameOverError("no game is running: call reset before step")
-        cells = self.config.command_cells
-        densities = check_densities(commands, (self.num_games, 2, cells, cells), "commands")
         rows = np.flatnonzero(running)
-        for team in (RED, BLUE):
-            self.simulator.command(team, densities[rows, team], rows)
+        self.simulator.command_both(densities[rows], rows)
 
         games = self.simulator.games
         sizes_before = self.simulator.sizes
@@ -186,7 +190,7 @@ class BatchEnv:
         """
         chosen = self.simulator.rows(rows)
         given = np.asarray(teams)
-        if given.shape not in ((), chosen.shape) or not np.isin(given, (RED, BLUE)).all():
+        if given.shape not in ((), chosen.shape) or not ((given == RED) | (given == BLUE)).all():
             raise CommandError(f"teams must be 0 (red) or 1 (blue), one or one a game, got {teams!r}")
         sides = np.ascontiguousarray(np.broadcast_to(given.astype(np.int64), len(chosen)))
         left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)

@@ -21,6 +21,18 @@ GRID_CELLS = 50
 """Cells a side of the occupancy grid and the capture field."""
 MAX_MODES = 16
 """Fourier modes a side that the kernels have room for."""
+CHANNELS = (
+    "own_positions",
+    "opposing_positions",
+    "own_trail_age",
+    "opposing_trail_age",
+    "own_capture_field",
+    "opposing_capture_field",
+    "own_target",
+    "own_share",
+    "time_left",
+)
+"""What grid observations can show; see `swarm_pz.observation`."""
 RED, BLUE = 0, 1
 AGENTS = ("red_0", "blue_0")
 TEAM_NAMES = ("red", "blue")
@@ -144,12 +156,20 @@ class ObservationConfig(Config):
         Images, channel first, or padded and masked lists of drones.
     grid : int
         Cells a side of the images; divides 50.
+    channels : tuple of str
+        What the images show, in this order; see `swarm_pz.observation`. What nobody looks at costs
+        no time.
     """
 
     kind: Literal["grids", "entities"] = "grids"
     grid: int = GRID_CELLS
+    channels: tuple[str, ...] = CHANNELS
 
     def __post_init__(self) -> None:
+        known = isinstance(self.channels, (tuple, list)) and all(channel in CHANNELS for channel in self.channels)
+        fits = known and 0 < len(self.channels) == len(set(self.channels))
+        check(fits, "observation.channels", self.channels, f"different ones of {', '.join(CHANNELS)}")
+        object.__setattr__(self, "channels", tuple(self.channels))
         check(self.kind in ("grids", "entities"), "observation.kind", self.kind, "'grids' or 'entities'")
         check_count(self.grid, "observation.grid", 1, GRID_CELLS)
         check(GRID_CELLS % self.grid == 0, "observation.grid", self.grid, f"a divisor of {GRID_CELLS}")

@@ -42,7 +42,7 @@ def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: boo
     float64 array (n, A, A), in [0, 1]; of log-densities the largest value is 1
     """
     fine = interpolation_matrix(cells, actions.shape[-1])
-    values = np.stack([fine @ action @ fine.T for action in actions])
+    values = actions if actions.shape[-1] == cells else fine @ actions @ fine.T
     if not is_log:
         return values
     return np.asarray(np.exp(LOG_DENSITY_RANGE * (values - values.max(axis=(1, 2), keepdims=True))))
@@ -161,7 +161,7 @@ class DuelBatch:
             if len(mine):
                 seen = self.batch.observe(policy.observation, 1 - self.sides[mine], mine)
                 commands[mine, 1 - self.sides[mine]] = ask(policy, seen, mine, self.config)
-        result = self.batch.step(commands, after_control_period)
+        result = self.batch.play(commands, after_control_period)
         games = np.arange(self.batch.num_games)
         return DuelResult(result.rewards[games, self.sides], result.terminated, result.truncated, result)
 

@@ -1,6 +1,7 @@
 """What a seat sees: grid images or lists of drones, always from its own side.
 
-Grid observations are images, channel first, of brightness 0 to 255, `[channel, row = y, column = x]`:
+Grid observations are images, channel first, of brightness 0 to 255, `[channel, row = y, column = x]`.
+Which of these channels a seat sees, and in which order, says its `ObservationConfig`:
 
 =======================  =========================================================  ==========
 channel                  shows                                                      coarsening
@@ -26,22 +27,10 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from swarm_pz.config import GRID_CELLS, GameConfig, ObservationConfig
+from swarm_pz.config import CHANNELS, GRID_CELLS, GameConfig, ObservationConfig
 from swarm_pz.kernels.grids import paint_grids
 from swarm_pz.simulator import Simulator
 from swarm_pz.target import interpolation_matrix
-
-CHANNELS = (
-    "own_positions",
-    "opposing_positions",
-    "own_trail_age",
-    "opposing_trail_age",
-    "own_capture_field",
-    "opposing_capture_field",
-    "own_target",
-    "own_share",
-    "time_left",
-)
 
 Observations = Any
 """uint8 array (n, C, G', G'), or a dict of arrays with first axis n; n seats of n games."""
@@ -50,7 +39,7 @@ Observations = Any
 def observation_space(config: GameConfig, seat: ObservationConfig) -> spaces.Space[Any]:
     """Return the space of one seat's observation: a Box of images or a Dict of drone lists."""
     if seat.kind == "grids":
-        return spaces.Box(0, 255, (len(CHANNELS), seat.grid, seat.grid), np.uint8)
+        return spaces.Box(0, 255, (len(seat.channels), seat.grid, seat.grid), np.uint8)
     n = config.num_drones
     entries: dict[str, spaces.Space[Any]] = {}
     for side in ("own", "opposing"):
@@ -88,10 +77,11 @@ def observe(
     """
     if seat.kind == "entities":
         return _entities(simulator, teams, rows, time_left)
-    observations = np.empty((len(rows), len(CHANNELS), seat.grid, seat.grid), np.uint8)
+    observations = np.empty((len(rows), len(seat.channels), seat.grid, seat.grid), np.uint8)
     config = simulator.config
     coarse_cells, brightness = _coarse_cells(seat.grid), _brightness(config.memory.trail_ticks)
     interpolation = _coarse_interpolation(seat.grid, config.command_cells)
+    channels = np.array([CHANNELS.index(channel) for channel in seat.channels])
     simulator.for_rows(
         np.arange(len(rows)),
         lambda places: paint_grids(
@@ -104,6 +94,7 @@ def observe(
             coarse_cells,
             brightness,
             interpolation,
+            channels,
             observations,
         ),
     )
@@ -111,10 +102,10 @@ def observe(
 
 
 @cache
-def _coarse_cells(grid: int) -> NDArray[np.int64]:
+def _coarse_cells(grid: int) -> NDArray[np.uint16]:
     """Tell which cell of a coarser grid holds each cell of the full one; all counted row by row."""
     line = np.arange(GRID_CELLS) // (GRID_CELLS // grid)
-    return (line[:, None] * grid + line).ravel()
+    return (line[:, None] * grid + line).ravel().astype(np.uint16)
 
 
 @cache

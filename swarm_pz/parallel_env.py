@@ -12,9 +12,9 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
 from swarm_pz.batch_env import BatchEnv, StepResult
-from swarm_pz.config import AGENTS, BLUE, GRID_CELLS, RED, GameConfig, ObservationConfig, resolve
+from swarm_pz.config import AGENTS, BLUE, CHANNELS, GRID_CELLS, RED, GameConfig, ObservationConfig, resolve
 from swarm_pz.errors import CommandError, GameOverError
-from swarm_pz.observation import CHANNELS, Observations, observation_space
+from swarm_pz.observation import Observations, observation_space
 from swarm_pz.render import METADATA, Screen
 from swarm_pz.target import check_densities
 
@@ -57,7 +57,7 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
     held for one command period.
 
     **Observation.** Images seen from the agent's own side, in the order of
-    `swarm_pz.observation.CHANNELS`: positions, trail age and capture field, each own and opposing,
+    `swarm_pz.config.CHANNELS`: positions, trail age and capture field, each own and opposing,
     own target, own share of drones, time left. With ``ObservationConfig(kind="entities")``: padded
     and masked lists of drones.
 

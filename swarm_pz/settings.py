@@ -92,6 +92,8 @@ def _from_plain(hint: Any, value: Any) -> Any:
         for option in options:
             if typing.get_origin(option) is tuple:
                 items = typing.get_args(option)
+                if items[-1] is Ellipsis:
+                    items = items[:1] * len(value)
                 if len(items) == len(value):
                     return tuple(_from_plain(item, entry) for item, entry in zip(items, value, strict=True))
     return value

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import (
+    BLUE,
     CONTROL_PERIOD,
     GRID_CELLS,
     RED,
@@ -168,9 +169,18 @@ class Simulator:
         chosen = self.rows(rows)
         cells = self.config.command_cells
         values = check_densities(densities, (len(chosen), cells, cells), f"{TEAM_NAMES[team]}'s command")
-        targets = normalise(values)
-        self.games.targets[chosen, team] = targets
-        self.games.coefficients[chosen, team] = fourier_coefficients(targets, self.config.controller.modes)
+        self._aim(chosen, np.array([team]), values[:, None])
+
+    def command_both(self, densities: NDArray[np.float64], rows: NDArray[np.int64]) -> None:
+        """Give both teams of games their targets; the densities (n, 2, A, A) have been checked."""
+        self._aim(rows, np.array([RED, BLUE]), densities)
+
+    def _aim(self, rows: NDArray[np.int64], teams: NDArray[np.int64], densities: NDArray[np.float64]) -> None:
+        targets = normalise(densities)
+        modes, places = self.config.controller.modes, (rows[:, None], teams)
+        coefficients = fourier_coefficients(targets.reshape(-1, *targets.shape[2:]), modes)
+        self.games.targets[places] = targets
+        self.games.coefficients[places] = coefficients.reshape(*targets.shape[:2], modes, modes)
 
     def advance(self, ticks: ArrayLike = TICKS_PER_SECOND) -> None:
         """Advance every game, or until the tick in which one team owns every drone.

@@ -63,6 +63,9 @@ def test_configurations_are_frozen():
         (lambda: CaptureConfig(enabled=1), "capture.enabled must be True or False, got 1"),
         (lambda: ObservationConfig(grid=20), "a divisor of 50, got 20"),
         (lambda: ObservationConfig(kind="pixels"), "observation.kind"),
+        (lambda: ObservationConfig(channels=()), "observation.channels"),
+        (lambda: ObservationConfig(channels="own_share"), "observation.channels"),
+        (lambda: ObservationConfig(channels=("own_share", "own_share")), "different ones of own_positions"),
         (lambda: MemoryConfig(trail=0.05), "memory.trail"),
         (lambda: MemoryConfig(controller=0.0), "memory.controller"),
         (lambda: ControllerConfig(modes=17), "controller.modes"),
@@ -90,6 +93,7 @@ def test_one_team_may_be_empty_only_without_captures():
         GameConfig(),
         GameConfig(drones_per_team=(1, 19), capture=CaptureConfig(threshold=0.6)),
         GameConfig(observation=(ObservationConfig(grid=10), ObservationConfig(kind="entities"))),
+        GameConfig(observation=ObservationConfig(channels=("time_left", "own_positions"))),
     ],
 )
 def test_dict_json_and_pickle_round_trips(config):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from swarm_pz.batch_env import BatchEnv
-from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.observation import CHANNELS, observation_space
+from swarm_pz.config import CHANNELS, GameConfig, ObservationConfig
+from swarm_pz.observation import observation_space
 from tests.reference import captures_where, cell_of, ring_sums
 
 SUMMED, OLDEST, STRONGEST = CHANNELS[0:2], CHANNELS[2:4], CHANNELS[4:6]
@@ -26,6 +26,14 @@ def seen(batch, team, grid=50):
     assert images.dtype == np.uint8
     assert images.shape == (4, len(CHANNELS), grid, grid)
     return dict(zip(CHANNELS, images.swapaxes(0, 1), strict=True))
+
+
+def test_a_seat_sees_the_channels_that_it_asks_for(batch):
+    seat = ObservationConfig(grid=25, channels=("time_left", "opposing_capture_field", "own_positions"))
+    images = batch.observe(seat, 1)
+    every = seen(batch, 1, grid=25)
+    np.testing.assert_array_equal(images, np.stack([every[channel] for channel in seat.channels], axis=1))
+    assert observation_space(GameConfig(), seat).shape == (3, 25, 25)
 
 
 @pytest.mark.parametrize("team", [0, 1])

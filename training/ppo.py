@@ -18,7 +18,6 @@ from stable_baselines3.common.vec_env import VecMonitor
 import policies
 from policies.learned import CARD, FORMAT, WEIGHTS, LearnedPolicy, write_atomically
 from swarm_pz.errors import CheckpointError
-from swarm_pz.observation import CHANNELS
 from training.callbacks import Checkpoint, FadingExploration, History, PeriodicEvaluation, Progress
 from training.config import TrainConfig
 from training.networks import GridPolicy
@@ -110,7 +109,7 @@ class Training:
         card = {
             "format": FORMAT,
             "name": name,
-            "channels": list(CHANNELS),
+            "channels": list(self.config.game.observations[0].channels),
             "grid": self.config.game.observations[0].grid,
             "action_cells": self.config.action_cells,
             "width": self.config.width,

@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import GRID_CELLS
+from swarm_pz.config import CHANNELS, GRID_CELLS
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.capture import BORDER, capture_limit, field_maximum
+from swarm_pz.kernels.ergodic import list_members
 from swarm_pz.kernels.game import Games
 from swarm_pz.kernels.trails import cell_of
 
+OWN_TRAIL_AGE, OWN_CAPTURE_FIELD, OWN_TARGET, OWN_SHARE = (
+    CHANNELS.index(channel) for channel in ("own_trail_age", "own_capture_field", "own_target", "own_share")
+)
 POSITION_STEP = 64
 """Brightness that each drone adds to its cell."""
 CAPTURES_FROM = 192
@@ -20,35 +24,31 @@ CAPTURES_FROM = 192
 @kernel
 def paint_positions(
     positions: NDArray[np.float32],
-    teams: NDArray[np.int8],
-    own: int,
-    coarse_cells: NDArray[np.int64],
-    planes: NDArray[np.uint8],
+    members: NDArray[np.int64],
+    coarse_cells: NDArray[np.uint16],
+    plane: NDArray[np.uint8],
 ) -> None:
-    """Add 64 for each drone to its cell of its side's plane, up to 255; planes (2, grid * grid)."""
-    for i in range(teams.shape[0]):
-        side = 0 if teams[i] == own else 1
+    """Add 64 for each member to its cell of a black plane (grid * grid), up to 255."""
+    for i in members:
         cell = coarse_cells[cell_of(positions[i, 0], positions[i, 1])]
-        planes[side, cell] = min(int(planes[side, cell]) + POSITION_STEP, 255)
+        plane[cell] = min(int(plane[cell]) + POSITION_STEP, 255)
 
 
 @kernel
 def paint_trail_age(
     trails: NDArray[np.int16],
-    teams: NDArray[np.int8],
+    members: NDArray[np.int64],
     tick: int,
-    own: int,
-    coarse_cells: NDArray[np.int64],
+    coarse_cells: NDArray[np.uint16],
     brightness: NDArray[np.uint8],
-    planes: NDArray[np.uint8],
+    plane: NDArray[np.uint8],
 ) -> None:
-    """Paint when each side's trails were last in each cell; planes (2, grid * grid), black so far."""
+    """Paint when members were last in each cell of a black plane (grid * grid)."""
     length = trails.shape[0]
     for age in range(min(length, tick) - 1, -1, -1):  # the newer over the older
-        slot = (tick - 1 - age) % length
-        for i in range(teams.shape[0]):
-            side = 0 if teams[i] == own else 1
-            planes[side, coarse_cells[trails[slot, i]]] = brightness[age]
+        cells, shade = trails[(tick - 1 - age) % length], brightness[age]
+        for i in members:
+            plane[coarse_cells[np.uint16(cells[np.uint64(i)])]] = shade
 
 
 @kernel
@@ -57,26 +57,28 @@ def paint_capture_field(field: NDArray[np.integer], threshold: float, plane: NDA
     grid = plane.shape[0]
     block = GRID_CELLS // grid
     maximum = field_maximum(field)
-    limit = capture_limit(maximum, threshold)
     if maximum == 0:
         return
+    limit = capture_limit(maximum, threshold)
     highest = np.empty(GRID_CELLS, field.dtype)  # of each column of the full grid, within a row of the plane
     for coarse_row in range(grid):
-        first = BORDER + coarse_row * block
-        for column in range(GRID_CELLS):
-            highest[column] = field[first, BORDER + column]
-        for row in range(first + 1, first + block):
+        first = coarse_row * block + BORDER
+        highest[:] = field[first, BORDER:-BORDER]
+        for row in range(block - 1):
+            others = field[first + 1 + row, BORDER:-BORDER]
             for column in range(GRID_CELLS):
-                highest[column] = max(highest[column], field[row, BORDER + column])
-        for coarse_column in range(grid):
-            value = highest[coarse_column * block]
-            for column in range(coarse_column * block + 1, (coarse_column + 1) * block):
-                value = max(value, highest[column])
-            brightness = int(255.0 * float(value) / float(maximum) + 0.5)
-            captures = value > limit
-            plane[coarse_row, coarse_column] = (
-                max(brightness, CAPTURES_FROM) if captures else min(brightness, CAPTURES_FROM - 1)
-            )
+                highest[column] = max(highest[column], others[column])
+        if block > 1:
+            for coarse_column in range(grid):
+                value = highest[coarse_column * block]
+                for column in range(coarse_column * block + 1, (coarse_column + 1) * block):
+                    value = max(value, highest[column])
+                highest[coarse_column] = value
+        line = plane[coarse_row]
+        for column in range(grid):
+            brightness = np.int32(255.0 * np.float64(highest[column]) / np.float64(maximum) + 0.5)
+            captures = highest[column] > limit
+            line[column] = max(brightness, CAPTURES_FROM) if captures else min(brightness, CAPTURES_FROM - 1)
 
 
 @kernel
@@ -84,17 +86,23 @@ def paint_target(target: NDArray[np.float64], interpolation: NDArray[np.float64]
     """Paint the target's density over its largest cell; `interpolation` (grid, A) serves both axes."""
     grid, cells = interpolation.shape
     largest = target.max()
+    across = interpolation.T.copy()
     along_x = np.zeros((cells, grid), np.float64)
     for a in range(cells):
-        for column in range(grid):
-            for b in range(cells):
-                along_x[a, column] += target[a, b] * interpolation[column, b]
+        for b in range(cells):
+            for column in range(grid):
+                along_x[a, column] += target[a, b] * across[b, column]
+    densities = np.empty(grid, np.float64)
     for row in range(grid):
+        densities[:] = 0.0
+        for a in range(cells):
+            if interpolation[row, a] == 0.0:  # most are: few cells are near
+                continue
+            for column in range(grid):
+                densities[column] += interpolation[row, a] * along_x[a, column]
+        line = plane[row]
         for column in range(grid):
-            density = 0.0
-            for a in range(cells):
-                density += interpolation[row, a] * along_x[a, column]
-            plane[row, column] = min(int(255.0 * density / largest + 0.5), 255)
+            line[column] = min(np.int32(255.0 * densities[column] / largest + 0.5), np.int32(255))
 
 
 @entry_point
@@ -105,9 +113,10 @@ def paint_grids(
     seats: NDArray[np.int64],
     time_left: NDArray[np.float64],
     threshold: float,
-    coarse_cells: NDArray[np.int64],
+    coarse_cells: NDArray[np.uint16],
     brightness: NDArray[np.uint8],
     interpolation: NDArray[np.float64],
+    channels: NDArray[np.int64],
     observations: NDArray[np.uint8],
 ) -> None:
     """Paint the observations of the games `rows[place]` for every given place.
@@ -125,28 +134,37 @@ def paint_grids(
         Fraction of the time that is left.
     threshold : float
         Of the capture.
-    coarse_cells : int64 array (G * G,)
-        Which cell of the observation's grid holds each cell of the full one.
+    coarse_cells : uint16 array (G * G,)
+        Which cell of the observation's grid holds each cell of the full one; unsigned, because a
+        signed index costs a test for a count from the end.
     brightness : uint8 array (length,)
         Of a trail, by its age in ticks.
     interpolation : float64 array (grid, A)
         From a command's cells to the grid's.
+    channels : int64 array (channels,)
+        What to paint, as numbers of `swarm_pz.config.CHANNELS`.
     observations : uint8 array (n, channels, grid, grid)
-        Overwritten; channels in the order of `swarm_pz.observation.CHANNELS`.
+        Overwritten.
     """
+    members = np.empty((2, games.teams.shape[1] + 1), np.int64)
     for place in places:
         e, own = rows[place], seats[place]
-        positions, teams = games.positions[e], games.teams[e]
-        planes = observations[place]
-        planes[:] = np.uint8(0)
-        size = 0
-        for i in range(teams.shape[0]):
-            size += teams[i] == own
-        flat = planes.reshape(planes.shape[0], -1)
-        paint_positions(positions, teams, own, coarse_cells, flat[0:2])
-        paint_trail_age(games.trails[e], teams, games.ticks[e], own, coarse_cells, brightness, flat[2:4])
-        paint_capture_field(games.fields[e, own], threshold, planes[4])
-        paint_capture_field(games.fields[e, 1 - own], threshold, planes[5])
-        paint_target(games.targets[e, own], interpolation, planes[6])
-        planes[7] = np.uint8(255.0 * size / teams.shape[0] + 0.5)
-        planes[8] = np.uint8(255.0 * time_left[place] + 0.5)
+        tick, trails = games.ticks[e], games.trails[e]
+        sizes = list_members(games.teams[e], members)
+        observations[place] = np.uint8(0)
+        for number in range(len(channels)):
+            channel, plane = channels[number], observations[place, number]
+            team = own if channel % 2 == 0 else 1 - own  # channels come in pairs, own and opposing
+            drones = members[team, : sizes[team]]
+            if channel < OWN_TRAIL_AGE:
+                paint_positions(games.positions[e], drones, coarse_cells, plane.ravel())
+            elif channel < OWN_CAPTURE_FIELD:
+                paint_trail_age(trails, drones, tick, coarse_cells, brightness, plane.ravel())
+            elif channel < OWN_TARGET:
+                paint_capture_field(games.fields[e, team], threshold, plane)
+            elif channel == OWN_TARGET:
+                paint_target(games.targets[e, own], interpolation, plane)
+            elif channel == OWN_SHARE:
+                plane[:] = np.uint8(255.0 * sizes[own] / (sizes[0] + sizes[1]) + 0.5)
+            else:
+                plane[:] = np.uint8(255.0 * time_left[place] + 0.5)
