@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.simulator import Simulator
-from swarm_pz.target import fourier_coefficients, normalise
+from swarm_pz.target import make_target
 
 SIZES = (6, 12, 24)
 TIMES = (1, 10, 30, 60)
@@ -45,7 +45,7 @@ def ergodic_metric(size: int, command: NDArray[np.float64], config: GameConfig, 
     command = command / command.max()
     simulator.command(0, np.broadcast_to(command, (seeds, 10, 10)))
     k = np.arange(10)
-    phi = fourier_coefficients(normalise(command[None]), 10)[0]
+    phi = make_target(command, 10)[1]
     weights = (1.0 + k[:, None] ** 2 + k**2) ** -1.5
     sums = np.zeros((seeds, 10, 10))
     metric = []

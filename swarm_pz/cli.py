@@ -1,4 +1,4 @@
-"""The command line: ``swarm-pz train | evaluate | policies | render``.
+"""The command line: ``swarm-pz train | evaluate | policies | render | bench | warmup``.
 
 The one place that knows every part of the project; each command imports what it needs, so that
 ``--help`` is quick and a missing extra is named only where it is wanted.
@@ -7,13 +7,18 @@ The one place that knows every part of the project; each command imports what it
 from __future__ import annotations
 
 import functools
+import itertools
+import json as json_module
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from swarm_pz.config import GameConfig
+import numpy as np
+
+from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import SwarmError, require_extra
 from swarm_pz.settings import check
 from training.config import TrainConfig
@@ -34,6 +39,8 @@ def main(arguments: list[str] | None = None) -> None:
         "evaluate": evaluate,
         "policies": list_policies,
         "render": render,
+        "bench": bench,
+        "warmup": warmup,
     }
     try:
         tyro.extras.subcommand_cli_from_dict(
@@ -177,6 +184,83 @@ def render(
     print(f"{standing}: {out}")
 
 
+def bench(
+    games: tuple[int, ...] = (1, 16, 64, 256, 1024),
+    drones: tuple[int, ...] = (10, 20, 100, 1000),
+    threads: tuple[int, ...] = (1, 2),
+    grid: int = 50,
+    repeats: int = 3,
+    json: Path | None = None,
+    plot: Path | None = None,
+) -> None:
+    """Measure how fast the simulator and the environments are here.
+
+    Args:
+        games: Numbers of games side by side.
+        drones: Numbers of drones in a game, both teams together, even.
+        threads: Numbers of threads.
+        grid: Cells a side of the observations, of the opponents', too.
+        repeats: Measurements of each, of which the median is shown.
+        json: Write the figures to this file, too.
+        plot: Draw the figures into this file, too.
+    """
+    from swarm_pz import bench as speed
+
+    for name, values in (("games", games), ("drones", drones), ("threads", threads), ("repeats", (repeats,))):
+        check(bool(values) and min(values) >= 1, name, values, "at least 1")
+    check(all(size % 2 == 0 for size in drones), "drones", drones, "even, for two teams alike")
+    faces: dict[str, speed.Face] = {"simulator": speed.simulator_face, "batch_env": speed.batch_env_face}
+    try:
+        from training.vec_env import SwarmVecEnv
+    except ImportError:
+        print("stable-baselines3 is not installed: SwarmVecEnv is left out")
+    else:
+
+        def against(opponent: str) -> speed.Face:
+            def make(config: GameConfig, count: int, workers: int) -> speed.Step:
+                env = SwarmVecEnv(config, count, opponent=opponent, threads=workers, seed=0)
+                env.action_space.seed(0)
+                env.reset()
+                actions = itertools.cycle(
+                    [np.stack([env.action_space.sample() for _ in range(count)]) for _ in range(4)]
+                )
+
+                def step() -> None:
+                    env.step(next(actions))
+
+                return step
+
+            return make
+
+        faces |= {f"SwarmVecEnv, {opponent}": against(opponent) for opponent in ("uniform", "ring")}
+    faces["parallel_env"] = speed.parallel_env_face
+    say = functools.partial(print, flush=True)
+    speeds = speed.measure(faces, games=games, drones=drones, threads=threads, grid=grid, repeats=repeats, say=say)
+    config = GameConfig(observation=ObservationConfig(grid=grid))
+    say("phases")
+    figures = speed.to_dict(speeds, speed.phases(config), config)
+    _print_speeds(figures)
+    if json is not None:
+        json.parent.mkdir(parents=True, exist_ok=True)
+        json.write_text(json_module.dumps(figures, indent=2) + "\n")
+        print(f"figures: {json}")
+    if plot is not None:
+        speed.plot(speeds, plot)
+        print(f"plot: {plot}")
+
+
+def warmup() -> None:
+    """Compile everything ahead of time."""
+    import policies
+    from swarm_pz.bench import batch_env_face
+
+    config = GameConfig()
+    began = time.monotonic()
+    batch_env_face(config, 2, 1)()
+    policies.load("ring", config)
+    print(f"compiled kernels are ready after {time.monotonic() - began:.1f} s")
+
+
 def _factory(name: str) -> Any:
     from swarm_pz.policy import registered
 
@@ -219,6 +303,32 @@ def _print_matches(matches: list[MatchResult]) -> None:
             f"{summary['restricted_mean_seconds']:.0f}",
         )
     require_extra("rich.console", "cli").Console().print(table)
+
+
+def _print_speeds(figures: dict[str, Any]) -> None:
+    console, box = require_extra("rich.console", "cli").Console(), require_extra("rich.box", "cli").SIMPLE_HEAD
+    table_class = require_extra("rich.table", "cli").Table
+    about = ", ".join(f"{name} {value}" for name, value in figures["machine"].items())
+    table = table_class(box=box, pad_edge=False, padding=(0, 1), title="a second, median", caption=about)
+    for heading in ("face", "games", "drones", "threads", "drone-steps", "env-steps"):
+        table.add_column(heading, justify="left" if heading == "face" else "right", no_wrap=True)
+    for row in figures["speeds"]:
+        table.add_row(
+            row["face"],
+            str(row["games"]),
+            str(row["drones"]),
+            str(row["threads"]),
+            f"{row['drone_steps'] / 1e6:.2f} M",
+            f"{row['env_steps']:,.0f}",
+        )
+    console.print(table)
+    parts = table_class(box=box, pad_edge=False, padding=(0, 1), title="of one drone-step, 64 games of 20, one thread")
+    parts.add_column("phase")
+    parts.add_column("ns", justify="right")
+    for name, nanoseconds in figures["phases_ns_per_drone_step"].items():
+        parts.add_row(name, f"{nanoseconds:.0f}")
+    console.print(parts)
+    print(f"a game's state takes {figures['bytes_per_game'] / 1024:.0f} KiB")
 
 
 if __name__ == "__main__":

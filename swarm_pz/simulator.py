@@ -23,9 +23,10 @@ from swarm_pz.config import (
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES, ring_weights
 from swarm_pz.kernels.ergodic import ErgodicParameters
+from swarm_pz.kernels.fourier import make_targets
 from swarm_pz.kernels.game import Games, RuleParameters, advance_games
 from swarm_pz.scenario import Seed, check_scenario, check_seed, random_start
-from swarm_pz.target import check_densities, fourier_coefficients, normalise
+from swarm_pz.target import check_densities, coefficient_matrix, make_target
 
 _NEVER = -(10**9)
 
@@ -132,8 +133,8 @@ class Simulator:
             raise CommandError(f"seeds must be one for each of the {len(chosen)} games, got {seeds!r}")
         generators = [np.random.default_rng(check_seed(seed)) for seed in seeds]
         start = check_scenario(scenario or {}, self.config)
-        uniform = normalise(np.ones((1, self.config.command_cells, self.config.command_cells)))
-        coefficients = fourier_coefficients(uniform, self.config.controller.modes)
+        cells = self.config.command_cells
+        uniform, coefficients = make_target(np.ones((cells, cells)), self.config.controller.modes)
         games = self.games
         for array in games:
             array[chosen] = 0
@@ -176,11 +177,8 @@ class Simulator:
         self._aim(rows, np.array([RED, BLUE]), densities)
 
     def _aim(self, rows: NDArray[np.int64], teams: NDArray[np.int64], densities: NDArray[np.float64]) -> None:
-        targets = normalise(densities)
-        modes, places = self.config.controller.modes, (rows[:, None], teams)
-        coefficients = fourier_coefficients(targets.reshape(-1, *targets.shape[2:]), modes)
-        self.games.targets[places] = targets
-        self.games.coefficients[places] = coefficients.reshape(*targets.shape[:2], modes, modes)
+        matrix = coefficient_matrix(self.config.controller.modes, self.config.command_cells)
+        make_targets(densities, rows, teams, matrix, self.games.targets, self.games.coefficients)
 
     def advance(self, ticks: ArrayLike = TICKS_PER_SECOND) -> None:
         """Advance every game, or until the tick in which one team owns every drone.

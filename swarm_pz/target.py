@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.errors import CommandError
-from swarm_pz.kernels.fourier import transform_targets
+from swarm_pz.kernels.fourier import make_targets
 
 TOLERANCE = 1e-6
 """Values this far outside their range are taken for rounding and clipped."""
@@ -64,25 +64,6 @@ def _describe(value: Any) -> str:
     return f"{type(value).__name__} {text if len(text) <= 60 else text[:57] + '...'}"
 
 
-def normalise(densities: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Scale each density image so that its cells sum to 1; an empty one becomes uniform.
-
-    Parameters
-    ----------
-    densities : float64 array (..., A, A), not negative
-
-    Returns
-    -------
-    float64 array (..., A, A)
-    """
-    cells = densities.shape[-2] * densities.shape[-1]
-    # Division by the largest value first keeps the smallest subnormal commands from overflowing.
-    peaks = densities.max(axis=(-2, -1), keepdims=True)
-    scaled = np.divide(densities, peaks, out=np.zeros_like(densities), where=peaks > 0)
-    totals = scaled.sum(axis=(-2, -1), keepdims=True)
-    return np.asarray(np.divide(scaled, totals, out=np.full_like(densities, 1.0 / cells), where=totals > 0))
-
-
 @cache
 def interpolation_matrix(points: int, cells: int) -> NDArray[np.float64]:
     """Weights of linear interpolation from cell centres to the centres of a finer grid, one axis.
@@ -104,7 +85,7 @@ def coefficient_matrix(modes: int, cells: int) -> NDArray[np.float64]:
 
     Returns
     -------
-    float64 array (modes, cells)
+    float64 array (cells, modes)
     """
     nodes, weights = np.polynomial.legendre.leggauss(24)
     knots = np.concatenate([[0.0], (np.arange(cells) + 0.5) / cells, [1.0]])
@@ -112,7 +93,7 @@ def coefficient_matrix(modes: int, cells: int) -> NDArray[np.float64]:
     x = ((knots[:-1, None] + half_widths) + half_widths * nodes).ravel()
     hats = _hats(np.clip(x * cells - 0.5, 0.0, cells - 1.0), cells)
     cosines = np.cos(np.pi * np.arange(modes)[:, None] * x)
-    return np.asarray((cosines * (half_widths * weights).ravel()) @ hats)
+    return np.ascontiguousarray(((cosines * (half_widths * weights).ravel()) @ hats).T)
 
 
 def _hats(places: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
@@ -120,20 +101,25 @@ def _hats(places: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
     return np.maximum(0.0, 1.0 - np.abs(places[:, None] - np.arange(cells)))
 
 
-def fourier_coefficients(targets: NDArray[np.float64], modes: int) -> NDArray[np.float64]:
-    """Fourier coefficients phi_k of targets, phi_0 = 1.
+def make_target(density: NDArray[np.float64], modes: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+    """Return a density's target and its Fourier coefficients.
 
     Parameters
     ----------
-    targets : float64 array (n, A, A)
-        Cells `[row = y, column = x]`, summing to 1.
+    density : float64 array (A, A)
+        Cells `[row = y, column = x]`, not negative; an empty one asks for uniform coverage.
     modes : int
         Modes a side.
 
     Returns
     -------
-    float64 array (n, modes, modes), indexed `[k1 (x), k2 (y)]`
+    target : float64 array (A, A)
+        Sums to 1.
+    coefficients : float32 array (modes, modes)
+        phi_k, indexed `[k1 (x), k2 (y)]`; phi_0 = 1.
     """
-    coefficients = np.empty((len(targets), modes, modes))
-    transform_targets(targets, coefficient_matrix(modes, targets.shape[-1]), coefficients)
-    return coefficients
+    targets, coefficients = np.empty((1, 1, *density.shape)), np.empty((1, 1, modes, modes), np.float32)
+    only = np.zeros(1, np.int64)
+    matrix = coefficient_matrix(modes, density.shape[-1])
+    make_targets(np.ascontiguousarray(density)[None, None], only, only, matrix, targets, coefficients)
+    return targets[0, 0], coefficients[0, 0]

@@ -69,6 +69,8 @@ def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(tmp_path, capsys):
         (["evaluate", "ring", "--game.capture.threshold", "2"], "capture.threshold"),
         (["evaluate", "ring", "--seed", "-1"], "seed must be a whole number"),
         (["train", "--games", "5"], "games must be an even number"),
+        (["bench", "--games", "0"], "games must be at least 1"),
+        (["bench", "--drones", "5"], "drones must be even"),
         (["render", "--speed", "0"], "speed must be a number above 0"),
         (["render", "--out", "film.avi"], "must end in .gif or .mp4"),
     ],
@@ -78,6 +80,26 @@ def test_errors_are_one_line_and_status_2(arguments, message, capsys):
         main(arguments)
     assert stopped.value.code == 2
     assert message in capsys.readouterr().err
+
+
+def test_bench_measures_every_face(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("swarm_pz.bench._SHORTEST", 0.0)
+    figures, drawing = tmp_path / "speed.json", tmp_path / "speed.png"
+    small = ["--games", "1", "4", "--drones", "4", "--repeats", "1", "--grid", "10"]
+    main(["bench", *small, "--json", str(figures), "--plot", str(drawing)])
+    measured = json.loads(figures.read_text())
+    faces = {row["face"] for row in measured["speeds"]}
+    assert faces == {"simulator", "batch_env", "SwarmVecEnv, uniform", "SwarmVecEnv, ring", "parallel_env"}
+    assert all(row["drone_steps"] == pytest.approx(40 * row["env_steps"]) for row in measured["speeds"])
+    assert {row["threads"] for row in measured["speeds"] if row["games"] == 4} == {1, 2}
+    assert len(measured["phases_ns_per_drone_step"]) == 4
+    assert drawing.stat().st_size > 0
+    assert "drone-steps" in capsys.readouterr().out
+
+
+def test_warmup_says_how_long_it_took(capsys):
+    main(["warmup"])
+    assert "compiled kernels are ready" in capsys.readouterr().out
 
 
 def test_help_teaches(capsys):

@@ -8,6 +8,7 @@
 `trails`      trails, and what they add to the capture field
 `game`        one game's tick in the order of the rules, and a loop over games
 `grids`       one seat's grid observation
+`phases`      parts of a control period, for measuring
 ============  ==============================================================
 
 Change a rule by changing its function: the compiled code is rebuilt whenever any file of this
@@ -17,6 +18,7 @@ package changes.
 from __future__ import annotations
 
 import hashlib
+import logging
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -56,7 +58,24 @@ def entry_point(function: Function) -> Function:
     compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy", cache=True)(function)
     if hasattr(compiled, "_cache"):  # not with NUMBA_DISABLE_JIT=1, which leaves plain Python
         compiled._cache._cache_file._source_stamp = _sources_digest()
+        load = compiled._cache.load_overload
+
+        def load_or_tell(signature: Any, target: Any) -> Any:
+            found = load(signature, target)
+            if found is None:
+                _tell_that_it_compiles()
+            return found
+
+        compiled._cache.load_overload = load_or_tell
     return compiled  # type: ignore[no-any-return]
+
+
+@cache
+def _tell_that_it_compiles() -> None:
+    logging.getLogger("swarm_pz").warning(
+        "swarm-pz compiles its kernels for this machine: once, half a minute at most "
+        "(`swarm-pz warmup` does it ahead of time)"
+    )
 
 
 @cache

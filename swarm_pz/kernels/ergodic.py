@@ -308,6 +308,48 @@ def weigh(
 
 
 @kernel
+def most_at_once(parameters: ErgodicParameters) -> int:
+    """Return how many drones' paths the tables have room for."""
+    return max(_PLACES // (len(parameters.times) - 1), 1)
+
+
+@kernel
+def expect(
+    drones: NDArray[np.int64],
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    memory_weight: NDArray[np.float32],
+    parameters: ErgodicParameters,
+    tables: Tables,
+    mean: NDArray[np.float32],
+) -> None:
+    """Add what a team's drones will see to its coefficients `mean` (K, K): steps 2 to 4."""
+    size, most = drones.shape[0], most_at_once(parameters)
+    for first in range(0, size, most):
+        some = drones[first : min(first + most, size)]
+        look_ahead(some, positions, velocities, parameters.times, parameters.modes, tables)
+        add_expected(some, size, memory_weight, len(parameters.times) - 1, tables, mean)
+
+
+@kernel
+def steer(
+    drones: NDArray[np.int64],
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    parameters: ErgodicParameters,
+    scratch: Scratch,
+    accelerations: NDArray[np.float32],
+) -> None:
+    """Accelerate a team's drones against its weighted error: steps 5 and 6."""
+    size, most = drones.shape[0], most_at_once(parameters)
+    for first in range(0, size, most):
+        some = drones[first : min(first + most, size)]
+        if size > most:  # otherwise the tables are still those of `expect`
+            look_ahead(some, positions, velocities, parameters.times, parameters.modes, scratch.tables)
+        integrate_costate(some, scratch.error, scratch.slope, parameters, scratch.tables, accelerations)
+
+
+@kernel
 def ergodic(
     positions: NDArray[np.float32],
     velocities: NDArray[np.float32],
@@ -347,19 +389,10 @@ def ergodic(
     accelerations : float32 array (drones, 2)
         Overwritten, in map widths per second squared.
     """
-    tables, horizon = scratch.tables, len(parameters.times) - 1
     sizes = list_members(teams, scratch.members)
     remember(positions, teams, sizes, memory, memory_weight, parameters, scratch)
     for team in range(2):
-        size, members = sizes[team], scratch.members[team]
-        mean, most = scratch.means[team], max(_PLACES // horizon, 1)
-        for first in range(0, size, most):
-            drones = members[first : min(first + most, size)]
-            look_ahead(drones, positions, velocities, parameters.times, parameters.modes, tables)
-            add_expected(drones, size, memory_weight, horizon, tables, mean)
-        weigh(mean, target[team], parameters, scratch.error, scratch.slope)
-        for first in range(0, size, most):
-            drones = members[first : min(first + most, size)]
-            if size > most:  # otherwise the tables are still there
-                look_ahead(drones, positions, velocities, parameters.times, parameters.modes, tables)
-            integrate_costate(drones, scratch.error, scratch.slope, parameters, tables, accelerations)
+        drones = scratch.members[team, : sizes[team]]
+        expect(drones, positions, velocities, memory_weight, parameters, scratch.tables, scratch.means[team])
+        weigh(scratch.means[team], target[team], parameters, scratch.error, scratch.slope)
+        steer(drones, positions, velocities, parameters, scratch, accelerations)

@@ -76,36 +76,82 @@ def fill_harmonics(
             cos_odd[r], sin_odd[r] = cosine * first - sine * second, sine * first + cosine * second
 
 
-@entry_point
-def transform_targets(
-    targets: NDArray[np.float64], matrix: NDArray[np.float64], coefficients: NDArray[np.float64]
+@kernel
+def normalise(density: NDArray[np.float64], target: NDArray[np.float64]) -> None:
+    """Scale a density image (A, A) so that its cells sum to 1; an empty one becomes uniform."""
+    peak = density.max()
+    if peak == 0.0:
+        target[:] = 1.0 / density.size
+        return
+    total = 0.0
+    for row in range(density.shape[0]):
+        for column in range(density.shape[1]):
+            # Division by the largest value first keeps the smallest subnormal commands from overflowing.
+            target[row, column] = density[row, column] / peak
+            total += target[row, column]
+    for row in range(density.shape[0]):
+        for column in range(density.shape[1]):
+            target[row, column] /= total
+
+
+@kernel
+def transform(
+    target: NDArray[np.float64],
+    matrix: NDArray[np.float64],
+    along_x: NDArray[np.float64],
+    sums: NDArray[np.float64],
+    coefficients: NDArray[np.float32],
 ) -> None:
-    """Compute the Fourier coefficients of targets, phi_0 = 1: matrix target' matrix', normalised.
+    """Compute the Fourier coefficients (K, K) of a target, phi_0 = 1: matrix' target' matrix, normalised.
+
+    `along_x` (A, K) and `sums` (K, K) are scratch.
+    """
+    cells, modes = matrix.shape
+    along_x[:], sums[:] = 0.0, 0.0
+    for row in range(cells):
+        for column in range(cells):
+            for k1 in range(modes):
+                along_x[row, k1] += target[row, column] * matrix[column, k1]
+    for row in range(cells):
+        for k1 in range(modes):
+            for k2 in range(modes):
+                sums[k1, k2] += along_x[row, k1] * matrix[row, k2]
+    scale = 1.0 / sums[0, 0]
+    for k1 in range(modes):
+        for k2 in range(modes):
+            coefficients[k1, k2] = sums[k1, k2] * scale
+
+
+@entry_point
+def make_targets(
+    densities: NDArray[np.float64],
+    rows: NDArray[np.int64],
+    teams: NDArray[np.int64],
+    matrix: NDArray[np.float64],
+    targets: NDArray[np.float64],
+    coefficients: NDArray[np.float32],
+) -> None:
+    """Turn densities into targets of the games `rows`.
 
     Parameters
     ----------
-    targets : float64 array (n, A, A)
-        Cells `[row = y, column = x]`.
-    matrix : float64 array (K, A)
+    densities : float64 array (n, t, A, A)
+        Cells `[row = y, column = x]`, not negative.
+    rows : int64 array (n,)
+        The games.
+    teams : int64 array (t,)
+        Team of each density of a game.
+    matrix : float64 array (A, K)
         Integrals of cos(pi k x) times each cell's interpolation weight.
-    coefficients : float64 array (n, K, K)
-        Overwritten, indexed `[k1 (x), k2 (y)]`.
+    targets : float64 array (E, 2, A, A)
+        Updated; each image sums to 1.
+    coefficients : float32 array (E, 2, K, K)
+        Updated; indexed `[k1 (x), k2 (y)]`.
     """
-    modes, cells = matrix.shape
-    transposed = matrix.T.copy()
-    along_x = np.empty((cells, modes), np.float64)
-    for n in range(targets.shape[0]):
-        along_x[:] = 0.0
-        for row in range(cells):
-            for column in range(cells):
-                for k1 in range(modes):
-                    along_x[row, k1] += targets[n, row, column] * transposed[column, k1]
-        coefficients[n] = 0.0
-        for row in range(cells):
-            for k1 in range(modes):
-                for k2 in range(modes):
-                    coefficients[n, k1, k2] += along_x[row, k1] * transposed[row, k2]
-        scale = 1.0 / coefficients[n, 0, 0]
-        for k1 in range(modes):
-            for k2 in range(modes):
-                coefficients[n, k1, k2] *= scale
+    along_x = np.empty(matrix.shape, np.float64)
+    sums = np.empty((matrix.shape[1], matrix.shape[1]), np.float64)
+    for place in range(rows.shape[0]):
+        for number in range(teams.shape[0]):
+            e, team = rows[place], teams[number]
+            normalise(densities[place, number], targets[e, team])
+            transform(targets[e, team], matrix, along_x, sums, coefficients[e, team])

@@ -1,0 +1,295 @@
+"""How fast the simulator and the environments are on this machine.
+
+A drone-step is one drone for one control period of 0.1 s, with its optimal-control solve, three
+ticks of physics and the rules of capture. An env-step is one command of each team, held for one
+command period of one game. Ended games start afresh within the measured time.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import itertools
+import os
+import platform
+import statistics
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.batch_env import BatchEnv
+from swarm_pz.config import AGENTS, BLUE, RED, TICKS_PER_CONTROL_PERIOD, GameConfig, ObservationConfig
+from swarm_pz.errors import require_extra
+from swarm_pz.kernels.phases import find_coefficients, solve
+from swarm_pz.parallel_env import parallel_env
+from swarm_pz.simulator import Simulator
+
+MOST_DRONES = 102_400
+"""Sizes with more drones in all games together are left out."""
+_SHORTEST = 0.3
+"""Seconds that one measurement takes at least."""
+_COMMANDS = 8
+
+Step = Callable[[], None]
+"""One env-step of every game."""
+Face = Callable[[GameConfig, int, int], Step]
+"""Makes a step from a configuration, a number of games and a number of threads."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Speed:
+    """What one face reached at one size: medians of the repeats, and the range of drone-steps.
+
+    Attributes
+    ----------
+    face : str
+    games, drones, threads : int
+        `drones` counts both teams of one game.
+    drone_steps, low, high : float
+        Drone-steps a second.
+    env_steps : float
+        Env-steps a second.
+    """
+
+    face: str
+    games: int
+    drones: int
+    threads: int
+    drone_steps: float
+    low: float
+    high: float
+    env_steps: float
+
+
+def simulator_face(config: GameConfig, games: int, threads: int) -> Step:
+    """Commands and the bare simulator, without observations or rewards."""
+    simulator = Simulator(config, games, threads)
+    simulator.reset(range(games))
+    commands = _commands(config, games)
+
+    def step() -> None:
+        ended = np.flatnonzero(simulator.decided)
+        if len(ended):
+            simulator.reset(ended, ended)
+        densities = next(commands)
+        simulator.command(RED, densities[:, RED])
+        simulator.command(BLUE, densities[:, BLUE])
+        simulator.advance(config.step_ticks)
+
+    return step
+
+
+def batch_env_face(config: GameConfig, games: int, threads: int) -> Step:
+    """`BatchEnv` with the observations of both seats."""
+    env = BatchEnv(config, games, threads=threads)
+    env.reset(range(games))
+    commands = _commands(config, games)
+
+    def step() -> None:
+        env.step(next(commands))
+        ended = np.flatnonzero(~env.running)
+        if len(ended):
+            env.reset(ended, ended)
+        for team, seat in enumerate(config.observations):
+            env.observe(seat, team)
+
+    return step
+
+
+def parallel_env_face(config: GameConfig, games: int, threads: int) -> Step:  # noqa: ARG001
+    """PettingZoo's parallel environment, which is one game in one thread."""
+    env = parallel_env(config=config)
+    env.reset(seed=0)
+    commands = _commands(config, 1)
+
+    def step() -> None:
+        env.step(dict(zip(AGENTS, next(commands)[0].astype(np.float32), strict=True)))
+        if not env.agents:
+            env.reset()
+
+    return step
+
+
+def _commands(config: GameConfig, games: int) -> Iterator[NDArray[np.float64]]:
+    """Repeat a few random commands (games, 2, A, A), drawn beforehand."""
+    cells = config.command_cells
+    return itertools.cycle(list(np.random.default_rng(0).random((_COMMANDS, games, 2, cells, cells))))
+
+
+def measure(
+    faces: dict[str, Face],
+    *,
+    games: Sequence[int],
+    drones: Sequence[int],
+    threads: Sequence[int],
+    grid: int,
+    repeats: int,
+    say: Callable[[str], None],
+) -> list[Speed]:
+    """Measure every face at every size; at each size all faces and numbers of threads take turns.
+
+    Parameters
+    ----------
+    faces : dict of str to callable
+        `parallel_env` is measured with one game and one thread only.
+    games, drones, threads : sequence of int
+        Sizes; `drones` are those of both teams, even.
+    grid : int
+        Cells a side of the observations.
+    repeats : int
+    say : callable
+        Told what is being measured.
+    """
+    speeds = []
+    sizes = [(count, size) for size in drones for count in games if count * size <= MOST_DRONES]
+    for number, (count, size) in enumerate(sizes, start=1):
+        say(f"[{number}/{len(sizes)}] {count} games of {size} drones")
+        config = GameConfig(drones_per_team=size // 2, observation=ObservationConfig(grid=grid))
+        steps = {
+            (face, workers): make(config, count, workers)
+            for face, make in faces.items()
+            for workers in threads
+            if (face != "parallel_env" or (count == 1 and workers == 1)) and (count > 1 or workers == 1)
+        }
+        for step in steps.values():
+            step()
+        rates: dict[tuple[str, int], list[float]] = {key: [] for key in steps}
+        for _ in range(repeats):
+            for key, step in steps.items():
+                rates[key].append(count * rate(step))
+        periods = config.step_ticks // TICKS_PER_CONTROL_PERIOD
+        for (face, workers), values in rates.items():
+            low, median, high = min(values), statistics.median(values), max(values)
+            speeds.append(
+                Speed(
+                    face=face,
+                    games=count,
+                    drones=size,
+                    threads=workers,
+                    drone_steps=median * size * periods,
+                    low=low * size * periods,
+                    high=high * size * periods,
+                    env_steps=median,
+                )
+            )
+    return speeds
+
+
+def rate(step: Step) -> float:
+    """Return how often a second a step can be taken."""
+    calls, began = 0, time.perf_counter()
+    while True:
+        step()
+        calls += 1
+        spent = time.perf_counter() - began
+        if spent >= _SHORTEST:
+            return calls / spent
+
+
+def phases(config: GameConfig, games: int = 64) -> dict[str, float]:
+    """Return the nanoseconds that each part of a drone-step takes in one thread.
+
+    Observations count once a command period and seat; they are shared out to its drone-steps.
+    """
+    env = BatchEnv(config, games)
+    env.reset(range(games))
+    commands = _commands(config, games)
+    for _ in range(10):
+        env.step(next(commands))
+        ended = np.flatnonzero(~env.running)
+        env.reset(ended, ended)
+    simulator = env.simulator
+    start = simulator.snapshot()
+    periods = config.step_ticks // TICKS_PER_CONTROL_PERIOD
+
+    def advance() -> None:
+        simulator.restore(start)
+        simulator.advance(config.step_ticks)
+
+    def observe() -> None:
+        for team, seat in enumerate(config.observations):
+            env.observe(seat, team)
+
+    def nanoseconds(step: Step) -> float:
+        step()
+        spent = 1e9 / statistics.median(rate(step) for _ in range(5))
+        simulator.restore(start)
+        return spent / (games * config.num_drones)
+
+    coefficients = nanoseconds(lambda: find_coefficients(simulator.games, simulator.controller))
+    solves = nanoseconds(lambda: solve(simulator.games, simulator.controller))
+    copies = nanoseconds(lambda: simulator.restore(start))
+    whole = (nanoseconds(advance) - copies) / periods
+    seen = nanoseconds(observe)
+    return {
+        "memory, rollout and coefficients": coefficients,
+        "costate": solves - coefficients,
+        "ticks and capture": whole - solves,
+        "observations of both seats": seen / periods,
+    }
+
+
+def bytes_per_game(config: GameConfig) -> int:
+    """Return the memory that a game's state takes."""
+    return sum(array.nbytes for array in Simulator(config).games)
+
+
+def machine() -> dict[str, str | int]:
+    """Tell what the figures were measured on, and with what."""
+    model = platform.processor() or platform.machine()
+    described = Path("/proc/cpuinfo")
+    if described.is_file():
+        names = [line.split(":", 1)[1].strip() for line in described.read_text().splitlines() if "model name" in line]
+        model = names[0] if names else model
+    packages = {name: importlib.metadata.version(name) for name in ("swarm-pz", "numpy", "numba")}
+    return {"processor": model, "cores": os.cpu_count() or 1, "python": platform.python_version(), **packages}
+
+
+def to_dict(speeds: Sequence[Speed], parts: dict[str, float], config: GameConfig) -> dict[str, Any]:
+    """Gather what was measured, for a file."""
+    return {
+        "machine": machine(),
+        "bytes_per_game": bytes_per_game(config),
+        "phases_ns_per_drone_step": parts,
+        "speeds": [asdict(speed) for speed in speeds],
+    }
+
+
+def plot(speeds: Sequence[Speed], path: Path) -> None:
+    """Draw drone-steps a second over the number of games, a panel for each face."""
+    figure_module = require_extra("matplotlib.figure", "training")
+    faces = [face for face in dict.fromkeys(speed.face for speed in speeds) if face != "parallel_env"]
+    figure = figure_module.Figure(figsize=(3.2 * len(faces), 3.4), layout="constrained")
+    axes = figure.subplots(1, len(faces), sharey=True, squeeze=False)[0]
+    colours = ("#1d62d6", "#d6451d", "#2a9d5c", "#8046c4", "#c49a1d")
+    for axis, face in zip(axes, faces, strict=True):
+        for colour, size in zip(colours, dict.fromkeys(speed.drones for speed in speeds), strict=False):
+            for style, workers in zip(("--", "-", ":"), dict.fromkeys(speed.threads for speed in speeds), strict=False):
+                line = [s for s in speeds if (s.face, s.drones, s.threads) == (face, size, workers)]
+                label = f"{size} drones, {workers} thread{'s' if workers > 1 else ''}"
+                axis.plot(
+                    [s.games for s in line],
+                    [s.drone_steps / 1e6 for s in line],
+                    style,
+                    marker="o",
+                    markersize=3,
+                    color=colour,
+                    label=label,
+                )
+        axis.set_title(face, fontsize=10)
+        counts = list(dict.fromkeys(speed.games for speed in speeds))
+        axis.set_xscale("log")
+        axis.set_xticks(counts, [str(count) for count in counts])
+        axis.minorticks_off()
+        axis.set_xlabel("games side by side")
+        axis.spines[["top", "right"]].set_visible(False)
+        axis.grid(alpha=0.3)
+    axes[0].set_ylabel("million drone-steps a second")
+    axes[0].set_ylim(bottom=0)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=120)
