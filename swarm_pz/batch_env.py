@@ -147,21 +147,19 @@ class BatchEnv:
         running = self.running.copy()
         if not running.any():
             raise GameOverError("no game is running: call reset before step")
-        rows = np.flatnonzero(running)
-        self.simulator.command_both(densities[rows], rows)
-
         games = self.simulator.games
         sizes_before = self.simulator.sizes
         captures, recaptures = games.captures.copy(), games.recaptures.copy()
         left = np.where(running, np.minimum(self.config.step_ticks, self._limit_ticks - games.ticks), 0)
         left = np.maximum(left, 0)
         if after_control_period is None:
-            self.simulator.advance(left)
+            self.simulator.advance(left, densities)
         else:
+            commands: NDArray[np.float64] | None = densities
             while left.any() and not self.simulator.decided[running].all():
                 ticks = np.minimum(left, TICKS_PER_CONTROL_PERIOD)
-                self.simulator.advance(ticks)
-                left = left - ticks
+                self.simulator.advance(ticks, commands)
+                left, commands = left - ticks, None
                 after_control_period()
 
         decided = self.simulator.decided & running

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.batch_env import BatchEnv
-from swarm_pz.config import AGENTS, BLUE, RED, TICKS_PER_CONTROL_PERIOD, GameConfig, ObservationConfig
+from swarm_pz.config import AGENTS, TICKS_PER_CONTROL_PERIOD, GameConfig, ObservationConfig
 from swarm_pz.errors import require_extra
 from swarm_pz.kernels.phases import find_coefficients, solve
 from swarm_pz.parallel_env import parallel_env
@@ -75,10 +75,7 @@ def simulator_face(config: GameConfig, games: int, threads: int) -> Step:
         ended = np.flatnonzero(simulator.decided)
         if len(ended):
             simulator.reset(ended, ended)
-        densities = next(commands)
-        simulator.command(RED, densities[:, RED])
-        simulator.command(BLUE, densities[:, BLUE])
-        simulator.advance(config.step_ticks)
+        simulator.advance(config.step_ticks, next(commands))
 
     return step
 

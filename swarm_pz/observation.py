@@ -32,6 +32,9 @@ from swarm_pz.kernels.grids import paint_grids
 from swarm_pz.simulator import Simulator
 from swarm_pz.target import interpolation_matrix
 
+_WORTH_THREADS = 256
+"""Images from which on it is quicker to share them out among threads than to paint them at once."""
+
 Observations = Any
 """uint8 array (n, C, G', G'), or a dict of arrays with first axis n; n seats of n games."""
 
@@ -82,9 +85,9 @@ def observe(
     coarse_cells, brightness = _coarse_cells(seat.grid), _brightness(config.memory.trail_ticks)
     interpolation = _coarse_interpolation(seat.grid, config.command_cells)
     channels = np.array([CHANNELS.index(channel) for channel in seat.channels])
-    simulator.for_rows(
-        np.arange(len(rows)),
-        lambda places: paint_grids(
+
+    def paint(places: NDArray[np.int64]) -> None:
+        paint_grids(
             simulator.games,
             rows,
             places,
@@ -96,8 +99,13 @@ def observe(
             interpolation,
             channels,
             observations,
-        ),
-    )
+        )
+
+    everywhere = np.arange(len(rows))
+    if len(rows) * len(channels) < _WORTH_THREADS:
+        paint(everywhere)
+    else:
+        simulator.for_rows(everywhere, paint)
     return observations
 
 

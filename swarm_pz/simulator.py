@@ -170,23 +170,27 @@ class Simulator:
         chosen = self.rows(rows)
         cells = self.config.command_cells
         values = check_densities(densities, (len(chosen), cells, cells), f"{TEAM_NAMES[team]}'s command")
-        self._aim(chosen, np.array([team]), values[:, None])
+        self._aim(values[:, None], np.arange(len(chosen)), chosen, np.array([team]))
 
-    def command_both(self, densities: NDArray[np.float64], rows: NDArray[np.int64]) -> None:
-        """Give both teams of games their targets; the densities (n, 2, A, A) have been checked."""
-        self._aim(rows, np.array([RED, BLUE]), densities)
-
-    def _aim(self, rows: NDArray[np.int64], teams: NDArray[np.int64], densities: NDArray[np.float64]) -> None:
+    def _aim(
+        self,
+        densities: NDArray[np.float64],
+        places: NDArray[np.int64],
+        rows: NDArray[np.int64],
+        teams: NDArray[np.int64],
+    ) -> None:
         matrix = coefficient_matrix(self.config.controller.modes, self.config.command_cells)
-        make_targets(densities, rows, teams, matrix, self.games.targets, self.games.coefficients)
+        make_targets(densities, places, rows, teams, matrix, self.games.targets, self.games.coefficients)
 
-    def advance(self, ticks: ArrayLike = TICKS_PER_SECOND) -> None:
+    def advance(self, ticks: ArrayLike = TICKS_PER_SECOND, commands: NDArray[np.float64] | None = None) -> None:
         """Advance every game, or until the tick in which one team owns every drone.
 
         Parameters
         ----------
         ticks : int or array_like of int (E,)
             Ticks of 1/30 s, for all games or for each its own; 0 leaves a game as it is.
+        commands : float64 array (E, 2, A, A), optional
+            New commands of red and blue, which `check_densities` has seen, for the games that advance.
 
         Raises
         ------
@@ -199,7 +203,14 @@ class Simulator:
             raise CommandError(f"ticks must be whole and not negative, one number or one a game, got {ticks!r}")
         per_game = np.ascontiguousarray(np.broadcast_to(amounts.astype(np.int64), self.num_games))
         rows = np.flatnonzero((per_game > 0) & ~self.decided)
-        self.for_rows(rows, lambda part: advance_games(self.games, part, per_game, self._rules, self.controller))
+        all_rows, teams = np.arange(self.num_games), np.array([RED, BLUE])
+
+        def work(part: NDArray[np.int64]) -> None:
+            if commands is not None:
+                self._aim(commands, part, all_rows, teams)
+            advance_games(self.games, part, per_game, self._rules, self.controller)
+
+        self.for_rows(rows, work)
 
     def for_rows(self, rows: NDArray[np.int64], work: Callable[[NDArray[np.int64]], None]) -> None:
         """Call a kernel for parts of the rows, in this simulator's threads."""

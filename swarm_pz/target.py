@@ -121,5 +121,5 @@ def make_target(density: NDArray[np.float64], modes: int) -> tuple[NDArray[np.fl
     targets, coefficients = np.empty((1, 1, *density.shape)), np.empty((1, 1, modes, modes), np.float32)
     only = np.zeros(1, np.int64)
     matrix = coefficient_matrix(modes, density.shape[-1])
-    make_targets(np.ascontiguousarray(density)[None, None], only, only, matrix, targets, coefficients)
+    make_targets(np.ascontiguousarray(density)[None, None], only, only, only, matrix, targets, coefficients)
     return targets[0, 0], coefficients[0, 0]

@@ -125,20 +125,23 @@ def transform(
 @entry_point
 def make_targets(
     densities: NDArray[np.float64],
+    places: NDArray[np.int64],
     rows: NDArray[np.int64],
     teams: NDArray[np.int64],
     matrix: NDArray[np.float64],
     targets: NDArray[np.float64],
     coefficients: NDArray[np.float32],
 ) -> None:
-    """Turn densities into targets of the games `rows`.
+    """Turn the densities of some places into targets of the games `rows[place]`.
 
     Parameters
     ----------
     densities : float64 array (n, t, A, A)
         Cells `[row = y, column = x]`, not negative.
+    places : int64 array (parts,)
+        Which of the n to do.
     rows : int64 array (n,)
-        The games.
+        Game of each place.
     teams : int64 array (t,)
         Team of each density of a game.
     matrix : float64 array (A, K)
@@ -150,7 +153,7 @@ def make_targets(
     """
     along_x = np.empty(matrix.shape, np.float64)
     sums = np.empty((matrix.shape[1], matrix.shape[1]), np.float64)
-    for place in range(rows.shape[0]):
+    for place in places:
         for number in range(teams.shape[0]):
             e, team = rows[place], teams[number]
             normalise(densities[place, number], targets[e, team])
