@@ -35,7 +35,7 @@ def swarm_pz(games: int, threads: int) -> tuple[Step, int]:
 
     simulator = Simulator(num_games=games, threads=threads)
     simulator.reset(range(games))
-    commands = np.random.default_rng(0).random((16, 2, games, 10, 10))
+    commands = np.random.default_rng(0).random((16, games, 2, 10, 10))
     taken = 0
 
     def step() -> None:
@@ -43,9 +43,7 @@ def swarm_pz(games: int, threads: int) -> tuple[Step, int]:
         ended = np.flatnonzero(simulator.decided)
         if len(ended):
             simulator.reset(ended + taken, ended)
-        for team in range(2):
-            simulator.command(team, commands[taken % 16, team])
-        simulator.advance(30)
+        simulator.advance(30, commands[taken % 16])
         taken += 1
 
     return step, games * simulator.config.num_drones * 10
