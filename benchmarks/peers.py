@@ -26,6 +26,9 @@ import numpy as np
 SECONDS = 1.5
 """Shortest time that one measurement takes."""
 
+ANSWER = "swarm-pz peers: "
+"""Begins the lines that a contender's process answers with; libraries print what they like."""
+
 Step = Callable[[], None]
 
 
@@ -168,9 +171,9 @@ def contend(name: str, threads: int) -> None:
         step()  # compiles
         found.append((rate(step, count), games, step, count))
     _, best, step, count = max(found, key=lambda entry: entry[0])
-    print(json.dumps({"games": best}), flush=True)
+    print(ANSWER + json.dumps({"games": best}), flush=True)
     for _ in sys.stdin:
-        print(json.dumps({"rate": rate(step, count)}), flush=True)
+        print(ANSWER + json.dumps({"rate": rate(step, count)}), flush=True)
 
 
 class Contender:
@@ -193,8 +196,8 @@ class Contender:
 
     def _answer(self) -> dict[str, Any]:
         for line in self._output:  # libraries print what they like before
-            if line.startswith("{"):
-                answer: dict[str, Any] = json.loads(line)
+            if line.startswith(ANSWER):
+                answer: dict[str, Any] = json.loads(line.removeprefix(ANSWER))
                 return answer
         raise RuntimeError("it ended early; run it alone with --contend to see why")
 
@@ -250,8 +253,12 @@ def main() -> None:
         except RuntimeError as error:
             print(f"  left out: {error}", flush=True)
     for _ in range(options.repeats):
-        for contender in contenders.values():
-            contender.measure()
+        for name in list(contenders):
+            try:
+                contenders[name].measure()
+            except (OSError, RuntimeError) as error:
+                print(f"{name} is left out: {error}", flush=True)
+                contenders.pop(name).close()
     rows = []
     print("| simulator | teams | games at once | million a second | range | counted |\n|---|---|---|---|---|---|")
     for name, contender in contenders.items():

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import CHANNELS, GameConfig, ObservationConfig
+from swarm_pz.errors import PolicyError
 from swarm_pz.scenario import Seed
 
 Array = NDArray[np.float64]
@@ -45,6 +46,8 @@ class View:
 
     def __getitem__(self, channel: str) -> Array:
         """Return a channel as float64 (n, G', G'), brightness 0 to 255."""
+        if channel not in self._channels:
+            raise PolicyError(f"the tactic looks at {channel!r} but sees only {self._channels}: add it to `sees`")
         return self._images[:, self._channels.index(channel)].astype(np.float64)
 
     def mean_position(self, side: str) -> Array:

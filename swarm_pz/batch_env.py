@@ -190,7 +190,7 @@ class BatchEnv:
         given = np.asarray(teams)
         if given.shape not in ((), chosen.shape) or not ((given == RED) | (given == BLUE)).all():
             raise CommandError(f"teams must be 0 (red) or 1 (blue), one or one a game, got {teams!r}")
-        sides = np.ascontiguousarray(np.broadcast_to(given.astype(np.int64), len(chosen)))
+        sides = np.array(np.broadcast_to(given.astype(np.int64), len(chosen)))
         left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)
         return observe(self.simulator, seat, sides, chosen, left)
 

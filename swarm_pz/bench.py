@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import AGENTS, TICKS_PER_CONTROL_PERIOD, GameConfig, ObservationConfig
-from swarm_pz.errors import require_extra
+from swarm_pz.errors import ConfigError, require_extra
 from swarm_pz.kernels.phases import find_coefficients, solve
 from swarm_pz.parallel_env import parallel_env
 from swarm_pz.simulator import Simulator
@@ -134,15 +134,27 @@ def measure(
     faces : dict of str to callable
         `parallel_env` is measured with one game and one thread only.
     games, drones, threads : sequence of int
-        Sizes; `drones` are those of both teams, even.
+        Sizes; `drones` are those of both teams, even. Left out are sizes above `MOST_DRONES` and
+        more threads than games or cores.
     grid : int
         Cells a side of the observations.
     repeats : int
     say : callable
         Told what is being measured.
+
+    Raises
+    ------
+    ConfigError
+        If no size is left.
     """
+    cores = os.cpu_count() or 1
     speeds = []
     sizes = [(count, size) for size in drones for count in games if count * size <= MOST_DRONES]
+    if not any(workers <= min(cores, count) for count, _ in sizes for workers in threads):
+        raise ConfigError(
+            f"nothing to measure: at least one size must have at most {MOST_DRONES:,} drones in all games together "
+            f"and as many games and cores ({cores}) as threads, got {games} games, {drones} drones, {threads} threads"
+        )
     for number, (count, size) in enumerate(sizes, start=1):
         say(f"[{number}/{len(sizes)}] {count} games of {size} drones")
         config = GameConfig(drones_per_team=size // 2, observation=ObservationConfig(grid=grid))
@@ -150,7 +162,7 @@ def measure(
             (face, workers): make(config, count, workers)
             for face, make in faces.items()
             for workers in threads
-            if (face != "parallel_env" or (count == 1 and workers == 1)) and (count > 1 or workers == 1)
+            if workers <= min(cores, 1 if face == "parallel_env" else count) and (face != "parallel_env" or count == 1)
         }
         for step in steps.values():
             step()

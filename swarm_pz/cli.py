@@ -199,13 +199,15 @@ def bench(
         games: Numbers of games side by side.
         drones: Numbers of drones in a game, both teams together, even.
         threads: Numbers of threads.
-        grid: Cells a side of the observations, of the opponents', too.
+        grid: Cells a side of the observations of both seats; scripted opponents have their own.
         repeats: Measurements of each, of which the median is shown.
         json: Write the figures to this file, too.
         plot: Draw the figures into this file, too.
     """
     from swarm_pz import bench as speed
 
+    if plot is not None:
+        require_extra("matplotlib.figure", "training")
     for name, values in (("games", games), ("drones", drones), ("threads", threads), ("repeats", (repeats,))):
         check(bool(values) and min(values) >= 1, name, values, "at least 1")
     check(all(size % 2 == 0 for size in drones), "drones", drones, "even, for two teams alike")
@@ -250,14 +252,11 @@ def bench(
 
 
 def warmup() -> None:
-    """Compile everything ahead of time."""
-    import policies
+    """Compile everything that a game with default numbers of modes and points ahead needs."""
     from swarm_pz.bench import batch_env_face
 
-    config = GameConfig()
     began = time.monotonic()
-    batch_env_face(config, 2, 1)()
-    policies.load("ring", config)
+    batch_env_face(GameConfig(), 2, 1)()
     print(f"compiled kernels are ready after {time.monotonic() - began:.1f} s")
 
 

@@ -190,19 +190,26 @@ class Simulator:
         ticks : int or array_like of int (E,)
             Ticks of 1/30 s, for all games or for each its own; 0 leaves a game as it is.
         commands : float64 array (E, 2, A, A), optional
-            New commands of red and blue, which `check_densities` has seen, for the games that advance.
+            New commands of red and blue for the games that advance, as `check_densities` returns them:
+            their values are not checked again.
 
         Raises
         ------
         CommandError
-            If a number of ticks is negative or not whole.
+            If a number of ticks is negative or not whole, or the commands are of another shape or type.
         """
         amounts = np.asarray(ticks)
         shape_fits = amounts.shape in ((), (self.num_games,))
         if not np.issubdtype(amounts.dtype, np.integer) or not shape_fits or (amounts < 0).any():
             raise CommandError(f"ticks must be whole and not negative, one number or one a game, got {ticks!r}")
-        per_game = np.ascontiguousarray(np.broadcast_to(amounts.astype(np.int64), self.num_games))
+        # A copy: kernels would be compiled again for a view that cannot be written.
+        per_game = np.array(np.broadcast_to(amounts.astype(np.int64), self.num_games))
         rows = np.flatnonzero((per_game > 0) & ~self.decided)
+        expected = (self.num_games, 2, self.config.command_cells, self.config.command_cells)
+        if commands is not None and (commands.dtype != np.float64 or commands.shape != expected):
+            raise CommandError(
+                f"commands must be float64 of shape {expected}, got {commands.dtype} of shape {commands.shape}"
+            )
         all_rows, teams = np.arange(self.num_games), np.array([RED, BLUE])
 
         def work(part: NDArray[np.int64]) -> None:
@@ -219,11 +226,14 @@ class Simulator:
                 work(rows)
             return
         # Games never share state. One part a thread, this one's among them: every hand-over costs.
-        own, *others = [rows[first :: self.threads] for first in range(min(self.threads, len(rows)))]
+        parts = range(min(self.threads, len(rows)))
+        own, *others = [np.ascontiguousarray(rows[first :: self.threads]) for first in parts]
         waiting = [self._pool.submit(work, part) for part in others]
-        work(own)
-        for done in waiting:
-            done.result()
+        try:
+            work(own)
+        finally:
+            for done in waiting:
+                done.result()
 
     def snapshot(self, rows: ArrayLike | None = None) -> Games:
         """Copy games mid-flight; `restore` continues them bit for bit."""

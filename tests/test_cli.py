@@ -71,6 +71,7 @@ def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(tmp_path, capsys):
         (["train", "--games", "5"], "games must be an even number"),
         (["bench", "--games", "0"], "games must be at least 1"),
         (["bench", "--drones", "5"], "drones must be even"),
+        (["bench", "--drones", "1000000"], "nothing to measure"),
         (["render", "--speed", "0"], "speed must be a number above 0"),
         (["render", "--out", "film.avi"], "must end in .gif or .mp4"),
     ],

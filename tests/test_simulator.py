@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from swarm_pz.config import CaptureConfig, GameConfig, MemoryConfig
 from swarm_pz.errors import CommandError
+from swarm_pz.kernels.game import advance_games
 from swarm_pz.simulator import Simulator
 from tests.reference import cell_of
 
@@ -221,3 +222,19 @@ def test_a_team_without_drones_flies_alone():
     simulator.advance(60)
     assert np.isfinite(simulator.positions).all()
     assert simulator.sizes.tolist() == [[4, 0]]
+
+
+def test_batches_of_any_size_and_threads_run_the_same_machine_code():
+    for games, threads in ((1, 1), (4, 1), (5, 2)):
+        simulator = Simulator(num_games=games, threads=threads)
+        simulator.reset(range(games))
+        simulator.advance(3)
+        simulator.advance(np.full(games, 3))
+    for _, rows, ticks, *_ in advance_games.signatures:
+        assert (rows.layout, rows.mutable, ticks.layout, ticks.mutable) == ("C", True, "C", True)
+
+
+def test_commands_of_another_shape_do_not_reach_the_kernel():
+    simulator = Simulator(num_games=2)
+    with pytest.raises(CommandError, match="float64 of shape"):
+        simulator.advance(3, np.ones((2, 2, 5, 5)))
