@@ -104,8 +104,8 @@ class LearnedPolicy:
     Parameters
     ----------
     card : dict
-        What `policy.json` holds: format, name, grid, action_cells, width, config_hash and the story
-        of the training.
+        What `policy.json` holds: format, name, channels, grid, action_cells, width, config_hash and
+        the story of the training.
     weights : dict of array
         The actor's parameters by name.
     config : GameConfig

@@ -73,7 +73,7 @@ def entry_point(function: Function) -> Function:
 @cache
 def _tell_that_it_compiles() -> None:
     logging.getLogger("swarm_pz").warning(
-        "swarm-pz compiles its kernels for this machine: once, half a minute at most "
+        "swarm-pz compiles its kernels for this machine: once, in about half a minute "
         "(`swarm-pz warmup` does it ahead of time)"
     )
 

@@ -20,6 +20,7 @@ _VECTOR = 16
 _PLACES = 352
 """Places tabulated together: as many as the processor's inner caches hold."""
 _MARGIN = 64
+"""Floats left free on either side of the scratch, more than a vector instruction reads."""
 
 
 class ErgodicParameters(NamedTuple):
@@ -87,6 +88,7 @@ def make_scratch(num_drones: int, parameters: ErgodicParameters) -> Scratch:
     places, rows = fill_up(max(_PLACES, len(parameters.times))), modes + modes % 2
     image = fill_up(modes * modes)
     lines, basis = 4 * image, 4 * image + 5 * places
+    # An even number of rows: harmonics come in pairs.
     block = np.empty(2 * _MARGIN + basis + 4 * rows * places, np.float32)[_MARGIN:-_MARGIN]
     images = block[:lines].reshape(4, image)
     line = block[lines:basis].reshape(5, places)

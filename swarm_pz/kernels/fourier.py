@@ -59,10 +59,14 @@ def fill_harmonics(
 
     Parameters
     ----------
-    places : float32 array (places,)
-        Coordinates x in map widths.
-    cosines, sines : float32 array (modes, places)
-        Overwritten; the number of modes is even.
+    x : float32 array (at least places,)
+        Coordinates in map widths.
+    places : int
+        How many of them to do.
+    modes : tuple of int
+        0, 1, ..., K - 1.
+    cosines, sines : float32 array (K, or K + 1 if K is odd, at least places)
+        Overwritten but for k = 0, which never changes.
     """
     fill_first_harmonic(x[:places], cosines[1], sines[1])
     for k in range(1, (len(modes) + 1) // 2):
