@@ -6,7 +6,7 @@ from pathlib import Path
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
-from swarm_pz.policy import Policy, registered
+from swarm_pz.policy import Player, registered
 from swarm_pz.policy import load as _load
 
 __all__ = ["load", "names"]
@@ -17,7 +17,7 @@ def names() -> list[str]:
     return sorted(registered())
 
 
-def load(name: str | Path, config: GameConfig | None = None) -> Policy:
+def load(name: str | Path, config: GameConfig | None = None) -> Player:
     """Return the policy of a name, or of a folder that training wrote.
 
     Parameters

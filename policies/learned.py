@@ -5,6 +5,7 @@ Loading runs no code from the files: the card names numbers, the weights are arr
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -22,7 +23,7 @@ from swarm_pz.errors import CheckpointError, ConfigError, SwarmError
 from swarm_pz.scenario import Seed
 
 WEIGHTS, CARD = "policy.safetensors", "policy.json"
-FORMAT = 1
+FORMAT = 2
 _ROWS = 32
 
 
@@ -33,12 +34,22 @@ def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
     draft.replace(path)
 
 
+def _digest(card: dict[str, Any], weights: dict[str, Tensor]) -> str:
+    """Return a hash of all that makes a policy."""
+    story = {key: value for key, value in card.items() if key != "digest"}
+    content = hashlib.sha256(json.dumps(story, sort_keys=True).encode())
+    for name, values in sorted(weights.items()):
+        content.update(f"{name} {tuple(values.shape)}".encode())
+        content.update(values.float().numpy().tobytes())
+    return content.hexdigest()[:32]
+
+
 class GridTrunk(nn.Module):
     """Convolutions over the board, shared by actor and critic.
 
     The first one shrinks the observation to the action's cells, so that every cell of the action is
-    decided from the ground around it by the same weights. Two planes of coordinates tell where the
-    walls are.
+    decided from the ground around it by the same weights, and from a summary of the whole board. Two
+    planes of coordinates tell where the walls are.
 
     Parameters
     ----------
@@ -60,20 +71,22 @@ class GridTrunk(nn.Module):
         self.register_buffer("coordinates", torch.stack(torch.meshgrid(axis, axis, indexing="ij"))[None])
         self._shape = observation_shape
         # Blocks overlap by a cell on each side, so that no drone sits unseen on a seam.
-        self.layers = nn.Sequential(
+        self.near = nn.Sequential(
             nn.Conv2d(channels + 2, width, block + 2, stride=block, padding=1),
             nn.ReLU(),
             nn.Conv2d(width, width, 3, padding=1),
             nn.ReLU(),
-            nn.Conv2d(width, width, 3, padding=1),
-            nn.ReLU(),
         )
+        self.whole = nn.Sequential(nn.Flatten(), nn.Linear(width * action_cells**2, width), nn.ReLU())
+        self.both = nn.Sequential(nn.Conv2d(2 * width, width, 3, padding=1), nn.ReLU())
 
     def forward(self, observations: Tensor) -> Tensor:
         """Turn observations in [0, 1], flattened or not, into features (n, width, a, a)."""
         images = observations.reshape(-1, *self._shape)
         coordinates = self.get_buffer("coordinates").expand(len(images), -1, -1, -1)
-        features: Tensor = self.layers(torch.cat([images, coordinates], dim=1))
+        near = self.near(torch.cat([images, coordinates], dim=1))
+        whole = self.whole(near)[:, :, None, None].expand_as(near)
+        features: Tensor = self.both(torch.cat([near, whole], dim=1))
         return features
 
 
@@ -104,12 +117,13 @@ class LearnedPolicy:
     Parameters
     ----------
     card : dict
-        What `policy.json` holds: format, name, channels, grid, action_cells, width, config_hash and
-        the story of the training.
+        What `policy.json` holds: format, channels, grid, action_cells, width, config_hash, and the story
+        of the training: command, training (its settings), steps, seconds, results.
     weights : dict of array
         The actor's parameters by name.
     config : GameConfig
         The game that it will play.
+    name : str
 
     Raises
     ------
@@ -117,24 +131,26 @@ class LearnedPolicy:
         If the card or the weights are not such as training writes.
     """
 
-    def __init__(self, card: dict[str, Any], weights: dict[str, Any], config: GameConfig) -> None:
-        missing = {"format", "name", "grid", "action_cells", "width", "channels"} - set(card)
+    def __init__(self, card: dict[str, Any], weights: dict[str, Any], config: GameConfig, name: str) -> None:
+        missing = {"format", "grid", "action_cells", "width", "channels"} - set(card)
         if missing:
             raise CheckpointError(f"a policy's card must hold {sorted(missing)}, got only {sorted(card)}")
         if card["format"] != FORMAT:
-            raise CheckpointError(f"a policy's card must be of format {FORMAT}, got {card['format']!r}")
+            raise CheckpointError(f"the card of policy {name!r} must be of format {FORMAT}, got {card['format']!r}")
         try:
             self.observation = ObservationConfig(grid=card["grid"], channels=card["channels"])
             shape = (len(self.observation.channels), card["grid"], card["grid"])
             self._actor = Actor(shape, card["action_cells"], card["width"])
             self._actor.load_state_dict({name: torch.as_tensor(values) for name, values in weights.items()})
         except (SwarmError, ArithmeticError, RuntimeError, TypeError, ValueError) as error:
-            raise CheckpointError(f"the weights of policy {card['name']!r} do not fit its card: {error}") from error
+            raise CheckpointError(f"the weights of policy {name!r} do not fit its card: {error}") from error
         if not all(bool(torch.isfinite(values).all()) for values in self._actor.state_dict().values()):
-            raise CheckpointError(f"the weights of policy {card['name']!r} must be finite numbers, got NaN or infinity")
-        self.name = str(card["name"])
+            raise CheckpointError(f"the weights of policy {name!r} must be finite numbers, got NaN or infinity")
+        self.name = name
         self.card = card
-        self._cells = config.command_cells
+        self.digest = _digest(card, self.weights())
+        """Identifies card and weights together."""
+        self._config = config
 
     @classmethod
     def read(cls, folder: Path, config: GameConfig) -> LearnedPolicy:
@@ -155,14 +171,29 @@ class LearnedPolicy:
             raise CheckpointError(f"{folder} holds a corrupt or foreign policy: {error}") from error
         if not isinstance(card, dict):
             raise CheckpointError(f"{folder / CARD} must hold a JSON object, got {type(card).__name__}")
-        return cls(card, weights, config)
+        policy = cls(card, weights, config, folder.name)
+        if card.get("digest") != policy.digest:
+            raise CheckpointError(
+                f"{folder} was changed after it was written: its card names digest {card.get('digest')!r}, its content "
+                f"has {policy.digest!r}; get it again from where it came from"
+            )
+        return policy
+
+    def weights(self) -> dict[str, Tensor]:
+        """Return the actor's parameters by name."""
+        return {name: values.clone() for name, values in self._actor.state_dict().items()}
 
     def write(self, folder: Path) -> None:
         """Write the policy into a folder, the card last, so that a card never stands alone."""
         folder.mkdir(parents=True, exist_ok=True)
         weights = {name: values.numpy() for name, values in self._actor.state_dict().items()}
         write_atomically(folder / WEIGHTS, lambda path: save_file(weights, path))
-        write_atomically(folder / CARD, lambda path: path.write_text(json.dumps(self.card, indent=2) + "\n"))
+        card = self.card | {"digest": self.digest}
+        write_atomically(folder / CARD, lambda path: path.write_text(json.dumps(card, indent=2) + "\n"))
+
+    def with_results(self, results: dict[str, Any]) -> LearnedPolicy:
+        """Return the same policy with results on its card."""
+        return LearnedPolicy(self.card | {"results": results}, self.weights(), self._config, self.name)
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin new games; a learned tactic has nothing to forget."""
@@ -178,4 +209,4 @@ class LearnedPolicy:
             images = torch.from_numpy(padded).float() / 255.0
             parts = [self._actor(images[start : start + _ROWS]) for start in range(0, len(images), _ROWS)]
             actions = torch.cat(parts)[:count].clamp(-1.0, 1.0).double().numpy()
-        return command_from_action(actions, self._cells, is_log=True)
+        return command_from_action(actions, self._config.command_cells, is_log=True)

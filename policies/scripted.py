@@ -16,6 +16,9 @@ from swarm_pz.scenario import Seed
 
 Array = NDArray[np.float64]
 
+TRAITS = 16
+"""Random numbers that a game keeps to its end."""
+
 
 class View:
     """What a tactic sees of n games, and the grids on which it thinks.
@@ -28,6 +31,8 @@ class View:
         Commands given before this one.
     generators : list of Generator
         A random stream for each game.
+    traits : float64 array (n, TRAITS)
+        Uniform random numbers of each game that stay the same to its end.
     """
 
     def __init__(
@@ -37,11 +42,13 @@ class View:
         cells: int,
         steps: NDArray[np.int64],
         generators: list[np.random.Generator],
+        traits: Array,
     ) -> None:
         self._images = images
         self._channels = channels
         self.steps = steps
         self.generators = generators
+        self.traits = traits
         self.x, self.y = _centres(cells)
 
     def __getitem__(self, channel: str) -> Array:
@@ -97,12 +104,14 @@ class ScriptedPolicy:
         self._cells = config.command_cells
         self._steps: dict[int, int] = {}
         self._generators: dict[int, np.random.Generator] = {}
+        self._traits: dict[int, Array] = {}
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin new games in some rows, each with a random stream of its own."""
         for seed, row in zip(seeds, rows.tolist(), strict=True):
             self._steps[row] = 0
             self._generators[row] = np.random.default_rng(seed)
+            self._traits[row] = np.random.default_rng(seed).random(TRAITS)
 
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> Array:
         """Answer observations (n, C, G', G') with densities (n, A, A), the largest value 1."""
@@ -113,6 +122,7 @@ class ScriptedPolicy:
             self._cells,
             np.array([self._steps[row] for row in games], np.int64),
             [self._generators[row] for row in games],
+            np.stack([self._traits[row] for row in games]),
         )
         for row in games:
             self._steps[row] += 1
@@ -121,10 +131,29 @@ class ScriptedPolicy:
         return np.asarray(densities / np.where(peaks > 0, peaks, 1.0))
 
 
-def tactic(
-    *, sees: tuple[str, ...] = CHANNELS, grid: int = 10
-) -> Callable[[Callable[[View], Array]], Callable[[GameConfig], ScriptedPolicy]]:
-    """Turn a function from a `View` to densities into a factory of policies.
+class Tactic:
+    """A tactic by name: called with a game, it makes a policy that plays it.
+
+    Parameters
+    ----------
+    play : callable
+        From a `View` of n games to densities (n, A, A), not negative.
+    seat : ObservationConfig
+        What it sees.
+    """
+
+    def __init__(self, play: Callable[[View], Array], seat: ObservationConfig) -> None:
+        self.play = play
+        self.seat = seat
+        self.__name__, self.__doc__ = play.__name__, play.__doc__
+
+    def __call__(self, config: GameConfig) -> ScriptedPolicy:
+        """Make a policy for a game."""
+        return ScriptedPolicy(self.play, self.seat, config)
+
+
+def tactic(*, sees: tuple[str, ...] = CHANNELS, grid: int = 10) -> Callable[[Callable[[View], Array]], Tactic]:
+    """Turn a function from a `View` to densities into a tactic that makes policies.
 
     Parameters
     ----------
@@ -133,15 +162,7 @@ def tactic(
     grid : int
         Cells a side of these images.
     """
-
-    def decorate(play: Callable[[View], Array]) -> Callable[[GameConfig], ScriptedPolicy]:
-        def make(config: GameConfig) -> ScriptedPolicy:
-            return ScriptedPolicy(play, ObservationConfig(grid=grid, channels=sees), config)
-
-        make.__name__, make.__doc__ = play.__name__, play.__doc__
-        return make
-
-    return decorate
+    return lambda play: Tactic(play, ObservationConfig(grid=grid, channels=sees))
 
 
 CLOCK, OPPONENTS = ("time_left",), ("opposing_positions",)
@@ -238,3 +259,7 @@ def wavefront(view: View) -> Array:
     ahead = np.where(gathers_left[:, None, None], view.x, 1.0 - view.x)
     front = 0.25 + 0.75 * np.clip((view.steps % 12 - 4) / 8, 0.0, 1.0)
     return np.asarray(1.0 / (1.0 + np.exp((ahead - front[:, None, None]) / 0.03)))
+
+
+SCRIPTS = (blind_ring, centre, chase, corners, evade, halo, lasso, noise, restless, ring, uniform, wavefront)
+"""All tactics of this file."""

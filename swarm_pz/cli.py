@@ -1,4 +1,4 @@
-"""The command line: ``swarm-pz train | evaluate | policies | render | bench | warmup``.
+"""The command line: ``swarm-pz train | evaluate | tournament | policies | render | bench | warmup``.
 
 The one place that knows every part of the project; each command imports what it needs, so that
 ``--help`` is quick and a missing extra is named only where it is wanted.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import itertools
 import json as json_module
+import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -37,6 +38,7 @@ def main(arguments: list[str] | None = None) -> None:
     commands: dict[str, Callable[..., None]] = {
         "train": train,
         "evaluate": evaluate,
+        "tournament": tournament,
         "policies": list_policies,
         "render": render,
         "bench": bench,
@@ -78,7 +80,7 @@ def train(
     from training.report import compare, plot_learning_curve
 
     check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
-    run = Training(config, out, resume=resume, say=functools.partial(print, flush=True))
+    run = Training(config, out, resume=resume, say=functools.partial(print, flush=True), command=_command())
     untrained = run.untrained()
     print(f"training for {config.total_steps:,} steps in {out} (stop and go on with --resume)", flush=True)
     trained = run.run()
@@ -86,6 +88,7 @@ def train(
     print(f"evaluating over {games} games against uniform coverage, beside the baselines", flush=True)
     match, comparisons = compare(trained, untrained, config.game, games=games, seed=0, threads=config.threads)
     match.write(out / "evaluation.json")
+    trained.with_results(match.summary()).write(out)
     _print_matches([match, *(comparison.match for comparison in comparisons)])
     for comparison in comparisons:
         print(
@@ -105,6 +108,10 @@ def evaluate(
     seed: int = 0,
     json: Path | None = None,
     threads: int = 2,
+    held_out: bool = False,
+    exploit: bool = False,
+    exploit_steps: int = 1_000_000,
+    out: Path = Path("runs/exploiter"),
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Play a policy against an opponent and say how it did.
@@ -118,12 +125,23 @@ def evaluate(
         seed: Seed of the match.
         json: Write the figures to this file, too.
         threads: Threads that share the games.
+        held_out: Play every script instead, and a suite of opponents and sizes that nobody trains against.
+        exploit: Train a best response to the policy instead, and say what that wins.
+        exploit_steps: Steps of that training.
+        out: Folder of that training; a run that was stopped goes on.
         game: The rules.
     """
     import policies
     from swarm_pz.match import play_match
 
-    with _progress(games) as progress:
+    check(not (held_out and exploit), "held_out and exploit", (held_out, exploit), "asked for one at a time")
+    if held_out:
+        _evaluate_held_out(policy, games, seed, json, threads, game)
+        return
+    if exploit:
+        _evaluate_exploit(policy, games, seed, json, threads, exploit_steps, out)
+        return
+    with _progress() as progress:
         match = play_match(
             policies.load(policy, game),
             policies.load(opponent, game),
@@ -137,6 +155,75 @@ def evaluate(
     if json is not None:
         match.write(json)
         print(f"figures: {json}")
+
+
+def _evaluate_held_out(policy: str, games: int, seed: int, json: Path | None, threads: int, game: GameConfig) -> None:
+    from policies.held_out import play_suites
+
+    with _progress() as progress:
+        suites = play_suites(policy, game, games=games, seed=seed, threads=threads, progress=progress)
+    figures = suites.to_dict()
+    _print_opponents(suites.known, f"{policy} against the scripts: score {figures['in_suite_score']:.3f}")
+    _print_opponents(suites.held_out, f"{policy} against the held-out suite: score {figures['held_out_score']:.3f}")
+    print(f"generalisation (held-out score less in-suite score): {figures['generalisation']:+.3f}")
+    if json is not None:
+        _write_json(figures, json)
+
+
+def _evaluate_exploit(
+    policy: str, games: int, seed: int, json: Path | None, threads: int, steps: int, out: Path
+) -> None:
+    for module in ("torch", "stable_baselines3"):
+        require_extra(module, "training")
+    from training.exploit import exploit
+
+    say = functools.partial(print, flush=True)
+    matches = exploit(policy, out, steps=steps, games=games, seed=seed, threads=threads, say=say)
+    _print_opponents(matches, f"an exploiter of {policy}, trained for {steps:,} steps")
+    if json is not None:
+        _write_json({"target": policy, "steps": steps, "matches": [match.summary() for match in matches]}, json)
+
+
+def tournament(
+    players: Annotated[tuple[str, ...], tyro.conf.Positional] = (),
+    /,
+    games: int = 40,
+    seed: int = 0,
+    budget_ms: float = 2000.0,
+    processes: int = 2,
+    out: Path = Path("runs/ladder"),
+    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
+) -> None:
+    """Play every player against every other and write the ladder.
+
+    A tournament that was stopped goes on where it was; more players or games may be added later.
+
+    Args:
+        players: Names of policies, or folders that training wrote; all installed policies if none.
+        games: Games of every two players, even, half from each side.
+        seed: Seed of the tournament; all pairings play the same starts.
+        budget_ms: Milliseconds that a command may take; who takes longer forfeits the game.
+        processes: Processes that share the games.
+        out: Folder of the tournament: games.jsonl, ladder.md, ladder.json and ladder.png.
+        game: The rules.
+    """
+    for module in ("choix", "matplotlib.figure"):
+        require_extra(module, "ladder")
+    import policies
+    from swarm_pz import ladder
+    from swarm_pz.tournament import Tournament, TournamentConfig
+
+    config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
+    field = Tournament(players or policies.names(), config, out, policies.load)
+    with _progress() as progress:
+        field.play(processes, progress)
+    figures = ladder.make_ladder(field)
+    command = " ".join(["swarm-pz tournament", *players, f"--games {games}", f"--seed {seed}", f"--out {out}"])
+    (out / "ladder.json").write_text(json_module.dumps(figures, indent=2) + "\n")
+    (out / "ladder.md").write_text(ladder.to_markdown(figures, command, "ladder.png"))
+    ladder.plot(figures, out / "ladder.png")
+    _print_ladder(figures)
+    print(f"ladder: {out / 'ladder.md'}, {out / 'ladder.json'}, {out / 'ladder.png'}")
 
 
 def list_policies() -> None:
@@ -243,9 +330,7 @@ def bench(
     figures = speed.to_dict(speeds, speed.phases(config), config)
     _print_speeds(figures)
     if json is not None:
-        json.parent.mkdir(parents=True, exist_ok=True)
-        json.write_text(json_module.dumps(figures, indent=2) + "\n")
-        print(f"figures: {json}")
+        _write_json(figures, json)
     if plot is not None:
         speed.plot(speeds, plot)
         print(f"plot: {plot}")
@@ -260,6 +345,11 @@ def warmup() -> None:
     print(f"compiled kernels are ready after {time.monotonic() - began:.1f} s")
 
 
+def _command() -> str:
+    """Return the command that is being run."""
+    return shlex.join(["swarm-pz", *sys.argv[1:]])
+
+
 def _factory(name: str) -> Any:
     from swarm_pz.policy import registered
 
@@ -267,32 +357,48 @@ def _factory(name: str) -> Any:
 
 
 @contextmanager
-def _progress(games: int) -> Iterator[Callable[[int, int], None]]:
+def _progress() -> Iterator[Callable[[int, int], None]]:
     """Show a bar while games are played; give the function that moves it."""
     progress = require_extra("rich.progress", "cli")
     with progress.Progress(transient=True) as bar:
-        task = bar.add_task("playing", total=games)
-        yield lambda done, _: bar.update(task, completed=done)
+        task = bar.add_task("playing", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def _write_json(figures: dict[str, Any], path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json_module.dumps(figures, indent=2) + "\n")
+    print(f"figures: {path}")
 
 
 def _print_matches(matches: list[MatchResult]) -> None:
+    """Print matches of several policies against the same opponent."""
+    title = f"against {matches[0].opponent}, both sides, seed {matches[0].seed}"
+    _print_table([(match.policy, match) for match in matches], "policy", title)
+
+
+def _print_opponents(matches: list[MatchResult], title: str) -> None:
+    """Print matches of the same policy against several opponents."""
+    _print_table([(match.opponent, match) for match in matches], "opponent", title)
+
+
+def _print_table(rows: list[tuple[str, MatchResult]], who: str, title: str) -> None:
     table_module = require_extra("rich.table", "cli")
-    first = matches[0]
+    limit = rows[0][1].limit_s
     table = table_module.Table(
         box=require_extra("rich.box", "cli").SIMPLE_HEAD,  # no rules between columns: it must fit 80 of them
         pad_edge=False,
         padding=(0, 1),
-        title=f"against {first.opponent}, both sides, seed {first.seed}",
-        caption=f"share of all drones at the end; in the mean length, draws count {first.limit_s:g} s",
+        title=title,
+        caption=f"share of all drones at the end; in the mean length, draws count {limit:g} s",
     )
-    headings = ("policy", "games", "won", "drawn", "lost", "won 95 %", "share", "mean s")
-    for heading in headings:
-        table.add_column(heading, justify="left" if heading == "policy" else "right", no_wrap=True)
-    for match in matches:
+    for heading in (who, "games", "won", "drawn", "lost", "won 95 %", "share", "mean s"):
+        table.add_column(heading, justify="left" if heading == who else "right", no_wrap=True)
+    for name, match in rows:
         summary = match.summary()
         low, high = summary["win_rate_ci95"]
         table.add_row(
-            match.policy,
+            name,
             str(summary["games"]),
             str(summary["wins"]),
             str(summary["draws"]),
@@ -300,6 +406,33 @@ def _print_matches(matches: list[MatchResult]) -> None:
             f"{100 * low:.0f} to {100 * high:.0f} %",
             f"{summary['mean_share']:.3f}",
             f"{summary['restricted_mean_seconds']:.0f}",
+        )
+    require_extra("rich.console", "cli").Console().print(table)
+
+
+def _print_ladder(ladder: dict[str, Any]) -> None:
+    box = require_extra("rich.box", "cli").SIMPLE_HEAD
+    field = ladder["intransitivity"]
+    table = require_extra("rich.table", "cli").Table(
+        box=box,
+        pad_edge=False,
+        padding=(0, 1),
+        title=f"{ladder['games_per_pairing']} games of every two, seed {ladder['seed']}",
+        caption=f"{100 * field['cyclic_share']:.0f} % cyclic; {field['cycles']} of {field['decided_triples']} clear "
+        "triples are cycles; planned players see the simulator itself",
+    )
+    for heading in ("player", "kind", "rating", "95 %", "won", "drawn", "lost", "median s", "ms"):
+        table.add_column(heading, justify="left" if heading in ("player", "kind") else "right", no_wrap=True)
+    for entry in ladder["players"]:
+        low, high = entry["rating_ci95"]
+        table.add_row(
+            entry["player"],
+            entry["kind"],
+            f"{entry['rating']:.0f}",
+            f"{low:.0f} to {high:.0f}",
+            *(str(entry[name]) for name in ("wins", "draws", "losses")),
+            f"{entry['median_seconds']:.0f}",
+            f"{entry['thinking_ms']:.1f}",
         )
     require_extra("rich.console", "cli").Console().print(table)
 

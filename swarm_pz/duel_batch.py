@@ -5,9 +5,9 @@ Who sits where, what the learner sees, what its action means, and the opponents'
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
@@ -17,13 +17,13 @@ from swarm_pz.batch_env import BatchEnv, StepResult
 from swarm_pz.config import RED, TEAM_NAMES, GameConfig, ObservationConfig
 from swarm_pz.errors import ConfigError, GameOverError
 from swarm_pz.observation import Observations, observation_space
-from swarm_pz.policy import Policy, ask, load
+from swarm_pz.policy import Player, ask, load, name_of
 from swarm_pz.target import check_values, interpolation_matrix
 
 LOG_DENSITY_RANGE = 4.0
 """Natural logarithm of the ratio between a command's value at action 1 and at action 0."""
 
-Opponents = str | Policy | Sequence[str | Policy]
+Opponents = str | Player | Sequence[str | Player]
 
 
 def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: bool) -> NDArray[np.float64]:
@@ -56,6 +56,11 @@ class DuelResult:
     terminated: NDArray[np.bool_]
     truncated: NDArray[np.bool_]
     result: StepResult
+
+
+class _Opponent(NamedTuple):
+    name: str
+    player: Player
 
 
 class DuelBatch:
@@ -108,14 +113,31 @@ class DuelBatch:
         self._side = side
         self.sides = np.zeros(num_games, np.int64)
         """Team of each game's learner."""
-        self._deal(opponent)
+        self.deal(opponent)
+        self._seated = [self._dealt[0]] * num_games
 
-    def _deal(self, opponent: Opponents) -> None:
+    def deal(self, opponent: Opponents) -> None:
+        """Deal opponents to the games in turn, from each one's next start on.
+
+        Raises
+        ------
+        ConfigError, PolicyError
+            If none is given, or one cannot be had; the old ones stay.
+        """
         given = [opponent] if isinstance(opponent, str) or not isinstance(opponent, Sequence) else list(opponent)
         if not given:
             raise ConfigError("opponent must be a policy, a name or a sequence of these, got none")
-        self.opponents = [load(policy, self.config) for policy in given]
-        self._dealt = np.arange(self.batch.num_games) % len(self.opponents)
+        # One object for all games against the same opponent: they are answered together.
+        players = {policy: load(policy, self.config) for policy in given if isinstance(policy, str)}
+        dealt = [_Opponent(name_of(policy), players[policy] if isinstance(policy, str) else policy) for policy in given]
+        self._dealt = [dealt[row % len(dealt)] for row in range(self.batch.num_games)]
+
+    def _by_opponent(self, rows: NDArray[np.int64]) -> Iterable[tuple[Player, NDArray[np.int64]]]:
+        """Group rows by who plays there."""
+        groups: dict[int, list[int]] = {}
+        for row in rows.tolist():
+            groups.setdefault(id(self._seated[row].player), []).append(row)
+        return [(self._seated[group[0]].player, np.array(group)) for group in groups.values()]
 
     def reset(
         self,
@@ -131,10 +153,10 @@ class DuelBatch:
                 self.sides[row] = np.random.default_rng(side_seed).integers(2)
             else:
                 self.sides[row] = TEAM_NAMES.index(self._side)
-        for number, policy in enumerate(self.opponents):
-            mine = np.flatnonzero(self._dealt[rows] == number)
-            if len(mine):
-                policy.reset([streams[place][1] for place in mine], rows[mine])
+            self._seated[row] = self._dealt[row]
+        streams_of = dict(zip(rows.tolist(), (stream for _, stream in streams), strict=True))
+        for policy, mine in self._by_opponent(rows):
+            policy.reset([streams_of[row] for row in mine.tolist()], mine)
 
     def observe(self, rows: NDArray[np.int64] | None = None) -> Observations:
         """Return what the learners of some games see."""
@@ -156,11 +178,9 @@ class DuelBatch:
         cells = self.config.command_cells
         commands = np.zeros((self.batch.num_games, 2, cells, cells))
         commands[rows, self.sides[rows]] = learners[rows]
-        for number, policy in enumerate(self.opponents):
-            mine = rows[self._dealt[rows] == number]
-            if len(mine):
-                seen = self.batch.observe(policy.observation, 1 - self.sides[mine], mine)
-                commands[mine, 1 - self.sides[mine]] = ask(policy, seen, mine, self.config)
+        for policy, mine in self._by_opponent(rows):
+            others = 1 - self.sides[mine]
+            commands[mine, others] = ask(policy, self.batch, others, mine)
         result = self.batch.play(commands, after_control_period)
         games = np.arange(self.batch.num_games)
         return DuelResult(result.rewards[games, self.sides], result.terminated, result.truncated, result)
@@ -175,11 +195,14 @@ class DuelBatch:
     def info(self, result: StepResult, row: int) -> dict[str, Any]:
         """Return the learner's info of one game."""
         side = int(self.sides[row])
-        return self.batch.info(result, row, side) | {"side": TEAM_NAMES[side]}
+        return self.batch.info(result, row, side) | self._seats(row)
 
     def start_info(self, row: int) -> dict[str, Any]:
         """Return the learner's info of a game that has just begun."""
-        return {"side": TEAM_NAMES[int(self.sides[row])], "size": int(self.batch.simulator.sizes[row, self.sides[row]])}
+        return {"size": int(self.batch.simulator.sizes[row, self.sides[row]])} | self._seats(row)
+
+    def _seats(self, row: int) -> dict[str, str]:
+        return {"side": TEAM_NAMES[int(self.sides[row])], "opponent": self._seated[row].name}
 
 
 def _child_seeds(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:

@@ -8,6 +8,7 @@
     ├── GameOverError (RuntimeError)     a step was asked of a game that has ended or not begun
     ├── PolicyError (ValueError)         a policy is unknown, cannot be loaded, or answered nonsense
     ├── CheckpointError (ValueError)     a file of a training run is corrupt, foreign or does not fit
+    ├── ResultsError (ValueError)        a folder of results is corrupt, or of another tournament
     ├── RenderError (RuntimeError)       a picture cannot be shown here
     └── MissingExtraError (ImportError)  an optional dependency is not installed
 """
@@ -42,6 +43,10 @@ class PolicyError(SwarmError, ValueError):
 
 class CheckpointError(SwarmError, ValueError):
     """A file of a training run is corrupt, foreign, or does not fit."""
+
+
+class ResultsError(SwarmError, ValueError):
+    """A folder of results is corrupt, or belongs to another tournament."""
 
 
 class RenderError(SwarmError, RuntimeError):

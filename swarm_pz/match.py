@@ -7,18 +7,19 @@ a pair are the same game (two deterministic policies that play alike), the pair 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import RED, TEAM_NAMES, GameConfig
-from swarm_pz.errors import CommandError, require_extra
-from swarm_pz.policy import Policy, ask, load_players
+from swarm_pz.errors import CommandError, PolicyError, require_extra
+from swarm_pz.policy import Player, ask, load_players, name_of
 from swarm_pz.scenario import check_seed
 
 _BATCH = 256
@@ -48,6 +49,8 @@ class Game:
         Equal for two games that ended alike in every position and team.
     sizes : list of int
         Red's drones at the start and after every step.
+    thinking_ms : (float, float)
+        Mean milliseconds a command of the policy and of its opponent; not the same twice.
     """
 
     pair: int
@@ -59,6 +62,7 @@ class Game:
     recaptures: int
     fingerprint: bytes
     sizes: list[int]
+    thinking_ms: tuple[float, float] = field(default=(0.0, 0.0), compare=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,6 +134,7 @@ class MatchResult:
             "median_seconds": float(np.median(seconds)),
             "restricted_mean_seconds": float(seconds.mean()),
             "time_limit": self.limit_s,
+            "thinking_ms": np.mean([game.thinking_ms for game in self.games], axis=0).round(3).tolist(),
             "config_hash": self.config.hash,
         }
 
@@ -140,8 +145,8 @@ class MatchResult:
 
 
 def play_match(
-    policy: str | Policy,
-    opponent: str | Policy,
+    policy: str | Player,
+    opponent: str | Player,
     *,
     games: int,
     seed: int = 0,
@@ -176,11 +181,6 @@ def play_match(
     check_seed(seed)
     config = config if config is not None else GameConfig()
     players = load_players(policy, opponent, config)
-    names = [
-        player if isinstance(player, str) else getattr(player, "name", type(player).__name__)
-        for player in (policy, opponent)
-    ]
-    pairs = np.random.SeedSequence(seed, spawn_key=(_MATCH,)).spawn(games // 2)
     played: list[Game] = []
 
     def report(done: int) -> None:
@@ -188,44 +188,88 @@ def play_match(
             progress(len(played) + done, games)
 
     for start in range(0, games, _BATCH):
-        numbers = np.arange(start, min(start + _BATCH, games))
-        played += _play_batch(players, numbers, pairs, config, threads, report)
+        numbers = range(start, min(start + _BATCH, games))
+        played += play_games(players, numbers, seed=seed, config=config, threads=threads, progress=report)
     return MatchResult(
-        policy=names[0], opponent=names[1], seed=seed, config=config, limit_s=config.time_limit, games=played
+        policy=name_of(policy),
+        opponent=name_of(opponent),
+        seed=seed,
+        config=config,
+        limit_s=config.time_limit,
+        games=played,
     )
 
 
-def _play_batch(
-    players: tuple[Policy, Policy],
-    numbers: NDArray[np.int64],
-    pairs: Sequence[np.random.SeedSequence],
+class FaultError(PolicyError):
+    """A policy raised, or answered nonsense or too late.
+
+    Attributes
+    ----------
+    place : int
+        0 for the policy, 1 for its opponent.
+    """
+
+    def __init__(self, place: int, reason: str) -> None:
+        super().__init__(reason)
+        self.place = place
+
+
+def play_games(
+    players: tuple[Player, Player],
+    numbers: Sequence[int],
+    *,
+    seed: int,
     config: GameConfig,
-    threads: int,
-    progress: Callable[[int], None],
+    threads: int = 1,
+    progress: Callable[[int], None] | None = None,
+    clock: Callable[[int, bool], AbstractContextManager[None]] | None = None,
 ) -> list[Game]:
-    """Play games by number: number 2p is pair p with the policy as red, 2p + 1 with it as blue."""
+    """Play games of a match by number: 2p is pair p with the policy as red, 2p + 1 with it as blue.
+
+    Parameters
+    ----------
+    players : (Player, Player)
+    numbers : sequence of int
+        A game does not depend on which others are played with it.
+    seed : int
+        Of the match.
+    config : GameConfig
+    threads : int
+    progress : callable, optional
+        Called with the games finished after every step.
+    clock : callable, optional
+        From a number of games and whether it is their first command, to a context in which a policy
+        gives its commands, and which raises if that takes too long.
+
+    Raises
+    ------
+    FaultError
+        If a policy raises, answers nonsense or too late.
+    """
     batch = BatchEnv(config, len(numbers), threads=threads)
     # Three streams a pair, the same for both of its games: the start and one for each policy.
-    streams = [
-        [np.random.SeedSequence(pairs[n // 2].entropy, spawn_key=(*pairs[n // 2].spawn_key, i)) for i in range(3)]
-        for n in numbers
-    ]
-    sides = np.stack([numbers % 2, 1 - numbers % 2])
+    streams = [[np.random.SeedSequence(seed, spawn_key=(_MATCH, n // 2, i)) for i in range(3)] for n in numbers]
+    sides = np.stack([np.array(numbers) % 2, 1 - np.array(numbers) % 2])
     everyone = np.arange(len(numbers))
     batch.reset([stream[0] for stream in streams])
     for place, player in enumerate(players):
-        player.reset([stream[1 + place] for stream in streams], everyone)
+        with _blame(place):
+            player.reset([stream[1 + place] for stream in streams], everyone)
     cells = config.command_cells
+    spent = np.zeros((2, len(numbers)))
     sizes = [batch.simulator.sizes[:, RED]]
     while batch.running.any():
         rows = np.flatnonzero(batch.running)
         commands = np.zeros((len(numbers), 2, cells, cells))
         for place, player in enumerate(players):
-            seen = batch.observe(player.observation, sides[place, rows], rows)
-            commands[rows, sides[place, rows]] = ask(player, seen, rows, config)
+            began = time.perf_counter()
+            with _blame(place), nullcontext() if clock is None else clock(len(rows), len(sizes) == 1):
+                commands[rows, sides[place, rows]] = ask(player, batch, sides[place, rows], rows)
+            spent[place, rows] += 1000.0 * (time.perf_counter() - began) / len(rows)
         batch.step(commands)
         sizes.append(batch.simulator.sizes[:, RED])
-        progress(int((~batch.running).sum()))
+        if progress is not None:
+            progress(int((~batch.running).sum()))
     history = np.stack(sizes, axis=1)
     simulator = batch.simulator
     finished = []
@@ -243,10 +287,21 @@ def _play_batch(
                 recaptures=int(simulator.games.recaptures[row].sum()),
                 fingerprint=simulator.positions[row].tobytes() + simulator.teams[row].tobytes(),
                 sizes=history[row, : steps + 1].tolist(),
+                thinking_ms=(float(spent[0, row] / steps), float(spent[1, row] / steps)),
             )
         )
     batch.close()
     return finished
+
+
+@contextmanager
+def _blame(place: int) -> Iterator[None]:
+    try:
+        yield
+    except PolicyError as error:
+        raise FaultError(place, str(error)) from error
+    except Exception as error:  # whatever a policy does wrong
+        raise FaultError(place, f"the policy raised {error!r}") from error
 
 
 def paired_difference(first: MatchResult, second: MatchResult, seed: int = 0) -> tuple[float, float, float]:

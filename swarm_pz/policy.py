@@ -14,10 +14,12 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CommandError, PolicyError, SwarmError, nearest
 from swarm_pz.observation import Observations
 from swarm_pz.scenario import Seed
+from swarm_pz.simulator import Simulator
 from swarm_pz.target import check_densities
 
 GROUP = "swarm_pz.policies"
@@ -41,7 +43,19 @@ class Policy(Protocol):
         """Answer n observations, of the games in `rows` (n,), with densities (n, A, A) in [0, 1]."""
 
 
-PolicyFactory = Callable[[GameConfig], Policy]
+@runtime_checkable
+class PrivilegedPolicy(Protocol):
+    """Plays by looking into the simulator itself: it sees more than any seat may, and tables say so."""
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Begin new games in some rows, each with a random stream of its own."""
+
+    def plan(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[Any]:
+        """Answer the games in `rows` (n,), from the sides `teams` (n,), with densities (n, A, A) in [0, 1]."""
+
+
+Player = Policy | PrivilegedPolicy
+PolicyFactory = Callable[[GameConfig], Player]
 
 
 def registered() -> dict[str, importlib.metadata.EntryPoint]:
@@ -49,8 +63,11 @@ def registered() -> dict[str, importlib.metadata.EntryPoint]:
     return {point.name: point for point in importlib.metadata.entry_points(group=GROUP)}
 
 
-def load(policy: str | Policy, config: GameConfig) -> Policy:
+def load(policy: str | Player, config: GameConfig) -> Player:
     """Return the policy of a name, made for a game; a policy is returned as it is.
+
+    A name may carry an argument after a colon, which its factory takes besides the game:
+    ``planner:ring`` is a planner that models its opponent as `ring`.
 
     Raises
     ------
@@ -58,31 +75,48 @@ def load(policy: str | Policy, config: GameConfig) -> Policy:
         If there is no such name, or its policy cannot be made.
     """
     if not isinstance(policy, str):
-        if not isinstance(policy, Policy):
-            raise PolicyError(f"a policy must have observation, reset and act, got {policy!r}")
-        return policy
+        return _check(policy, "a policy")
     points = registered()
-    if policy not in points:
-        raise PolicyError(f"there is no policy {policy!r}; {nearest(policy, points)}")
+    name, *argument = policy.split(":", 1)
+    if name not in points:
+        raise PolicyError(f"there is no policy {name!r}; {nearest(name, points)}")
     try:
-        made = points[policy].load()(config)
+        made = points[name].load()(config, *argument)
     except SwarmError:
         raise
     except Exception as error:  # whatever another package's code does wrong
-        raise PolicyError(f"policy {policy!r} ({points[policy].value}) cannot be made: {error!r}") from error
-    if not isinstance(made, Policy):
-        raise PolicyError(f"policy {policy!r} must have observation, reset and act, got {made!r}")
+        raise PolicyError(f"policy {policy!r} ({points[name].value}) cannot be made: {error!r}") from error
+    return _check(made, f"policy {policy!r}")
+
+
+def _check(made: object, name: str) -> Player:
+    if not isinstance(made, (Policy, PrivilegedPolicy)):
+        raise PolicyError(f"{name} must have reset, and observation and act or else plan, got {made!r}")
     return made
 
 
-def load_players(first: str | Policy, second: str | Policy, config: GameConfig) -> tuple[Policy, Policy]:
+def name_of(policy: str | Player) -> str:
+    """Return what tables call a policy."""
+    return policy if isinstance(policy, str) else str(getattr(policy, "name", type(policy).__name__))
+
+
+def load_players(first: str | Player, second: str | Player, config: GameConfig) -> tuple[Player, Player]:
     """Load two policies that share nothing, even where the same object is given twice."""
     one, other = load(first, config), load(second, config)
     return one, copy.deepcopy(other) if other is one else other
 
 
-def ask(policy: Policy, observations: Observations, rows: NDArray[np.int64], config: GameConfig) -> NDArray[np.float64]:
-    """Ask a policy for its commands and check them.
+def ask(policy: Player, batch: BatchEnv, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Show a policy some games, each from a team's side, and check the commands that it gives.
+
+    Parameters
+    ----------
+    policy : Player
+    batch : BatchEnv
+    teams : int64 array (n,)
+        The policy's team in each game.
+    rows : int64 array (n,)
+        The games.
 
     Returns
     -------
@@ -93,9 +127,12 @@ def ask(policy: Policy, observations: Observations, rows: NDArray[np.int64], con
     PolicyError
         If the answer is not n densities with values in [0, 1].
     """
-    cells = config.command_cells
-    name = getattr(policy, "name", type(policy).__name__)
+    cells = batch.config.command_cells
+    if isinstance(policy, PrivilegedPolicy):
+        answer = policy.plan(batch.simulator, teams, rows)
+    else:
+        answer = policy.act(batch.observe(policy.observation, teams, rows), rows)
     try:
-        return check_densities(policy.act(observations, rows), (len(rows), cells, cells), f"policy {name}'s answer")
+        return check_densities(answer, (len(rows), cells, cells), f"policy {name_of(policy)}'s answer")
     except CommandError as error:
         raise PolicyError(str(error)) from error

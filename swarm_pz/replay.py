@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, GameConfig
 from swarm_pz.errors import RenderError, require_extra
-from swarm_pz.policy import Policy, ask, load_players
+from swarm_pz.policy import Player, ask, load_players
 from swarm_pz.render import draw
 from swarm_pz.scenario import check_seed
 
@@ -23,8 +23,8 @@ FILM_RATE = 20
 
 
 def record_game(
-    red: str | Policy,
-    blue: str | Policy,
+    red: str | Player,
+    blue: str | Player,
     path: Path,
     *,
     config: GameConfig | None = None,
@@ -89,8 +89,7 @@ def record_game(
         show()
         while batch.running[0] and simulator.time_s[0] < end:
             commands = [
-                ask(player, batch.observe(player.observation, team), row, config)[0]
-                for team, player in zip((RED, BLUE), players, strict=True)
+                ask(player, batch, np.array([team]), row)[0] for team, player in zip((RED, BLUE), players, strict=True)
             ]
             batch.step([commands], show)
             if progress is not None:

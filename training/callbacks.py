@@ -92,6 +92,22 @@ class FadingExploration(BaseCallback):
         return True
 
 
+class CriticFirst(BaseCallback):
+    """Holds the actor still at the start, until the critic knows what the taken-over tactic is worth."""
+
+    def __init__(self, run: Training) -> None:
+        super().__init__()
+        self.run = run
+
+    def _on_rollout_start(self) -> None:
+        learns = self.num_timesteps >= self.run.config.critic_steps
+        for parameter in self.run.model.policy.actor.parameters():  # type: ignore[union-attr]
+            parameter.requires_grad_(learns)
+
+    def _on_step(self) -> bool:
+        return True
+
+
 class PeriodicEvaluation(_Recent):
     """Plays the tactic without exploration every so often, from the start on."""
 

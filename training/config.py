@@ -18,6 +18,12 @@ class TrainConfig(Config):
         The rules, and what the learner sees.
     opponents : tuple of str
         Names of policies, dealt to the games in turn.
+    start_from : str, optional
+        A learned policy, by name or folder, whose weights the tactic starts from; its network must be
+        the one that this run trains.
+    critic_steps : int
+        Steps at the start in which only the critic learns, for it knows nothing of a tactic that is
+        taken over.
     action_cells : int
         Cells a side of the learner's action; divides the observation's grid.
     width : int
@@ -61,6 +67,8 @@ class TrainConfig(Config):
 
     game: GameConfig = field(default_factory=lambda: GameConfig(observation=ObservationConfig(grid=10)))
     opponents: tuple[str, ...] = ("uniform",)
+    start_from: str | None = None
+    critic_steps: int = 0
     action_cells: int = 5
     width: int = 32
     total_steps: int = 1_200_000
@@ -86,6 +94,7 @@ class TrainConfig(Config):
         object.__setattr__(self, "opponents", tuple(self.opponents))
         check(len(self.opponents) > 0, "opponents", self.opponents, "at least one policy's name")
         for name, low, high in (
+            ("critic_steps", 0, 10**12),
             ("width", 1, 4096),
             ("total_steps", 1, 10**12),
             ("num_envs", 1, 65536),
@@ -119,3 +128,56 @@ class TrainConfig(Config):
             self.action_cells,
             f"a divisor of the observation's grid of {seat.grid}, at least 2",
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeagueConfig(Config):
+    """A league.
+
+    Attributes
+    ----------
+    learner : TrainConfig
+        The learner's run; `opponents` are those of its evaluations, the pool is what it plays.
+    scripts : tuple of str
+        Policies that are in the pool from the start; none for pure self-play.
+    seats : int
+        Opponents dealt at a time.
+    cycle : int
+        Steps between two deals.
+    hardness : float
+        Exponent k of the weight (1 - p)^k of an opponent beaten in a share p of the games.
+    floor : float
+        What is added to every weight.
+    snapshot_score : float
+        Score against the newest snapshot from which on the next is taken.
+    snapshot_every : int
+        Steps after which one is taken at the latest.
+    exploiter_every : int
+        Steps between two exploiters.
+    exploiter_steps : int
+        Steps that each trains; 0 for a league without.
+    """
+
+    learner: TrainConfig = field(default_factory=TrainConfig)
+    scripts: tuple[str, ...] = (
+        "blind_ring",
+        "centre",
+        "chase",
+        "corners",
+        "evade",
+        "halo",
+        "lasso",
+        "noise",
+        "restless",
+        "ring",
+        "uniform",
+        "wavefront",
+    )
+    seats: int = 16
+    cycle: int = 65_536
+    hardness: float = 2.0
+    floor: float = 0.02
+    snapshot_score: float = 0.65
+    snapshot_every: int = 500_000
+    exploiter_every: int = 1_500_000
+    exploiter_steps: int = 500_000

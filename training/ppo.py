@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import json
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
 from stable_baselines3 import PPO
-from stable_baselines3.common.callbacks import CallbackList
+from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 from stable_baselines3.common.vec_env import VecMonitor
 
 import policies
 from policies.learned import CARD, FORMAT, WEIGHTS, LearnedPolicy, write_atomically
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
-from training.callbacks import Checkpoint, FadingExploration, History, PeriodicEvaluation, Progress
+from swarm_pz.policy import Player
+from training.callbacks import Checkpoint, CriticFirst, FadingExploration, History, PeriodicEvaluation, Progress
 from training.config import TrainConfig
 from training.networks import GridPolicy
 from training.vec_env import SwarmVecEnv
@@ -40,6 +42,8 @@ class Training:
         Go on from the folder's checkpoint, if there is one.
     say : callable, optional
         Where lines of progress go.
+    command : str
+        What was called to begin the run; it stands on the card of the policy.
 
     Raises
     ------
@@ -48,17 +52,24 @@ class Training:
     """
 
     def __init__(
-        self, config: TrainConfig, folder: Path, *, resume: bool = False, say: Callable[[str], None] = print
+        self,
+        config: TrainConfig,
+        folder: Path,
+        *,
+        resume: bool = False,
+        say: Callable[[str], None] = print,
+        command: str = "",
     ) -> None:
         self.config = config
+        self.command = command
         self.folder = folder
         self.history = History()
         self._say = say
-        opponents = [policies.load(name, config.game) for name in config.opponents]
+        self._logs = False
         self.env = SwarmVecEnv(
             config.game,
             config.num_envs,
-            opponent=opponents,
+            opponent=load_all(config.opponents, config.game),
             action_cells=config.action_cells,
             threads=config.threads,
             seed=config.seed,
@@ -70,7 +81,7 @@ class Training:
             n_steps=config.rollout,
             batch_size=min(config.batch_size, config.rollout * config.num_envs),
             n_epochs=config.epochs,
-            learning_rate=lambda left: config.learning_rate * max(left, 0.05),
+            learning_rate=lambda _: self._learning_rate(),
             gamma=config.gamma,
             gae_lambda=config.gae_lambda,
             clip_range=config.clip_range,
@@ -80,6 +91,8 @@ class Training:
             policy_kwargs={"log_std_init": config.log_std, "width": config.width},
         )
         self.model.policy.log_std.requires_grad_(False)
+        if config.start_from is not None:
+            self._take_over(config.start_from)
         folder.mkdir(parents=True, exist_ok=True)
         if resume and (folder / CHECKPOINT).exists():
             self._load_checkpoint()
@@ -89,6 +102,19 @@ class Training:
         write_atomically(
             folder / "config.json", lambda path: path.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
         )
+
+    def _learning_rate(self) -> float:
+        done = self.model.num_timesteps / self.config.total_steps if hasattr(self, "model") else 0.0
+        return self.config.learning_rate * max(1.0 - done, 0.05)
+
+    def _take_over(self, name: str) -> None:
+        given = policies.load(name, self.config.game)
+        if not isinstance(given, LearnedPolicy):
+            raise CheckpointError(f"start_from must name a learned policy, got {name!r}")
+        try:
+            self.model.policy.actor.load_state_dict(given.weights())  # type: ignore[union-attr]
+        except RuntimeError as error:
+            raise CheckpointError(f"{name!r} has another network than this run trains: {_first_line(error)}") from error
 
     def untrained(self) -> LearnedPolicy:
         """Return the tactic that a run of this seed starts from."""
@@ -108,43 +134,43 @@ class Training:
     def _policy(self, network: GridPolicy, name: str) -> LearnedPolicy:
         card = {
             "format": FORMAT,
-            "name": name,
             "channels": list(self.config.game.observations[0].channels),
             "grid": self.config.game.observations[0].grid,
             "action_cells": self.config.action_cells,
             "width": self.config.width,
             "config_hash": self.config.game.hash,
+            "command": self.command,
             "training": self.config.to_dict(),
             "steps": self.model.num_timesteps,
             "seconds": round(self.history.seconds, 1),
         }
         weights = {key: value.detach().clone().numpy() for key, value in network.actor.state_dict().items()}
-        return LearnedPolicy(card, weights, self.config.game)
+        return LearnedPolicy(card, weights, self.config.game, name)
 
     def run(self) -> LearnedPolicy:
         """Train to the end, write the policy and return it."""
-        left = self.config.total_steps - self.model.num_timesteps
-        if left > 0:
-            self.model.set_logger(Logger(None, [TensorBoardOutputFormat(str(self.folder / "tensorboard"))]))
+        if self.model.num_timesteps < self.config.total_steps:
             evaluation = PeriodicEvaluation(self)
-            callbacks = CallbackList(
-                [
-                    FadingExploration(self),
-                    evaluation,
-                    Checkpoint(self),
-                    Progress(self, self._say),
-                ]
-            )
-            try:
-                self.model.learn(left, callback=callbacks, reset_num_timesteps=self.model.num_timesteps == 0)
-                evaluation.evaluate()
-            finally:
-                self.model.logger.close()
+            self.learn(self.config.total_steps, evaluation, Checkpoint(self), Progress(self, self._say))
+            evaluation.evaluate()
+            self.model.logger.close()
             self.save_checkpoint()
         policy = self.policy()
         policy.write(self.folder)
         self.env.close()
         return policy
+
+    def learn(self, until: int, *callbacks: BaseCallback) -> None:
+        """Train up to a number of steps, counted from the run's start."""
+        if not self._logs:
+            self.model.set_logger(Logger(None, [TensorBoardOutputFormat(str(self.folder / "tensorboard"))]))
+            self._logs = True
+        schedules: list[BaseCallback] = [FadingExploration(self), CriticFirst(self)]
+        self.model.learn(
+            until - self.model.num_timesteps,
+            callback=CallbackList(schedules + list(callbacks)),
+            reset_num_timesteps=self.model.num_timesteps == 0,
+        )
 
     def save_checkpoint(self) -> None:
         """Write all that `resume` needs, atomically."""
@@ -186,6 +212,12 @@ class Training:
         stream = np.random.SeedSequence([self.config.seed, self.model.num_timesteps])
         self.env.seed(int(stream.generate_state(1)[0]))
         self._say(f"resuming {self.folder} at step {self.model.num_timesteps:,}")
+
+
+def load_all(names: Sequence[str], config: GameConfig) -> list[Player]:
+    """Load policies by name or folder; equal names share one object, so that they are answered together."""
+    loaded = {name: policies.load(name, config) for name in names}
+    return [loaded[name] for name in names]
 
 
 def _first_line(error: Exception) -> str:

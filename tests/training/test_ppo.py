@@ -188,7 +188,7 @@ def test_weights_that_are_not_numbers_are_refused(trained):
     _, policy, _ = trained
     spoiled = {name: np.full_like(values, np.nan) for name, values in policy._actor.state_dict().items()}
     with pytest.raises(CheckpointError, match="finite"):
-        LearnedPolicy(policy.card, {name: np.asarray(values) for name, values in spoiled.items()}, TINY.game)
+        LearnedPolicy(policy.card, {name: np.asarray(values) for name, values in spoiled.items()}, TINY.game, "spoiled")
 
 
 def test_bad_settings_are_refused(tmp_path):

@@ -1,0 +1,182 @@
+"""Opponents and team sizes that nobody trains against: what a tactic is worth beyond what it knows.
+
+They have no registered names, so that no training run meets them by listing who is installed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import policies
+from policies.scripted import (
+    CLOCK,
+    OPPONENTS,
+    SCRIPTS,
+    Tactic,
+    View,
+    halo,
+    lasso,
+    noise,
+    ring,
+    tactic,
+    uniform,
+    wavefront,
+)
+from swarm_pz.config import GameConfig
+from swarm_pz.match import MatchResult, play_match
+
+Array = NDArray[np.float64]
+
+
+class Trial(NamedTuple):
+    """One match of the suite: an opponent, and drones a team (None for the size evaluated)."""
+
+    opponent: Tactic
+    drones_per_team: int | None = None
+
+    @property
+    def name(self) -> str:
+        """What tables call it."""
+        size = "" if self.drones_per_team is None else f", {self.drones_per_team} a team"
+        return f"{self.opponent.__name__}{size}"
+
+
+def _blob(view: View, number: int, speed: float, width: float) -> Array:
+    """Return a Gaussian (n, A, A) that wanders over the square, in each game on a curve of its own."""
+    first = 4 * number
+    phases, rates = view.traits[:, first : first + 2], view.traits[:, first + 2 : first + 4]
+    angles = 2 * np.pi * phases + speed * (0.5 + 0.5 * rates) * view.steps[:, None]
+    return np.asarray(np.exp(-((view.distance_from(0.5 + 0.4 * np.sin(angles)) / width) ** 2)))
+
+
+@tactic(sees=CLOCK)
+def drifting(view: View) -> Array:
+    """Follow three Gaussians that wander over the square."""
+    return _blob(view, 0, 0.3, 0.15) + _blob(view, 1, 0.3, 0.15) + _blob(view, 2, 0.3, 0.15)
+
+
+@tactic(sees=CLOCK)
+def clearing(view: View) -> Array:
+    """Cover evenly, but for a gap that wanders."""
+    return np.asarray(1.0 - 0.95 * _blob(view, 0, 0.2, 0.25))
+
+
+@tactic(sees=OPPONENTS, grid=25)
+def wide_ring(view: View) -> Array:
+    """Make a wide ring around the opponents' mean position."""
+    distance = view.distance_from(view.mean_position("opposing"))
+    return np.asarray(np.exp(-(((distance - 0.35) / 0.1) ** 2)))
+
+
+@tactic(sees=OPPONENTS, grid=25)
+def crossing(view: View) -> Array:
+    """Make a cross through the opponents' mean position."""
+    place = view.mean_position("opposing")
+    x, y = view.x - place[:, 0, None, None], view.y - place[:, 1, None, None]
+    return np.asarray(np.exp(-((np.minimum(np.abs(x), np.abs(y)) / 0.06) ** 2)))
+
+
+@tactic(sees=OPPONENTS, grid=25)
+def ring_or_halo(view: View) -> Array:
+    """Play `ring` and `halo` in turn, fifteen seconds each."""
+    return _in_turn(view, ring, halo, period=15)
+
+
+@tactic(sees=OPPONENTS, grid=25)
+def lasso_or_noise(view: View) -> Array:
+    """Play `lasso` and `noise` in turn, ten seconds each."""
+    return _in_turn(view, lasso, noise, period=10)
+
+
+@tactic(sees=OPPONENTS, grid=25)
+def uniform_or_wavefront(view: View) -> Array:
+    """Play `uniform` and `wavefront` in turn, twenty seconds each."""
+    return _in_turn(view, uniform, wavefront, period=20)
+
+
+def _in_turn(view: View, first: Tactic, second: Tactic, period: int) -> Array:
+    is_second = (view.steps // period) % 2 == 1
+    return np.where(is_second[:, None, None], second.play(view), first.play(view))
+
+
+SUITE = (
+    Trial(drifting),
+    Trial(clearing),
+    Trial(wide_ring),
+    Trial(crossing),
+    Trial(ring_or_halo),
+    Trial(lasso_or_noise),
+    Trial(uniform_or_wavefront),
+    Trial(uniform, 5),
+    Trial(uniform, 20),
+    Trial(ring, 7),
+    Trial(halo, 15),
+)
+"""What `swarm-pz evaluate --held-out` plays."""
+
+
+class Generalisation(NamedTuple):
+    """What a policy does against opponents that it may know, and against those that it cannot."""
+
+    known: list[MatchResult]
+    held_out: list[MatchResult]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the figures as plain values: of every match, and the mean scores (a draw is half a win)."""
+        known, held_out = _score(self.known), _score(self.held_out)
+        return {
+            "in_suite_score": known,
+            "held_out_score": held_out,
+            "generalisation": held_out - known,
+            "in_suite": [match.summary() for match in self.known],
+            "held_out": [match.summary() for match in self.held_out],
+        }
+
+
+def _score(matches: list[MatchResult]) -> float:
+    return float(np.mean([(m.count("win") + m.count("draw") / 2) / len(m.unique) for m in matches]))
+
+
+def play_suites(
+    policy: str,
+    config: GameConfig,
+    *,
+    games: int,
+    seed: int = 0,
+    threads: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> Generalisation:
+    """Play a policy against every script, and against the held-out suite.
+
+    Parameters
+    ----------
+    policy : str
+        Name or folder; it is loaded anew for every size of team.
+    config : GameConfig
+    games : int
+        Games of each match, even.
+    seed, threads : int
+    progress : callable, optional
+        Called with (games finished, games in all).
+    """
+    known = [Trial(script) for script in SCRIPTS]
+    trials = [*known, *SUITE]
+    matches = []
+    for number, trial in enumerate(trials):
+
+        def report(done: int, _: int, before: int = number * games) -> None:
+            if progress is not None:
+                progress(before + done, len(trials) * games)
+
+        size = trial.drones_per_team
+        rules = config if size is None else config.replace(drones_per_team=size)
+        player, opponent = policies.load(policy, rules), trial.opponent(rules)
+        opponent.name = trial.name
+        matches.append(
+            play_match(player, opponent, games=games, seed=seed, config=rules, threads=threads, progress=report)
+        )
+    return Generalisation(matches[: len(known)], matches[len(known) :])

@@ -1,0 +1,163 @@
+"""The ladder of a tournament: ratings, who beats whom, and how far a ladder tells the truth.
+
+As plain values for JSON, as a Markdown page, and as a picture.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swarm_pz.errors import require_extra
+from swarm_pz.ratings import ANCHOR, intransitivity, rate
+from swarm_pz.tournament import Tournament
+
+_ANCHOR = "uniform"
+
+
+def make_ladder(tournament: Tournament) -> dict[str, Any]:
+    """Return the figures of a tournament, best player first.
+
+    Returns
+    -------
+    dict
+        ``players``, one entry each with rating, interval, games and durations; ``payoffs``, each one's
+        (row) share of the points against each other (column), None on the diagonal; ``intransitivity``;
+        and the settings.
+    """
+    results = tournament.results()
+    anchor = _ANCHOR if _ANCHOR in tournament.players else None
+    ratings = rate(results, anchor)
+    points, games = results.payoffs()
+    order = np.argsort(-ratings.values, kind="stable")
+    entries = []
+    for i in order:
+        name = tournament.players[i]
+        own = [
+            (game, game.one == name)
+            for other in tournament.players
+            if other != name
+            for game in tournament.between(name, other)
+        ]
+        outcomes = [
+            game.outcome if is_one else {"win": "loss", "loss": "win", "draw": "draw"}[game.outcome]
+            for game, is_one in own
+        ]
+        forfeits = sum(
+            bool(game.forfeit) and outcome == "loss" for (game, _), outcome in zip(own, outcomes, strict=True)
+        )
+        entries.append(
+            {
+                "player": name,
+                "kind": tournament.kind(name),
+                "rating": round(float(ratings.values[i]), 1),
+                "rating_ci95": [round(float(ratings.low[i]), 1), round(float(ratings.high[i]), 1)],
+                "games": len(own),
+                "wins": outcomes.count("win"),
+                "draws": outcomes.count("draw"),
+                "losses": outcomes.count("loss"),
+                "forfeits": forfeits,
+                "median_seconds": float(np.median([game.seconds for game, _ in own])),
+                "thinking_ms": round(
+                    float(np.median([game.thinking_ms[0 if is_one else 1] for game, is_one in own])), 2
+                ),
+            }
+        )
+    shares = points / np.where(games > 0, games, np.nan)
+    field = intransitivity(results)
+    return {
+        "seed": tournament.config.seed,
+        "games_per_pairing": tournament.config.games,
+        "budget_ms": tournament.config.budget_ms,
+        "config_hash": tournament.config.game.hash,
+        "anchor": anchor,
+        "players": entries,
+        "payoffs": [[None if i == j else round(float(shares[i, j]), 4) for j in order] for i in order],
+        "intransitivity": {
+            "cyclic_share": round(field.cyclic_share, 4),
+            "cycles": field.cycles,
+            "decided_triples": field.triples,
+            "strongest_cycle": list(field.strongest),
+        },
+    }
+
+
+def to_markdown(ladder: dict[str, Any], command: str, picture: str) -> str:
+    """Return the ladder as a Markdown page."""
+    count = len(ladder["players"])
+    anchor = f"`{ladder['anchor']}` is {ANCHOR:g}" if ladder["anchor"] else f"the mean is {ANCHOR:g}"
+    lines = [
+        "# The ladder",
+        "",
+        f"{count} players, each against every other in {ladder['games_per_pairing']} games: half from each side, all "
+        f"from the same starts, seed {ladder['seed']}.",
+        f"Ratings are Bradley-Terry strengths on Elo's scale (400 points are odds of ten to one; {anchor}); a",
+        "draw is half a win. Intervals are 95 %, from a bootstrap over pairs of games. A planned player is",
+        "privileged: it sees the simulator itself, which no seat may.",
+        "",
+        "```bash",
+        command,
+        "```",
+        "",
+        f"![Ratings, and each player's share of the points against each other]({picture})",
+        "",
+        "| | player | kind | rating | 95 % | won | drawn | lost | forfeits | median s | ms a command |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for rank, entry in enumerate(ladder["players"], 1):
+        low, high = entry["rating_ci95"]
+        lines.append(
+            f"| {rank} | `{entry['player']}` | {entry['kind']} | {entry['rating']:.0f} | {low:.0f} to {high:.0f} "
+            f"| {entry['wins']} | {entry['draws']} | {entry['losses']} | {entry['forfeits']} "
+            f"| {entry['median_seconds']:.0f} | {entry['thinking_ms']:.1f} |"
+        )
+    field = ladder["intransitivity"]
+    cycle = field["strongest_cycle"]
+    lines += [
+        "",
+        "## How far a ladder tells the truth",
+        "",
+        f"Of the squared log-odds between players, {100 * field['cyclic_share']:.0f} % is cyclic: no rating can",
+        f"explain it. Of {field['decided_triples']} triples of players with three clear results, {field['cycles']} are",
+        "cycles in which each beats another"
+        + (f"; the clearest: `{cycle[0]}` beats `{cycle[1]}` beats `{cycle[2]}` beats `{cycle[0]}`." if cycle else "."),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def plot(ladder: dict[str, Any], path: Path) -> None:
+    """Draw ratings with intervals beside the payoff matrix."""
+    figure_class = require_extra("matplotlib.figure", "ladder").Figure
+    names = [entry["player"] + ("*" if entry["kind"] == "planned" else "") for entry in ladder["players"]]
+    count = len(names)
+    size = 0.42 * count + 2.0
+    figure = figure_class(figsize=(1.55 * size + 2.0, size), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=[1, 2.2])
+    places = np.arange(count)
+    values = np.array([entry["rating"] for entry in ladder["players"]])
+    low, high = np.array([entry["rating_ci95"] for entry in ladder["players"]]).T
+    left.errorbar(
+        values, places, xerr=[np.maximum(values - low, 0), np.maximum(high - values, 0)], fmt="o", color="tab:blue"
+    )
+    left.set_yticks(places, names)
+    left.set_ylim(count - 0.5, -0.5)
+    left.grid(axis="x", alpha=0.3)
+    left.set_xlabel("rating, 95 % interval")
+    shares = np.array([[np.nan if value is None else value for value in row] for row in ladder["payoffs"]])
+    image = right.imshow(shares, cmap="RdBu", vmin=0, vmax=1, aspect="auto")
+    right.set_xticks(places, names, rotation=60, ha="right")
+    right.set_yticks(places, [""] * count)
+    for (i, j), value in np.ndenumerate(shares):
+        if np.isfinite(value):
+            color = "white" if abs(value - 0.5) > 0.3 else "black"
+            right.text(j, i, f"{100 * value:.0f}", ha="center", va="center", fontsize=7, color=color)
+    right.set_title(
+        "% of the points that the row takes from the column"
+        + ("    (* sees the simulator)" if any(name.endswith("*") for name in names) else ""),
+        fontsize=10,
+    )
+    figure.colorbar(image, shrink=0.6)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=120)

@@ -1,0 +1,103 @@
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+import policies
+from policies.planner import Planner, PlannerConfig
+from swarm_pz.batch_env import BatchEnv
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import ConfigError, PolicyError
+from swarm_pz.match import play_match
+from swarm_pz.policy import PrivilegedPolicy, ask
+
+SMALL = PlannerConfig(drone_steps=3_000, horizon=2.0)
+CONFIG = GameConfig(drones_per_team=4, time_limit=40.0)
+
+
+def a_game(seconds: int = 3) -> BatchEnv:
+    batch = BatchEnv(CONFIG, 2)
+    batch.reset([0, 1])
+    for _ in range(seconds):
+        batch.step(np.ones((2, 2, 10, 10)))
+    return batch
+
+
+def test_the_same_budget_and_seed_give_the_same_commands_and_the_game_is_left_alone():
+    batch = a_game()
+    before = batch.simulator.snapshot()
+    answers = []
+    for _ in range(2):
+        planner = Planner(CONFIG, settings=SMALL)
+        planner.reset([5, 6], np.arange(2))
+        answers.append(ask(planner, batch, np.array([0, 1]), np.arange(2)))
+    np.testing.assert_array_equal(answers[0], answers[1])
+    for array, copied in zip(batch.simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array, copied)
+    assert len(planner.milliseconds) == 2
+
+
+def test_answers_do_not_depend_on_the_batch():
+    batch = a_game()
+    together, alone = Planner(CONFIG, settings=SMALL), Planner(CONFIG, settings=SMALL)
+    together.reset([5, 6], np.arange(2))
+    alone.reset([6], np.array([1]))
+    both = ask(together, batch, np.array([0, 1]), np.arange(2))
+    np.testing.assert_array_equal(both[1], ask(alone, batch, np.array([1]), np.array([1]))[0])
+
+
+def test_a_candidate_is_worth_what_the_simulator_says():
+    batch = a_game()
+    planner = Planner(CONFIG, settings=SMALL.replace(promise=0.0))
+    planner.reset([5], np.zeros(1, int))
+    logs = planner._propose(batch.simulator.snapshot([0]), 0, None, np.random.default_rng(0))
+    worths = planner._try(batch.simulator.snapshot([0]), 0, logs)
+    for log, worth in zip(logs, worths, strict=True):
+        game = a_game()
+        game.simulator.command(0, np.stack([np.exp(log), np.ones((10, 10))]))
+        game.simulator.advance(60)
+        if game.simulator.sizes[0].min() > 0:
+            assert worth == pytest.approx(game.simulator.sizes[0, 0] / 8)
+
+
+def test_it_beats_uniform_coverage_quickly():
+    config = GameConfig(time_limit=60.0)
+    planner = Planner(config, settings=PlannerConfig(drone_steps=20_000))
+    summary = play_match(planner, "uniform", games=4, config=config).summary()
+    assert summary["wins"] == 4
+    assert summary["restricted_mean_seconds"] < 40
+
+
+def test_it_may_know_the_opponents_policy():
+    planner = policies.load("planner:ring", CONFIG)
+    assert isinstance(planner, PrivilegedPolicy)
+    assert planner.name == "planner:ring"
+    known = Planner(CONFIG, "ring", SMALL)
+    batch = a_game()
+    known.reset([5], np.zeros(1, int))
+    assert ask(known, batch, np.zeros(1, int), np.zeros(1, int)).max() == pytest.approx(1.0)
+    with pytest.raises(PolicyError, match="no policy 'rign'"):
+        policies.load("planner:rign")
+
+
+def test_a_wall_clock_budget_is_kept():
+    batch = a_game()
+    planner = Planner(CONFIG, settings=SMALL.replace(milliseconds=150.0))
+    planner.reset([5], np.zeros(1, int))
+    began = time.perf_counter()
+    ask(planner, batch, np.zeros(1, int), np.zeros(1, int))
+    assert 1000 * (time.perf_counter() - began) < 1000  # generous: machines stall
+
+
+def test_other_sizes_and_cells_work():
+    config = GameConfig(drones_per_team=(1, 3), command_cells=6, time_limit=5.0)
+    planner = Planner(config, settings=PlannerConfig(drone_steps=1))
+    assert play_match(planner, "uniform", games=2, config=config).summary()["games"] == 2
+
+
+@pytest.mark.parametrize("change", [{"drone_steps": 0}, {"milliseconds": 0.0}, {"horizon": 0.0}, {"promise": -1.0}])
+def test_bad_settings_are_refused(change):
+    with pytest.raises(ConfigError, match=next(iter(change))):
+        PlannerConfig(**change)

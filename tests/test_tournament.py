@@ -1,0 +1,200 @@
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import policies
+from swarm_pz import ladder
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.errors import CommandError, PolicyError, ResultsError
+from swarm_pz.match import play_match
+from swarm_pz.tournament import GAMES, SETTINGS, Tournament, TournamentConfig
+
+SHORT = GameConfig(time_limit=8.0, drones_per_team=3)
+CONFIG = TournamentConfig(games=6, game=SHORT)
+FOUR = ("ring", "uniform", "noise", "halo")
+
+
+class Faulty:
+    """Covers evenly, until something goes wrong in some of its games."""
+
+    observation = ObservationConfig(grid=10, channels=("time_left",))
+
+    def __init__(self, config, fault):
+        self.fault = fault
+        self.steps = 0
+
+    def reset(self, seeds, rows):
+        self.bad = [int(np.random.default_rng(seed).integers(2)) for seed in seeds]
+        self.row_of = {row: place for place, row in enumerate(rows.tolist())}
+
+    def act(self, observations, rows):
+        self.steps += 1
+        answer = np.ones((len(rows), 10, 10))
+        fails = np.array([self.bad[self.row_of[row]] == 1 for row in rows.tolist()]) & (self.steps > 2)
+        if not fails.any():
+            return answer
+        if self.fault == "raises":
+            raise ZeroDivisionError("no luck")
+        if self.fault == "shape":
+            return answer[:, :5]
+        if self.fault == "slow":
+            while True:
+                time.sleep(0.01)
+        answer[fails] = np.nan
+        return answer
+
+
+def load(name, config):
+    return Faulty(config, name.removeprefix("faulty_")) if name.startswith("faulty_") else policies.load(name, config)
+
+
+def played(folder, players=("ring", "uniform", "noise"), config=CONFIG, processes=1):
+    tournament = Tournament(players, config, folder, load)
+    tournament.play(processes)
+    return tournament
+
+
+def lines(folder):
+    return (folder / GAMES).read_text().splitlines()
+
+
+def without_times(folder):
+    games = [json.loads(line) for line in lines(folder)]
+    return sorted([{k: v for k, v in game.items() if k != "thinking_ms"} for game in games], key=str)
+
+
+def test_everybody_plays_everybody_from_both_sides_on_the_same_starts(tmp_path):
+    tournament = played(tmp_path)
+    assert len(lines(tmp_path)) == 3 * 6
+    match = play_match("ring", "uniform", games=6, config=SHORT)
+    games = tournament.between("uniform", "ring")
+    assert [game.outcome for game in games] == [game.outcome for game in match.games]
+    assert [game.share for game in games] == [game.share for game in match.games]
+    points, counts = tournament.results().payoffs()
+    np.testing.assert_allclose(points + points.T, counts)
+    i, j = tournament.players.index("ring"), tournament.players.index("uniform")
+    expected = sum({"win": 1.0, "draw": 0.5, "loss": 0.0}[game.outcome] for game in match.unique)
+    assert points[i, j] == pytest.approx(expected)
+
+
+def test_processes_and_the_order_of_players_change_nothing(tmp_path):
+    played(tmp_path / "one")
+    played(tmp_path / "two", players=("noise", "uniform", "ring"), processes=2)
+    assert without_times(tmp_path / "one") == without_times(tmp_path / "two")
+
+
+def test_the_same_game_twice_counts_once(tmp_path):
+    tournament = played(tmp_path, players=("uniform", "faulty_never"), config=CONFIG.replace(games=4))
+    assert tournament.results().points[0, 1].shape == (2, 2)
+
+
+def test_an_interrupted_tournament_goes_on_without_losing_or_repeating_a_game(tmp_path):
+    played(tmp_path / "whole")
+    folder = tmp_path / "broken"
+    played(folder, config=CONFIG.replace(games=2))
+    with (folder / GAMES).open("a") as file:
+        file.write(lines(folder)[0][:40])  # killed in the middle of a line
+    kept = lines(folder)[:-1]
+    played(folder)
+    assert lines(folder)[: len(kept)] == kept
+    assert without_times(folder) == without_times(tmp_path / "whole")
+    before = (folder / GAMES).read_bytes()
+    played(folder)
+    assert (folder / GAMES).read_bytes() == before
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs kill")
+def test_a_killed_process_loses_no_finished_game(tmp_path):
+    code = (
+        "from tests.test_tournament import *; from pathlib import Path\n"
+        f"Tournament({FOUR}, CONFIG.replace(games=40), Path({str(tmp_path)!r}), load).play(1)"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code], cwd=Path(__file__).parent.parent)  # noqa: S603
+    deadline = time.monotonic() + 100
+    while not ((tmp_path / GAMES).exists() and lines(tmp_path)) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    kept = lines(tmp_path)
+    assert kept
+    played(tmp_path, players=FOUR, config=CONFIG.replace(games=40))
+    assert lines(tmp_path)[: len(kept)] == kept
+    assert (
+        len(lines(tmp_path))
+        == len({tuple(json.loads(line)[k] for k in ("one", "other", "number")) for line in lines(tmp_path)})
+        == 240
+    )
+
+
+@pytest.mark.parametrize(
+    ("fault", "reason"),
+    [("nan", "must be numbers"), ("raises", "no luck"), ("shape", r"shape \(1, 5"), ("slow", "no command within")],
+)
+def test_who_fails_forfeits_that_game_and_the_tournament_goes_on(tmp_path, monkeypatch, fault, reason):
+    monkeypatch.setattr("swarm_pz.tournament._PATIENCE", 5.0)
+    name = f"faulty_{fault}"
+    config = CONFIG.replace(games=8, budget_ms=100.0)
+    tournament = played(tmp_path, players=(name, "ring"), config=config)
+    games = tournament.between(name, "ring")
+    assert len(games) == 8
+    forfeits = [game for game in games if game.forfeit]
+    assert 0 < len(forfeits) < 8
+    for game in forfeits:
+        assert game.outcome == "loss"
+        assert game.forfeit.startswith(name)
+        assert re.search(reason, game.forfeit)
+    entry = next(e for e in ladder.make_ladder(tournament)["players"] if e["player"] == name)
+    assert entry["forfeits"] == len(forfeits)
+
+
+def test_the_ladder_orders_plots_and_tells(tmp_path):
+    config = CONFIG.replace(games=20, game=GameConfig(time_limit=60.0))
+    figures = ladder.make_ladder(played(tmp_path, players=("corners", "uniform", "halo"), config=config))
+    assert [entry["player"] for entry in figures["players"]] == ["halo", "uniform", "corners"]
+    assert figures["players"][1]["rating"] == 1000.0
+    assert figures["players"][0]["kind"] == "scripted"
+    payoffs = np.array(figures["payoffs"], float)
+    np.testing.assert_allclose(payoffs + payoffs.T, np.where(np.eye(3) == 1, np.nan, 1.0), atol=2e-4)
+    json.dumps(figures)
+    text = ladder.to_markdown(figures, "swarm-pz tournament", "ladder.png")
+    assert "| 1 | `halo` | scripted |" in text
+    ladder.plot(figures, tmp_path / "ladder.png")
+    assert (tmp_path / "ladder.png").stat().st_size > 10_000
+
+
+def test_a_folder_of_another_tournament_is_refused(tmp_path):
+    played(tmp_path, players=("ring", "uniform"), config=CONFIG.replace(games=2))
+    with pytest.raises(ResultsError, match="other seed"):
+        Tournament(("ring", "uniform"), CONFIG.replace(seed=1), tmp_path, load)
+    with pytest.raises(ResultsError, match="other config_hash"):
+        Tournament(("ring", "uniform"), CONFIG.replace(game=GameConfig()), tmp_path, load)
+    (tmp_path / SETTINGS).write_text("{")
+    with pytest.raises(ResultsError, match="corrupt or foreign"):
+        Tournament(("ring", "uniform"), CONFIG, tmp_path, load)
+
+
+def test_a_corrupt_line_is_named(tmp_path):
+    played(tmp_path, players=("ring", "uniform"), config=CONFIG.replace(games=2))
+    text = (tmp_path / GAMES).read_text()
+    (tmp_path / GAMES).write_text("{}\n" + text)
+    with pytest.raises(ResultsError, match="line 1 of"):
+        Tournament(("ring", "uniform"), CONFIG, tmp_path, load)
+
+
+def test_bad_fields_are_refused(tmp_path):
+    with pytest.raises(CommandError, match="at least two different players"):
+        Tournament(("ring", "ring"), CONFIG, tmp_path, load)
+    with pytest.raises(PolicyError, match="no policy 'rign'"):
+        Tournament(("rign", "uniform"), CONFIG, tmp_path, load)
+    with pytest.raises(ValueError, match="even"):
+        TournamentConfig(games=3)

@@ -1,0 +1,119 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from policies.learned import LearnedPolicy
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.errors import CheckpointError
+from training.config import LeagueConfig, TrainConfig
+from training.exploit import exploit, exploiter_config
+from training.ppo import Training
+from training.selfplay import STATE, League, Member, Pool
+
+LEARNER = TrainConfig(
+    game=GameConfig(observation=ObservationConfig(grid=10), drones_per_team=2, time_limit=5.0),
+    total_steps=128,
+    num_envs=4,
+    rollout=8,
+    batch_size=16,
+    epochs=1,
+    width=4,
+    evaluate_every=10_000,
+    evaluation_games=2,
+    threads=1,
+)
+TINY = LeagueConfig(
+    learner=LEARNER,
+    scripts=("uniform", "ring"),
+    seats=4,
+    cycle=32,
+    snapshot_every=64,
+    exploiter_every=64,
+    exploiter_steps=32,
+)
+
+
+def quiet(line: str) -> None:
+    """Drop a line of progress."""
+
+
+def test_the_hardest_are_met_most():
+    pool = Pool([Member("easy", "easy", "script", 100, 95), Member("hard", "hard", "script", 100, 20)])
+    easy, hard = pool.weights(exponent=2.0, floor=0.0)
+    assert hard / easy == pytest.approx((0.8 / 0.05) ** 2)
+    assert easy + hard == pytest.approx(1.0)
+
+
+def test_old_games_fade():
+    member = Member("m", "m", "script")
+    for _ in range(1000):
+        member.count(0.0)
+    assert member.beaten == pytest.approx(0.0, abs=0.01)
+    for _ in range(400):
+        member.count(1.0)
+    assert member.beaten > 0.8
+
+
+def test_a_league_grows_a_pool_and_writes_a_policy(tmp_path):
+    league = League(TINY, tmp_path, say=quiet)
+    policy = league.run()
+    kinds = [member.kind for member in league.pool.members]
+    assert kinds[:2] == ["script", "script"]
+    assert kinds.count("snapshot") >= 3
+    assert league.pool.exploiters >= 1
+    loaded = LearnedPolicy.read(tmp_path, LEARNER.game)
+    np.testing.assert_array_equal(list(loaded.weights().values())[1], list(policy.weights().values())[1])
+    for member in league.pool.members:
+        if member.kind != "script":
+            LearnedPolicy.read(tmp_path / member.source, LEARNER.game)
+    assert sum(member.games for member in league.pool.members) > 10 * len(kinds)
+
+
+def test_a_league_goes_on_where_it_was(tmp_path):
+    League(TINY, tmp_path, say=quiet).run()
+    before = json.loads((tmp_path / STATE).read_text())
+    longer = TINY.replace(learner=LEARNER.replace(total_steps=192))
+    league = League(longer, tmp_path, resume=True, say=quiet)
+    assert league.main.model.num_timesteps >= 128
+    assert [member.name for member in league.pool.members] == [member["name"] for member in before["members"]]
+    league.run()
+    assert league.main.model.num_timesteps >= 192
+    (tmp_path / STATE).write_text("{")
+    with pytest.raises(CheckpointError, match="corrupt or foreign"):
+        League(longer, tmp_path, resume=True, say=quiet)
+
+
+def test_pure_self_play_meets_only_itself(tmp_path):
+    league = League(TINY.replace(scripts=(), exploiter_steps=0), tmp_path, say=quiet)
+    league.run()
+    assert {member.kind for member in league.pool.members} == {"snapshot"}
+
+
+def test_an_exploiter_starts_from_its_targets_weights(tmp_path):
+    target = Training(LEARNER, tmp_path / "target", say=quiet).run()
+    config = exploiter_config(str(tmp_path / "target"), LEARNER, steps=64, seed=3)
+    run = Training(config, tmp_path / "exploiter", say=quiet)
+    for name, values in run.policy().weights().items():
+        np.testing.assert_array_equal(values, target.weights()[name])
+    run.learn(config.critic_steps)
+    for name, values in run.policy().weights().items():  # only the critic has learned
+        np.testing.assert_array_equal(values, target.weights()[name])
+    run.learn(64)
+    assert any(not np.array_equal(values, target.weights()[name]) for name, values in run.policy().weights().items())
+    run.env.close()
+
+
+def test_exploiting_reports_target_and_competence(tmp_path):
+    matches = exploit("centre", tmp_path, steps=32, games=2, learner=LEARNER, threads=1, say=quiet)
+    assert [match.opponent for match in matches] == ["centre", "uniform", "ring"]
+
+
+def test_another_network_cannot_be_taken_over(tmp_path):
+    Training(LEARNER, tmp_path / "target", say=quiet).run()
+    with pytest.raises(CheckpointError, match="another network"):
+        Training(LEARNER.replace(width=8, start_from=str(tmp_path / "target")), tmp_path / "run", say=quiet)
+    with pytest.raises(CheckpointError, match="must name a learned policy"):
+        Training(LEARNER.replace(start_from="ring"), tmp_path / "run", say=quiet)

@@ -1,0 +1,231 @@
+"""A league: one learner against a growing pool of scripts, its own snapshots and exploiters.
+
+Opponents are drawn by how seldom the learner beats them (prioritised fictitious self-play, Vinyals et
+al., "Grandmaster level in StarCraft II using multi-agent reinforcement learning", Nature 575, 2019): with
+weight (1 - p)^k for an opponent that is beaten in a share p of the games. A learner that forgets how
+to beat somebody meets them again. Exploiters start from the learner's weights and learn to beat
+just that tactic; what they find joins the pool.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.callbacks import BaseCallback
+
+from policies.learned import LearnedPolicy, write_atomically
+from swarm_pz.errors import CheckpointError
+from training.config import LeagueConfig
+from training.exploit import exploit
+from training.ppo import Training, load_all
+
+STATE = "league.json"
+_PRIOR_GAMES = 10.0
+"""Games at an even score that a new opponent starts with."""
+_REMEMBERED_GAMES = 200.0
+"""Older games fade: the learner changes."""
+
+
+@dataclass
+class Member:
+    """An opponent of the pool, and how the learner has done against it lately.
+
+    Attributes
+    ----------
+    name : str
+    source : str
+        Name of the policy, or its folder within the league's.
+    kind : {"script", "snapshot", "exploiter"}
+    games, score : float
+        Games of late, and the learner's score in them; a draw is half a win.
+    """
+
+    name: str
+    source: str
+    kind: str
+    games: float = _PRIOR_GAMES
+    score: float = _PRIOR_GAMES / 2
+
+    @property
+    def beaten(self) -> float:
+        """The learner's share of the points."""
+        return self.score / self.games
+
+    def count(self, points: float) -> None:
+        """Count a game of the learner against it."""
+        self.games, self.score = self.games + 1.0, self.score + points
+        if self.games > _REMEMBERED_GAMES:
+            self.score *= _REMEMBERED_GAMES / self.games
+            self.games = _REMEMBERED_GAMES
+
+
+@dataclass
+class Pool:
+    """The members of a league and what has been done so far."""
+
+    members: list[Member] = field(default_factory=list)
+    snapshot_step: int = 0
+    exploiters: int = 0
+    exploiter_step: int = 0
+
+    def named(self, name: str) -> Member:
+        """Return the member of a name."""
+        return next(member for member in self.members if member.name == name)
+
+    def newest(self) -> Member | None:
+        """Return the newest snapshot."""
+        return next((member for member in reversed(self.members) if member.kind == "snapshot"), None)
+
+    def weights(self, exponent: float, floor: float) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return each member's probability of being dealt."""
+        hard = np.array([(1.0 - member.beaten) ** exponent for member in self.members])
+        return np.asarray((hard + floor) / (hard + floor).sum())
+
+    def to_json(self) -> str:
+        """Return the pool as JSON."""
+        return json.dumps(asdict(self), indent=2)
+
+    @classmethod
+    def from_json(cls, text: str) -> Pool:
+        """Read what `to_json` wrote."""
+        plain = json.loads(text)
+        members = [Member(**entry) for entry in plain.pop("members")]
+        return cls(members=members, **plain)
+
+
+class _Scores(BaseCallback):
+    """Counts finished games for the pool."""
+
+    def __init__(self, pool: Pool) -> None:
+        super().__init__()
+        self.members = {member.source: member for member in pool.members} | {
+            member.name: member for member in pool.members
+        }
+
+    def _on_step(self) -> bool:
+        for info in self.locals["infos"]:
+            if "outcome" in info and info["opponent"] in self.members:
+                self.members[info["opponent"]].count({"win": 1.0, "draw": 0.5, "loss": 0.0}[info["outcome"]])
+        return True
+
+
+class League:
+    """One league in a folder, begun afresh or taken up where it was.
+
+    The folder holds ``league.json`` (the pool), ``main/`` (the learner's run), ``pool/`` (snapshots)
+    and ``exploiters/``.
+
+    Parameters
+    ----------
+    config : LeagueConfig
+    folder : Path
+    resume : bool
+    say : callable, optional
+        Where lines of progress go.
+    """
+
+    def __init__(
+        self, config: LeagueConfig, folder: Path, *, resume: bool = False, say: Callable[[str], None] = print
+    ) -> None:
+        self.config = config
+        self.folder = folder
+        self._say = say
+        goes_on = resume and (folder / STATE).exists()
+        self.main = Training(config.learner, folder / "main", resume=goes_on, say=say)
+        if goes_on:
+            try:
+                self.pool = Pool.from_json((folder / STATE).read_text())
+            except (LookupError, TypeError, ValueError) as error:
+                raise CheckpointError(f"{folder / STATE} is corrupt or foreign: {error!r}") from error
+        else:
+            self.pool = Pool(members=[Member(name, name, "script") for name in config.scripts])
+            self._snapshot()
+        self._generator = np.random.default_rng([config.learner.seed, self.main.model.num_timesteps])
+
+    def run(self) -> LearnedPolicy:
+        """Play the league to its end, write the learner's tactic and return it."""
+        total = self.config.learner.total_steps
+        while self.main.model.num_timesteps < total:
+            self._deal()
+            began, before = time.monotonic(), self.main.model.num_timesteps
+            self.main.learn(min(before + self.config.cycle, total), _Scores(self.pool))
+            spent = time.monotonic() - began
+            self.main.history.seconds += spent
+            step = self.main.model.num_timesteps
+            by_score = sorted(self.pool.members, key=lambda member: member.beaten)
+            self._say(
+                f"{step / total:4.0%} {step:>10,} steps {(step - before) / spent:6,.0f}/s  pool {len(by_score)}  "
+                f"mean {np.mean([member.beaten for member in by_score]):.2f}  hardest "
+                + ", ".join(f"{member.name} {member.beaten:.2f}" for member in by_score[:4])
+            )
+            since = step - self.pool.snapshot_step
+            newest = self.pool.newest()
+            gate = newest is None or newest.beaten >= self.config.snapshot_score
+            if (gate and since >= self.config.cycle) or since >= self.config.snapshot_every:
+                self._snapshot()
+            if self.config.exploiter_steps and step - self.pool.exploiter_step >= self.config.exploiter_every:
+                self._save()
+                self._exploit()
+            self._save()
+        policy = self.main.policy()
+        policy.write(self.folder)
+        self.main.env.close()
+        return policy
+
+    def _deal(self) -> None:
+        weights = self.pool.weights(self.config.hardness, self.config.floor)
+        # Systematic sampling: as random as needed, with less variance than independent draws.
+        places = (self._generator.random() + np.arange(self.config.seats)) / self.config.seats
+        chosen = np.searchsorted(np.cumsum(weights), places * 0.999999)
+        sources = [self.pool.members[index].source for index in chosen]
+        names = [self._locate(source) for source in sources]
+        players = load_all(names, self.config.learner.game)
+        self.main.env.deal([players[index] for index in self._generator.permutation(len(players))])
+
+    def _locate(self, source: str) -> str:
+        return str(self.folder / source) if "/" in source else source
+
+    def _snapshot(self) -> None:
+        number = sum(member.kind == "snapshot" for member in self.pool.members)
+        name = f"snapshot_{number:03d}"
+        self._write(self.main.policy(), f"pool/{name}")
+        self.pool.members.append(Member(name, f"pool/{name}", "snapshot"))
+        self.pool.snapshot_step = self.main.model.num_timesteps
+
+    def _exploit(self) -> None:
+        """Train a best response to the newest snapshot; whoever beats it joins the pool."""
+        self._snapshot()
+        target = self.pool.newest()
+        assert target is not None  # noqa: S101  (just made)
+        name = f"exploiter_{self.pool.exploiters:03d}"
+        match, *_ = exploit(
+            self._locate(target.source),
+            self.folder / "exploiters" / name,
+            steps=self.config.exploiter_steps,
+            games=100,
+            learner=self.config.learner.replace(evaluate_every=self.config.exploiter_steps),
+            seed=self.config.learner.seed + 1000 + self.pool.exploiters,
+            threads=self.config.learner.threads,
+            say=lambda _: None,
+        )
+        score = (match.count("win") + match.count("draw") / 2) / len(match.unique)
+        self._say(f"{name} against {target.name}: {match.count('win')}-{match.count('draw')}-{match.count('loss')}")
+        if score > 0.5:
+            member = Member(name, f"exploiters/{name}", "exploiter")
+            member.score = (1 - score) * member.games
+            self.pool.members.append(member)
+        self.pool.exploiters += 1
+        self.pool.exploiter_step = self.main.model.num_timesteps
+
+    def _write(self, policy: LearnedPolicy, place: str) -> None:
+        policy.write(self.folder / place)
+
+    def _save(self) -> None:
+        self.main.save_checkpoint()
+        write_atomically(self.folder / STATE, lambda path: path.write_text(self.pool.to_json() + "\n"))
