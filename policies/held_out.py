@@ -138,7 +138,7 @@ class Generalisation(NamedTuple):
 
 
 def _score(matches: list[MatchResult]) -> float:
-    return float(np.mean([(m.count("win") + m.count("draw") / 2) / len(m.unique) for m in matches]))
+    return float(np.mean([match.score() for match in matches]))
 
 
 def play_suites(

@@ -70,23 +70,23 @@ class GridTrunk(nn.Module):
         axis = torch.linspace(-1.0, 1.0, grid)
         self.register_buffer("coordinates", torch.stack(torch.meshgrid(axis, axis, indexing="ij"))[None])
         self._shape = observation_shape
-        # Blocks overlap by a cell on each side, so that no drone sits unseen on a seam.
         self.near = nn.Sequential(
-            nn.Conv2d(channels + 2, width, block + 2, stride=block, padding=1),
+            nn.Conv2d(channels + 2, width, block, stride=block),
             nn.ReLU(),
             nn.Conv2d(width, width, 3, padding=1),
             nn.ReLU(),
         )
-        self.whole = nn.Sequential(nn.Flatten(), nn.Linear(width * action_cells**2, width), nn.ReLU())
-        self.both = nn.Sequential(nn.Conv2d(2 * width, width, 3, padding=1), nn.ReLU())
+        self.around = nn.Conv2d(width, width, 3, padding=1)
+        self.whole = nn.Sequential(
+            nn.Flatten(), nn.Linear(width * action_cells**2, width), nn.ReLU(), nn.Linear(width, width)
+        )
 
     def forward(self, observations: Tensor) -> Tensor:
         """Turn observations in [0, 1], flattened or not, into features (n, width, a, a)."""
         images = observations.reshape(-1, *self._shape)
         coordinates = self.get_buffer("coordinates").expand(len(images), -1, -1, -1)
         near = self.near(torch.cat([images, coordinates], dim=1))
-        whole = self.whole(near)[:, :, None, None].expand_as(near)
-        features: Tensor = self.both(torch.cat([near, whole], dim=1))
+        features: Tensor = torch.relu(self.around(near) + self.whole(near)[:, :, None, None])
         return features
 
 

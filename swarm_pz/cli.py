@@ -1,4 +1,4 @@
-"""The command line: ``swarm-pz train | evaluate | tournament | policies | render | bench | warmup``.
+"""The command line: ``swarm-pz train | league | evaluate | tournament | policies | render | bench | warmup``.
 
 The one place that knows every part of the project; each command imports what it needs, so that
 ``--help`` is quick and a missing extra is named only where it is wanted.
@@ -22,7 +22,7 @@ import numpy as np
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import SwarmError, require_extra
 from swarm_pz.settings import check
-from training.config import TrainConfig
+from training.config import LeagueConfig, TrainConfig
 
 if TYPE_CHECKING:
     from swarm_pz.match import MatchResult
@@ -37,6 +37,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Run a command; errors of this project end it with one line and status 2."""
     commands: dict[str, Callable[..., None]] = {
         "train": train,
+        "league": league,
         "evaluate": evaluate,
         "tournament": tournament,
         "policies": list_policies,
@@ -98,6 +99,46 @@ def train(
     standing = record_game(trained, "uniform", out / "game.mp4", config=config.game, seed=1, speed=4.0)
     print(f"learning curve: {out / 'learning_curve.png'}\none game, {standing}: {out / 'game.mp4'}")
     print(f"policy: {out}  (try: swarm-pz evaluate {out} --opponent ring)")
+
+
+def league(
+    config: Annotated[LeagueConfig, tyro.conf.arg(name="")] = LeagueConfig(),  # noqa: B008  (frozen)
+    out: Path = Path("runs/league"),
+    resume: bool = False,
+    games: int = 40,
+) -> None:
+    """Train a tactic in a league: against scripts, its own snapshots, and exploiters of itself.
+
+    Args:
+        config: The league.
+        out: Folder of the league.
+        resume: Go on from where the folder's league is.
+        games: Games against each script at the end, even.
+    """
+    for module in ("torch", "stable_baselines3", "choix"):
+        require_extra(module, "training")
+    import policies
+    from policies.scripted import SCRIPTS
+    from swarm_pz.match import play_match
+    from training.selfplay import League
+
+    check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
+    run = League(config, out, resume=resume, say=functools.partial(print, flush=True), command=_command())
+    policy = run.run()
+    learner = config.learner
+    matches = [
+        play_match(
+            policy,
+            policies.load(script.__name__, learner.game),
+            games=games,
+            config=learner.game,
+            threads=learner.threads,
+        )
+        for script in SCRIPTS
+    ]
+    policy.with_results({match.opponent: match.summary() for match in matches}).write(out)
+    _print_opponents(matches, f"{out.name} against the scripts")
+    print(f"policy: {out}")
 
 
 def evaluate(

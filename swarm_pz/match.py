@@ -93,6 +93,14 @@ class MatchResult:
         """Count unique games that ended in "win", "draw" or "loss"."""
         return sum(game.outcome == outcome for game in self.unique)
 
+    def standing(self) -> str:
+        """Return games won-drawn-lost."""
+        return f"{self.count('win')}-{self.count('draw')}-{self.count('loss')}"
+
+    def score(self) -> float:
+        """Return the share of the points, a draw being half a win."""
+        return (self.count("win") + self.count("draw") / 2) / len(self.unique)
+
     def win_rate_interval(self) -> tuple[float, float]:
         """Return the 95 % interval of the win rate.
 

@@ -61,6 +61,41 @@ def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(tmp_path, capsys):
     assert "run" in capsys.readouterr().out
 
 
+def test_tournament_writes_the_ladder_and_goes_on(tmp_path, capsys):
+    arguments = ["tournament", "ring", "uniform", "--processes", "1", "--out", str(tmp_path), *SHORT]
+    main([*arguments, "--games", "2"])
+    main([*arguments, "--games", "4"])
+    assert "rating" in capsys.readouterr().out
+    assert len((tmp_path / "games.jsonl").read_text().splitlines()) == 4
+    figures = json.loads((tmp_path / "ladder.json").read_text())
+    assert {entry["player"] for entry in figures["players"]} == {"ring", "uniform"}
+    assert "swarm-pz tournament ring uniform --games 4" in (tmp_path / "ladder.md").read_text()
+    assert (tmp_path / "ladder.png").stat().st_size > 0
+
+
+def test_evaluate_held_out_reports_how_a_policy_generalises(tmp_path, capsys):
+    main(["evaluate", "ring", "--held-out", "--games", "2", "--json", str(tmp_path / "e.json"), *SHORT])
+    assert "generalisation" in capsys.readouterr().out
+    assert set(json.loads((tmp_path / "e.json").read_text())) >= {"in_suite_score", "held_out_score"}
+
+
+def test_evaluate_exploit_trains_a_best_response(tmp_path, capsys):
+    small = ["--exploit-steps", "64", "--games", "2", "--threads", "1", "--out", str(tmp_path / "run")]
+    main(["evaluate", "centre", "--exploit", *small, "--json", str(tmp_path / "e.json")])
+    assert "an exploiter of centre" in capsys.readouterr().out
+    assert json.loads((tmp_path / "e.json").read_text())["matches"][0]["opponent"] == "centre"
+
+
+def test_league_writes_a_policy(tmp_path, capsys):
+    tiny = {"total-steps": 64, "num-envs": 4, "rollout": 8, "width": 4, "threads": 1, "evaluation-games": 2}
+    learner = [text for name, value in tiny.items() for text in (f"--learner.{name}", str(value))]
+    small = ["--learner.game.time-limit", "5", "--learner.game.drones-per-team", "2"]
+    main(["league", "--out", str(tmp_path), "--scripts", "ring", "--cycle", "32", "--games", "2", *learner, *small])
+    assert "against the scripts" in capsys.readouterr().out
+    card = json.loads((tmp_path / "policy.json").read_text())
+    assert card["results"]["ring"]["games"] > 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -69,6 +104,11 @@ def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(tmp_path, capsys):
         (["evaluate", "ring", "--game.capture.threshold", "2"], "capture.threshold"),
         (["evaluate", "ring", "--seed", "-1"], "seed must be a whole number"),
         (["train", "--games", "5"], "games must be an even number"),
+        (["evaluate", "ring", "--held-out", "--exploit"], "one at a time"),
+        (["tournament", "ring"], "at least two different players"),
+        (["tournament", "ring", "rign"], "did you mean 'ring'"),
+        (["league", "--games", "5"], "games must be an even number"),
+        (["league", "--seats", "0"], "seats must be"),
         (["bench", "--games", "0"], "games must be at least 1"),
         (["bench", "--drones", "5"], "drones must be even"),
         (["bench", "--drones", "1000000"], "nothing to measure"),

@@ -181,3 +181,22 @@ class LeagueConfig(Config):
     snapshot_every: int = 500_000
     exploiter_every: int = 1_500_000
     exploiter_steps: int = 500_000
+
+    def __post_init__(self) -> None:
+        check(isinstance(self.learner, TrainConfig), "learner", self.learner, "a TrainConfig")
+        check(not isinstance(self.scripts, str), "scripts", self.scripts, "a tuple of policies' names")
+        object.__setattr__(self, "scripts", tuple(self.scripts))
+        for name, low, high in (
+            ("seats", 1, 65536),
+            ("cycle", 1, 10**12),
+            ("snapshot_every", 1, 10**12),
+            ("exploiter_every", 1, 10**12),
+            ("exploiter_steps", 0, 10**12),
+        ):
+            check_count(getattr(self, name), name, low, high)
+        for name, lowest, highest in (
+            ("hardness", 0.0, 100.0),
+            ("floor", 1e-6, 1.0),
+            ("snapshot_score", 0.0, 1.0),
+        ):
+            check_number(getattr(self, name), name, lowest, highest)

@@ -19,8 +19,11 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
+import policies
 from policies.learned import LearnedPolicy, write_atomically
 from swarm_pz.errors import CheckpointError
+from swarm_pz.ratings import rate
+from swarm_pz.tournament import Tournament, TournamentConfig
 from training.config import LeagueConfig
 from training.exploit import exploit
 from training.ppo import Training, load_all
@@ -30,6 +33,8 @@ _PRIOR_GAMES = 10.0
 """Games at an even score that a new opponent starts with."""
 _REMEMBERED_GAMES = 200.0
 """Older games fade: the learner changes."""
+_RATED, _RATING_GAMES = 4, 10
+"""Latest snapshots, and latest exploiters, that a new snapshot is rated among; and the games of every two."""
 
 
 @dataclass
@@ -119,7 +124,7 @@ class League:
     """One league in a folder, begun afresh or taken up where it was.
 
     The folder holds ``league.json`` (the pool), ``main/`` (the learner's run), ``pool/`` (snapshots)
-    and ``exploiters/``.
+    ``exploiters/``, and ``ratings/``, a tournament of the latest of them.
 
     Parameters
     ----------
@@ -128,16 +133,24 @@ class League:
     resume : bool
     say : callable, optional
         Where lines of progress go.
+    command : str
+        What was called to begin the league; it stands on the card of the policy.
     """
 
     def __init__(
-        self, config: LeagueConfig, folder: Path, *, resume: bool = False, say: Callable[[str], None] = print
+        self,
+        config: LeagueConfig,
+        folder: Path,
+        *,
+        resume: bool = False,
+        say: Callable[[str], None] = print,
+        command: str = "",
     ) -> None:
         self.config = config
         self.folder = folder
         self._say = say
         goes_on = resume and (folder / STATE).exists()
-        self.main = Training(config.learner, folder / "main", resume=goes_on, say=say)
+        self.main = Training(config.learner, folder / "main", resume=goes_on, say=say, command=command)
         if goes_on:
             try:
                 self.pool = Pool.from_json((folder / STATE).read_text())
@@ -164,6 +177,10 @@ class League:
                 f"mean {np.mean([member.beaten for member in by_score]):.2f}  hardest "
                 + ", ".join(f"{member.name} {member.beaten:.2f}" for member in by_score[:4])
             )
+            logger = self.main.model.logger
+            logger.record("league/pool", len(by_score))
+            logger.record("league/mean_score", float(np.mean([member.beaten for member in by_score])))
+            logger.record("league/lowest_score", by_score[0].beaten)
             since = step - self.pool.snapshot_step
             newest = self.pool.newest()
             gate = newest is None or newest.beaten >= self.config.snapshot_score
@@ -172,6 +189,9 @@ class League:
             if self.config.exploiter_steps and step - self.pool.exploiter_step >= self.config.exploiter_every:
                 self._save()
                 self._exploit()
+            if self.pool.snapshot_step == step:
+                logger.record("league/rating", self._rate())
+            logger.dump(step)
             self._save()
         policy = self.main.policy()
         policy.write(self.folder)
@@ -214,14 +234,31 @@ class League:
             threads=self.config.learner.threads,
             say=lambda _: None,
         )
-        score = (match.count("win") + match.count("draw") / 2) / len(match.unique)
-        self._say(f"{name} against {target.name}: {match.count('win')}-{match.count('draw')}-{match.count('loss')}")
+        self._say(f"{name} against {target.name}: {match.standing()}")
+        score = match.score()
         if score > 0.5:
             member = Member(name, f"exploiters/{name}", "exploiter")
             member.score = (1 - score) * member.games
             self.pool.members.append(member)
         self.pool.exploiters += 1
         self.pool.exploiter_step = self.main.model.num_timesteps
+
+    def _rate(self) -> float:
+        """Return the newest snapshot's rating among the latest of the pool, from matches of their own."""
+        kinds = {kind: [m for m in self.pool.members if m.kind == kind] for kind in ("script", "snapshot", "exploiter")}
+        snapshots = kinds["snapshot"]
+        latest = [*snapshots[:1], *snapshots[1:][-_RATED:], *kinds["exploiter"][-_RATED:]]
+        names = [member.source for member in (*kinds["script"], *latest)]
+        tournament = Tournament(
+            names,
+            TournamentConfig(games=_RATING_GAMES, game=self.config.learner.game, budget_ms=1e6),
+            self.folder / "ratings",
+            lambda name, config: policies.load(self._locate(name), config),
+        )
+        tournament.play()
+        anchor = "uniform" if "uniform" in names else names[0]
+        ratings = rate(tournament.results(), anchor)
+        return float(ratings.values[names.index(snapshots[-1].source)])
 
     def _write(self, policy: LearnedPolicy, place: str) -> None:
         policy.write(self.folder / place)

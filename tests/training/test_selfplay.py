@@ -7,7 +7,7 @@ import pytest
 
 from policies.learned import LearnedPolicy
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.errors import CheckpointError
+from swarm_pz.errors import CheckpointError, ConfigError
 from training.config import LeagueConfig, TrainConfig
 from training.exploit import exploit, exploiter_config
 from training.ppo import Training
@@ -109,6 +109,15 @@ def test_an_exploiter_starts_from_its_targets_weights(tmp_path):
 def test_exploiting_reports_target_and_competence(tmp_path):
     matches = exploit("centre", tmp_path, steps=32, games=2, learner=LEARNER, threads=1, say=quiet)
     assert [match.opponent for match in matches] == ["centre", "uniform", "ring"]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"seats": 0}, {"cycle": 0}, {"hardness": -1.0}, {"floor": 0.0}, {"snapshot_score": 2.0}, {"scripts": "ring"}],
+)
+def test_bad_settings_are_refused(change):
+    with pytest.raises(ConfigError, match=next(iter(change))):
+        LeagueConfig(**change)
 
 
 def test_another_network_cannot_be_taken_over(tmp_path):
