@@ -15,15 +15,16 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from safetensors.numpy import load_file, save_file
-from torch import Tensor, nn
+from torch import Tensor
 
+from policies.network import Actor
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.duel_batch import command_from_action
-from swarm_pz.errors import CheckpointError, ConfigError, SwarmError
+from swarm_pz.errors import CheckpointError, SwarmError
 from swarm_pz.scenario import Seed
 
 WEIGHTS, CARD = "policy.safetensors", "policy.json"
-FORMAT = 2
+FORMAT = 3
 _ROWS = 32
 
 
@@ -42,73 +43,6 @@ def _digest(card: dict[str, Any], weights: dict[str, Tensor]) -> str:
         content.update(f"{name} {tuple(values.shape)}".encode())
         content.update(values.float().numpy().tobytes())
     return content.hexdigest()[:32]
-
-
-class GridTrunk(nn.Module):
-    """Convolutions over the board, shared by actor and critic.
-
-    The first one shrinks the observation to the action's cells, so that every cell of the action is
-    decided from the ground around it by the same weights, and from a summary of the whole board. Two
-    planes of coordinates tell where the walls are.
-
-    Parameters
-    ----------
-    observation_shape : (int, int, int)
-        Channels, rows and columns of the observation.
-    action_cells : int
-        Cells a side of the action.
-    width : int
-        Channels of the hidden layers.
-    """
-
-    def __init__(self, observation_shape: tuple[int, ...], action_cells: int, width: int) -> None:
-        super().__init__()
-        channels, grid, _ = observation_shape
-        if grid % action_cells:
-            raise ConfigError(f"action_cells must divide the observation's grid of {grid}, got {action_cells}")
-        block = grid // action_cells
-        axis = torch.linspace(-1.0, 1.0, grid)
-        self.register_buffer("coordinates", torch.stack(torch.meshgrid(axis, axis, indexing="ij"))[None])
-        self._shape = observation_shape
-        self.near = nn.Sequential(
-            nn.Conv2d(channels + 2, width, block, stride=block),
-            nn.ReLU(),
-            nn.Conv2d(width, width, 3, padding=1),
-            nn.ReLU(),
-        )
-        self.around = nn.Conv2d(width, width, 3, padding=1)
-        self.whole = nn.Sequential(
-            nn.Flatten(), nn.Linear(width * action_cells**2, width), nn.ReLU(), nn.Linear(width, width)
-        )
-
-    def forward(self, observations: Tensor) -> Tensor:
-        """Turn observations in [0, 1], flattened or not, into features (n, width, a, a)."""
-        images = observations.reshape(-1, *self._shape)
-        coordinates = self.get_buffer("coordinates").expand(len(images), -1, -1, -1)
-        near = self.near(torch.cat([images, coordinates], dim=1))
-        features: Tensor = torch.relu(self.around(near) + self.whole(near)[:, :, None, None])
-        return features
-
-
-class Actor(nn.Module):
-    """The part of `GridPolicy` that plays: observations to mean actions.
-
-    Parameters
-    ----------
-    observation_shape : (int, int, int)
-    action_cells, width : int
-        As of `GridTrunk`.
-    """
-
-    def __init__(self, observation_shape: tuple[int, ...], action_cells: int, width: int) -> None:
-        super().__init__()
-        self.trunk = GridTrunk(observation_shape, action_cells, width)
-        self.head = nn.Conv2d(width, 1, 1)
-
-    def forward(self, observations: Tensor) -> Tensor:
-        """Turn observations in [0, 1], (n, C, G', G'), into actions (n, a, a)."""
-        actions: Tensor = self.head(self.trunk(observations)).squeeze(1)
-        return actions
 
 
 class LearnedPolicy:
@@ -146,6 +80,7 @@ class LearnedPolicy:
             raise CheckpointError(f"the weights of policy {name!r} do not fit its card: {error}") from error
         if not all(bool(torch.isfinite(values).all()) for values in self._actor.state_dict().values()):
             raise CheckpointError(f"the weights of policy {name!r} must be finite numbers, got NaN or infinity")
+        self._actor.freeze()
         self.name = name
         self.card = card
         self.digest = _digest(card, self.weights())

@@ -43,7 +43,7 @@ def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(tmp_path, capsys):
         "--rollout",
         "8",
         "--width",
-        "4",
+        "8",
         "--evaluation-games",
         "2",
         "--threads",
@@ -87,7 +87,7 @@ def test_evaluate_exploit_trains_a_best_response(tmp_path, capsys):
 
 
 def test_league_writes_a_policy(tmp_path, capsys):
-    tiny = {"total-steps": 64, "num-envs": 4, "rollout": 8, "width": 4, "threads": 1, "evaluation-games": 2}
+    tiny = {"total-steps": 64, "num-envs": 4, "rollout": 8, "width": 8, "threads": 1, "evaluation-games": 2}
     learner = [text for name, value in tiny.items() for text in (f"--learner.{name}", str(value))]
     small = ["--learner.game.time-limit", "5", "--learner.game.drones-per-team", "2"]
     main(["league", "--out", str(tmp_path), "--scripts", "ring", "--cycle", "32", "--games", "2", *learner, *small])

@@ -27,7 +27,7 @@ class TrainConfig(Config):
     action_cells : int
         Cells a side of the learner's action; divides the observation's grid.
     width : int
-        Channels of the network's hidden layers.
+        Channels of the network's hidden layers, a multiple of eight.
     total_steps : int
         Environment steps in all, each one command of one game.
     num_envs : int
@@ -95,7 +95,7 @@ class TrainConfig(Config):
         check(len(self.opponents) > 0, "opponents", self.opponents, "at least one policy's name")
         for name, low, high in (
             ("critic_steps", 0, 10**12),
-            ("width", 1, 4096),
+            ("width", 8, 4096),
             ("total_steps", 1, 10**12),
             ("num_envs", 1, 65536),
             ("rollout", 2, 65536),
@@ -121,6 +121,7 @@ class TrainConfig(Config):
         seat = self.game.observations[0]
         check(seat.kind == "grids", "game.observation.kind", seat.kind, "'grids', which the network is made for")
         check(seat.grid >= 10, "game.observation.grid", seat.grid, "at least 10, else SB3 takes channels for rows")
+        check(self.width % 8 == 0, "width", self.width, "a multiple of 8, the symmetries of the square")
         check(self.evaluation_games % 2 == 0, "evaluation_games", self.evaluation_games, "even")
         check(
             isinstance(self.action_cells, int) and self.action_cells >= 2 and seat.grid % self.action_cells == 0,

@@ -20,7 +20,7 @@ LEARNER = TrainConfig(
     rollout=8,
     batch_size=16,
     epochs=1,
-    width=4,
+    width=8,
     evaluate_every=10_000,
     evaluation_games=2,
     threads=1,
@@ -123,6 +123,6 @@ def test_bad_settings_are_refused(change):
 def test_another_network_cannot_be_taken_over(tmp_path):
     Training(LEARNER, tmp_path / "target", say=quiet).run()
     with pytest.raises(CheckpointError, match="another network"):
-        Training(LEARNER.replace(width=8, start_from=str(tmp_path / "target")), tmp_path / "run", say=quiet)
+        Training(LEARNER.replace(width=16, start_from=str(tmp_path / "target")), tmp_path / "run", say=quiet)
     with pytest.raises(CheckpointError, match="must name a learned policy"):
         Training(LEARNER.replace(start_from="ring"), tmp_path / "run", say=quiet)

@@ -1,0 +1,180 @@
+"""The network of learned tactics: it plays a turned or mirrored board as it plays the board.
+
+The square has eight symmetries, and so has the game. A network that respects them learns from each
+position what it would otherwise have to see eight times. Its layers are group convolutions (Cohen &
+Welling, "Group equivariant convolutional networks", ICML 2016): every feature exists in eight
+orientations, whose kernels are one kernel, turned and mirrored.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from swarm_pz.errors import ConfigError
+
+ORIENTATIONS = 8
+
+
+def turn(image: NDArray[np.int64], orientation: int) -> NDArray[np.int64]:
+    """Return an image (..., a, a) mirrored if the orientation is 4 or more, then turned by its rest of 4."""
+    mirrored = image[..., ::-1] if orientation >= 4 else image
+    return np.rot90(mirrored, orientation % 4, axes=(-2, -1))
+
+
+@cache
+def _relative() -> NDArray[np.int64]:
+    """Return (8, 8): which orientation leads from the first to the second, h^-1 h'."""
+    probe = np.arange(4).reshape(2, 2)
+    views = [turn(probe, orientation).tobytes() for orientation in range(ORIENTATIONS)]
+    after = [[views.index(turn(turn(probe, b), a).tobytes()) for b in range(ORIENTATIONS)] for a in range(ORIENTATIONS)]
+    return np.array([[row.index(second) for second in range(ORIENTATIONS)] for row in after])
+
+
+class GroupConv(nn.Module):
+    """A convolution whose outputs turn with its inputs.
+
+    Channels are ordered by orientation, then by feature.
+
+    Parameters
+    ----------
+    inputs, outputs : int
+        Features; each output, and each input unless `lifts`, has eight channels.
+    size : int
+        Cells a side of the kernel.
+    stride, padding : int
+    lifts : bool
+        Inputs are plain images, one channel each.
+    """
+
+    def __init__(
+        self, inputs: int, outputs: int, size: int, *, stride: int = 1, padding: int = 0, lifts: bool = False
+    ) -> None:
+        super().__init__()
+        sources = 1 if lifts else ORIENTATIONS
+        fan_in = inputs * sources * size**2
+        self.weight = nn.Parameter(torch.randn(outputs, inputs, sources, size, size) * (2.0 / fan_in) ** 0.5)
+        self.bias = nn.Parameter(torch.zeros(outputs))
+        self.stride, self.padding = stride, padding
+        self._kernel: Tensor | None = None
+        # Where in `weight` each entry of the full kernel (8 outputs, sources * inputs, size, size) stands.
+        places = np.arange(self.weight.numel()).reshape(self.weight.shape)
+        kernels = [
+            turn(places if lifts else places[:, :, _relative()[orientation]], orientation).swapaxes(1, 2)
+            for orientation in range(ORIENTATIONS)
+        ]
+        full = np.stack(kernels).reshape(ORIENTATIONS * outputs, sources * inputs, size, size)
+        self.register_buffer("places", torch.from_numpy(np.ascontiguousarray(full)), persistent=False)
+
+    def _full_kernel(self) -> Tensor:
+        return self.weight.reshape(-1)[self.get_buffer("places")]
+
+    def freeze(self) -> None:
+        """Keep the full kernel from now on: the weights will not change any more."""
+        self._kernel = self._full_kernel().detach()
+
+    def forward(self, images: Tensor) -> Tensor:
+        """Turn (n, channels, rows, columns) into (n, 8 * outputs, rows', columns')."""
+        kernel = self._full_kernel() if self._kernel is None else self._kernel
+        bias = self.bias.repeat(ORIENTATIONS)
+        return nn.functional.conv2d(images, kernel, bias, self.stride, self.padding)
+
+
+class GridTrunk(nn.Module):
+    """Convolutions over the board, shared by actor and critic.
+
+    The first one shrinks the observation to the action's cells, so that every cell of the action is
+    decided from the ground around it by the same weights, and from a summary of the whole board. A
+    plane with the distance from the centre tells where the walls are.
+
+    Parameters
+    ----------
+    observation_shape : (int, int, int)
+        Channels, rows and columns of the observation.
+    action_cells : int
+        Cells a side of the action.
+    width : int
+        Channels of the hidden layers, a multiple of eight.
+    """
+
+    def __init__(self, observation_shape: tuple[int, ...], action_cells: int, width: int) -> None:
+        super().__init__()
+        channels, grid, _ = observation_shape
+        if grid % action_cells:
+            raise ConfigError(f"action_cells must divide the observation's grid of {grid}, got {action_cells}")
+        if width < ORIENTATIONS or width % ORIENTATIONS:
+            raise ConfigError(f"width must be a multiple of {ORIENTATIONS}, got {width}")
+        block, features = grid // action_cells, width // ORIENTATIONS
+        axis = torch.linspace(-1.0, 1.0, grid).abs()
+        self.register_buffer("edge", torch.maximum(axis[:, None], axis)[None, None], persistent=False)
+        self._shape = observation_shape
+        self.near = nn.Sequential(
+            GroupConv(channels + 1, features, block, stride=block, lifts=True),
+            nn.ReLU(),
+            GroupConv(features, features, 3, padding=1),
+            nn.ReLU(),
+        )
+        self.around = GroupConv(features, features, 3, padding=1)
+        self.whole = nn.Sequential(
+            GroupConv(features, features, action_cells), nn.ReLU(), GroupConv(features, features, 1)
+        )
+
+    def forward(self, observations: Tensor) -> Tensor:
+        """Turn observations in [0, 1], flattened or not, into features (n, width, a, a)."""
+        images = observations.reshape(-1, *self._shape)
+        edge = self.get_buffer("edge").expand(len(images), -1, -1, -1)
+        near = self.near(torch.cat([images, edge], dim=1))
+        return torch.relu(self.around(near) + self.whole(near))
+
+
+class Actor(nn.Module):
+    """The part of a network that plays: observations to mean actions.
+
+    Parameters
+    ----------
+    observation_shape : (int, int, int)
+    action_cells, width : int
+        As of `GridTrunk`.
+    """
+
+    def __init__(self, observation_shape: tuple[int, ...], action_cells: int, width: int) -> None:
+        super().__init__()
+        self.trunk = GridTrunk(observation_shape, action_cells, width)
+        self.head = nn.Conv2d(width // ORIENTATIONS, 1, 1)
+
+    def forward(self, observations: Tensor) -> Tensor:
+        """Turn observations in [0, 1], (n, C, G', G'), into actions (n, a, a)."""
+        return self.decide(self.trunk(observations))
+
+    def freeze(self) -> None:
+        """Get ready to play many times with the weights as they are."""
+        for module in self.modules():
+            if isinstance(module, GroupConv):
+                module.freeze()
+
+    def decide(self, features: Tensor) -> Tensor:
+        """Turn the trunk's features (n, width, a, a) into actions (n, a, a)."""
+        actions: Tensor = self.head(over_orientations(features)).squeeze(1)
+        return actions
+
+
+class Critic(nn.Module):
+    """Features of the trunk (n, width, a, a) to what a state is worth in any orientation, (n, features)."""
+
+    def __init__(self, action_cells: int, width: int, features: int) -> None:
+        super().__init__()
+        self.summary = nn.Sequential(GroupConv(width // ORIENTATIONS, features, action_cells), nn.ReLU())
+
+    def forward(self, features: Tensor) -> Tensor:
+        """Turn features into a summary."""
+        return over_orientations(self.summary(features)).flatten(1)
+
+
+def over_orientations(images: Tensor) -> Tensor:
+    """Return the mean (n, features, a, a) of features over their eight orientations."""
+    n, _, rows, columns = images.shape
+    return images.reshape(n, ORIENTATIONS, -1, rows, columns).mean(dim=1)
