@@ -128,8 +128,9 @@ class DuelBatch:
         if not given:
             raise ConfigError("opponent must be a policy, a name or a sequence of these, got none")
         # One object for all games against the same opponent: they are answered together.
-        players = {policy: load(policy, self.config) for policy in given if isinstance(policy, str)}
-        dealt = [_Opponent(name_of(policy), players[policy] if isinstance(policy, str) else policy) for policy in given]
+        named = {policy: load(policy, self.config) for policy in given if isinstance(policy, str)}
+        players = [named[policy] if isinstance(policy, str) else load(policy, self.config) for policy in given]
+        dealt = [_Opponent(name_of(policy), player) for policy, player in zip(given, players, strict=True)]
         self._dealt = [dealt[row % len(dealt)] for row in range(self.batch.num_games)]
 
     def _by_opponent(self, rows: NDArray[np.int64]) -> Iterable[tuple[Player, NDArray[np.int64]]]:

@@ -131,7 +131,7 @@ def test_an_opponent_that_answers_nonsense_is_named_and_the_game_stays_as_it_was
 def test_unknown_options_are_refused():
     with pytest.raises(PolicyError, match="did you mean 'uniform'"):
         DuelEnv(opponent="unifrom")
-    with pytest.raises(PolicyError, match="must have observation, reset and act"):
+    with pytest.raises(PolicyError, match="must have reset, and observation and act or else plan"):
         DuelEnv(opponent=42)
     with pytest.raises(ConfigError, match="side"):
         DuelEnv(side="green")
