@@ -7,6 +7,23 @@ from dataclasses import dataclass, field
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.settings import Config, check, check_count, check_number
 
+SCRIPTS = (
+    "blind_ring",
+    "centre",
+    "chase",
+    "corners",
+    "evade",
+    "halo",
+    "lasso",
+    "noise",
+    "restless",
+    "ring",
+    "uniform",
+    "wavefront",
+)
+FIELD = (*["uniform"] * 3, *SCRIPTS, "ring", "lasso", "halo", "evade", "wavefront")
+"""Whom a run meets: all scripts, and more often those that are measured against or hard to beat."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class TrainConfig(Config):
@@ -17,7 +34,8 @@ class TrainConfig(Config):
     game : GameConfig
         The rules, and what the learner sees.
     opponents : tuple of str
-        Names of policies, dealt to the games in turn.
+        Names of policies, or folders of learned ones, dealt to the games in turn; the first is the one
+        that evaluations during the run are against.
     start_from : str, optional
         A learned policy, by name or folder, whose weights the tactic starts from; its network must be
         the one that this run trains.
@@ -66,13 +84,13 @@ class TrainConfig(Config):
     """
 
     game: GameConfig = field(default_factory=lambda: GameConfig(observation=ObservationConfig(grid=10)))
-    opponents: tuple[str, ...] = ("uniform",)
+    opponents: tuple[str, ...] = FIELD
     start_from: str | None = None
     critic_steps: int = 0
     action_cells: int = 5
     width: int = 32
-    total_steps: int = 1_200_000
-    num_envs: int = 128
+    total_steps: int = 3_000_000
+    num_envs: int = 160
     rollout: int = 64
     batch_size: int = 1024
     epochs: int = 4
@@ -83,7 +101,7 @@ class TrainConfig(Config):
     entropy: float = 0.0
     log_std: float = -0.7
     final_log_std: float = -2.0
-    evaluate_every: int = 100_000
+    evaluate_every: int = 150_000
     evaluation_games: int = 40
     checkpoint_every: int = 100_000
     seed: int = 0
@@ -160,20 +178,7 @@ class LeagueConfig(Config):
     """
 
     learner: TrainConfig = field(default_factory=TrainConfig)
-    scripts: tuple[str, ...] = (
-        "blind_ring",
-        "centre",
-        "chase",
-        "corners",
-        "evade",
-        "halo",
-        "lasso",
-        "noise",
-        "restless",
-        "ring",
-        "uniform",
-        "wavefront",
-    )
+    scripts: tuple[str, ...] = SCRIPTS
     seats: int = 16
     cycle: int = 65_536
     hardness: float = 2.0
