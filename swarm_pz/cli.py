@@ -414,24 +414,29 @@ def _write_json(figures: dict[str, Any], path: Path) -> None:
 
 def _print_matches(matches: list[MatchResult]) -> None:
     """Print matches of several policies against the same opponent."""
-    title = f"against {matches[0].opponent}, both sides, seed {matches[0].seed}"
-    _print_table([(match.policy, match) for match in matches], "policy", title)
+    title = f"against {_marked(matches[0], matches[0].opponent)}, both sides, seed {matches[0].seed}"
+    _print_table([(_marked(match, match.policy), match) for match in matches], "policy", title)
 
 
 def _print_opponents(matches: list[MatchResult], title: str) -> None:
     """Print matches of the same policy against several opponents."""
-    _print_table([(match.opponent, match) for match in matches], "opponent", title)
+    _print_table([(_marked(match, match.opponent), match) for match in matches], "opponent", title)
+
+
+def _marked(match: MatchResult, name: str) -> str:
+    return f"{name}*" if name in match.privileged else name
 
 
 def _print_table(rows: list[tuple[str, MatchResult]], who: str, title: str) -> None:
     table_module = require_extra("rich.table", "cli")
     limit = rows[0][1].limit_s
+    note = "; * sees the simulator itself" if any(match.privileged for _, match in rows) else ""
     table = table_module.Table(
         box=require_extra("rich.box", "cli").SIMPLE_HEAD,  # no rules between columns: it must fit 80 of them
         pad_edge=False,
         padding=(0, 1),
         title=title,
-        caption=f"share of all drones at the end; in the mean length, draws count {limit:g} s",
+        caption=f"share of all drones at the end; in the mean length, draws count {limit:g} s{note}",
     )
     for heading in (who, "games", "won", "drawn", "lost", "won 95 %", "share", "mean s"):
         table.add_column(heading, justify="left" if heading == who else "right", no_wrap=True)

@@ -19,7 +19,7 @@ import numpy as np
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import RED, TEAM_NAMES, GameConfig
 from swarm_pz.errors import CommandError, PolicyError, require_extra
-from swarm_pz.policy import Player, ask, load_players, name_of
+from swarm_pz.policy import Player, PrivilegedPolicy, ask, load_players, name_of
 from swarm_pz.scenario import check_seed
 
 _BATCH = 256
@@ -67,7 +67,19 @@ class Game:
 
 @dataclass(frozen=True, kw_only=True)
 class MatchResult:
-    """The games of a match and the settings behind them."""
+    """The games of a match and the settings behind them.
+
+    Attributes
+    ----------
+    policy, opponent : str
+    seed : int
+    config : GameConfig
+    limit_s : float
+        Seconds until a draw.
+    games : list of Game
+    privileged : tuple of str
+        Those of the two that see the simulator itself.
+    """
 
     policy: str
     opponent: str
@@ -75,6 +87,7 @@ class MatchResult:
     config: GameConfig
     limit_s: float
     games: list[Game]
+    privileged: tuple[str, ...] = ()
 
     @property
     def unique(self) -> list[Game]:
@@ -130,6 +143,7 @@ class MatchResult:
         return {
             "policy": self.policy,
             "opponent": self.opponent,
+            "privileged": list(self.privileged),
             "seed": self.seed,
             "games": len(games),
             "unique_games": len({game.fingerprint for game in games}),
@@ -198,13 +212,15 @@ def play_match(
     for start in range(0, games, _BATCH):
         numbers = range(start, min(start + _BATCH, games))
         played += play_games(players, numbers, seed=seed, config=config, threads=threads, progress=report)
+    names = name_of(policy), name_of(opponent)
     return MatchResult(
-        policy=name_of(policy),
-        opponent=name_of(opponent),
+        policy=names[0],
+        opponent=names[1],
         seed=seed,
         config=config,
         limit_s=config.time_limit,
         games=played,
+        privileged=tuple(n for n, player in zip(names, players, strict=True) if isinstance(player, PrivilegedPolicy)),
     )
 
 
