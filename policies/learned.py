@@ -59,6 +59,12 @@ class LearnedPolicy:
         The game that it will play.
     name : str
 
+    Attributes
+    ----------
+    noise : float
+        Standard deviation of noise on its actions, 0 unless it is to be a learner's partner that explores
+        as the learner does.
+
     Raises
     ------
     CheckpointError
@@ -85,7 +91,9 @@ class LearnedPolicy:
         self.card = card
         self.digest = _digest(card, self.weights())
         """Identifies card and weights together."""
+        self.noise = 0.0
         self._config = config
+        self._generators: dict[int, np.random.Generator] = {}
 
     @classmethod
     def read(cls, folder: Path, config: GameConfig) -> LearnedPolicy:
@@ -131,7 +139,11 @@ class LearnedPolicy:
         return LearnedPolicy(self.card | {"results": results}, self.weights(), self._config, self.name)
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
-        """Begin new games; a learned tactic has nothing to forget."""
+        """Begin new games in some rows, each with a random stream of its own."""
+        if self.noise:
+            self._generators |= {
+                row: np.random.default_rng(seed) for seed, row in zip(seeds, rows.tolist(), strict=True)
+            }
 
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> NDArray[np.float64]:
         """Answer observations (n, C, G', G') with densities (n, A, A)."""
@@ -143,5 +155,9 @@ class LearnedPolicy:
         with torch.inference_mode():
             images = torch.from_numpy(padded).float() / 255.0
             parts = [self._actor(images[start : start + _ROWS]) for start in range(0, len(images), _ROWS)]
-            actions = torch.cat(parts)[:count].clamp(-1.0, 1.0).double().numpy()
+            actions = torch.cat(parts)[:count].double().numpy()
+        if self.noise:
+            shape = actions.shape[1:]
+            actions += self.noise * np.stack([self._generators[row].normal(size=shape) for row in rows.tolist()])
+        actions = actions.clip(-1.0, 1.0)
         return command_from_action(actions, self._config.command_cells, is_log=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 import time
 from collections import deque
@@ -82,11 +83,8 @@ class FadingExploration(BaseCallback):
         self.run = run
 
     def _on_rollout_start(self) -> None:
-        config = self.run.config
-        done = min(self.num_timesteps / config.total_steps, 1.0)
-        log_std = config.log_std + done * (config.final_log_std - config.log_std)
         with torch.no_grad():
-            self.run.model.policy.log_std.copy_(torch.full_like(self.run.model.policy.log_std, log_std))
+            self.run.model.policy.log_std.fill_(math.log(self.run.exploration()))
 
     def _on_step(self) -> bool:
         return True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import pickle
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -106,6 +107,11 @@ class Training:
     def _learning_rate(self) -> float:
         done = self.model.num_timesteps / self.config.total_steps if hasattr(self, "model") else 0.0
         return self.config.learning_rate * max(1.0 - done, 0.05)
+
+    def exploration(self) -> float:
+        """Return the standard deviation that the learner explores with at this point of the run."""
+        done = min(self.model.num_timesteps / self.config.total_steps, 1.0)
+        return math.exp(self.config.log_std + done * (self.config.final_log_std - self.config.log_std))
 
     def _take_over(self, name: str) -> None:
         given = policies.load(name, self.config.game)

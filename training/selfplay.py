@@ -206,6 +206,10 @@ class League:
         sources = [self.pool.members[index].source for index in chosen]
         names = [self._locate(source) for source in sources]
         players = load_all(names, self.config.learner.game)
+        # A partner that did not explore would beat the learner that does, whatever it had learned.
+        for player in players:
+            if isinstance(player, LearnedPolicy):
+                player.noise = self.main.exploration()
         self.main.env.deal([players[index] for index in self._generator.permutation(len(players))])
 
     def _locate(self, source: str) -> str:

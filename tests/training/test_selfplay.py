@@ -86,6 +86,21 @@ def test_a_league_goes_on_where_it_was(tmp_path):
         League(longer, tmp_path, resume=True, say=quiet)
 
 
+def test_partners_explore_as_the_learner_does(tmp_path):
+    league = League(TINY.replace(scripts=(), exploiter_steps=0), tmp_path, say=quiet)
+    league._deal()
+    partner = league.main.env.duel._dealt[0].player
+    assert partner.noise == pytest.approx(np.exp(LEARNER.log_std))
+    boards = np.zeros((2, *league.main.env.observation_space.shape), np.uint8)
+    partner.reset([1, 2], np.arange(2))
+    noisy = partner.act(boards, np.arange(2))
+    assert not np.array_equal(noisy[0], noisy[1])
+    partner.noise = 0.0
+    plain = partner.act(boards, np.arange(2))
+    np.testing.assert_array_equal(plain[0], plain[1])
+    league.main.env.close()
+
+
 def test_pure_self_play_meets_only_itself(tmp_path):
     league = League(TINY.replace(scripts=(), exploiter_steps=0), tmp_path, say=quiet)
     league.run()
