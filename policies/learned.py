@@ -120,6 +120,14 @@ class LearnedPolicy:
                 f"{folder} was changed after it was written: its card names digest {card.get('digest')!r}, its content "
                 f"has {policy.digest!r}; get it again from where it came from"
             )
+        try:
+            rules = GameConfig.from_dict(card["training"]["game"])
+        except (SwarmError, LookupError, TypeError) as error:
+            raise CheckpointError(f"the card in {folder} does not say what game it was trained on: {error}") from error
+        if rules.hash != card.get("config_hash"):
+            raise CheckpointError(
+                f"the card in {folder} names config_hash {card.get('config_hash')!r}, its rules have {rules.hash!r}"
+            )
         return policy
 
     def weights(self) -> dict[str, Tensor]:

@@ -21,7 +21,7 @@ SCRIPTS = (
     "uniform",
     "wavefront",
 )
-FIELD = (*["uniform"] * 3, *SCRIPTS, "ring", "lasso", "halo", "evade", "wavefront")
+FIELD = (*["uniform"] * 3, *SCRIPTS, "evade", "evade", "halo", "lasso", "wavefront")
 """Whom a run meets: all scripts, and more often those that are measured against or hard to beat."""
 
 

@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import policies
+from policies import zoo
+from policies.learned import LearnedPolicy
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import CheckpointError
+from swarm_pz.match import play_match
+from training.config import TrainConfig
+
+FOLDER = Path(zoo.__file__).parent
+NAMES = sorted(path.parent.name for path in FOLDER.glob("*/policy.json"))
+
+
+@pytest.fixture
+def copy(tmp_path):
+    return Path(shutil.copytree(FOLDER / NAMES[0], tmp_path / "copy"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_tactic_has_a_name_a_card_and_beats_uniform_coverage(name):
+    policy = policies.load(name)
+    assert isinstance(policy, LearnedPolicy)
+    assert {path.name for path in (FOLDER / name).iterdir()} == {"policy.json", "policy.safetensors"}
+    card = json.loads((FOLDER / name / "policy.json").read_text())
+    assert card["about"].endswith(".")
+    assert card["command"].startswith("swarm-pz ")
+    assert card["steps"] > 0
+    assert card["seconds"] > 0
+    assert card["results"]["against"]["uniform"]["games"] >= 100
+    assert GameConfig.from_dict(card["training"]["game"]).hash == card["config_hash"]
+    TrainConfig.from_dict(card["training"])
+    assert play_match(name, "uniform", games=4, seed=11).count("win") == 4
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_tactic_plays_at_any_size(name):
+    config = GameConfig(drones_per_team=(1, 19), time_limit=5.0)
+    assert play_match(name, "ring", games=2, config=config).summary()["games"] == 2
+
+
+def test_an_unknown_tactic_is_no_attribute():
+    with pytest.raises(AttributeError, match="no tactic 'nobody'"):
+        zoo.nobody  # noqa: B018
+
+
+def test_a_truncated_file_is_refused(copy):
+    weights = copy / "policy.safetensors"
+    weights.write_bytes(weights.read_bytes()[:-100])
+    with pytest.raises(CheckpointError, match="corrupt or foreign"):
+        LearnedPolicy.read(copy, GameConfig())
+
+
+def test_a_changed_weight_is_refused(copy):
+    weights = copy / "policy.safetensors"
+    content = bytearray(weights.read_bytes())
+    content[-3] ^= 1
+    weights.write_bytes(content)
+    with pytest.raises(CheckpointError, match="was changed after it was written"):
+        LearnedPolicy.read(copy, GameConfig())
+
+
+@pytest.mark.parametrize(
+    "change", [{"about": "Best of all."}, {"command": "swarm-pz train"}, {"results": {}}, {"digest": "0"}]
+)
+def test_a_changed_card_is_refused(copy, change):
+    card = json.loads((copy / "policy.json").read_text())
+    (copy / "policy.json").write_text(json.dumps(card | change))
+    with pytest.raises(CheckpointError, match="was changed after it was written"):
+        LearnedPolicy.read(copy, GameConfig())
+
+
+def test_a_card_whose_rules_do_not_have_its_hash_is_refused(copy):
+    policy = LearnedPolicy.read(copy, GameConfig())
+    other = {key: value for key, value in policy.card.items() if key != "digest"} | {"config_hash": "0" * 16}
+    LearnedPolicy(other, policy.weights(), GameConfig(), "copy").write(copy)
+    with pytest.raises(CheckpointError, match="config_hash"):
+        LearnedPolicy.read(copy, GameConfig())
+
+
+def test_a_pickle_in_place_of_weights_runs_no_code(copy, tmp_path):
+    import pickle
+
+    class Bomb:
+        def __reduce__(self):
+            return (Path.touch, (tmp_path / "boom",))
+
+    (copy / "policy.safetensors").write_bytes(pickle.dumps(Bomb()))
+    with pytest.raises(CheckpointError, match="corrupt or foreign"):
+        LearnedPolicy.read(copy, GameConfig())
+    assert not (tmp_path / "boom").exists()
+
+
+def test_writing_and_reading_change_nothing(copy):
+    policy = LearnedPolicy.read(copy, GameConfig())
+    policy.write(copy)
+    again = LearnedPolicy.read(copy, GameConfig())
+    assert again.digest == policy.digest
+    for name, values in policy.weights().items():
+        np.testing.assert_array_equal(values, again.weights()[name])
