@@ -18,6 +18,8 @@ from torch import Tensor, nn
 from swarm_pz.errors import ConfigError
 
 ORIENTATIONS = 8
+LARGEST = 2560
+"""Bound on width times cells a side: a card from elsewhere must not ask for all memory."""
 
 
 def turn(image: NDArray[np.int64], orientation: int) -> NDArray[np.int64]:
@@ -108,6 +110,8 @@ class GridTrunk(nn.Module):
             raise ConfigError(f"action_cells must divide the observation's grid of {grid}, got {action_cells}")
         if width < ORIENTATIONS or width % ORIENTATIONS:
             raise ConfigError(f"width must be a multiple of {ORIENTATIONS}, got {width}")
+        if width * action_cells > LARGEST:
+            raise ConfigError(f"width times action_cells must be at most {LARGEST}, got {width} times {action_cells}")
         block, features = grid // action_cells, width // ORIENTATIONS
         axis = torch.linspace(-1.0, 1.0, grid).abs()
         self.register_buffer("edge", torch.maximum(axis[:, None], axis)[None, None], persistent=False)

@@ -111,7 +111,9 @@ class ScriptedPolicy:
         for seed, row in zip(seeds, rows.tolist(), strict=True):
             self._steps[row] = 0
             self._generators[row] = np.random.default_rng(seed)
-            self._traits[row] = np.random.default_rng(seed).random(TRAITS)
+            stream = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
+            child = np.random.SeedSequence(stream.entropy, spawn_key=(*stream.spawn_key, 1))
+            self._traits[row] = np.random.default_rng(child).random(TRAITS)
 
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> Array:
         """Answer observations (n, C, G', G') with densities (n, A, A), the largest value 1."""

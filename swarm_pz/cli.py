@@ -14,6 +14,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -33,6 +34,9 @@ except ImportError:  # the entry point is installed even without the extra
     sys.exit(str(SwarmError("swarm-pz's commands need an extra: pip install 'swarm-pz[cli]'")))
 
 
+_arguments: ContextVar[list[str]] = ContextVar("arguments")
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Run a command; errors of this project end it with one line and status 2."""
     commands: dict[str, Callable[..., None]] = {
@@ -45,6 +49,7 @@ def main(arguments: list[str] | None = None) -> None:
         "bench": bench,
         "warmup": warmup,
     }
+    _arguments.set(sys.argv[1:] if arguments is None else arguments)
     try:
         tyro.extras.subcommand_cli_from_dict(
             commands,
@@ -176,11 +181,13 @@ def evaluate(
     from swarm_pz.match import play_match
 
     check(not (held_out and exploit), "held_out and exploit", (held_out, exploit), "asked for one at a time")
+    if held_out or exploit:
+        check(opponent == "uniform", "opponent", opponent, "left out, since held_out and exploit choose their own")
     if held_out:
         _evaluate_held_out(policy, games, seed, json, threads, game)
         return
     if exploit:
-        _evaluate_exploit(policy, games, seed, json, threads, exploit_steps, out)
+        _evaluate_exploit(policy, games, seed, json, threads, game, exploit_steps, out)
         return
     with _progress() as progress:
         match = play_match(
@@ -212,14 +219,14 @@ def _evaluate_held_out(policy: str, games: int, seed: int, json: Path | None, th
 
 
 def _evaluate_exploit(
-    policy: str, games: int, seed: int, json: Path | None, threads: int, steps: int, out: Path
+    policy: str, games: int, seed: int, json: Path | None, threads: int, game: GameConfig, steps: int, out: Path
 ) -> None:
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "training")
     from training.exploit import exploit
 
     say = functools.partial(print, flush=True)
-    matches = exploit(policy, out, steps=steps, games=games, seed=seed, threads=threads, say=say)
+    matches = exploit(policy, out, steps=steps, games=games, rules=game, seed=seed, threads=threads, say=say)
     _print_opponents(matches, f"an exploiter of {policy}, trained for {steps:,} steps")
     if json is not None:
         _write_json({"target": policy, "steps": steps, "matches": [match.summary() for match in matches]}, json)
@@ -259,9 +266,8 @@ def tournament(
     with _progress() as progress:
         field.play(processes, progress)
     figures = ladder.make_ladder(field)
-    command = " ".join(["swarm-pz tournament", *players, f"--games {games}", f"--seed {seed}", f"--out {out}"])
     (out / "ladder.json").write_text(json_module.dumps(figures, indent=2) + "\n")
-    (out / "ladder.md").write_text(ladder.to_markdown(figures, command, "ladder.png"))
+    (out / "ladder.md").write_text(ladder.to_markdown(figures, _command(), "ladder.png"))
     ladder.plot(figures, out / "ladder.png")
     _print_ladder(figures)
     print(f"ladder: {out / 'ladder.md'}, {out / 'ladder.json'}, {out / 'ladder.png'}")
@@ -388,7 +394,7 @@ def warmup() -> None:
 
 def _command() -> str:
     """Return the command that is being run."""
-    return shlex.join(["swarm-pz", *sys.argv[1:]])
+    return shlex.join(["swarm-pz", *_arguments.get()])
 
 
 def _factory(name: str) -> Any:
@@ -457,6 +463,8 @@ def _print_table(rows: list[tuple[str, MatchResult]], who: str, title: str) -> N
 
 
 def _print_ladder(ladder: dict[str, Any]) -> None:
+    from swarm_pz.ladder import figure
+
     box = require_extra("rich.box", "cli").SIMPLE_HEAD
     field = ladder["intransitivity"]
     table = require_extra("rich.table", "cli").Table(
@@ -464,7 +472,8 @@ def _print_ladder(ladder: dict[str, Any]) -> None:
         pad_edge=False,
         padding=(0, 1),
         title=f"{ladder['games_per_pairing']} games of every two, seed {ladder['seed']}",
-        caption=f"{100 * field['cyclic_share']:.0f} % cyclic; {field['cycles']} of {field['decided_triples']} clear "
+        caption=f"{100 * field['cyclic_share']:.0f} % cyclic ({100 * field['cyclic_share_of_a_ladder']:.0f} % for a "
+        f"true ladder); {field['cycles']} of {field['decided_triples']} clear "
         "triples are cycles; planned players see the simulator itself",
     )
     for heading in ("player", "kind", "rating", "95 %", "won", "drawn", "lost", "median s", "ms"):
@@ -477,8 +486,8 @@ def _print_ladder(ladder: dict[str, Any]) -> None:
             f"{entry['rating']:.0f}",
             f"{low:.0f} to {high:.0f}",
             *(str(entry[name]) for name in ("wins", "draws", "losses")),
-            f"{entry['median_seconds']:.0f}",
-            f"{entry['thinking_ms']:.1f}",
+            figure(entry["median_seconds"], 0),
+            figure(entry["thinking_ms"], 1),
         )
     require_extra("rich.console", "cli").Console().print(table)
 

@@ -116,8 +116,14 @@ class DuelBatch:
         self.deal(opponent)
         self._seated = [self._dealt[0]] * num_games
 
-    def deal(self, opponent: Opponents) -> None:
+    def deal(self, opponent: Opponents, names: Sequence[str] | None = None) -> None:
         """Deal opponents to the games in turn, from each one's next start on.
+
+        Parameters
+        ----------
+        opponent : str, Policy or sequence of these
+        names : sequence of str, optional
+            What infos call them; their own names if not given.
 
         Raises
         ------
@@ -130,7 +136,8 @@ class DuelBatch:
         # One object for all games against the same opponent: they are answered together.
         named = {policy: load(policy, self.config) for policy in given if isinstance(policy, str)}
         players = [named[policy] if isinstance(policy, str) else load(policy, self.config) for policy in given]
-        dealt = [_Opponent(name_of(policy), player) for policy, player in zip(given, players, strict=True)]
+        called = [name_of(policy) for policy in given] if names is None else list(names)
+        dealt = [_Opponent(name, player) for name, player in zip(called, players, strict=True)]
         self._dealt = [dealt[row % len(dealt)] for row in range(self.batch.num_games)]
 
     def _by_opponent(self, rows: NDArray[np.int64]) -> Iterable[tuple[Player, NDArray[np.int64]]]:

@@ -39,12 +39,13 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
             (game, game.one == name)
             for other in tournament.players
             if other != name
-            for game in tournament.between(name, other)
+            for game in tournament.counting(name, other)
         ]
         outcomes = [
             game.outcome if is_one else {"win": "loss", "loss": "win", "draw": "draw"}[game.outcome]
             for game, is_one in own
         ]
+        played = [(game, is_one) for game, is_one in own if not game.forfeit]
         forfeits = sum(
             bool(game.forfeit) and outcome == "loss" for (game, _), outcome in zip(own, outcomes, strict=True)
         )
@@ -59,10 +60,10 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
                 "draws": outcomes.count("draw"),
                 "losses": outcomes.count("loss"),
                 "forfeits": forfeits,
-                "median_seconds": float(np.median([game.seconds for game, _ in own])),
-                "thinking_ms": round(
-                    float(np.median([game.thinking_ms[0 if is_one else 1] for game, is_one in own])), 2
-                ),
+                "median_seconds": float(np.median([game.seconds for game, _ in played])) if played else None,
+                "thinking_ms": round(float(np.median([game.thinking_ms[1 - is_one] for game, is_one in played])), 2)
+                if played
+                else None,
             }
         )
     shares = points / np.where(games > 0, games, np.nan)
@@ -77,6 +78,7 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
         "payoffs": [[None if i == j else round(float(shares[i, j]), 4) for j in order] for i in order],
         "intransitivity": {
             "cyclic_share": round(field.cyclic_share, 4),
+            "cyclic_share_of_a_ladder": round(field.expected, 4),
             "cycles": field.cycles,
             "decided_triples": field.triples,
             "strongest_cycle": list(field.strongest),
@@ -111,7 +113,7 @@ def to_markdown(ladder: dict[str, Any], command: str, picture: str) -> str:
         lines.append(
             f"| {rank} | `{entry['player']}` | {entry['kind']} | {entry['rating']:.0f} | {low:.0f} to {high:.0f} "
             f"| {entry['wins']} | {entry['draws']} | {entry['losses']} | {entry['forfeits']} "
-            f"| {entry['median_seconds']:.0f} | {entry['thinking_ms']:.1f} |"
+            f"| {figure(entry['median_seconds'], 0)} | {figure(entry['thinking_ms'], 1)} |"
         )
     field = ladder["intransitivity"]
     cycle = field["strongest_cycle"]
@@ -119,12 +121,20 @@ def to_markdown(ladder: dict[str, Any], command: str, picture: str) -> str:
         "",
         "## How far a ladder tells the truth",
         "",
-        f"Of the squared log-odds between players, {100 * field['cyclic_share']:.0f} % is cyclic: no rating can",
-        f"explain it. Of {field['decided_triples']} triples of players with three clear results, {field['cycles']} are",
+        f"Of the squared log-odds between players, {100 * field['cyclic_share']:.0f} % is cyclic: no rating",
+        "explains it. A field that these ratings describe truly would show "
+        f" {100 * field['cyclic_share_of_a_ladder']:.0f} % in as many "
+        "games.",
+        f"Of {field['decided_triples']} triples of players with three clear results, {field['cycles']} are",
         "cycles in which each beats another"
         + (f"; the clearest: `{cycle[0]}` beats `{cycle[1]}` beats `{cycle[2]}` beats `{cycle[0]}`." if cycle else "."),
     ]
     return "\n".join(lines) + "\n"
+
+
+def figure(value: float | None, digits: int) -> str:
+    """Return a number as tables show it, or a dash for none."""
+    return "-" if value is None else f"{value:.{digits}f}"
 
 
 def plot(ladder: dict[str, Any], path: Path) -> None:

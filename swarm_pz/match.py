@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import time
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
@@ -234,8 +235,11 @@ class FaultError(PolicyError):
     """
 
     def __init__(self, place: int, reason: str) -> None:
-        super().__init__(reason)
-        self.place = place
+        super().__init__(place, reason)  # as it was called, so that it can cross processes
+        self.place, self.reason = place, reason
+
+    def __str__(self) -> str:
+        return self.reason
 
 
 def play_games(
@@ -262,7 +266,7 @@ def play_games(
     progress : callable, optional
         Called with the games finished after every step.
     clock : callable, optional
-        From a number of games and whether it is their first command, to a context in which a policy
+        From a number of games and whether they begin, to a context in which a policy gets ready or
         gives its commands, and which raises if that takes too long.
 
     Raises
@@ -270,6 +274,7 @@ def play_games(
     FaultError
         If a policy raises, answers nonsense or too late.
     """
+    allow = clock if clock is not None else lambda *_: nullcontext()
     batch = BatchEnv(config, len(numbers), threads=threads)
     # Three streams a pair, the same for both of its games: the start and one for each policy.
     streams = [[np.random.SeedSequence(seed, spawn_key=(_MATCH, n // 2, i)) for i in range(3)] for n in numbers]
@@ -277,7 +282,7 @@ def play_games(
     everyone = np.arange(len(numbers))
     batch.reset([stream[0] for stream in streams])
     for place, player in enumerate(players):
-        with _blame(place):
+        with blame(place, name_of(player)), allow(len(numbers), True):
             player.reset([stream[1 + place] for stream in streams], everyone)
     cells = config.command_cells
     spent = np.zeros((2, len(numbers)))
@@ -287,7 +292,7 @@ def play_games(
         commands = np.zeros((len(numbers), 2, cells, cells))
         for place, player in enumerate(players):
             began = time.perf_counter()
-            with _blame(place), nullcontext() if clock is None else clock(len(rows), len(sizes) == 1):
+            with blame(place, name_of(player)), allow(len(rows), len(sizes) == 1):
                 commands[rows, sides[place, rows]] = ask(player, batch, sides[place, rows], rows)
             spent[place, rows] += 1000.0 * (time.perf_counter() - began) / len(rows)
         batch.step(commands)
@@ -319,13 +324,16 @@ def play_games(
 
 
 @contextmanager
-def _blame(place: int) -> Iterator[None]:
+def blame(place: int, name: str) -> Iterator[None]:
+    """Turn whatever a policy does wrong in here into a FaultError that says where."""
     try:
         yield
     except PolicyError as error:
         raise FaultError(place, str(error)) from error
-    except Exception as error:  # whatever a policy does wrong
-        raise FaultError(place, f"the policy raised {error!r}") from error
+    except (Exception, SystemExit) as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{Path(last.filename).name}:{last.lineno}"
+        raise FaultError(place, f"policy {name} raised {error!r} ({where})") from error
 
 
 def paired_difference(first: MatchResult, second: MatchResult, seed: int = 0) -> tuple[float, float, float]:

@@ -23,7 +23,10 @@ SCALE = 400.0 / np.log(10.0)
 """Rating points of one unit of r: 400 points are odds of ten to one, as in Elo's ratings."""
 ANCHOR = 1000.0
 """Rating of the player that the scale is fixed to."""
+PRIOR = 0.5
+"""Points that everybody has from everybody before the first game, or who never lost would be infinitely strong."""
 _RESAMPLES = 400
+_SIMULATIONS = 100
 
 
 @dataclass(frozen=True)
@@ -52,12 +55,21 @@ class Results:
             games[i, j] = games[j, i] = played
         return points, games
 
-    def resampled(self, generator: np.random.Generator) -> Results:
-        """Return a bootstrap sample: of every pairing, as many pairs of games, drawn with replacement."""
-        drawn = {
-            pairing: pairs[generator.integers(len(pairs), size=len(pairs))] for pairing, pairs in self.points.items()
-        }
-        return Results(self.players, drawn)
+    def reweighted(self, generator: np.random.Generator) -> Array:
+        """Return points (n, n) in which every pair of games, and every prior game, counts at random.
+
+        The Bayesian bootstrap (Rubin, "The Bayesian bootstrap", Annals of Statistics 9, 1981), with
+        exponential weights: unlike samples with replacement it is not certain of a result that was
+        always the same.
+        """
+        n = len(self.players)
+        points = np.zeros((n, n))
+        for (i, j), pairs in self.points.items():
+            weights = generator.exponential(size=len(pairs))
+            won, played = weights @ pairs
+            prior_won, prior_lost = PRIOR * generator.exponential(size=2)
+            points[i, j], points[j, i] = won + prior_won, played - won + prior_lost
+        return points
 
 
 @dataclass(frozen=True)
@@ -70,14 +82,13 @@ class Ratings:
 
 
 def strengths(points: Array) -> Array:
-    """Return maximum-likelihood strengths r (n,), mean 0, of points (n, n).
-
-    Every two players get one drawn game on top, or who never lost would be infinitely strong.
-    """
+    """Return maximum-likelihood strengths r (n,), mean 0, of points (n, n), all positive off the diagonal."""
     choix = require_extra("choix", "ladder")
-    n = len(points)
-    prior = 0.5 * (1.0 - np.eye(n))
-    return np.asarray(choix.ilsr_pairwise_dense(points + prior, max_iter=1000))
+    return np.asarray(choix.ilsr_pairwise_dense(points, max_iter=1000))
+
+
+def _with_prior(points: Array) -> Array:
+    return points + PRIOR * (1.0 - np.eye(len(points)))
 
 
 def rate(results: Results, anchor: str | None = None, seed: int = 0) -> Ratings:
@@ -106,9 +117,9 @@ def rate(results: Results, anchor: str | None = None, seed: int = 0) -> Ratings:
         return np.asarray(ANCHOR + SCALE * (values - origin))
 
     generator = np.random.default_rng(seed)
-    drawn = [scaled(strengths(results.resampled(generator).payoffs()[0])) for _ in range(_RESAMPLES)]
+    drawn = [scaled(strengths(results.reweighted(generator))) for _ in range(_RESAMPLES)]
     low, high = np.quantile(drawn, [0.025, 0.975], axis=0)
-    return Ratings(scaled(strengths(points)), low, high)
+    return Ratings(scaled(strengths(_with_prior(points))), low, high)
 
 
 @dataclass(frozen=True)
@@ -118,8 +129,11 @@ class Intransitivity:
     Attributes
     ----------
     cyclic_share : float
-        Share of the squared log-odds between players that no rating can explain: 0 for a ladder, 1 for
-        pure rock-paper-scissors.
+        Share of the squared log-odds between players that no rating explains: 1 for pure
+        rock-paper-scissors.
+    expected : float
+        What that share would be, on average, in as many games of a field that its ratings describe
+        truly: not 0, since few games leave chance, and one-sided ones no measure of how one-sided.
     cycles : int
         Triples in which each beats another, every time with a 95 % interval above one half.
     triples : int
@@ -130,9 +144,19 @@ class Intransitivity:
     """
 
     cyclic_share: float
+    expected: float
     cycles: int
     triples: int
     strongest: tuple[str, ...]
+
+
+def _cyclic_share(points: Array, games: Array) -> float:
+    odds = np.log((points + PRIOR) / (games - points + PRIOR))
+    np.fill_diagonal(odds, 0.0)
+    means = odds.mean(axis=1)
+    rest = odds - (means[:, None] - means[None, :])
+    total = float((odds**2).sum())
+    return float((rest**2).sum()) / total if total else 0.0
 
 
 def intransitivity(results: Results) -> Intransitivity:
@@ -145,11 +169,13 @@ def intransitivity(results: Results) -> Intransitivity:
     stats = require_extra("scipy.stats", "cli")
     points, games = results.payoffs()
     n = len(results.players)
-    odds = np.log((points + 0.5) / (games - points + 0.5))
-    np.fill_diagonal(odds, 0.0)
-    means = odds.mean(axis=1)
-    rest = odds - (means[:, None] - means[None, :])
-    total = float((odds**2).sum())
+    ratings = strengths(_with_prior(points))
+    chances = 1.0 / (1.0 + np.exp(ratings[None, :] - ratings[:, None]))
+    generator = np.random.default_rng(0)
+    simulated = []
+    for _ in range(_SIMULATIONS):
+        upper = np.triu(generator.binomial(games.astype(np.int64), chances), 1)
+        simulated.append(_cyclic_share(upper + np.tril(games - upper.T, -1), games))
     lowest = np.zeros((n, n))
     for i, j in itertools.permutations(range(n), 2):
         played, won = round(games[i, j]), round(points[i, j])
@@ -166,7 +192,8 @@ def intransitivity(results: Results) -> Intransitivity:
                     cycles.append((min(lowest[a, b], lowest[b, c], lowest[c, a]), (a, b, c)))
     strongest: Sequence[int] = max(cycles)[1] if cycles else ()
     return Intransitivity(
-        cyclic_share=float((rest**2).sum()) / total if total else 0.0,
+        cyclic_share=_cyclic_share(points, games),
+        expected=float(np.mean(simulated)),
         cycles=len(cycles),
         triples=decided,
         strongest=tuple(results.players[i] for i in strongest),

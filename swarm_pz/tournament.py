@@ -1,7 +1,8 @@
 """A tournament: every player against every other, both sides, the same starts; and the ladder it gives.
 
-Finished games are appended to a file as they come, one line each, and never played again: a
-tournament that was stopped goes on where it was, and one with more players plays only what is missing.
+Games are played in blocks, and a finished block is appended to a file, one line a game, never to be
+played again: a tournament that was stopped goes on where it was, and one with more players plays only
+what is missing.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import hashlib
 import itertools
 import json
 import multiprocessing
+import multiprocessing.process
 import os
 import signal
 import threading
@@ -28,7 +30,7 @@ import numpy as np
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError, ResultsError
-from swarm_pz.match import FaultError, Game, play_games
+from swarm_pz.match import FaultError, Game, blame, play_games
 from swarm_pz.policy import Player, PrivilegedPolicy, load_players
 from swarm_pz.ratings import Results
 from swarm_pz.scenario import check_seed
@@ -115,26 +117,26 @@ class PlayedGame:
 
 @contextmanager
 def _alarm(seconds: float) -> Iterator[None]:
-    """Interrupt what takes longer, even an endless loop, where the system has alarms."""
-    can_interrupt = hasattr(signal, "SIGALRM") and threading.current_thread() is threading.main_thread()
-    if not can_interrupt:
-        began = time.monotonic()
-        yield
-        if time.monotonic() - began > seconds:
-            raise TimeoutError(f"no command within {seconds:g} s")
-        return
+    """Interrupt Python code that takes longer, where the system has alarms; elsewhere say so afterwards."""
+    late = f"no command within {seconds:g} s"
 
     def ring(_: int, __: FrameType | None) -> None:
-        raise TimeoutError(f"no command within {seconds:g} s")
+        raise TimeoutError(late)
 
-    before = signal.signal(signal.SIGALRM, ring)
-    # Again and again, for the one that catches it.
-    signal.setitimer(signal.ITIMER_REAL, seconds, seconds)
-    try:
+    began = time.monotonic()
+    if hasattr(signal, "SIGALRM") and threading.current_thread() is threading.main_thread():
+        before = signal.signal(signal.SIGALRM, ring)
+        # Again and again, for the one that catches it.
+        signal.setitimer(signal.ITIMER_REAL, seconds, seconds)
+        try:
+            yield
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, before)
+    else:
         yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+    if time.monotonic() - began > seconds:
+        raise TimeoutError(late)
 
 
 def _clock(budget_ms: float) -> Callable[[int, bool], Any]:
@@ -152,9 +154,14 @@ def play_block(
     A policy answers many games at once, so after a failure each game is played again on its own,
     with fresh policies, to see which of them fail.
     """
+    clock = _clock(config.budget_ms)
     try:
-        players = load_players(loader(one, config.game), loader(other, config.game), config.game)
-        games = play_games(players, numbers, seed=config.seed, config=config.game, clock=_clock(config.budget_ms))
+        loaded: list[Player] = []
+        for place, name in enumerate((one, other)):
+            with blame(place, name), clock(1, True):
+                loaded.append(loader(name, config.game))
+        players = load_players(loaded[0], loaded[1], config.game)
+        games = play_games(players, numbers, seed=config.seed, config=config.game, clock=clock)
     except FaultError as fault:
         if len(numbers) > 1:
             alone = [play_block(loader, one, other, [number], config) for number in numbers]
@@ -190,7 +197,16 @@ def _line(one: str, other: str, number: int, game: Game) -> PlayedGame:
     )
 
 
-def _one_thread() -> None:
+def _end_with(parent: multiprocessing.process.BaseProcess) -> None:
+    parent.join()
+    os._exit(1)
+
+
+def _prepare_process() -> None:
+    # A worker whose tournament was killed ends, too.
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     # Read by PyTorch's and others' thread pools when they are first loaded.
     os.environ["OMP_NUM_THREADS"] = "1"
 
@@ -326,29 +342,44 @@ class Tournament:
                     keep(play_block(self._loader, *block, self.config))
                 return
             context = multiprocessing.get_context("spawn")
-            with ProcessPoolExecutor(processes, mp_context=context, initializer=_one_thread) as pool:
-                waiting: set[Future[list[PlayedGame]]] = set()
+            with ProcessPoolExecutor(processes, mp_context=context, initializer=_prepare_process) as pool:
                 left = iter(blocks)
+                waiting: dict[Future[list[PlayedGame]], tuple[str, str, list[int]]] = {}
                 try:
-                    for block in itertools.islice(left, 2 * processes):
-                        waiting.add(pool.submit(play_block, self._loader, *block, self.config))
-                    while waiting:
-                        finished, waiting = wait(waiting, return_when=FIRST_COMPLETED)
-                        for block in itertools.islice(left, len(finished)):
-                            waiting.add(pool.submit(play_block, self._loader, *block, self.config))
-                        for future in finished:
-                            keep(future.result())
+                    while True:
+                        for block in itertools.islice(left, 2 * processes - len(waiting)):
+                            waiting[pool.submit(play_block, self._loader, *block, self.config)] = block
+                        if not waiting:
+                            return
+                        for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+                            if future.exception() is None:
+                                waiting.pop(future)
+                                keep(future.result())
+                            else:
+                                future.result()
                 except BrokenProcessPool as error:
-                    raise ResultsError("a process of the tournament died; run it again to go on") from error
-                except BaseException:
+                    playing = ", ".join(sorted({f"{one} against {other}" for one, other, _ in waiting.values()}))
+                    raise ResultsError(
+                        f"a process of the tournament died while these were played: {playing}; run it again to go on, "
+                        "without the player that crashes if it happens again"
+                    ) from error
+                finally:
                     pool.shutdown(cancel_futures=True)
-                    raise
+                    for future in waiting:  # what was finished meanwhile is finished
+                        if not future.cancelled() and future.done() and future.exception() is None:
+                            keep(future.result())
 
     # --- what the games say -----------------------------------------------------------------------
 
     def kind(self, player: str) -> str:
         """Return what a player is: "planned" (privileged), "learned" or "scripted"."""
         return "planned" if player in self.privileged else "learned" if player in self._learned else "scripted"
+
+    def counting(self, one: str, other: str) -> list[PlayedGame]:
+        """Return the games of two players that count: one of a pair that came out the same."""
+        return list(
+            {(game.number // 2, game.fingerprint): game for game in reversed(self.between(one, other))}.values()
+        )
 
     def between(self, one: str, other: str) -> list[PlayedGame]:
         """Return the finished games of two players in the order of their numbers, as the file has them."""

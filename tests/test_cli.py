@@ -69,7 +69,9 @@ def test_tournament_writes_the_ladder_and_goes_on(tmp_path, capsys):
     assert len((tmp_path / "games.jsonl").read_text().splitlines()) == 4
     figures = json.loads((tmp_path / "ladder.json").read_text())
     assert {entry["player"] for entry in figures["players"]} == {"ring", "uniform"}
-    assert "swarm-pz tournament ring uniform --games 4" in (tmp_path / "ladder.md").read_text()
+    text = (tmp_path / "ladder.md").read_text()
+    assert "swarm-pz tournament ring uniform --processes 1" in text
+    assert "--games 4" in text
     assert (tmp_path / "ladder.png").stat().st_size > 0
 
 
@@ -105,6 +107,7 @@ def test_league_writes_a_policy(tmp_path, capsys):
         (["evaluate", "ring", "--seed", "-1"], "seed must be a whole number"),
         (["train", "--games", "5"], "games must be an even number"),
         (["evaluate", "ring", "--held-out", "--exploit"], "one at a time"),
+        (["evaluate", "ring", "--held-out", "--opponent", "halo"], "left out"),
         (["tournament", "ring"], "at least two different players"),
         (["tournament", "ring", "rign"], "did you mean 'ring'"),
         (["league", "--games", "5"], "games must be an even number"),

@@ -21,7 +21,7 @@ def test_strengths_maximise_the_likelihood():
     points = rng.uniform(1.0, 9.0, (4, 4))
     np.fill_diagonal(points, 0.0)
     r = strengths(points)
-    counts = points + 0.5 * (1 - np.eye(4))
+    counts = points
     expected = (counts + counts.T) / (1 + np.exp(r[None, :] - r[:, None]))
     # At the maximum each player's points are what the model expects.
     np.testing.assert_allclose(counts.sum(axis=1), expected.sum(axis=1) - np.diag(expected), rtol=1e-5)
@@ -41,6 +41,22 @@ def test_who_never_loses_has_a_finite_rating():
     ratings = rate(field({(0, 1): 1.0}, 10, ("always", "never")))
     assert np.isfinite(ratings.values).all()
     assert ratings.values[0] > ratings.values[1] + 400
+
+
+def test_intervals_are_not_certain_of_what_always_came_out_the_same():
+    ratings = rate(field({(0, 1): 1.0}, 20, ("always", "never")), anchor="never")
+    assert ratings.low[0] < ratings.values[0] - 100
+    assert ratings.high[0] > ratings.values[0] + 100
+
+
+def test_what_chance_alone_would_show_is_said():
+    rng = np.random.default_rng(0)
+    names = tuple("abcdefgh")
+    even = {(i, j): rng.binomial(20, 0.5) / 20 for i in range(8) for j in range(i + 1, 8)}
+    found = intransitivity(field(even, 20, names))
+    assert found.expected > 0.3
+    game = intransitivity(field({(0, 1): 0.8, (1, 2): 0.8, (0, 2): 0.2}, 100, ("a", "b", "c")))
+    assert game.cyclic_share > game.expected + 0.3
 
 
 def test_a_ladder_is_transitive_and_rock_paper_scissors_is_not():

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -47,6 +48,12 @@ class Faulty:
             raise ZeroDivisionError("no luck")
         if self.fault == "shape":
             return answer[:, :5]
+        if self.fault == "exits":
+            sys.exit(0)
+        if self.fault == "swallows":
+            with contextlib.suppress(TimeoutError):
+                time.sleep(1.0)
+            return answer
         if self.fault == "slow":
             while True:
                 time.sleep(0.01)
@@ -138,7 +145,14 @@ def test_a_killed_process_loses_no_finished_game(tmp_path):
 
 @pytest.mark.parametrize(
     ("fault", "reason"),
-    [("nan", "must be numbers"), ("raises", "no luck"), ("shape", r"shape \(1, 5"), ("slow", "no command within")],
+    [
+        ("nan", "must be numbers"),
+        ("raises", "no luck"),
+        ("shape", r"shape \(1, 5"),
+        ("exits", "SystemExit"),
+        ("slow", "no command within"),
+        ("swallows", "no command within"),
+    ],
 )
 def test_who_fails_forfeits_that_game_and_the_tournament_goes_on(tmp_path, monkeypatch, fault, reason):
     monkeypatch.setattr("swarm_pz.tournament._PATIENCE", 5.0)
@@ -198,3 +212,18 @@ def test_bad_fields_are_refused(tmp_path):
         Tournament(("rign", "uniform"), CONFIG, tmp_path, load)
     with pytest.raises(ValueError, match="even"):
         TournamentConfig(games=3)
+
+
+class Crashing(Faulty):
+    def act(self, observations, rows):
+        os._exit(3)
+
+
+def load_crashing(name, config):
+    return Crashing(config, "") if name == "crashing" else policies.load(name, config)
+
+
+def test_a_crashed_process_is_named(tmp_path):
+    tournament = Tournament(("crashing", "ring"), CONFIG, tmp_path, load_crashing)
+    with pytest.raises(ResultsError, match="died while these were played: crashing against ring"):
+        tournament.play(2)

@@ -113,7 +113,7 @@ class TrainConfig(Config):
         check(len(self.opponents) > 0, "opponents", self.opponents, "at least one policy's name")
         for name, low, high in (
             ("critic_steps", 0, 10**12),
-            ("width", 8, 4096),
+            ("width", 8, 512),
             ("total_steps", 1, 10**12),
             ("num_envs", 1, 65536),
             ("rollout", 2, 65536),
@@ -156,7 +156,7 @@ class LeagueConfig(Config):
     Attributes
     ----------
     learner : TrainConfig
-        The learner's run; `opponents` are those of its evaluations, the pool is what it plays.
+        The learner's run. It plays the pool instead of `opponents`, and is rated instead of evaluated.
     scripts : tuple of str
         Policies that are in the pool from the start; none for pure self-play.
     seats : int

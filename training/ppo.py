@@ -67,10 +67,12 @@ class Training:
         self.history = History()
         self._say = say
         self._logs = False
+        opponents = load_all(config.opponents, config.game)
+        self._identity = _identify(config, opponents)
         self.env = SwarmVecEnv(
             config.game,
             config.num_envs,
-            opponent=load_all(config.opponents, config.game),
+            opponent=opponents,
             action_cells=config.action_cells,
             threads=config.threads,
             seed=config.seed,
@@ -123,7 +125,7 @@ class Training:
             raise CheckpointError(f"{name!r} has another network than this run trains: {_first_line(error)}") from error
 
     def untrained(self) -> LearnedPolicy:
-        """Return the tactic that a run of this seed starts from."""
+        """Return the tactic of a network that has learned nothing yet, of this seed."""
         torch.manual_seed(self.config.seed)
         fresh = GridPolicy(
             self.model.observation_space,
@@ -181,7 +183,7 @@ class Training:
     def save_checkpoint(self) -> None:
         """Write all that `resume` needs, atomically."""
         state = {
-            "config_hash": _hash(self.config),
+            "config_hash": self._identity,
             "steps": self.model.num_timesteps,
             "policy": self.model.policy.state_dict(),
             "optimizer": self.model.policy.optimizer.state_dict(),
@@ -200,10 +202,10 @@ class Training:
             raise CheckpointError(
                 f"{path} is corrupt or foreign; delete it to begin afresh ({_first_line(error)})"
             ) from error
-        if config_hash != _hash(self.config):
+        if config_hash != self._identity:
             raise CheckpointError(
                 f"{path} belongs to another configuration: give the settings in {self.folder / 'config.json'}, "
-                "another folder, or no resume"
+                "another folder (--out), or no resume"
             )
         try:
             self.model.policy.load_state_dict(state["policy"])
@@ -230,6 +232,11 @@ def _first_line(error: Exception) -> str:
     return (str(error).splitlines() or [type(error).__name__])[0]
 
 
-def _hash(config: TrainConfig) -> str:
-    """Identify what a checkpoint belongs to: all but how long and on how many threads it runs."""
-    return config.replace(total_steps=1, threads=1, evaluate_every=1, checkpoint_every=1).hash
+def _identify(config: TrainConfig, opponents: Sequence[Player]) -> str:
+    """Identify what a checkpoint belongs to: all but how long and on how many threads the run is.
+
+    A learned opponent counts as what it is, and not only as what its folder is called.
+    """
+    settings = config.replace(total_steps=1, threads=1, evaluate_every=1, checkpoint_every=1).hash
+    digests = sorted({player.digest for player in opponents if isinstance(player, LearnedPolicy)})
+    return "-".join([settings, *(digest[:16] for digest in digests)])

@@ -10,6 +10,7 @@ just that tactic; what they find joins the pool.
 from __future__ import annotations
 
 import json
+import shutil
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
@@ -26,7 +27,7 @@ from swarm_pz.ratings import rate
 from swarm_pz.tournament import Tournament, TournamentConfig
 from training.config import LeagueConfig
 from training.exploit import exploit
-from training.ppo import Training, load_all
+from training.ppo import Training
 
 STATE = "league.json"
 _PRIOR_GAMES = 10.0
@@ -72,20 +73,31 @@ class Member:
 
 @dataclass
 class Pool:
-    """The members of a league and what has been done so far."""
+    """The members of a league and what has been done so far.
+
+    Attributes
+    ----------
+    members : list of Member
+    config_hash : str
+        Of the settings that the league is played under.
+    snapshot_step, exploiter_step : int
+        Steps of the learner at the latest of each.
+    exploiters : int
+        How many have been trained.
+    target : str
+        The snapshot that an exploiter is being trained against, or none.
+    """
 
     members: list[Member] = field(default_factory=list)
+    config_hash: str = ""
     snapshot_step: int = 0
+    target: str = ""
     exploiters: int = 0
     exploiter_step: int = 0
 
-    def named(self, name: str) -> Member:
-        """Return the member of a name."""
-        return next(member for member in self.members if member.name == name)
-
-    def newest(self) -> Member | None:
-        """Return the newest snapshot."""
-        return next((member for member in reversed(self.members) if member.kind == "snapshot"), None)
+    def newest(self) -> Member:
+        """Return the newest snapshot; a league begins with one."""
+        return next(member for member in reversed(self.members) if member.kind == "snapshot")
 
     def weights(self, exponent: float, floor: float) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Return each member's probability of being dealt."""
@@ -109,9 +121,7 @@ class _Scores(BaseCallback):
 
     def __init__(self, pool: Pool) -> None:
         super().__init__()
-        self.members = {member.source: member for member in pool.members} | {
-            member.name: member for member in pool.members
-        }
+        self.members = {member.name: member for member in pool.members}
 
     def _on_step(self) -> bool:
         for info in self.locals["infos"]:
@@ -149,21 +159,32 @@ class League:
         self.config = config
         self.folder = folder
         self._say = say
-        goes_on = resume and (folder / STATE).exists()
-        self.main = Training(config.learner, folder / "main", resume=goes_on, say=say, command=command)
-        if goes_on:
+        has_league = (folder / STATE).exists()
+        if has_league and not resume:
+            raise CheckpointError(f"{folder} holds a league: go on with it (--resume), or give another folder (--out)")
+        self.main = Training(config.learner, folder / "main", resume=has_league, say=say, command=command)
+        identity = config.replace(learner=config.learner.replace(total_steps=1, threads=1)).hash
+        if has_league:
             try:
                 self.pool = Pool.from_json((folder / STATE).read_text())
             except (LookupError, TypeError, ValueError) as error:
                 raise CheckpointError(f"{folder / STATE} is corrupt or foreign: {error!r}") from error
+            if self.pool.config_hash != identity:
+                raise CheckpointError(
+                    f"{folder} holds a league with other settings: give those, or another folder (--out)"
+                )
         else:
-            self.pool = Pool(members=[Member(name, name, "script") for name in config.scripts])
+            for name in ("pool", "exploiters", "ratings"):  # of a league that was killed before it was first saved
+                shutil.rmtree(folder / name, ignore_errors=True)
+            self.pool = Pool([Member(name, name, "script") for name in config.scripts], config_hash=identity)
             self._snapshot()
         self._generator = np.random.default_rng([config.learner.seed, self.main.model.num_timesteps])
 
     def run(self) -> LearnedPolicy:
         """Play the league to its end, write the learner's tactic and return it."""
         total = self.config.learner.total_steps
+        if self.pool.target:
+            self._exploit()
         while self.main.model.num_timesteps < total:
             self._deal()
             began, before = time.monotonic(), self.main.model.num_timesteps
@@ -171,65 +192,71 @@ class League:
             spent = time.monotonic() - began
             self.main.history.seconds += spent
             step = self.main.model.num_timesteps
-            by_score = sorted(self.pool.members, key=lambda member: member.beaten)
-            self._say(
-                f"{step / total:4.0%} {step:>10,} steps {(step - before) / spent:6,.0f}/s  pool {len(by_score)}  "
-                f"mean {np.mean([member.beaten for member in by_score]):.2f}  hardest "
-                + ", ".join(f"{member.name} {member.beaten:.2f}" for member in by_score[:4])
-            )
-            logger = self.main.model.logger
-            logger.record("league/pool", len(by_score))
-            logger.record("league/mean_score", float(np.mean([member.beaten for member in by_score])))
-            logger.record("league/lowest_score", by_score[0].beaten)
+            self._report(step, (step - before) / spent)
+            self._save()
             since = step - self.pool.snapshot_step
             newest = self.pool.newest()
-            gate = newest is None or newest.beaten >= self.config.snapshot_score
-            if (gate and since >= self.config.cycle) or since >= self.config.snapshot_every:
+            if newest.beaten >= self.config.snapshot_score or since >= self.config.snapshot_every:
                 self._snapshot()
+                self.main.model.logger.record("league/rating", self._rate())
+            self.main.model.logger.dump(step)
             if self.config.exploiter_steps and step - self.pool.exploiter_step >= self.config.exploiter_every:
+                if self.pool.snapshot_step != step:
+                    self._snapshot()
+                self.pool.target = self.pool.newest().source
                 self._save()
                 self._exploit()
-            if self.pool.snapshot_step == step:
-                logger.record("league/rating", self._rate())
-            logger.dump(step)
-            self._save()
         policy = self.main.policy()
         policy.write(self.folder)
         self.main.env.close()
         return policy
 
+    def _report(self, step: int, rate: float) -> None:
+        by_score = sorted(self.pool.members, key=lambda member: member.beaten)
+        mean = float(np.mean([member.beaten for member in by_score]))
+        self._say(
+            f"{step / self.config.learner.total_steps:4.0%} {step:>10,} steps {rate:6,.0f}/s  pool {len(by_score)}  "
+            f"mean {mean:.2f}  hardest " + ", ".join(f"{member.name} {member.beaten:.2f}" for member in by_score[:4])
+        )
+        logger = self.main.model.logger
+        logger.record("league/pool", len(by_score))
+        logger.record("league/mean_score", mean)
+        logger.record("league/lowest_score", by_score[0].beaten)
+
     def _deal(self) -> None:
         weights = self.pool.weights(self.config.hardness, self.config.floor)
         # Systematic sampling: as random as needed, with less variance than independent draws.
         places = (self._generator.random() + np.arange(self.config.seats)) / self.config.seats
-        chosen = np.searchsorted(np.cumsum(weights), places * 0.999999)
-        sources = [self.pool.members[index].source for index in chosen]
-        names = [self._locate(source) for source in sources]
-        players = load_all(names, self.config.learner.game)
-        # A partner that did not explore would beat the learner that does, whatever it had learned.
-        for player in players:
-            if isinstance(player, LearnedPolicy):
-                player.noise = self.main.exploration()
-        self.main.env.deal([players[index] for index in self._generator.permutation(len(players))])
+        chosen = [self.pool.members[i] for i in np.searchsorted(np.cumsum(weights), places * 0.999999)]
+        seated = {}
+        for member in chosen:
+            if member.name not in seated:
+                player = policies.load(self._locate(member.source, member.kind), self.config.learner.game)
+                # A partner that did not explore would beat the learner that does, whatever it had learned.
+                if isinstance(player, LearnedPolicy):
+                    player.noise = self.main.exploration()
+                seated[member.name] = player
+        order = [chosen[i].name for i in self._generator.permutation(len(chosen))]
+        self.main.env.deal([seated[name] for name in order], order)
 
-    def _locate(self, source: str) -> str:
-        return str(self.folder / source) if "/" in source else source
+    def _locate(self, source: str, kind: str) -> str:
+        return source if kind == "script" else str(self.folder / source)
 
     def _snapshot(self) -> None:
+        """Put the learner as it stands into the pool, and save the league before anybody plays it."""
         number = sum(member.kind == "snapshot" for member in self.pool.members)
         name = f"snapshot_{number:03d}"
-        self._write(self.main.policy(), f"pool/{name}")
-        self.pool.members.append(Member(name, f"pool/{name}", "snapshot"))
+        source = f"pool/{name}"
+        self.main.policy().write(self.folder / source)
+        self.pool.members.append(Member(name, source, "snapshot"))
         self.pool.snapshot_step = self.main.model.num_timesteps
+        self._save()
 
     def _exploit(self) -> None:
-        """Train a best response to the newest snapshot; whoever beats it joins the pool."""
-        self._snapshot()
-        target = self.pool.newest()
-        assert target is not None  # noqa: S101  (just made)
+        """Train a best response to the pool's target, or finish one; whoever beats it joins the pool."""
         name = f"exploiter_{self.pool.exploiters:03d}"
         match, *_ = exploit(
-            self._locate(target.source),
+            str(self.folder / self.pool.target),
             self.folder / "exploiters" / name,
             steps=self.config.exploiter_steps,
             games=100,
@@ -238,34 +265,33 @@ class League:
             threads=self.config.learner.threads,
             say=lambda _: None,
         )
-        self._say(f"{name} against {target.name}: {match.standing()}")
-        score = match.score()
-        if score > 0.5:
+        self._say(f"{name} against {Path(self.pool.target).name}: {match.standing()}")
+        if match.score() > 0.5:
             member = Member(name, f"exploiters/{name}", "exploiter")
-            member.score = (1 - score) * member.games
+            member.score = (1 - match.score()) * member.games
             self.pool.members.append(member)
         self.pool.exploiters += 1
         self.pool.exploiter_step = self.main.model.num_timesteps
+        self.pool.target = ""
+        self._save()
 
     def _rate(self) -> float:
         """Return the newest snapshot's rating among the latest of the pool, from matches of their own."""
         kinds = {kind: [m for m in self.pool.members if m.kind == kind] for kind in ("script", "snapshot", "exploiter")}
         snapshots = kinds["snapshot"]
         latest = [*snapshots[:1], *snapshots[1:][-_RATED:], *kinds["exploiter"][-_RATED:]]
-        names = [member.source for member in (*kinds["script"], *latest)]
+        rated = {member.source: member for member in (*kinds["script"], *latest)}
+        names = list(rated)
         tournament = Tournament(
             names,
             TournamentConfig(games=_RATING_GAMES, game=self.config.learner.game, budget_ms=1e6),
             self.folder / "ratings",
-            lambda name, config: policies.load(self._locate(name), config),
+            lambda name, config: policies.load(self._locate(name, rated[name].kind), config),
         )
         tournament.play()
         anchor = "uniform" if "uniform" in names else names[0]
         ratings = rate(tournament.results(), anchor)
         return float(ratings.values[names.index(snapshots[-1].source)])
-
-    def _write(self, policy: LearnedPolicy, place: str) -> None:
-        policy.write(self.folder / place)
 
     def _save(self) -> None:
         self.main.save_checkpoint()

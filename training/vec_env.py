@@ -71,9 +71,9 @@ class SwarmVecEnv(VecEnv):
         self._streams = np.random.SeedSequence(seed).spawn(self.num_envs)
         return [seed] * self.num_envs
 
-    def deal(self, opponent: Opponents) -> None:
-        """Give other opponents to the games that start from now on, dealt in turn."""
-        self.duel.deal(opponent)
+    def deal(self, opponent: Opponents, names: Sequence[str] | None = None) -> None:
+        """Give other opponents to the games that start from now on, as of `DuelBatch.deal`."""
+        self.duel.deal(opponent, names)
 
     def _restart(self, rows: NDArray[np.int64]) -> None:
         self.duel.reset([self._streams[row].spawn(1)[0] for row in rows], rows)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -75,6 +76,10 @@ def test_a_league_grows_a_pool_and_writes_a_policy(tmp_path):
 def test_a_league_goes_on_where_it_was(tmp_path):
     League(TINY, tmp_path, say=quiet).run()
     before = json.loads((tmp_path / STATE).read_text())
+    with pytest.raises(CheckpointError, match="holds a league: go on"):
+        League(TINY, tmp_path, say=quiet)
+    with pytest.raises(CheckpointError, match="other settings"):
+        League(TINY.replace(hardness=1.0), tmp_path, resume=True, say=quiet)
     longer = TINY.replace(learner=LEARNER.replace(total_steps=192))
     league = League(longer, tmp_path, resume=True, say=quiet)
     assert league.main.model.num_timesteps >= 128
@@ -99,6 +104,47 @@ def test_partners_explore_as_the_learner_does(tmp_path):
     plain = partner.act(boards, np.arange(2))
     np.testing.assert_array_equal(plain[0], plain[1])
     league.main.env.close()
+
+
+def test_a_league_that_is_killed_while_it_rates_goes_on(tmp_path, monkeypatch):
+    league = League(TINY, tmp_path, say=quiet)
+    rated = League._rate
+
+    def killed(self):
+        rated(self)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(League, "_rate", killed)
+    with pytest.raises(KeyboardInterrupt):
+        league.run()
+    monkeypatch.setattr(League, "_rate", rated)
+    League(TINY, tmp_path, resume=True, say=quiet).run()
+
+
+def test_a_league_that_is_killed_while_it_exploits_finishes_the_same_exploiter(tmp_path, monkeypatch):
+    league = League(TINY, tmp_path, say=quiet)
+    targets = []
+
+    def killed(target, *args, **kwargs):
+        targets.append(LearnedPolicy.read(Path(target), LEARNER.game).digest)
+        if len(targets) == 1:
+            raise KeyboardInterrupt
+        return exploit(target, *args, **kwargs)
+
+    monkeypatch.setattr("training.selfplay.exploit", killed)
+    with pytest.raises(KeyboardInterrupt):
+        league.run()
+    League(TINY, tmp_path, resume=True, say=quiet).run()
+    assert targets[0] == targets[1]
+
+
+def test_an_exploiter_of_something_else_is_not_taken_up(tmp_path):
+    Training(LEARNER, tmp_path / "target", say=quiet).run()
+    settings = {"steps": 32, "games": 2, "learner": LEARNER, "threads": 1, "say": quiet}
+    exploit(str(tmp_path / "target"), tmp_path / "exploiter", **settings)
+    Training(LEARNER.replace(seed=5), tmp_path / "target", say=quiet).run()
+    with pytest.raises(CheckpointError, match="belongs to another configuration"):
+        exploit(str(tmp_path / "target"), tmp_path / "exploiter", **settings)
 
 
 def test_pure_self_play_meets_only_itself(tmp_path):
