@@ -5,7 +5,9 @@ played, and is no fair opponent of policies that play from observations.
 
 Every command is searched for by the cross-entropy method (Rubinstein, "The cross-entropy method for
 combinatorial and continuous optimization", 1999) over images of log-densities, each held for a few seconds of a
-copy of the game; the best is sent for one command period, and the search begins anew.
+copy of the game; the best is sent for one command period, and the search begins anew. What the opponent
+does meanwhile is what its model would do: keep its last command, play a named policy, or play
+whichever known policy would have given its latest commands.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +23,7 @@ from numpy.typing import NDArray
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import CONTROL_PERIOD, GRID_CELLS, TICKS_PER_CONTROL_PERIOD, GameConfig
 from swarm_pz.kernels.game import Games
-from swarm_pz.policy import ask, load
+from swarm_pz.policy import Player, ask, load, registered
 from swarm_pz.scenario import Seed
 from swarm_pz.settings import Config, check_count, check_number
 from swarm_pz.simulator import Simulator
@@ -36,6 +39,10 @@ _NOISE_CELLS = 5
 """Cells a side on which random log-densities are drawn: as coarse as a swarm can follow."""
 _FEWEST, _MOST = 4, 64
 """Candidates of a round."""
+GUESS = "guess"
+"""The model that stands for whichever known policy explains the opponent best."""
+_MEMORY = 0.8
+"""How much an older command counts, beside the one after it, in what explains the opponent."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +76,13 @@ class PlannerConfig(Config):
         check_number(self.promise, "promise", 0.0, 1e6)
 
 
+class _Guess(NamedTuple):
+    """What each model expects as the next command (n, A, A), and how wrong it has been (n,)."""
+
+    expected: Array
+    errors: Array
+
+
 class Planner:
     """Plays the best density it finds in the simulator.
 
@@ -76,8 +90,9 @@ class Planner:
     ----------
     config : GameConfig
     model : str, optional
-        Name of the policy that it takes its opponent for, as if that began at every decision; without
-        one the opponent is taken to keep its last command.
+        Name of the policy that it takes its opponent for, or "guess" for the one of all scripts and
+        learned tactics that explains the opponent's latest commands best; without one the opponent is
+        taken to keep its last command. Models begin anew at every decision.
     settings : PlannerConfig, optional
 
     Attributes
@@ -91,15 +106,19 @@ class Planner:
         self.name = "planner" if model is None else f"planner:{model}"
         self.milliseconds: list[float] = []
         self._config = config
-        self._model = None if model is None else load(model, config)
+        names = [] if model is None else _known() if model == GUESS else [model]
+        self._models: list[Player | None] = [load(name, config) for name in names]
+        if model in (None, GUESS):
+            self._models.insert(0, None)  # keeps its last command
         self._ticks = max(1, round(self.settings.horizon / CONTROL_PERIOD)) * TICKS_PER_CONTROL_PERIOD
         trial = config.num_drones * self._ticks // TICKS_PER_CONTROL_PERIOD
         affordable = self.settings.drone_steps // trial
         self._candidates = min(max(affordable, _FEWEST), _MOST)
         self._rounds = max(affordable // self._candidates, 1)
-        self._trials = BatchEnv(config, self._candidates)
+        self._trials, self._present = BatchEnv(config, self._candidates), BatchEnv(config)
         self._generators: dict[int, np.random.Generator] = {}
         self._last: dict[int, Array] = {}
+        self._guesses: dict[int, _Guess] = {}
         centres = (np.arange(config.command_cells) + 0.5) / config.command_cells
         self._x, self._y = np.meshgrid(centres, centres)
         self._finer = interpolation_matrix(config.command_cells, _NOISE_CELLS)
@@ -109,6 +128,7 @@ class Planner:
         for seed, row in zip(seeds, rows.tolist(), strict=True):
             self._generators[row] = np.random.default_rng(seed)
             self._last.pop(row, None)
+            self._guesses.pop(row, None)
 
     def plan(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> Array:
         """Answer the games in `rows` (n,), from the sides `teams` (n,), with densities (n, A, A)."""
@@ -123,12 +143,13 @@ class Planner:
     def _search(self, simulator: Simulator, team: int, row: int, began: float) -> Array:
         """Return the best log-density (A, A) found for one game."""
         generator, game = self._generators[row], simulator.snapshot([row])
+        model = self._models[0] if len(self._models) == 1 else self._explain(game, team, row)
         candidates = self._propose(game, team, self._last.get(row), generator)
         best, highest = np.asarray(candidates[0]), -np.inf
         elites = max(2, round(_ELITES * self._candidates))
         done = 0
         while True:
-            scores = self._try(game, team, candidates)
+            scores = self._try(game, team, candidates, model)
             order = np.argsort(-scores, kind="stable")
             if scores[order[0]] > highest:
                 best, highest = candidates[order[0]], float(scores[order[0]])
@@ -142,6 +163,24 @@ class Planner:
             return rounds >= self._rounds
         spent = 1000.0 * (time.perf_counter() - began)
         return spent * (rounds + 1) / rounds > self.settings.milliseconds  # another round would not fit
+
+    def _explain(self, game: Games, team: int, row: int) -> Player | None:
+        """Return the model that would have given the opponent's latest commands; note what each says now."""
+        given = game.targets[0, 1 - team]
+        guess = self._guesses.get(row)
+        errors = np.zeros(len(self._models))
+        if guess is not None:
+            errors = _MEMORY * guess.errors + np.abs(guess.expected - given).sum(axis=(1, 2))
+        expected = [given]  # of the one that keeps its command
+        self._present.simulator.restore(game)
+        only, side = np.zeros(1, np.int64), np.array([1 - team])
+        for model in self._models[1:]:
+            assert model is not None  # noqa: S101  (only the first is)
+            model.reset([0], only)
+            density = ask(model, self._present, side, only)[0]
+            expected.append(density / max(density.sum(), 1e-12))
+        self._guesses[row] = _Guess(np.stack(expected), errors)
+        return self._models[int(errors.argmin())]
 
     # --- candidates -----------------------------------------------------------------------------
 
@@ -196,18 +235,18 @@ class Planner:
 
     # --- trials -----------------------------------------------------------------------------------
 
-    def _try(self, game: Games, team: int, candidates: Array) -> Array:
+    def _try(self, game: Games, team: int, candidates: Array, model: Player | None) -> Array:
         """Hold each candidate in a copy of the game to the horizon; return what each is worth (n,)."""
         simulator = self._trials.simulator
         simulator.restore(game)
         simulator.command(team, np.exp(candidates))
-        if self._model is None:
+        if model is None:
             simulator.advance(self._ticks)
         else:
             rows, left = np.arange(len(candidates)), self._ticks
-            self._model.reset([0] * len(rows), rows)
+            model.reset([0] * len(rows), rows)
             while left > 0 and len(live := np.flatnonzero(~simulator.decided)):
-                answers = ask(self._model, self._trials, np.full(len(live), 1 - team), live)
+                answers = ask(model, self._trials, np.full(len(live), 1 - team), live)
                 simulator.command(1 - team, answers, live)
                 simulator.advance(min(left, self._config.step_ticks))
                 left -= self._config.step_ticks
@@ -231,6 +270,12 @@ class Planner:
             danger = np.where(simulator.teams == side, np.minimum(values, 1.0) ** 2, danger)
         promise = np.where(is_own, -danger, danger).sum(axis=1) / self._config.num_drones
         return np.asarray(worth + self.settings.promise * promise)
+
+
+def _known() -> list[str]:
+    """Return the names of the project's own scripts and learned tactics, best explanations first."""
+    modules = ("policies.zoo", "policies.scripted")
+    return [name for module in modules for name, point in sorted(registered().items()) if point.module == module]
 
 
 def _clip(logs: Array) -> Array:

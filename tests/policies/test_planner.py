@@ -53,7 +53,7 @@ def test_a_candidate_is_worth_what_the_simulator_says():
     planner = Planner(CONFIG, settings=SMALL.replace(promise=0.0))
     planner.reset([5], np.zeros(1, int))
     logs = planner._propose(batch.simulator.snapshot([0]), 0, None, np.random.default_rng(0))
-    worths = planner._try(batch.simulator.snapshot([0]), 0, logs)
+    worths = planner._try(batch.simulator.snapshot([0]), 0, logs, None)
     for log, worth in zip(logs, worths, strict=True):
         game = a_game()
         game.simulator.command(0, np.stack([np.exp(log), np.ones((10, 10))]))
@@ -80,6 +80,22 @@ def test_it_may_know_the_opponents_policy():
     assert ask(known, batch, np.zeros(1, int), np.zeros(1, int)).max() == pytest.approx(1.0)
     with pytest.raises(PolicyError, match="no policy 'rign'"):
         policies.load("planner:rign")
+
+
+@pytest.mark.parametrize("name", ["ring", "halo", "evade"])
+def test_it_finds_out_who_the_opponent_is(name):
+    config = GameConfig(time_limit=60.0)
+    planner = Planner(config, "guess", PlannerConfig(drone_steps=1))
+    batch = BatchEnv(config)
+    opponent = policies.load(name, config)
+    batch.reset([3])
+    only, red, blue = np.zeros(1, int), np.zeros(1, int), np.ones(1, int)
+    planner.reset([5], only)
+    opponent.reset([6], only)
+    for _ in range(4):
+        commands = np.stack([ask(planner, batch, red, only), ask(opponent, batch, blue, only)], axis=1)
+        batch.step(commands)
+    assert planner._explain(batch.simulator.snapshot([0]), 0, 0).name == name
 
 
 def test_a_wall_clock_budget_is_kept():
