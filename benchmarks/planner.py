@@ -51,9 +51,10 @@ def main() -> None:
     with ProcessPoolExecutor(options.processes, mp_context=multiprocessing.get_context("spawn")) as pool:
         for row in pool.map(partial(play, games=options.games, drone_steps=options.drone_steps), pairings):
             rows.append(row)
+            median, mean = row["median_seconds"], row["restricted_mean_seconds"]
             print(
                 f"| `{row['opponent']}` | {row['knowledge']} | {row['wins']} | {row['draws']} | {row['losses']} | "
-                f"{row['median_seconds']:.0f} s | {row['restricted_mean_seconds']:.0f} s | {row['thinking_ms'][0]:.0f} |",
+                f"{median:.0f} s | {mean:.0f} s | {row['thinking_ms'][0]:.0f} |",
                 flush=True,
             )
     options.out.mkdir(parents=True, exist_ok=True)
