@@ -255,6 +255,7 @@ class League:
     def _exploit(self) -> None:
         """Train a best response to the pool's target, or finish one; whoever beats it joins the pool."""
         name = f"exploiter_{self.pool.exploiters:03d}"
+        self._say(f"{name} trains for {self.config.exploiter_steps:,} steps against {Path(self.pool.target).name}")
         match, *_ = exploit(
             str(self.folder / self.pool.target),
             self.folder / "exploiters" / name,
