@@ -203,7 +203,8 @@ class DuelBatch:
     def info(self, result: StepResult, row: int) -> dict[str, Any]:
         """Return the learner's info of one game."""
         side = int(self.sides[row])
-        return self.batch.info(result, row, side) | self._seats(row)
+        share = float(self.batch.simulator.sizes[row, side] / self.config.num_drones)
+        return self.batch.info(result, row, side) | {"share": share} | self._seats(row)
 
     def start_info(self, row: int) -> dict[str, Any]:
         """Return the learner's info of a game that has just begun."""

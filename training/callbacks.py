@@ -71,8 +71,7 @@ class _Recent(BaseCallback):
 
     def share(self) -> float:
         """Return the mean final share of drones in the latest games, with exploration."""
-        drones = self.run.config.game.num_drones
-        return float(np.mean([game["size"] / drones for game in self.games])) if self.games else 0.0
+        return float(np.mean([game["share"] for game in self.games])) if self.games else 0.0
 
 
 class FadingExploration(BaseCallback):

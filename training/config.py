@@ -33,6 +33,9 @@ class TrainConfig(Config):
     ----------
     game : GameConfig
         The rules, and what the learner sees.
+    sizes : tuple of int
+        Drones a team, each in an equal part of the games; that of `game` if none is given. Evaluations
+        are at the size of `game`.
     opponents : tuple of str
         Names of policies, or folders of learned ones, dealt to the games in turn; the first is the one
         that evaluations during the run are against.
@@ -84,6 +87,7 @@ class TrainConfig(Config):
     """
 
     game: GameConfig = field(default_factory=lambda: GameConfig(observation=ObservationConfig(grid=10)))
+    sizes: tuple[int, ...] = ()
     opponents: tuple[str, ...] = FIELD
     start_from: str | None = None
     critic_steps: int = 0
@@ -110,6 +114,11 @@ class TrainConfig(Config):
     def __post_init__(self) -> None:
         check(not isinstance(self.opponents, str), "opponents", self.opponents, "a tuple of policies' names")
         object.__setattr__(self, "opponents", tuple(self.opponents))
+        object.__setattr__(self, "sizes", tuple(self.sizes))
+        for size in self.sizes:
+            check_count(size, "sizes", 1, 10_000)
+        shared = self.num_envs % max(len(self.sizes), 1) == 0
+        check(shared, "num_envs", self.num_envs, f"a multiple of {len(self.sizes)}, the number of sizes")
         check(len(self.opponents) > 0, "opponents", self.opponents, "at least one policy's name")
         for name, low, high in (
             ("critic_steps", 0, 10**12),

@@ -24,7 +24,7 @@ from swarm_pz.policy import Player
 from training.callbacks import Checkpoint, CriticFirst, FadingExploration, History, PeriodicEvaluation, Progress
 from training.config import TrainConfig
 from training.networks import GridPolicy
-from training.vec_env import SwarmVecEnv
+from training.vec_env import StackedVecEnv, SwarmVecEnv
 
 CHECKPOINT, HISTORY = "checkpoint.pt", "history.json"
 
@@ -67,16 +67,8 @@ class Training:
         self.history = History()
         self._say = say
         self._logs = False
-        opponents = load_all(config.opponents, config.game)
-        self._identity = _identify(config, opponents)
-        self.env = SwarmVecEnv(
-            config.game,
-            config.num_envs,
-            opponent=opponents,
-            action_cells=config.action_cells,
-            threads=config.threads,
-            seed=config.seed,
-        )
+        self._identity = _identify(config, load_all(config.opponents, config.game))
+        self.env = _make_env(config)
         torch.set_num_threads(config.threads)
         self.model = PPO(
             GridPolicy,
@@ -226,6 +218,25 @@ def load_all(names: Sequence[str], config: GameConfig) -> list[Player]:
     """Load policies by name or folder; equal names share one object, so that they are answered together."""
     loaded = {name: policies.load(name, config) for name in names}
     return [loaded[name] for name in names]
+
+
+def _make_env(config: TrainConfig) -> SwarmVecEnv | StackedVecEnv:
+    def make(game: GameConfig, num_envs: int, seed: int) -> SwarmVecEnv:
+        return SwarmVecEnv(
+            game,
+            num_envs,
+            opponent=load_all(config.opponents, game),
+            action_cells=config.action_cells,
+            threads=config.threads,
+            seed=seed,
+        )
+
+    if not config.sizes:
+        return make(config.game, config.num_envs, config.seed)
+    games = [config.game.replace(drones_per_team=size) for size in config.sizes]
+    env = StackedVecEnv([make(game, config.num_envs // len(games), config.seed) for game in games])
+    env.seed(config.seed)
+    return env
 
 
 def _first_line(error: Exception) -> str:

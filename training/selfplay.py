@@ -206,7 +206,11 @@ class League:
                 self.pool.target = self.pool.newest().source
                 self._save()
                 self._exploit()
-        policy = self.main.policy()
+        learner = self.main.policy()
+        league = {name: value for name, value in self.config.to_dict().items() if name != "learner"}
+        policy = LearnedPolicy(
+            learner.card | {"league": league}, learner.weights(), self.config.learner.game, self.folder.name
+        )
         policy.write(self.folder)
         self.main.env.close()
         return policy

@@ -1,7 +1,9 @@
-"""Stable-Baselines3's view of the environment: a native VecEnv over a batch of duels."""
+"""Stable-Baselines3's view of the environment: native VecEnvs over batches of duels."""
 
 from __future__ import annotations
 
+import copy
+import itertools
 from collections.abc import Sequence
 from typing import Any, Literal
 
@@ -13,6 +15,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from swarm_pz.config import GameConfig
 from swarm_pz.duel_batch import DuelBatch, Opponents
 from swarm_pz.observation import Observations
+from swarm_pz.policy import Player
 from swarm_pz.render import draw
 
 
@@ -124,6 +127,73 @@ class SwarmVecEnv(VecEnv):
     def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
         """Refuse: games of a batch have no methods of their own."""
         raise AttributeError(f"games of a SwarmVecEnv have no method {method_name!r} of their own")
+
+    def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:
+        """Return False for each of the games: none is wrapped on its own."""
+        return [False for _ in self._get_indices(indices)]
+
+
+class StackedVecEnv(VecEnv):
+    """Batches of games of different rules, seen and answered as one.
+
+    Parameters
+    ----------
+    parts : sequence of SwarmVecEnv
+        At least one, all with the same spaces.
+    """
+
+    def __init__(self, parts: Sequence[SwarmVecEnv]) -> None:
+        self.parts = list(parts)
+        self.render_mode = "rgb_array"
+        bounds = np.cumsum([0, *(part.num_envs for part in self.parts)])
+        self._rows = [slice(*pair) for pair in itertools.pairwise(bounds.tolist())]
+        super().__init__(int(bounds[-1]), self.parts[0].observation_space, self.parts[0].action_space)
+
+    def deal(self, opponent: Sequence[Player], names: Sequence[str] | None = None) -> None:
+        """Give other opponents to the games that start from now on; each part gets policies of its own."""
+        for part in self.parts:
+            part.deal(copy.deepcopy(opponent), names)
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Seed the games that `reset` starts next."""
+        streams = np.random.SeedSequence(seed).spawn(len(self.parts))
+        for part, stream in zip(self.parts, streams, strict=True):
+            part.seed(int(stream.generate_state(1)[0]))
+        return [seed] * self.num_envs
+
+    def reset(self) -> VecEnvObs:
+        """Start all games afresh."""
+        seen = np.concatenate([part.reset() for part in self.parts])
+        self.reset_infos = [info for part in self.parts for info in part.reset_infos]
+        return seen
+
+    def step_async(self, actions: NDArray[np.float32]) -> None:
+        """Take the learners' actions."""
+        for part, rows in zip(self.parts, self._rows, strict=True):
+            part.step_async(actions[rows])
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Play the actions in every part."""
+        seen, rewards, dones, infos = zip(*(part.step_wait() for part in self.parts), strict=True)
+        return np.concatenate(seen), np.concatenate(rewards), np.concatenate(dones), list(itertools.chain(*infos))
+
+    def close(self) -> None:
+        """End the threads."""
+        for part in self.parts:
+            part.close()
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """Return an attribute of each game's part."""
+        every = [getattr(part, attr_name) for part in self.parts for _ in range(part.num_envs)]
+        return [every[index] for index in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Refuse, as `SwarmVecEnv` does."""
+        self.parts[0].set_attr(attr_name, value, indices)
+
+    def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
+        """Refuse, as `SwarmVecEnv` does."""
+        return self.parts[0].env_method(method_name, *args, indices=indices, **kwargs)
 
     def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:
         """Return False for each of the games: none is wrapped on its own."""

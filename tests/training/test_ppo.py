@@ -198,12 +198,21 @@ def test_bad_settings_are_refused(tmp_path):
         TrainConfig(opponents="ring")
     with pytest.raises(ConfigError, match="evaluation_games must be even"):
         TrainConfig(evaluation_games=3)
+    with pytest.raises(ConfigError, match="num_envs must be a multiple of 3"):
+        TrainConfig(sizes=(5, 10, 20))
     with pytest.raises(ConfigError, match="'grids', which the network is made for"):
         TrainConfig(game=GameConfig(observation=ObservationConfig(kind="entities")))
     with pytest.raises(ConfigError, match="did you mean 'learning_rate'"):
         TrainConfig(learn_rate=0.1)
     with pytest.raises(PolicyError, match="no policy 'rign'"):
         Training(TINY.replace(opponents=("rign",)), tmp_path, say=quiet)
+
+
+def test_a_run_may_meet_several_sizes(tmp_path):
+    run = Training(TINY.replace(sizes=(1, 3)), tmp_path, say=quiet)
+    assert [part.duel.config.team_sizes for part in run.env.parts] == [(1, 1), (3, 3)]
+    run.run()
+    assert LearnedPolicy.read(tmp_path, TINY.game).card["training"]["sizes"] == [1, 3]
 
 
 class Gather(VecEnvWrapper):

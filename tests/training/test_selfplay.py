@@ -66,6 +66,7 @@ def test_a_league_grows_a_pool_and_writes_a_policy(tmp_path):
     assert kinds.count("snapshot") >= 3
     assert league.pool.exploiters >= 1
     loaded = LearnedPolicy.read(tmp_path, LEARNER.game)
+    assert LeagueConfig.from_dict(loaded.card["league"] | {"learner": loaded.card["training"]}) == TINY
     np.testing.assert_array_equal(list(loaded.weights().values())[1], list(policy.weights().values())[1])
     for member in league.pool.members:
         if member.kind != "script":

@@ -5,7 +5,7 @@ import pytest
 from stable_baselines3.common.vec_env import VecMonitor
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from training.vec_env import SwarmVecEnv
+from training.vec_env import StackedVecEnv, SwarmVecEnv
 
 COARSE = GameConfig(observation=ObservationConfig(grid=10), drones_per_team=3)
 
@@ -80,3 +80,39 @@ def test_threads_change_nothing():
         seen.append([env.step(generator.uniform(-1, 1, (8, 10, 10)))[0] for _ in range(20)])
         env.close()
     np.testing.assert_array_equal(seen[0], seen[1])
+
+
+def test_stacked_batches_play_as_they_would_alone():
+    def parts():
+        return [
+            SwarmVecEnv(COARSE.replace(drones_per_team=n, time_limit=3.0), 2, opponent="noise", seed=n) for n in (2, 5)
+        ]
+
+    stacked, alone = StackedVecEnv(parts()), parts()
+    np.testing.assert_array_equal(stacked.reset(), np.concatenate([part.reset() for part in alone]))
+    generator = np.random.default_rng(0)
+    for _ in range(4):
+        actions = generator.uniform(-1, 1, (4, 10, 10)).astype(np.float32)
+        seen, rewards, dones, infos = stacked.step(actions)
+        results = [part.step(actions[rows]) for part, rows in zip(alone, (slice(0, 2), slice(2, 4)), strict=True)]
+        np.testing.assert_array_equal(seen, np.concatenate([result[0] for result in results]))
+        np.testing.assert_array_equal(rewards, np.concatenate([result[1] for result in results]))
+        np.testing.assert_array_equal(dones, np.concatenate([result[2] for result in results]))
+        assert [info.get("size") for info in infos] == [info.get("size") for _, _, _, part in results for info in part]
+    assert stacked.num_envs == 4
+    assert stacked.get_attr("num_envs") == [2] * 4
+    assert stacked.env_is_wrapped(VecMonitor) == [False] * 4
+    stacked.deal(["ring"], ["ring"])
+    assert [part.duel._dealt[0].name for part in stacked.parts] == ["ring", "ring"]
+    with pytest.raises(AttributeError, match="share their attributes"):
+        stacked.set_attr("x", 1)
+    stacked.close()
+
+
+def test_stacked_batches_are_seeded_apart():
+    env = StackedVecEnv([SwarmVecEnv(COARSE, 2) for _ in range(2)])
+    env.seed(3)
+    first = env.reset()
+    assert not np.array_equal(first[:2], first[2:])
+    env.seed(3)
+    np.testing.assert_array_equal(env.reset(), first)
