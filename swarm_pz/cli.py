@@ -16,17 +16,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
 
+from swarm_pz import tables
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import SwarmError, require_extra
 from swarm_pz.settings import check
 from training.config import LeagueConfig, TrainConfig
-
-if TYPE_CHECKING:
-    from swarm_pz.match import MatchResult
 
 try:
     import tyro
@@ -95,7 +93,7 @@ def train(
     match, comparisons = compare(trained, untrained, config.game, games=games, seed=0, threads=config.threads)
     match.write(out / "evaluation.json")
     trained.with_results(match.summary()).write(out)
-    _print_matches([match, *(comparison.match for comparison in comparisons)])
+    tables.print_matches([match, *(comparison.match for comparison in comparisons)])
     for comparison in comparisons:
         print(
             f"share above {comparison.match.policy:<10} {comparison.difference:+.3f} "
@@ -142,7 +140,7 @@ def league(
         for script in SCRIPTS
     ]
     policy.with_results({match.opponent: match.summary() for match in matches}).write(out)
-    _print_opponents(matches, f"{out.name} against the scripts")
+    tables.print_opponents(matches, f"{out.name} against the scripts")
     print(f"policy: {out}")
 
 
@@ -199,7 +197,7 @@ def evaluate(
             threads=threads,
             progress=progress,
         )
-    _print_matches([match])
+    tables.print_matches([match])
     if json is not None:
         match.write(json)
         print(f"figures: {json}")
@@ -211,8 +209,10 @@ def _evaluate_held_out(policy: str, games: int, seed: int, json: Path | None, th
     with _progress() as progress:
         suites = play_suites(policy, game, games=games, seed=seed, threads=threads, progress=progress)
     figures = suites.to_dict()
-    _print_opponents(suites.known, f"{policy} against the scripts: score {figures['in_suite_score']:.3f}")
-    _print_opponents(suites.held_out, f"{policy} against the held-out suite: score {figures['held_out_score']:.3f}")
+    tables.print_opponents(suites.known, f"{policy} against the scripts: score {figures['in_suite_score']:.3f}")
+    tables.print_opponents(
+        suites.held_out, f"{policy} against the held-out suite: score {figures['held_out_score']:.3f}"
+    )
     print(f"generalisation (held-out score less in-suite score): {figures['generalisation']:+.3f}")
     if json is not None:
         _write_json(figures, json)
@@ -227,7 +227,7 @@ def _evaluate_exploit(
 
     say = functools.partial(print, flush=True)
     matches = exploit(policy, out, steps=steps, games=games, rules=game, seed=seed, threads=threads, say=say)
-    _print_opponents(matches, f"an exploiter of {policy}, trained for {steps:,} steps")
+    tables.print_opponents(matches, f"an exploiter of {policy}, trained for {steps:,} steps")
     if json is not None:
         _write_json({"target": policy, "steps": steps, "matches": [match.summary() for match in matches]}, json)
 
@@ -269,7 +269,7 @@ def tournament(
     (out / "ladder.json").write_text(json_module.dumps(figures, indent=2) + "\n")
     (out / "ladder.md").write_text(ladder.to_markdown(figures, _command(), "ladder.png"))
     ladder.plot(figures, out / "ladder.png")
-    _print_ladder(figures)
+    tables.print_ladder(figures)
     print(f"ladder: {out / 'ladder.md'}, {out / 'ladder.json'}, {out / 'ladder.png'}")
 
 
@@ -375,7 +375,7 @@ def bench(
     config = GameConfig(observation=ObservationConfig(grid=grid))
     say("phases")
     figures = speed.to_dict(speeds, speed.phases(config), config)
-    _print_speeds(figures)
+    tables.print_speeds(figures)
     if json is not None:
         _write_json(figures, json)
     if plot is not None:
@@ -416,106 +416,6 @@ def _write_json(figures: dict[str, Any], path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json_module.dumps(figures, indent=2) + "\n")
     print(f"figures: {path}")
-
-
-def _print_matches(matches: list[MatchResult]) -> None:
-    """Print matches of several policies against the same opponent."""
-    title = f"against {_marked(matches[0], matches[0].opponent)}, both sides, seed {matches[0].seed}"
-    _print_table([(_marked(match, match.policy), match) for match in matches], "policy", title)
-
-
-def _print_opponents(matches: list[MatchResult], title: str) -> None:
-    """Print matches of the same policy against several opponents."""
-    _print_table([(_marked(match, match.opponent), match) for match in matches], "opponent", title)
-
-
-def _marked(match: MatchResult, name: str) -> str:
-    return f"{name}*" if name in match.privileged else name
-
-
-def _print_table(rows: list[tuple[str, MatchResult]], who: str, title: str) -> None:
-    table_module = require_extra("rich.table", "cli")
-    limit = rows[0][1].limit_s
-    note = "; * sees the simulator itself" if any(match.privileged for _, match in rows) else ""
-    table = table_module.Table(
-        box=require_extra("rich.box", "cli").SIMPLE_HEAD,  # no rules between columns: it must fit 80 of them
-        pad_edge=False,
-        padding=(0, 1),
-        title=title,
-        caption=f"share of all drones at the end; in the mean length, draws count {limit:g} s{note}",
-    )
-    for heading in (who, "games", "won", "drawn", "lost", "won 95 %", "share", "mean s"):
-        table.add_column(heading, justify="left" if heading == who else "right", no_wrap=True)
-    for name, match in rows:
-        summary = match.summary()
-        low, high = summary["win_rate_ci95"]
-        table.add_row(
-            name,
-            str(summary["games"]),
-            str(summary["wins"]),
-            str(summary["draws"]),
-            str(summary["losses"]),
-            f"{100 * low:.0f} to {100 * high:.0f} %",
-            f"{summary['mean_share']:.3f}",
-            f"{summary['restricted_mean_seconds']:.0f}",
-        )
-    require_extra("rich.console", "cli").Console().print(table)
-
-
-def _print_ladder(ladder: dict[str, Any]) -> None:
-    from swarm_pz.ladder import figure
-
-    box = require_extra("rich.box", "cli").SIMPLE_HEAD
-    field = ladder["intransitivity"]
-    table = require_extra("rich.table", "cli").Table(
-        box=box,
-        pad_edge=False,
-        padding=(0, 1),
-        title=f"{ladder['games_per_pairing']} games of every two, seed {ladder['seed']}",
-        caption=f"{100 * field['cyclic_share']:.0f} % cyclic ({100 * field['cyclic_share_of_a_ladder']:.0f} % for a "
-        f"true ladder); {field['cycles']} of {field['decided_triples']} clear "
-        "triples are cycles; planned players see the simulator itself",
-    )
-    for heading in ("player", "kind", "rating", "95 %", "won", "drawn", "lost", "median s", "ms"):
-        table.add_column(heading, justify="left" if heading in ("player", "kind") else "right", no_wrap=True)
-    for entry in ladder["players"]:
-        low, high = entry["rating_ci95"]
-        table.add_row(
-            entry["player"],
-            entry["kind"],
-            f"{entry['rating']:.0f}",
-            f"{low:.0f} to {high:.0f}",
-            *(str(entry[name]) for name in ("wins", "draws", "losses")),
-            figure(entry["median_seconds"], 0),
-            figure(entry["thinking_ms"], 1),
-        )
-    require_extra("rich.console", "cli").Console().print(table)
-
-
-def _print_speeds(figures: dict[str, Any]) -> None:
-    console, box = require_extra("rich.console", "cli").Console(), require_extra("rich.box", "cli").SIMPLE_HEAD
-    table_class = require_extra("rich.table", "cli").Table
-    about = ", ".join(f"{name} {value}" for name, value in figures["machine"].items())
-    table = table_class(box=box, pad_edge=False, padding=(0, 1), title="a second, median", caption=about)
-    for heading in ("face", "games", "drones", "threads", "drone-steps", "env-steps"):
-        table.add_column(heading, justify="left" if heading == "face" else "right", no_wrap=True)
-    for row in figures["speeds"]:
-        table.add_row(
-            row["face"],
-            str(row["games"]),
-            str(row["drones"]),
-            str(row["threads"]),
-            f"{row['drone_steps'] / 1e6:.2f} M",
-            f"{row['env_steps']:,.0f}",
-        )
-    console.print(table)
-    parts = table_class(box=box, pad_edge=False, padding=(0, 1), title="of one drone-step, 64 games of 20, one thread")
-    parts.add_column("phase")
-    parts.add_column("ns", justify="right")
-    for name, nanoseconds in figures["phases_ns_per_drone_step"].items():
-        parts.add_row(name, f"{nanoseconds:.0f}")
-    console.print(parts)
-    print(f"a game's state takes {figures['bytes_per_game'] / 1024:.0f} KiB")
 
 
 if __name__ == "__main__":

@@ -26,6 +26,8 @@ from swarm_pz.scenario import check_seed
 _BATCH = 256
 """Games played side by side; results do not depend on it."""
 _RESAMPLES = 10_000
+POINTS = {"win": 1.0, "draw": 0.5, "loss": 0.0}
+"""What an outcome is worth where games are added up."""
 _MATCH = 7
 """Sets the seeds of matches apart from those of training."""
 
@@ -113,7 +115,7 @@ class MatchResult:
 
     def score(self) -> float:
         """Return the share of the points, a draw being half a win."""
-        return (self.count("win") + self.count("draw") / 2) / len(self.unique)
+        return float(np.mean([POINTS[game.outcome] for game in self.unique]))
 
     def win_rate_interval(self) -> tuple[float, float]:
         """Return the 95 % interval of the win rate.

@@ -30,7 +30,7 @@ import numpy as np
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError, ResultsError
-from swarm_pz.match import FaultError, Game, blame, play_games
+from swarm_pz.match import POINTS, FaultError, Game, blame, play_games
 from swarm_pz.policy import Player, PrivilegedPolicy, load_players
 from swarm_pz.ratings import Results
 from swarm_pz.scenario import check_seed
@@ -395,7 +395,7 @@ class Tournament:
             one, other = self.players[i], self.players[j]
             pairs: dict[int, dict[str, list[float]]] = {}
             for game in self.between(one, other):
-                value = {"win": 1.0, "draw": 0.5, "loss": 0.0}[game.outcome]
+                value = POINTS[game.outcome]
                 value = value if game.one == one else 1.0 - value
                 pairs.setdefault(game.number // 2, {}).setdefault(game.fingerprint, []).append(value)
             rows = [[sum(map(np.mean, games.values())), len(games)] for games in pairs.values()]

@@ -4,23 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from policies import scripted
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.settings import Config, check, check_count, check_number
 
-SCRIPTS = (
-    "blind_ring",
-    "centre",
-    "chase",
-    "corners",
-    "evade",
-    "halo",
-    "lasso",
-    "noise",
-    "restless",
-    "ring",
-    "uniform",
-    "wavefront",
-)
+SCRIPTS = tuple(script.__name__ for script in scripted.SCRIPTS)
 FIELD = (*["uniform"] * 3, *SCRIPTS, "evade", "evade", "halo", "lasso", "wavefront")
 """Whom a run meets: all scripts, and more often those that are measured against or hard to beat."""
 

@@ -23,6 +23,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 import policies
 from policies.learned import LearnedPolicy, write_atomically
 from swarm_pz.errors import CheckpointError
+from swarm_pz.match import POINTS
 from swarm_pz.ratings import rate
 from swarm_pz.tournament import Tournament, TournamentConfig
 from training.config import LeagueConfig
@@ -126,7 +127,7 @@ class _Scores(BaseCallback):
     def _on_step(self) -> bool:
         for info in self.locals["infos"]:
             if "outcome" in info and info["opponent"] in self.members:
-                self.members[info["opponent"]].count({"win": 1.0, "draw": 0.5, "loss": 0.0}[info["outcome"]])
+                self.members[info["opponent"]].count(POINTS[info["outcome"]])
         return True
 
 

@@ -1,0 +1,109 @@
+"""Figures as tables on the terminal."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from swarm_pz.errors import require_extra
+from swarm_pz.ladder import figure
+from swarm_pz.match import MatchResult
+
+
+def print_matches(matches: list[MatchResult]) -> None:
+    """Print matches of several policies against the same opponent."""
+    title = f"against {_marked(matches[0], matches[0].opponent)}, both sides, seed {matches[0].seed}"
+    _print_table([(_marked(match, match.policy), match) for match in matches], "policy", title)
+
+
+def print_opponents(matches: list[MatchResult], title: str) -> None:
+    """Print matches of the same policy against several opponents."""
+    _print_table([(_marked(match, match.opponent), match) for match in matches], "opponent", title)
+
+
+def _marked(match: MatchResult, name: str) -> str:
+    return f"{name}*" if name in match.privileged else name
+
+
+def _print_table(rows: list[tuple[str, MatchResult]], who: str, title: str) -> None:
+    table_module = require_extra("rich.table", "cli")
+    limit = rows[0][1].limit_s
+    note = "; * sees the simulator itself" if any(match.privileged for _, match in rows) else ""
+    table = table_module.Table(
+        box=require_extra("rich.box", "cli").SIMPLE_HEAD,  # no rules between columns: it must fit 80 of them
+        pad_edge=False,
+        padding=(0, 1),
+        title=title,
+        caption=f"share of all drones at the end; in the mean length, draws count {limit:g} s{note}",
+    )
+    for heading in (who, "games", "won", "drawn", "lost", "won 95 %", "share", "mean s"):
+        table.add_column(heading, justify="left" if heading == who else "right", no_wrap=True)
+    for name, match in rows:
+        summary = match.summary()
+        low, high = summary["win_rate_ci95"]
+        table.add_row(
+            name,
+            str(summary["games"]),
+            str(summary["wins"]),
+            str(summary["draws"]),
+            str(summary["losses"]),
+            f"{100 * low:.0f} to {100 * high:.0f} %",
+            f"{summary['mean_share']:.3f}",
+            f"{summary['restricted_mean_seconds']:.0f}",
+        )
+    require_extra("rich.console", "cli").Console().print(table)
+
+
+def print_ladder(ladder: dict[str, Any]) -> None:
+    """Print the figures of `swarm_pz.ladder.make_ladder`."""
+    box = require_extra("rich.box", "cli").SIMPLE_HEAD
+    field = ladder["intransitivity"]
+    table = require_extra("rich.table", "cli").Table(
+        box=box,
+        pad_edge=False,
+        padding=(0, 1),
+        title=f"{ladder['games_per_pairing']} games of every two, seed {ladder['seed']}",
+        caption=f"{100 * field['cyclic_share']:.0f} % cyclic ({100 * field['cyclic_share_of_a_ladder']:.0f} % for a "
+        f"true ladder); {field['cycles']} of {field['decided_triples']} clear "
+        "triples are cycles; planned players see the simulator itself",
+    )
+    for heading in ("player", "kind", "rating", "95 %", "won", "drawn", "lost", "median s", "ms"):
+        table.add_column(heading, justify="left" if heading in ("player", "kind") else "right", no_wrap=True)
+    for entry in ladder["players"]:
+        low, high = entry["rating_ci95"]
+        table.add_row(
+            entry["player"],
+            entry["kind"],
+            f"{entry['rating']:.0f}",
+            f"{low:.0f} to {high:.0f}",
+            *(str(entry[name]) for name in ("wins", "draws", "losses")),
+            figure(entry["median_seconds"], 0),
+            figure(entry["thinking_ms"], 1),
+        )
+    require_extra("rich.console", "cli").Console().print(table)
+
+
+def print_speeds(figures: dict[str, Any]) -> None:
+    """Print the figures of `swarm_pz.bench.to_dict`."""
+    console, box = require_extra("rich.console", "cli").Console(), require_extra("rich.box", "cli").SIMPLE_HEAD
+    table_class = require_extra("rich.table", "cli").Table
+    about = ", ".join(f"{name} {value}" for name, value in figures["machine"].items())
+    table = table_class(box=box, pad_edge=False, padding=(0, 1), title="a second, median", caption=about)
+    for heading in ("face", "games", "drones", "threads", "drone-steps", "env-steps"):
+        table.add_column(heading, justify="left" if heading == "face" else "right", no_wrap=True)
+    for row in figures["speeds"]:
+        table.add_row(
+            row["face"],
+            str(row["games"]),
+            str(row["drones"]),
+            str(row["threads"]),
+            f"{row['drone_steps'] / 1e6:.2f} M",
+            f"{row['env_steps']:,.0f}",
+        )
+    console.print(table)
+    parts = table_class(box=box, pad_edge=False, padding=(0, 1), title="of one drone-step, 64 games of 20, one thread")
+    parts.add_column("phase")
+    parts.add_column("ns", justify="right")
+    for name, nanoseconds in figures["phases_ns_per_drone_step"].items():
+        parts.add_row(name, f"{nanoseconds:.0f}")
+    console.print(parts)
+    console.print(f"a game's state takes {figures['bytes_per_game'] / 1024:.0f} KiB")
