@@ -9,7 +9,7 @@ from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.settings import Config, check, check_count, check_number
 
 SCRIPTS = tuple(script.__name__ for script in scripted.SCRIPTS)
-FIELD = (*["uniform"] * 3, *SCRIPTS, "evade", "evade", "halo", "lasso", "wavefront")
+FIELD = (*["uniform"] * 2, *SCRIPTS, "centre", "evade", "evade", "halo", "lasso", "wavefront")
 """Whom a run meets: all scripts, and more often those that are measured against or hard to beat."""
 
 
