@@ -208,10 +208,11 @@ class League:
                 self._save()
                 self._exploit()
         learner = self.main.policy()
-        league = {name: value for name, value in self.config.to_dict().items() if name != "learner"}
-        policy = LearnedPolicy(
-            learner.card | {"league": league}, learner.weights(), self.config.learner.game, self.folder.name
-        )
+        league = self.config.to_dict()
+        training = league.pop("learner")
+        del training["opponents"]  # the league says whom it met
+        card = learner.card | {"training": training, "league": league}
+        policy = LearnedPolicy(card, learner.weights(), self.config.learner.game, self.folder.name)
         policy.write(self.folder)
         self.main.env.close()
         return policy
