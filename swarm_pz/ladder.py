@@ -123,8 +123,7 @@ def to_markdown(ladder: dict[str, Any], command: str, picture: str) -> str:
         "",
         f"Of the squared log-odds between players, {100 * field['cyclic_share']:.0f} % is cyclic: no rating",
         "explains it. A field that these ratings describe truly would show "
-        f" {100 * field['cyclic_share_of_a_ladder']:.0f} % in as many "
-        "games.",
+        f"{100 * field['cyclic_share_of_a_ladder']:.0f} % in as many games.",
         f"Of {field['decided_triples']} triples of players with three clear results, {field['cycles']} are",
         "cycles in which each beats another"
         + (f"; the clearest: `{cycle[0]}` beats `{cycle[1]}` beats `{cycle[2]}` beats `{cycle[0]}`." if cycle else "."),

@@ -164,6 +164,8 @@ class LeagueConfig(Config):
         Exponent k of the weight (1 - p)^k of an opponent beaten in a share p of the games.
     floor : float
         What is added to every weight.
+    script_share : float
+        Share of the seats that scripts have among themselves; all of them as long as nobody else is there.
     snapshot_score : float
         Score against the newest snapshot from which on the next is taken.
     snapshot_every : int
@@ -180,6 +182,7 @@ class LeagueConfig(Config):
     cycle: int = 65_536
     hardness: float = 2.0
     floor: float = 0.02
+    script_share: float = 0.5
     snapshot_score: float = 0.65
     snapshot_every: int = 500_000
     exploiter_every: int = 1_500_000
@@ -200,6 +203,7 @@ class LeagueConfig(Config):
         for name, lowest, highest in (
             ("hardness", 0.0, 100.0),
             ("floor", 1e-6, 1.0),
+            ("script_share", 0.0, 1.0),
             ("snapshot_score", 0.0, 1.0),
         ):
             check_number(getattr(self, name), name, lowest, highest)

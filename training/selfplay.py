@@ -3,7 +3,8 @@
 Opponents are drawn by how seldom the learner beats them (prioritised fictitious self-play, Vinyals et
 al., "Grandmaster level in StarCraft II using multi-agent reinforcement learning", Nature 575, 2019): with
 weight (1 - p)^k for an opponent that is beaten in a share p of the games. A learner that forgets how
-to beat somebody meets them again. Exploiters start from the learner's weights and learn to beat
+to beat somebody meets them again. Scripts have a fixed share, however many snapshots there are: they
+are what tactics are measured against. Exploiters start from the learner's weights and learn to beat
 just that tactic; what they find joins the pool.
 """
 
@@ -100,10 +101,14 @@ class Pool:
         """Return the newest snapshot; a league begins with one."""
         return next(member for member in reversed(self.members) if member.kind == "snapshot")
 
-    def weights(self, exponent: float, floor: float) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Return each member's probability of being dealt."""
-        hard = np.array([(1.0 - member.beaten) ** exponent for member in self.members])
-        return np.asarray((hard + floor) / (hard + floor).sum())
+    def weights(self, exponent: float, floor: float, scripts: float) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return each member's probability of being dealt; `scripts` is what all scripts share."""
+        hard = np.array([(1.0 - member.beaten) ** exponent for member in self.members]) + floor
+        is_script = np.array([member.kind == "script" for member in self.members])
+        if is_script.any() and not is_script.all():
+            hard[is_script] *= scripts / hard[is_script].sum()
+            hard[~is_script] *= (1.0 - scripts) / hard[~is_script].sum()
+        return np.asarray(hard / hard.sum())
 
     def to_json(self) -> str:
         """Return the pool as JSON."""
@@ -230,7 +235,7 @@ class League:
         logger.record("league/lowest_score", by_score[0].beaten)
 
     def _deal(self) -> None:
-        weights = self.pool.weights(self.config.hardness, self.config.floor)
+        weights = self.pool.weights(self.config.hardness, self.config.floor, self.config.script_share)
         # Systematic sampling: as random as needed, with less variance than independent draws.
         places = (self._generator.random() + np.arange(self.config.seats)) / self.config.seats
         chosen = [self.pool.members[i] for i in np.searchsorted(np.cumsum(weights), places * 0.999999)]

@@ -43,9 +43,19 @@ def quiet(line: str) -> None:
 
 def test_the_hardest_are_met_most():
     pool = Pool([Member("easy", "easy", "script", 100, 95), Member("hard", "hard", "script", 100, 20)])
-    easy, hard = pool.weights(exponent=2.0, floor=0.0)
+    easy, hard = pool.weights(exponent=2.0, floor=0.0, scripts=0.5)
     assert hard / easy == pytest.approx((0.8 / 0.05) ** 2)
     assert easy + hard == pytest.approx(1.0)
+
+
+def test_scripts_keep_their_share_however_many_snapshots_there_are():
+    scripts = [Member("easy", "easy", "script", 100, 95), Member("hard", "hard", "script", 100, 80)]
+    snapshots = [Member(f"s{i}", f"s{i}", "snapshot", 100, 50) for i in range(30)]
+    weights = Pool(scripts + snapshots).weights(exponent=2.0, floor=0.02, scripts=0.4)
+    assert weights[:2].sum() == pytest.approx(0.4)
+    assert weights[1] / weights[0] == pytest.approx((0.2**2 + 0.02) / (0.05**2 + 0.02))
+    np.testing.assert_allclose(weights[2:], 0.6 / 30)
+    np.testing.assert_allclose(Pool(snapshots).weights(exponent=2.0, floor=0.02, scripts=0.4), 1 / 30)
 
 
 def test_old_games_fade():
@@ -175,7 +185,15 @@ def test_exploiting_reports_target_and_competence(tmp_path):
 
 @pytest.mark.parametrize(
     "change",
-    [{"seats": 0}, {"cycle": 0}, {"hardness": -1.0}, {"floor": 0.0}, {"snapshot_score": 2.0}, {"scripts": "ring"}],
+    [
+        {"seats": 0},
+        {"cycle": 0},
+        {"hardness": -1.0},
+        {"floor": 0.0},
+        {"script_share": 1.5},
+        {"snapshot_score": 2.0},
+        {"scripts": "ring"},
+    ],
 )
 def test_bad_settings_are_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))):
