@@ -88,7 +88,7 @@ def train(
     untrained = run.untrained()
     print(f"training for {config.total_steps:,} steps in {out} (stop and go on with --resume)", flush=True)
     trained = run.run()
-    plot_learning_curve(run.history, out / "learning_curve.png")
+    plot_learning_curve(run.history, config.opponents[0], out / "learning_curve.png")
     print(f"evaluating over {games} games against uniform coverage, beside the baselines", flush=True)
     match, comparisons = compare(trained, untrained, config.game, games=games, seed=0, threads=config.threads)
     match.write(out / "evaluation.json")

@@ -56,8 +56,8 @@ def compare(
     return match, comparisons
 
 
-def plot_learning_curve(history: History, path: Path) -> None:
-    """Draw share and win rate of the evaluations over environment steps."""
+def plot_learning_curve(history: History, opponent: str, path: Path) -> None:
+    """Draw share and win rate of the evaluations against an opponent over environment steps."""
     steps = [record["step"] / 1000 for record in history.records]
     figure = Figure(figsize=(8, 4.5), layout="constrained")
     axes = figure.add_subplot()
@@ -69,12 +69,20 @@ def plot_learning_curve(history: History, path: Path) -> None:
     axes.plot(steps, [record["share"] for record in history.records], "o-", color="tab:blue", label="share of drones")
     explored = [(step, record["training_share"]) for step, record in zip(steps, history.records, strict=True)][1:]
     if explored:
-        axes.plot(*zip(*explored, strict=True), ":", color="tab:blue", label="share while exploring")
+        axes.plot(*zip(*explored, strict=True), ":", color="tab:blue", label="share while learning, all opponents")
     axes.axhline(0.5, color="grey", linewidth=0.8)
-    axes.annotate(" as good as uniform coverage", (0.0, 0.5), va="bottom", color="grey", fontsize=8)
+    axes.annotate(
+        f"as good as {opponent} ",
+        (1.0, 0.5),
+        xycoords=axes.get_yaxis_transform(),
+        ha="right",
+        va="bottom",
+        color="grey",
+        fontsize=8,
+    )
     axes.set(
         xlabel="thousand environment steps (1 s of game each)",
-        ylabel="against uniform coverage",
+        ylabel=f"against {opponent}",
         ylim=(-0.02, 1.02),
         title="Learning curve: evaluations without exploration; band: 95 % interval of games won",
     )

@@ -85,7 +85,7 @@ def test_history_checkpoint_and_curve_are_written(trained):
     assert json.loads((folder / "history.json").read_text())["records"] == run.history.records
     assert TrainConfig.from_dict(json.loads((folder / "config.json").read_text())) == TINY
     assert list((folder / "tensorboard").iterdir())
-    plot_learning_curve(run.history, folder / "curve.png")
+    plot_learning_curve(run.history, "uniform", folder / "curve.png")
     assert (folder / "curve.png").stat().st_size > 10_000
     plot_sizes(play_match("ring", "uniform", games=2, config=TINY.game), folder / "sizes.png")
     assert (folder / "sizes.png").stat().st_size > 10_000
