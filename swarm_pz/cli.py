@@ -32,6 +32,8 @@ except ImportError:  # the entry point is installed even without the extra
     sys.exit(str(SwarmError("swarm-pz's commands need an extra: pip install 'swarm-pz[cli]'")))
 
 
+_QUIET = 60.0
+"""Seconds without a word that a log may have."""
 _arguments: ContextVar[list[str]] = ContextVar("arguments")
 
 
@@ -405,11 +407,20 @@ def _factory(name: str) -> Any:
 
 @contextmanager
 def _progress() -> Iterator[Callable[[int, int], None]]:
-    """Show a bar while games are played; give the function that moves it."""
+    """Show a bar while games are played, or a line now and then in a log; give the function that moves it."""
     progress = require_extra("rich.progress", "cli")
     with progress.Progress(transient=True) as bar:
         task = bar.add_task("playing", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+        said = time.monotonic()
+
+        def move(done: int, total: int) -> None:
+            nonlocal said
+            bar.update(task, completed=done, total=total)
+            if not bar.console.is_terminal and time.monotonic() - said > _QUIET:
+                said = time.monotonic()
+                print(f"{done:,} of {total:,} games", flush=True)
+
+        yield move
 
 
 def _write_json(figures: dict[str, Any], path: Path) -> None:

@@ -61,6 +61,12 @@ def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(tmp_path, capsys):
     assert "run" in capsys.readouterr().out
 
 
+def test_a_log_says_how_far_a_tournament_is(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("swarm_pz.cli._QUIET", 0.0)
+    main(["tournament", "ring", "uniform", "--processes", "1", "--out", str(tmp_path), "--games", "2", *SHORT])
+    assert "2 of 2 games" in capsys.readouterr().out
+
+
 def test_tournament_writes_the_ladder_and_goes_on(tmp_path, capsys):
     arguments = ["tournament", "ring", "uniform", "--processes", "1", "--out", str(tmp_path), *SHORT]
     main([*arguments, "--games", "2"])
