@@ -37,7 +37,7 @@ def test_every_tactic_has_a_name_a_card_and_beats_uniform_coverage(name):
     assert card["results"]["against"]["uniform"]["games"] >= 100
     assert GameConfig.from_dict(card["training"]["game"]).hash == card["config_hash"]
     TrainConfig.from_dict(card["training"])
-    assert play_match(name, "uniform", games=4, seed=11).count("win") == 4
+    assert play_match(name, "uniform", games=20, seed=11).score() > 0.75
 
 
 @pytest.mark.parametrize("name", NAMES)
