@@ -156,6 +156,9 @@ class LeagueConfig(Config):
         The learner's run. It plays the pool instead of `opponents`, and is rated instead of evaluated.
     scripts : tuple of str
         Policies that are in the pool from the start; none for pure self-play.
+    rivals : tuple of str
+        Learned tactics, by name or folder, that are there from the start, too, but among the snapshots:
+        those that beat an earlier champion, say.
     seats : int
         Opponents dealt at a time.
     cycle : int
@@ -178,6 +181,7 @@ class LeagueConfig(Config):
 
     learner: TrainConfig = field(default_factory=TrainConfig)
     scripts: tuple[str, ...] = SCRIPTS
+    rivals: tuple[str, ...] = ()
     seats: int = 16
     cycle: int = 65_536
     hardness: float = 2.0
@@ -190,8 +194,9 @@ class LeagueConfig(Config):
 
     def __post_init__(self) -> None:
         check(isinstance(self.learner, TrainConfig), "learner", self.learner, "a TrainConfig")
-        check(not isinstance(self.scripts, str), "scripts", self.scripts, "a tuple of policies' names")
-        object.__setattr__(self, "scripts", tuple(self.scripts))
+        for name in ("scripts", "rivals"):
+            check(not isinstance(getattr(self, name), str), name, getattr(self, name), "a tuple of policies' names")
+            object.__setattr__(self, name, tuple(getattr(self, name)))
         for name, low, high in (
             ("seats", 1, 65536),
             ("cycle", 1, 10**12),

@@ -49,7 +49,7 @@ class Member:
     name : str
     source : str
         Name of the policy, or its folder within the league's.
-    kind : {"script", "snapshot", "exploiter"}
+    kind : {"script", "rival", "snapshot", "exploiter"}
     games, score : float
         Games of late, and the learner's score in them; a draw is half a win.
     """
@@ -182,7 +182,9 @@ class League:
         else:
             for name in ("pool", "exploiters", "ratings"):  # of a league that was killed before it was first saved
                 shutil.rmtree(folder / name, ignore_errors=True)
-            self.pool = Pool([Member(name, name, "script") for name in config.scripts], config_hash=identity)
+            invited = [Member(name, name, "script") for name in config.scripts]
+            invited += [Member(name, name, "rival") for name in config.rivals]
+            self.pool = Pool(invited, config_hash=identity)
             self._snapshot()
         self._generator = np.random.default_rng([config.learner.seed, self.main.model.num_timesteps])
 
@@ -251,7 +253,7 @@ class League:
         self.main.env.deal([seated[name] for name in order], order)
 
     def _locate(self, source: str, kind: str) -> str:
-        return source if kind == "script" else str(self.folder / source)
+        return source if kind in ("script", "rival") else str(self.folder / source)
 
     def _snapshot(self) -> None:
         """Put the learner as it stands into the pool, and save the league before anybody plays it."""

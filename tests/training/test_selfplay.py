@@ -68,6 +68,18 @@ def test_old_games_fade():
     assert member.beaten > 0.8
 
 
+def test_rivals_are_met_from_the_start_among_the_snapshots(tmp_path):
+    first = League(TINY.replace(exploiter_steps=0), tmp_path / "first", say=quiet)
+    first.run()
+    rival = str(tmp_path / "first")
+    second = League(TINY.replace(exploiter_steps=0, rivals=(rival,)), tmp_path / "second", say=quiet)
+    second.run()
+    met = next(member for member in second.pool.members if member.name == rival)
+    assert met.kind == "rival" and met.games > 10
+    weights = second.pool.weights(exponent=1.0, floor=0.1, scripts=0.5)
+    assert weights[[member.kind == "script" for member in second.pool.members]].sum() == pytest.approx(0.5)
+
+
 def test_a_league_grows_a_pool_and_writes_a_policy(tmp_path):
     league = League(TINY, tmp_path, say=quiet)
     policy = league.run()
