@@ -1,4 +1,4 @@
-"""The command line: ``swarm-pz train | league | evaluate | tournament | policies | render | bench | warmup``.
+"""The command line: ``swarm-pz train | league | evaluate | tournament | play | replay | study | ...``.
 
 The one place that knows every part of the project; each command imports what it needs, so that
 ``--help`` is quick and a missing extra is named only where it is wanted.
@@ -7,6 +7,7 @@ The one place that knows every part of the project; each command imports what it
 from __future__ import annotations
 
 import functools
+import io
 import itertools
 import json as json_module
 import shlex
@@ -44,6 +45,9 @@ def main(arguments: list[str] | None = None) -> None:
         "league": league,
         "evaluate": evaluate,
         "tournament": tournament,
+        "play": play,
+        "replay": replay,
+        "study": study,
         "policies": list_policies,
         "render": render,
         "bench": bench,
@@ -54,7 +58,7 @@ def main(arguments: list[str] | None = None) -> None:
         tyro.extras.subcommand_cli_from_dict(
             commands,
             prog="swarm-pz",
-            description="Swarm against swarm: train, measure and watch tactics.",
+            description="Swarm against swarm: train, measure, watch and play tactics.",
             args=arguments,
             config=(tyro.conf.AvoidSubcommands,),
         )
@@ -81,7 +85,7 @@ def train(
     """
     for module in ("torch", "stable_baselines3", "matplotlib"):
         require_extra(module, "training")
-    from swarm_pz.replay import record_game
+    from swarm_pz.film import film_game
     from training.ppo import Training
     from training.report import compare, plot_learning_curve
 
@@ -101,7 +105,7 @@ def train(
             f"share above {comparison.match.policy:<10} {comparison.difference:+.3f} "
             f"(95 % interval {comparison.low:+.3f} to {comparison.high:+.3f})"
         )
-    standing = record_game(trained, "uniform", out / "game.mp4", config=config.game, seed=1, speed=4.0)
+    standing = film_game(trained, "uniform", out / "game.mp4", config=config.game, seed=1, speed=4.0)
     print(f"learning curve: {out / 'learning_curve.png'}\none game, {standing}: {out / 'game.mp4'}")
     print(f"policy: {out}  (try: swarm-pz evaluate {out} --opponent ring)")
 
@@ -275,13 +279,116 @@ def tournament(
     print(f"ladder: {out / 'ladder.md'}, {out / 'ladder.json'}, {out / 'ladder.png'}")
 
 
+def play(
+    opponent: str | None = None,
+    host: str = "127.0.0.1",
+    port: int = 8000,
+    out: Path = Path("runs/games"),
+) -> None:
+    """Serve the table: play in a browser, against a person or a policy; every game is recorded.
+
+    Args:
+        opponent: Go straight into a game against this policy; "none" is a practice arena without opponents.
+        host: Where to listen; 0.0.0.0 lets the local network in.
+        port: Port to listen at; 0 takes any that is free.
+        out: Folder of the recordings.
+    """
+    _need_play()
+    import policies
+    from swarm_pz.play.serve import serve
+
+    if opponent is not None and opponent != "none":
+        policies.load(opponent, GameConfig())
+    page = f"play={opponent}" if opponent is not None else ""
+    say = functools.partial(print, flush=True)
+    serve(policies.load, host=host, port=port, folder=out, page=page, say=say, draw_code=_draw_code)
+
+
+def replay(
+    recording: Annotated[Path, tyro.conf.Positional],
+    /,
+    verify: bool = False,
+    film: Path | None = None,
+    speed: float = 2.0,
+    host: str = "127.0.0.1",
+    port: int = 8000,
+) -> None:
+    """Watch a recorded game in a browser, and take it over from any moment; or verify or film it.
+
+    Args:
+        recording: File that the table wrote.
+        verify: Only say whether the game comes out as recorded when it is simulated here.
+        film: Only write it as a film, .gif or .mp4.
+        speed: Seconds of game a second of film.
+        host: Where to listen; 0.0.0.0 lets the local network in.
+        port: Port to listen at; 0 takes any that is free.
+    """
+    _need_play()
+    import policies
+    from swarm_pz.play.playback import Playback
+    from swarm_pz.play.recording import Recording, checked_name
+    from swarm_pz.play.serve import serve
+
+    check(speed > 0, "speed", speed, "above 0")
+    playback = Playback(Recording.read(recording))
+    if film is not None:
+        playback.film(film, speed)
+        print(f"film: {film}")
+    if verify:
+        result = playback.verify()
+        if not result.verified:
+            raise SwarmError(
+                f"{recording} plays differently here from tick {result.first_difference} on: it was changed, or "
+                "recorded by another version or on another kind of processor"
+            )
+        print(f"verified: {result.frames} frames of {recording} come out as recorded")
+    if film is None and not verify:
+        page = f"replay={checked_name(recording.name)}"
+        say = functools.partial(print, flush=True)
+        serve(policies.load, host=host, port=port, folder=recording.parent, page=page, say=say, draw_code=_draw_code)
+
+
+def study(
+    folder: Annotated[Path, tyro.conf.Positional],
+    /,
+    out: Path = Path("runs/study"),
+    parquet: bool = False,
+) -> None:
+    """Turn a folder of recorded games into tables.
+
+    Args:
+        folder: Folder of recordings.
+        out: Folder to write seats, summary and their schema to.
+        parquet: Write Parquet instead of CSV.
+    """
+    _need_play()
+    from swarm_pz.play import study as tables_of
+
+    rows, faults = tables_of.read_folder(folder)
+    for fault in faults:
+        print(f"left out: {fault}", file=sys.stderr)
+    for path in tables_of.write_tables(rows, out, parquet=parquet):
+        print(path)
+    tables.print_study(tables_of.summarise(rows))
+
+
+def _need_play() -> None:
+    for module in ("msgspec", "starlette", "uvicorn", "websockets"):
+        require_extra(module, "play")
+
+
+def _draw_code(address: str) -> str:
+    picture = io.StringIO()
+    require_extra("segno", "play").make(address).terminal(picture, compact=True)
+    return picture.getvalue()
+
+
 def list_policies() -> None:
     """List the installed policies."""
-    import policies
+    from swarm_pz.policy import about, registered
 
-    for name in policies.names():
-        text = (getattr(_factory(name), "__doc__", None) or "").strip().splitlines()
-        print(f"{name:<12} {text[0] if text else ''}".rstrip())
+    for name in sorted(registered()):
+        print(f"{name:<12} {about(name)}".rstrip())
 
 
 def render(
@@ -306,9 +413,9 @@ def render(
         game: The rules.
     """
     import policies
-    from swarm_pz.replay import record_game
+    from swarm_pz.film import film_game
 
-    standing = record_game(
+    standing = film_game(
         policies.load(red, game),
         policies.load(blue, game),
         out,
@@ -397,12 +504,6 @@ def warmup() -> None:
 def _command() -> str:
     """Return the command that is being run."""
     return shlex.join(["swarm-pz", *_arguments.get()])
-
-
-def _factory(name: str) -> Any:
-    from swarm_pz.policy import registered
-
-    return registered()[name].load()
 
 
 @contextmanager

@@ -10,6 +10,8 @@
     ├── CheckpointError (ValueError)     a file of a training run is corrupt, foreign or does not fit
     ├── ResultsError (ValueError)        a folder of results is corrupt, or of another tournament
     ├── RenderError (RuntimeError)       a picture cannot be shown here
+    ├── ProtocolError (ValueError)       a message or frame is not one of the protocol
+    ├── RecordingError (ValueError)      a recorded game is corrupt, foreign or unfinished
     └── MissingExtraError (ImportError)  an optional dependency is not installed
 """
 
@@ -51,6 +53,14 @@ class ResultsError(SwarmError, ValueError):
 
 class RenderError(SwarmError, RuntimeError):
     """A picture cannot be made or shown on this machine."""
+
+
+class ProtocolError(SwarmError, ValueError):
+    """A message or a frame is not one of the protocol."""
+
+
+class RecordingError(SwarmError, ValueError):
+    """A recorded game cannot be read, or plays differently here."""
 
 
 class MissingExtraError(SwarmError, ImportError):

@@ -63,6 +63,12 @@ def registered() -> dict[str, importlib.metadata.EntryPoint]:
     return {point.name: point for point in importlib.metadata.entry_points(group=GROUP)}
 
 
+def about(name: str) -> str:
+    """Return a line about an installed policy, from the first of its factory's docstring."""
+    text = (getattr(registered()[name].load(), "__doc__", None) or "").strip()
+    return text.splitlines()[0] if text else ""
+
+
 def load(policy: str | Player, config: GameConfig) -> Player:
     """Return the policy of a name, made for a game; a policy is returned as it is.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from swarm_pz.errors import require_extra
@@ -107,3 +108,29 @@ def print_speeds(figures: dict[str, Any]) -> None:
         parts.add_row(name, f"{nanoseconds:.0f}")
     console.print(parts)
     console.print(f"a game's state takes {figures['bytes_per_game'] / 1024:.0f} KiB")
+
+
+def print_study(rows: Sequence[Any]) -> None:
+    """Print the rows of `swarm_pz.play.study.summarise`."""
+    table = require_extra("rich.table", "cli").Table(
+        box=require_extra("rich.box", "cli").SIMPLE_HEAD,
+        pad_edge=False,
+        padding=(0, 1),
+        title="recorded games, by player and opponent",
+        caption="median: Kaplan-Meier, draws censor it; commands a minute, at least "
+        + ", ".join(sorted({f"{row.min_command_interval:g} s" for row in rows}))
+        + " apart",
+    )
+    for heading in ("player", "opponent", "games", "won", "drawn", "lost", "won 95 %", "median s", "mean s", "cmd/min"):
+        table.add_column(heading, justify="left" if heading in ("player", "opponent") else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(
+            row.player or row.kind,
+            row.opponent,
+            *(str(count) for count in (row.games, row.wins, row.draws, row.losses)),
+            f"{100 * row.win_rate_low:.0f} to {100 * row.win_rate_high:.0f} %",
+            figure(row.median_s, 0),
+            figure(row.restricted_mean_s, 0),
+            figure(row.commands_per_minute, 1),
+        )
+    require_extra("rich.console", "cli").Console().print(table)

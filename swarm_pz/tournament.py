@@ -12,18 +12,12 @@ import hashlib
 import itertools
 import json
 import multiprocessing
-import multiprocessing.process
 import os
-import signal
-import threading
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -35,6 +29,7 @@ from swarm_pz.policy import Player, PrivilegedPolicy, load_players
 from swarm_pz.ratings import Results
 from swarm_pz.scenario import check_seed
 from swarm_pz.settings import Config, check, check_count, check_number
+from swarm_pz.worker import alarm, prepare_process
 
 SETTINGS, GAMES = "tournament.json", "games.jsonl"
 _BLOCK = 20
@@ -115,33 +110,9 @@ class PlayedGame:
 # --- playing ----------------------------------------------------------------------------------------
 
 
-@contextmanager
-def _alarm(seconds: float) -> Iterator[None]:
-    """Interrupt Python code that takes longer, where the system has alarms; elsewhere say so afterwards."""
-    late = f"no command within {seconds:g} s"
-
-    def ring(_: int, __: FrameType | None) -> None:
-        raise TimeoutError(late)
-
-    began = time.monotonic()
-    if hasattr(signal, "SIGALRM") and threading.current_thread() is threading.main_thread():
-        before = signal.signal(signal.SIGALRM, ring)
-        # Again and again, for the one that catches it.
-        signal.setitimer(signal.ITIMER_REAL, seconds, seconds)
-        try:
-            yield
-        finally:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
-            signal.signal(signal.SIGALRM, before)
-    else:
-        yield
-    if time.monotonic() - began > seconds:
-        raise TimeoutError(late)
-
-
 def _clock(budget_ms: float) -> Callable[[int, bool], Any]:
     def allow(games: int, is_first: bool) -> Any:
-        return _alarm(games * budget_ms / 1000.0 + (_PATIENCE if is_first else 0.0))
+        return alarm(games * budget_ms / 1000.0 + (_PATIENCE if is_first else 0.0))
 
     return allow
 
@@ -195,20 +166,6 @@ def _line(one: str, other: str, number: int, game: Game) -> PlayedGame:
         fingerprint=hashlib.sha256(game.fingerprint).hexdigest()[:16],
         thinking_ms=(round(game.thinking_ms[0], 2), round(game.thinking_ms[1], 2)),
     )
-
-
-def _end_with(parent: multiprocessing.process.BaseProcess) -> None:
-    parent.join()
-    os._exit(1)
-
-
-def _prepare_process() -> None:
-    # A worker whose tournament was killed ends, too.
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-    # Read by PyTorch's and others' thread pools when they are first loaded.
-    os.environ["OMP_NUM_THREADS"] = "1"
 
 
 class Tournament:
@@ -342,7 +299,7 @@ class Tournament:
                     keep(play_block(self._loader, *block, self.config))
                 return
             context = multiprocessing.get_context("spawn")
-            with ProcessPoolExecutor(processes, mp_context=context, initializer=_prepare_process) as pool:
+            with ProcessPoolExecutor(processes, mp_context=context, initializer=prepare_process) as pool:
                 left = iter(blocks)
                 waiting: dict[Future[list[PlayedGame]], tuple[str, str, list[int]]] = {}
                 try:

@@ -9,8 +9,8 @@ import pytest
 
 from swarm_pz import parallel_env
 from swarm_pz.errors import MissingExtraError, RenderError
+from swarm_pz.film import film_game
 from swarm_pz.render import ARENA, HEADER, MARGIN, TEAM_COLOURS, ansi, draw
-from swarm_pz.replay import record_game
 from swarm_pz.simulator import Simulator
 
 
@@ -83,7 +83,7 @@ def test_films_are_written(tmp_path, suffix):
     import imageio.v2 as imageio
 
     path = tmp_path / "films" / f"game.{suffix}"
-    standing = record_game("ring", "uniform", path, seconds=2)
+    standing = film_game("ring", "uniform", path, seconds=2)
     assert "red" in standing
     assert imageio.get_reader(path).get_data(0).ndim == 3
 
@@ -91,9 +91,9 @@ def test_films_are_written(tmp_path, suffix):
 @pytest.mark.parametrize("options", [{"speed": 0.0}, {"speed": float("nan")}, {"seconds": -1.0}])
 def test_films_of_no_length_are_refused(tmp_path, options):
     with pytest.raises(RenderError, match="must be a number above 0"):
-        record_game("ring", "uniform", tmp_path / "game.mp4", **options)
+        film_game("ring", "uniform", tmp_path / "game.mp4", **options)
 
 
 def test_films_of_unknown_formats_are_refused(tmp_path):
     with pytest.raises(RenderError, match=r"must end in .gif or .mp4"):
-        record_game("ring", "uniform", tmp_path / "game.avi")
+        film_game("ring", "uniform", tmp_path / "game.avi")

@@ -1,4 +1,4 @@
-"""One game between two policies as pictures, written as an animated GIF or an MP4."""
+"""Films: a game as pictures, written as an animated GIF or an MP4."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FILM_RATE = 20
 """Pictures a second of film, about."""
 
 
-def record_game(
+def film_game(
     red: str | Player,
     blue: str | Player,
     path: Path,
@@ -59,8 +59,7 @@ def record_game(
     RenderError
         If the suffix names no format that can be written, or seconds or speed are not above 0.
     """
-    if path.suffix not in FORMATS:
-        raise RenderError(f"a film's file name must end in {' or '.join(FORMATS)}, got {str(path)!r}")
+    check_film(path)
     for name, value in (("seconds", seconds), ("speed", speed)):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise RenderError(f"{name} must be a number above 0, got {value!r}")
@@ -74,11 +73,10 @@ def record_game(
     for player, stream in zip(players, streams, strict=True):
         player.reset([stream], row)
     end = batch.limit_s if seconds is None else seconds
-    path.parent.mkdir(parents=True, exist_ok=True)
     simulator = batch.simulator
     every = max(1, round(speed / CONTROL_PERIOD / FILM_RATE))
     count = 0
-    with _open_film(path, speed / CONTROL_PERIOD / every) as film:
+    with open_film(path, speed / CONTROL_PERIOD / every) as film:
 
         def show() -> None:
             nonlocal count
@@ -102,9 +100,17 @@ def record_game(
     return f"{result} ({standing})"
 
 
+def check_film(path: Path) -> None:
+    """Raise a RenderError unless a file's suffix names a format that can be written."""
+    if path.suffix not in FORMATS:
+        raise RenderError(f"a film's file name must end in {' or '.join(FORMATS)}, got {str(path)!r}")
+
+
 @contextmanager
-def _open_film(path: Path, rate: float) -> Iterator[Callable[[NDArray[np.uint8]], None]]:
-    """Give a function that appends a picture to the film; the file is complete on leaving."""
+def open_film(path: Path, rate: float) -> Iterator[Callable[[NDArray[np.uint8]], None]]:
+    """Give a function that appends a picture to the film, `rate` a second; the file is complete on leaving."""
+    check_film(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix == ".mp4":
         with require_extra("imageio.v2", "render").get_writer(path, fps=rate, macro_block_size=4) as writer:
             yield writer.append_data

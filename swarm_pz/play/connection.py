@@ -1,0 +1,103 @@
+"""One client's connection: what it is sent, in which order, and what is left out when it is slow."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import deque
+from typing import Literal
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from swarm_pz.play import protocol
+
+FRAMES_IN_FLIGHT = 12
+"""Frames that a client may leave unacknowledged; then it is sent none until it answers."""
+_MOST_WAITING = 256
+"""Messages that may wait for a client before it is given up."""
+
+
+class Connection:
+    """A client; whoever sends to it never waits.
+
+    Messages arrive, all of them and in order. Of frames only the newest waits, and it is left out while
+    the client is behind.
+
+    Parameters
+    ----------
+    socket : WebSocket
+        Accepted.
+    """
+
+    def __init__(self, socket: WebSocket) -> None:
+        self.kind: Literal["person", "program"] = "program"
+        self.client: protocol.ClientInfo | None = None
+        self._socket = socket
+        self._waiting: deque[str | bytes] = deque()
+        self._frame: tuple[bytes, int] | None = None
+        self._in_flight: deque[int] = deque()
+        self._wake = asyncio.Event()
+        self._received: deque[float] = deque(maxlen=protocol.MAX_MESSAGES_PER_SECOND)
+        self.closed = False
+
+    def send(self, message: protocol.ServerMessage) -> None:
+        """Send a message."""
+        self._put(protocol.encode(message))
+
+    def send_bytes(self, data: bytes) -> None:
+        """Send something binary that must arrive."""
+        self._put(data)
+
+    def _put(self, data: str | bytes) -> None:
+        if len(self._waiting) >= _MOST_WAITING:
+            self.close()
+        if not self.closed:
+            self._waiting.append(data)
+            self._wake.set()
+
+    def show(self, frame: bytes, sequence: int) -> None:
+        """Send a frame as soon as there is room for it, unless a newer one comes first."""
+        if not self.closed:
+            self._frame = frame, sequence
+            if len(self._in_flight) < FRAMES_IN_FLIGHT:
+                self._wake.set()
+
+    def acknowledge(self, sequence: int) -> None:
+        """Note that this frame, and so all that were sent before it, has arrived."""
+        while sequence in self._in_flight:
+            self._in_flight.popleft()
+        if self._frame is not None:
+            self._wake.set()
+
+    def may_speak(self) -> bool:
+        """Count a message, and tell whether it is within what a client may send in a second."""
+        now = time.monotonic()
+        if len(self._received) == self._received.maxlen and now - self._received[0] < 1.0:
+            return False
+        self._received.append(now)
+        return True
+
+    def close(self) -> None:
+        """Send nothing more; what waits is dropped."""
+        self.closed = True
+        self._waiting.clear()
+        self._frame = None
+        self._wake.set()
+
+    async def run(self) -> None:
+        """Send what there is to send until the connection is closed."""
+        try:
+            while not self.closed:
+                await self._wake.wait()
+                self._wake.clear()
+                while self._waiting:
+                    data = self._waiting.popleft()
+                    await (self._socket.send_text(data) if isinstance(data, str) else self._socket.send_bytes(data))
+                if self._frame is not None and len(self._in_flight) < FRAMES_IN_FLIGHT:
+                    frame, sequence = self._frame
+                    self._frame = None
+                    self._in_flight.append(sequence)
+                    await self._socket.send_bytes(frame)
+            await self._socket.close(code=1008, reason="too slow, or taken over")
+        except (WebSocketDisconnect, RuntimeError, OSError):
+            self.closed = True

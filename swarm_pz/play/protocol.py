@@ -1,0 +1,342 @@
+"""What a table and its clients say to each other: JSON messages; what they show is in `frames`.
+
+`docs/protocol.md` explains both; these files decide them. Messages are the structs below, told apart by
+their ``type``; whatever does not fit them is refused before anything else sees it.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any, Literal, TypeVar
+
+import msgspec
+from msgspec import Meta, Struct
+
+from swarm_pz.errors import ProtocolError
+from swarm_pz.play.strokes import MOST_POINTS, Brush
+
+SUBPROTOCOL = "swarm-pz.play.v1"
+MAX_MESSAGE_BYTES = 65_536
+MAX_MESSAGES_PER_SECOND = 20
+
+Side = Literal["red", "blue"]
+Milliseconds = Annotated[float, Meta(ge=-1e15, le=1e15)]
+Count = Annotated[int, Meta(ge=0, le=2**53)]
+Code = Annotated[str, Meta(pattern="^[A-Z0-9]{4,8}$")]
+Token = Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]
+Name = Annotated[str, Meta(min_length=1, max_length=200)]
+Label = Annotated[str, Meta(max_length=40)]
+
+
+class _Message(Struct, forbid_unknown_fields=True):
+    """A message, or a part of one."""
+
+
+# --- what clients say -----------------------------------------------------------------------------
+
+
+class ClientInfo(_Message):
+    """What a client says about its screen; programs leave it out."""
+
+    viewport: tuple[Annotated[int, Meta(ge=0, le=100_000)], Annotated[int, Meta(ge=0, le=100_000)]]
+    pixel_ratio: Annotated[float, Meta(ge=0, le=100)] = 1.0
+    refresh_hz: Annotated[float, Meta(ge=0, le=1000)] = 0.0
+
+
+class Hello(_Message, tag="hello"):
+    """The first message of every connection; a token takes its seat back."""
+
+    kind: Literal["person", "program"] = "program"
+    token: Token | None = None
+    client: ClientInfo | None = None
+
+
+class Settings(_Message):
+    """How a room plays; None for the time limit plays without one."""
+
+    red: Annotated[int, Meta(ge=0, le=200)] = 10
+    blue: Annotated[int, Meta(ge=0, le=200)] = 10
+    time_limit: Annotated[float, Meta(ge=1, le=36_000)] | None = 300.0
+    mapping: Literal["bold", "paper"] = "bold"
+    speed: Annotated[float, Meta(ge=0.25, le=2)] = 1.0
+
+
+class Create(_Message, tag="create"):
+    """Open a room and sit down in it, or watch."""
+
+    settings: Settings = msgspec.field(default_factory=Settings)
+    seat: Side | Literal["watch"] = "red"
+    opponent: Name | None = None
+    label: Label = ""
+
+
+class Join(_Message, tag="join"):
+    """Sit down in a room that is there, or watch."""
+
+    room: Code
+    seat: Side | Literal["watch"] = "watch"
+    label: Label = ""
+
+
+class Invite(_Message, tag="invite"):
+    """Give a free seat of one's room to a policy, or with None free a policy's seat."""
+
+    seat: Side
+    policy: Name | None
+
+
+class Ready(_Message, tag="ready"):
+    """Say that one is ready, or not yet; also for the next game after one."""
+
+    ready: bool = True
+
+
+class StrokeMessage(_Message):
+    """One line of a drawing; see `swarm_pz.play.strokes.Stroke`."""
+
+    brush: Brush
+    width: float
+    points: Annotated[list[tuple[float, float]], Meta(min_length=1, max_length=MOST_POINTS)]
+
+
+class Timing(_Message):
+    """When a command was made, on the client's clock, and how far that is from the server's."""
+
+    input_ms: Milliseconds
+    sent_ms: Milliseconds
+    offset_ms: Milliseconds = 0.0
+    round_trip_ms: Milliseconds = 0.0
+    drawing_ms: Milliseconds = 0.0
+
+
+class CommandMessage(_Message, tag="command"):
+    """A command: strokes or a density, not both."""
+
+    number: Count
+    strokes: Annotated[list[StrokeMessage], Meta(max_length=256)] | None = None
+    density: list[list[float]] | None = None
+    timing: Timing | None = None
+
+
+class Painted(_Message, tag="painted"):
+    """When the client first painted a frame that a command had changed, on its clock."""
+
+    number: Count
+    painted_ms: Milliseconds
+
+
+class Acknowledge(_Message, tag="acknowledge"):
+    """The latest frame that has arrived."""
+
+    sequence: Count
+
+
+class Ping(_Message, tag="ping"):
+    """Ask for the server's clock."""
+
+    sent_ms: Milliseconds
+
+
+class Visibility(_Message, tag="visibility"):
+    """The page was hidden or shown again."""
+
+    hidden: bool
+
+
+class Leave(_Message, tag="leave"):
+    """Give one's seat up."""
+
+
+class OpenReplay(_Message, tag="open_replay"):
+    """Watch a recorded game."""
+
+    recording: Name
+
+
+class Seek(_Message, tag="seek"):
+    """Go to a tick of the recorded game that one watches."""
+
+    tick: Count
+
+
+class Pace(_Message, tag="pace"):
+    """Play the recorded game at some speed; 0 holds it."""
+
+    speed: Annotated[float, Meta(ge=0, le=8)]
+
+
+class TakeOver(_Message, tag="take_over"):
+    """Play on from the moment that one watches, in a new room."""
+
+    seat: Side
+    opponent: Name | None = None
+
+
+ClientMessage = (
+    Hello
+    | Create
+    | Join
+    | Invite
+    | Ready
+    | CommandMessage
+    | Painted
+    | Acknowledge
+    | Ping
+    | Visibility
+    | Leave
+    | OpenReplay
+    | Seek
+    | Pace
+    | TakeOver
+)
+
+# --- what the server says -------------------------------------------------------------------------
+
+
+class PolicyInfo(_Message):
+    """A policy that may take a seat."""
+
+    name: str
+    about: str
+
+
+class Welcome(_Message, tag="welcome"):
+    """The answer to a hello."""
+
+    version: str
+    policies: list[PolicyInfo]
+    min_command_interval: float
+    command_cells: int
+    server_ms: float
+
+
+class Seated(_Message, tag="seated"):
+    """A seat is yours; the token takes it back after a lost connection."""
+
+    room: str
+    seat: Side
+    token: str
+
+
+class SeatState(_Message):
+    """Who sits in a seat."""
+
+    kind: Literal["free", "person", "program", "policy"] = "free"
+    name: str = ""
+    label: str = ""
+    connected: bool = False
+    ready: bool = False
+
+
+class RoomState(_Message, tag="room"):
+    """A room, sent whenever anything of it changes."""
+
+    code: str
+    phase: Literal["waiting", "playing", "over", "replay"]
+    settings: Settings
+    red: SeatState
+    blue: SeatState
+    watchers: int
+    sizes: list[tuple[int, int]]
+    """Drones of red and blue, once a second since the start."""
+    outcome: Literal["red", "blue", "draw", "stopped"] | None = None
+    recording: str | None = None
+    last_tick: int | None = None
+    """Of a recorded game."""
+    verified: bool | None = None
+    """Whether the recorded game plays here as it did; else it cannot be taken over."""
+
+
+class Received(_Message, tag="received"):
+    """A command has arrived; it waits if the last one is too young."""
+
+    number: int
+    server_ms: float
+
+
+class InForceMessage(_Message, tag="in_force"):
+    """The swarm follows a command from this tick on."""
+
+    seat: Side
+    number: int
+    tick: int
+    server_ms: float
+
+
+class Refused(_Message, tag="refused"):
+    """A message was not obeyed, and why; nothing has changed."""
+
+    code: Literal["malformed", "too_many", "out_of_turn", "not_valid", "taken", "unknown", "full", "closing"]
+    reason: str
+    about: str = ""
+
+
+class Notice(_Message, tag="notice"):
+    """Something that everybody in the room should know."""
+
+    text: str
+
+
+class Displaced(_Message, tag="displaced"):
+    """Another connection has taken this seat; this one is sent nothing more."""
+
+
+class Pong(_Message, tag="pong"):
+    """The answer to a ping."""
+
+    sent_ms: float
+    server_ms: float
+
+
+ServerMessage = Welcome | Seated | RoomState | Received | InForceMessage | Refused | Notice | Displaced | Pong
+
+T = TypeVar("T")
+
+_client_decoder: msgspec.json.Decoder[ClientMessage] = msgspec.json.Decoder(ClientMessage)
+_server_decoder: msgspec.json.Decoder[ServerMessage] = msgspec.json.Decoder(ServerMessage)
+_encoder = msgspec.json.Encoder()
+
+
+def decode_client(text: str | bytes) -> ClientMessage:
+    """Read a client's message.
+
+    Raises
+    ------
+    ProtocolError
+        If it is too long or fits none of the messages.
+    """
+    return _decode(_client_decoder, text)
+
+
+def decode_server(text: str | bytes) -> ServerMessage:
+    """Read a server's message, as `decode_client`."""
+    return _decode(_server_decoder, text)
+
+
+def _decode(decoder: msgspec.json.Decoder[T], text: str | bytes) -> T:
+    if len(text) > MAX_MESSAGE_BYTES:
+        raise ProtocolError(f"a message may have {MAX_MESSAGE_BYTES} bytes, got {len(text)}")
+    try:
+        return decoder.decode(text)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ProtocolError(f"not a message of {SUBPROTOCOL}: {error}") from error
+
+
+def encode(message: ClientMessage | ServerMessage) -> str:
+    """Write a message as JSON."""
+    return _encoder.encode(message).decode()
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON schema of all messages of both sides."""
+    schemas, definitions = msgspec.json.schema_components([ClientMessage, ServerMessage], ref_template="#/$defs/{name}")
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": SUBPROTOCOL,
+        "properties": {"client": schemas[0], "server": schemas[1]},
+        "$defs": definitions,
+    }
+
+
+if __name__ == "__main__":
+    print(json.dumps(schema(), indent=2))  # noqa: T201

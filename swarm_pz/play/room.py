@@ -1,0 +1,366 @@
+"""A room: two seats, who watches, and the games between them."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from swarm_pz.config import RED, TEAM_NAMES, CaptureConfig, GameConfig
+from swarm_pz.errors import CommandError, SwarmError
+from swarm_pz.play import protocol
+from swarm_pz.play.connection import Connection
+from swarm_pz.play.game import TableConfig
+from swarm_pz.play.recording import PaintedLine, SeatLine
+from swarm_pz.play.recording import Seat as RecordedSeat
+from swarm_pz.play.session import Callbacks, House, Moment, Outcome, Session, target_message
+from swarm_pz.play.strokes import Stroke, density_of
+
+_UNTIMED = 1e6
+Reason = Literal["malformed", "too_many", "out_of_turn", "not_valid", "taken", "unknown", "full", "closing"]
+
+
+class RefusedError(SwarmError, ValueError):
+    """What a client asked for is not done.
+
+    Attributes
+    ----------
+    code : str
+        One of those of the protocol's `Refused`.
+    """
+
+    def __init__(self, code: Reason, reason: str) -> None:
+        super().__init__(reason)
+        self.code = code
+
+
+@dataclass
+class Seat:
+    """One side of the table."""
+
+    team: int
+    kind: Literal["free", "person", "program", "policy"] = "free"
+    policy: str = ""
+    label: str = ""
+    token: str = ""
+    ready: bool = False
+    connection: Connection | None = None
+    gone: bool = False
+    """Its player gave it up in the middle of a game."""
+    target: bytes = b""
+    """The target in force, as its side is shown it."""
+
+    def free(self) -> None:
+        """Make it anybody's."""
+        self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
+        self.connection, self.gone = None, False
+
+    @property
+    def side(self) -> protocol.Side:
+        """Its name."""
+        return "red" if self.team == RED else "blue"
+
+    def state(self) -> protocol.SeatState:
+        """Return what everybody in the room sees of it."""
+        return protocol.SeatState(
+            kind=self.kind,
+            name=self.policy,
+            label=self.label,
+            connected=self.kind == "policy" or self.connection is not None,
+            ready=self.ready,
+        )
+
+
+def table_config(settings: protocol.Settings) -> TableConfig:
+    """Return the table that a room's settings ask for; one side without drones makes a practice arena.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such game.
+    """
+    sizes = (settings.red, settings.blue)
+    game = GameConfig(
+        drones_per_team=sizes,
+        time_limit=settings.time_limit if settings.time_limit is not None else _UNTIMED,
+        capture=CaptureConfig(enabled=min(sizes) > 0),
+    )
+    return TableConfig(game=game, mapping=settings.mapping, speed=settings.speed)
+
+
+def settings_of(config: TableConfig) -> protocol.Settings:
+    """Return a table's settings as clients know them."""
+    red, blue = config.game.team_sizes
+    limit = config.game.time_limit
+    return protocol.Settings(
+        red=red,
+        blue=blue,
+        time_limit=limit if limit < _UNTIMED else None,
+        mapping="paper" if config.mapping == "paper" else "bold",
+        speed=config.speed,
+    )
+
+
+class Room:
+    """A room; see the module.
+
+    Parameters
+    ----------
+    code : str
+    settings : protocol.Settings
+    house : House
+    moment : Moment, optional
+        Of a recorded game, that the first game here goes on from.
+    """
+
+    def __init__(self, code: str, settings: protocol.Settings, house: House, moment: Moment | None = None) -> None:
+        self.code, self.settings, self._house, self._moment = code, settings, house, moment
+        self.config = moment.game.config if moment is not None else table_config(settings)
+        self.seats = (Seat(0), Seat(1))
+        self.watchers: set[Connection] = set()
+        self.session: Session | None = None
+        self.outcome: Outcome | None = None
+        self.last_used = time.monotonic()
+        self._games = 0
+
+    @property
+    def phase(self) -> Literal["waiting", "playing", "over"]:
+        """Where the room is."""
+        if self.session is None:
+            return "waiting"
+        return "playing" if self.outcome is None else "over"
+
+    # --- who is here ------------------------------------------------------------------------------
+
+    @property
+    def connections(self) -> list[Connection]:
+        """Everybody here."""
+        return [*(seat.connection for seat in self.seats if seat.connection is not None), *self.watchers]
+
+    def seat_of(self, connection: Connection) -> Seat:
+        """Return a connection's seat, or refuse one that has none."""
+        for seat in self.seats:
+            if seat.connection is connection:
+                return seat
+        raise RefusedError("out_of_turn", "only who sits at this table may do that; take a seat first")
+
+    def sit(self, connection: Connection, side: protocol.Side, label: str) -> Seat:
+        """Give a free seat to a client."""
+        seat = self.seats[TEAM_NAMES.index(side)]
+        if seat.kind != "free":
+            raise RefusedError("taken", f"the {side} seat is taken; take the other one, or watch")
+        if self.config.game.team_sizes[seat.team] == 0:
+            raise RefusedError("not_valid", f"{side} has no drones in this room")
+        seat.kind, seat.label, seat.ready = connection.kind, label, False
+        seat.token = secrets.token_hex(16)
+        seat.connection = connection
+        self._entered(seat)
+        return seat
+
+    def resume(self, connection: Connection, seat: Seat) -> None:
+        """Give a seat back to who holds its token; another connection that has it is told and left."""
+        displaced = seat.connection
+        if displaced is not None and displaced is not connection:
+            self._note(seat, "displaced")
+            displaced.send(protocol.Displaced())
+        seat.connection = connection
+        self._entered(seat)
+
+    def _entered(self, seat: Seat) -> None:
+        connection = seat.connection
+        assert connection is not None  # noqa: S101
+        connection.send(protocol.Seated(room=self.code, seat=seat.side, token=seat.token))
+        self._note(seat, "connected")
+        self._welcome(connection)
+        if seat.target:
+            connection.send_bytes(seat.target)
+
+    def watch(self, connection: Connection) -> None:
+        """Let somebody look on."""
+        self.watchers.add(connection)
+        self._welcome(connection)
+
+    def _welcome(self, connection: Connection) -> None:
+        self.tell_state()
+        if self.session is not None:
+            connection.send_bytes(self.session.frame(keyframe=True))
+
+    def invite(self, connection: Connection, side: protocol.Side, policy: str | None) -> None:
+        """Give a seat to a policy, or free it."""
+        self.seat_of(connection)
+        self.place_policy(side, policy)
+
+    def place_policy(self, side: protocol.Side, policy: str | None) -> None:
+        """Give a seat to a policy, or free it."""
+        seat = self.seats[TEAM_NAMES.index(side)]
+        if seat.kind not in ("free", "policy"):
+            raise RefusedError("taken", f"somebody sits in the {side} seat")
+        if self.phase == "playing":
+            raise RefusedError("out_of_turn", "seats change between games")
+        seat.free()
+        if policy is not None:
+            seat.kind, seat.policy, seat.ready = "policy", policy, True
+        self._changed()
+
+    def ready(self, connection: Connection, ready: bool) -> None:
+        """Mark a seat as ready; the game begins when both are."""
+        seat = self.seat_of(connection)
+        if self.phase == "playing":
+            raise RefusedError("out_of_turn", "the game is running")
+        seat.ready = ready
+        playing = [seat for seat in self.seats if self.config.game.team_sizes[seat.team] > 0]
+        if all(seat.ready and seat.kind != "free" for seat in playing):
+            self._begin()
+        else:
+            self._changed()
+
+    def leave(self, connection: Connection) -> None:
+        """Give a seat up; in a game the swarm goes on with its last command."""
+        self.watchers.discard(connection)
+        for seat in self.seats:
+            if seat.connection is connection:
+                self._note(seat, "disconnected")
+                if self.phase == "playing":
+                    seat.connection, seat.token, seat.gone = None, "", True  # nobody may come back to it
+                else:
+                    seat.free()
+        self._changed()
+
+    def disconnect(self, connection: Connection) -> None:
+        """Note that a connection is gone; its seat waits for its token."""
+        self.watchers.discard(connection)
+        for seat in self.seats:
+            if seat.connection is connection:
+                seat.connection = None
+                self._note(seat, "disconnected")
+                self._changed()
+
+    def tell(self, message: protocol.ServerMessage) -> None:
+        """Send a message to everybody here."""
+        for connection in self.connections:
+            connection.send(message)
+
+    def _changed(self) -> None:
+        self.last_used = time.monotonic()
+        self.tell_state()
+
+    def tell_state(self) -> None:
+        """Tell everybody how the room stands."""
+        self.tell(
+            protocol.RoomState(
+                code=self.code,
+                phase=self.phase,
+                settings=self.settings,
+                red=self.seats[0].state(),
+                blue=self.seats[1].state(),
+                watchers=len(self.watchers),
+                sizes=self.session.sizes if self.session is not None else [],
+                outcome=self.outcome,
+                recording=self.session.recorder.path.name if self.session is not None else None,
+            )
+        )
+
+    # --- what players do --------------------------------------------------------------------------
+
+    def command(self, connection: Connection, message: protocol.CommandMessage) -> None:
+        """Take a command of strokes or a density."""
+        seat = self.seat_of(connection)
+        if self.session is None or self.phase != "playing":
+            raise RefusedError("out_of_turn", "no game is running: commands count once both seats are ready")
+        if (message.strokes is None) == (message.density is None):
+            raise RefusedError("not_valid", "a command must hold either strokes or a density")
+        try:
+            density = np.asarray(message.density, np.float64)
+            if message.strokes is not None:
+                strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in message.strokes]
+                density = density_of(strokes, self.config.game.command_cells, self.config.mapping)
+            self.session.submit(seat.team, message.number, density, message.strokes, message.timing)
+        except (CommandError, ValueError) as error:
+            raise RefusedError("not_valid", str(error)) from error
+        connection.send(protocol.Received(number=message.number, server_ms=self._house.now_ms()))
+
+    def painted(self, connection: Connection, message: protocol.Painted) -> None:
+        """Note when a command's effect was first seen."""
+        seat = self.seat_of(connection)
+        if self.session is not None:
+            ms = self.session.since_began(message.painted_ms)
+            self.session.recorder.write(PaintedLine(team=seat.team, number=message.number, ms=ms))
+
+    def visibility(self, connection: Connection, hidden: bool) -> None:
+        """Note that a player's page was hidden or shown."""
+        for seat in self.seats:
+            if seat.connection is connection:
+                self._note(seat, "hidden" if hidden else "shown")
+
+    # --- games ------------------------------------------------------------------------------------
+
+    def _begin(self) -> None:
+        self._games += 1
+        self.outcome = None
+        recorded = [RecordedSeat(kind=seat.kind, policy=seat.policy, label=seat.label) for seat in self.seats]
+        self.session = Session(
+            f"{self.code}-{self._games}",
+            self.config,
+            self._moment.seed if self._moment is not None else secrets.randbelow(2**32),
+            (recorded[0], recorded[1]),
+            self._house,
+            Callbacks(show=self._show, in_force=self._in_force, failed=self._failed, over=self._over),
+            self._moment,
+        )
+        self._moment = None
+        for seat in self.seats:
+            seat.ready = seat.kind == "policy"
+            seat.target = target_message(self.session.game, seat.team, 0)
+            if seat.connection is not None:
+                self._note(seat, "connected")
+        self._changed()
+        keyframe = self.session.frame(keyframe=True)
+        for connection in self.connections:
+            connection.send_bytes(keyframe)
+        for seat in self.seats:
+            if seat.connection is not None:
+                seat.connection.send_bytes(seat.target)
+
+    def stop(self) -> None:
+        """End the game, if one is running, and finish its file."""
+        if self.session is not None:
+            self.session.stop()
+
+    def _show(self, frame: bytes, sequence: int) -> None:
+        for connection in self.connections:
+            connection.show(frame, sequence)
+
+    def _in_force(self, team: int, number: int, tick: int, target: bytes) -> None:
+        seat = self.seats[team]
+        seat.target = target
+        if seat.connection is not None:
+            seat.connection.send_bytes(target)
+            now = self._house.now_ms()
+            seat.connection.send(protocol.InForceMessage(seat=seat.side, number=number, tick=tick, server_ms=now))
+
+    def _failed(self, team: int, reason: str) -> None:
+        seat = self.seats[team]
+        self._note(seat, "failed", reason)
+        self.tell(protocol.Notice(text=f"{seat.policy} keeps its last command: {reason}"))
+
+    def _over(self, outcome: Outcome) -> None:
+        self.outcome = outcome
+        for seat in self.seats:
+            if seat.gone:
+                self.seats[seat.team].free()
+        self._changed()
+
+    def _note(
+        self,
+        seat: Seat,
+        event: Literal["connected", "disconnected", "displaced", "hidden", "shown", "failed"],
+        reason: str = "",
+    ) -> None:
+        if self.session is not None and self.phase == "playing":
+            client = seat.connection.client if event == "connected" and seat.connection is not None else None
+            self.session.recorder.write(
+                SeatLine(team=seat.team, event=event, ms=self.session.now_ms, client=client, reason=reason[:500])
+            )

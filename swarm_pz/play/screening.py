@@ -1,0 +1,147 @@
+"""A recorded game shown to one client, who may go to any moment of it.
+
+Where a simulation comes out as recorded, that is what is shown, with capture fields and targets; where
+it does not, because the processor is of another kind, the recorded frames are.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+
+import numpy as np
+
+from swarm_pz.config import BLUE, RED, TICKS_PER_SECOND
+from swarm_pz.play import protocol
+from swarm_pz.play.connection import Connection
+from swarm_pz.play.frames import Frame, encode_frame
+from swarm_pz.play.playback import Playback
+from swarm_pz.play.recording import Origin, Recording
+from swarm_pz.play.room import settings_of
+from swarm_pz.play.session import Moment, capture_fields, target_message
+
+
+class Screening:
+    """See the module.
+
+    Parameters
+    ----------
+    recording : Recording
+    is_verified : bool
+        Whether its simulation comes out as recorded.
+    connection : Connection
+    """
+
+    def __init__(self, recording: Recording, is_verified: bool, connection: Connection) -> None:
+        self.recording, self.is_verified, self._connection = recording, is_verified, connection
+        self._frames = list(recording.frames())
+        self._playback = Playback(recording)
+        self._tick = 0
+        self._speed = 1.0
+        self._sequence = 0
+        self._tell_state()
+        self._clock = asyncio.create_task(self._run())
+
+    def seek(self, tick: int) -> None:
+        """Show a moment."""
+        self._tick = min(tick, self.recording.last_tick)
+        if self.is_verified:
+            self._playback.seek(self._tick)
+            for team in (RED, BLUE):
+                self._connection.send_bytes(target_message(self._playback.game, team, 0))
+        self._show()
+
+    def pace(self, speed: float) -> None:
+        """Play at this many seconds of game a second; 0 holds."""
+        self._speed = speed
+
+    def moment(self) -> Moment | None:
+        """Return the moment that is shown, to play on from; None where simulations come out otherwise."""
+        if not self.is_verified:
+            return None
+        playback = Playback(self.recording)
+        playback.seek(self._tick)
+        return Moment(
+            game=playback.game,
+            seed=self.recording.header.seed,
+            sizes=self._sizes()[: self._tick // TICKS_PER_SECOND + 1],
+            origin=Origin(recording=self.recording.name, tick=playback.game.tick),
+            past=self.recording.until(playback.game.tick),
+        )
+
+    def close(self) -> None:
+        """Show nothing more."""
+        self._clock.cancel()
+
+    async def _run(self) -> None:
+        self.seek(0)
+        owed = 0.0
+        with contextlib.suppress(asyncio.CancelledError):
+            while True:
+                await asyncio.sleep(1.0 / TICKS_PER_SECOND)
+                owed = min(owed + self._speed, 8.0)
+                ticks = min(int(owed), self.recording.last_tick - self._tick)
+                owed -= int(owed)
+                if ticks > 0:
+                    self._tick += ticks
+                    self._go_on(ticks)
+                    self._show()
+
+    def _go_on(self, ticks: int) -> None:
+        if self.is_verified:
+            for command in self._playback.advance(ticks):
+                self._connection.send_bytes(target_message(self._playback.game, command.team, command.number))
+
+    def _show(self) -> None:
+        self._sequence += 1
+        if self.is_verified:
+            simulator = self._playback.game.simulator
+            positions, velocities = simulator.positions[0], simulator.velocities[0]
+            teams, fields = simulator.teams[0], capture_fields(simulator)
+        else:
+            ticks = [frame.tick for frame in self._frames]
+            frame = self._frames[max(int(np.searchsorted(ticks, self._tick, side="right")) - 1, 0)]
+            positions, velocities, teams, fields = frame.positions, frame.velocities, frame.teams, None
+        shown = Frame(
+            sequence=self._sequence,
+            tick=self._tick,
+            server_ms=0.0,
+            positions=positions,
+            velocities=velocities,
+            teams=teams,
+            fields=fields,
+        )
+        self._connection.show(encode_frame(shown), self._sequence)
+
+    def _sizes(self) -> list[tuple[int, int]]:
+        by_second = {frame.tick // TICKS_PER_SECOND: frame for frame in reversed(self._frames)}
+        blue = {second: int(frame.teams.sum()) for second, frame in by_second.items()}
+        count = len(self._frames[0].teams) if self._frames else 0
+        return [(count - blue[second], blue[second]) for second in sorted(blue)]
+
+    def _tell_state(self) -> None:
+        header, end = self.recording.header, self.recording.end
+        seats = [
+            protocol.SeatState(
+                kind=seat.kind if seat.kind != "recording" else "free",
+                name=seat.policy,
+                label=seat.label,
+                connected=True,
+            )
+            for seat in (header.red, header.blue)
+        ]
+        self._connection.send(
+            protocol.RoomState(
+                code="",
+                phase="replay",
+                settings=settings_of(self.recording.config),
+                red=seats[0],
+                blue=seats[1],
+                watchers=1,
+                sizes=self._sizes(),
+                outcome=end.outcome if end is not None else None,
+                recording=self.recording.name,
+                last_tick=self.recording.last_tick,
+                verified=self.is_verified,
+            )
+        )

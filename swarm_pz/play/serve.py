@@ -1,0 +1,123 @@
+"""Start the server: where it listens, what it is called there, and how it ends."""
+
+from __future__ import annotations
+
+import ipaddress
+import os
+import socket
+from collections.abc import Callable
+from pathlib import Path
+
+import uvicorn
+
+from swarm_pz.errors import CommandError
+from swarm_pz.play import protocol
+from swarm_pz.play.server import Server
+from swarm_pz.play.session import House
+from swarm_pz.play.thinking import Loader, Thinkers
+
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+_END_S = 3
+
+
+def names_of(host: str, port: int) -> list[str]:
+    """Return the names, with port, by which a server that listens at `host` is known.
+
+    Raises
+    ------
+    CommandError
+        If there is no such address.
+    """
+    names = {host}
+    if host in LOOPBACK:
+        names |= set(LOOPBACK)
+    else:
+        try:
+            own = socket.gethostname()
+            addresses = {entry[4][0] for entry in socket.getaddrinfo(host, port)}
+            if any(ipaddress.ip_address(address).is_unspecified for address in addresses):
+                names |= set(LOOPBACK) | {own, f"{own}.local"} | _own_addresses()
+            names |= {str(address) for address in addresses}
+        except OSError as error:
+            raise CommandError(f"there is no host {host!r} here: {error.strerror}") from error
+    return sorted(f"[{name}]:{port}" if ":" in name else f"{name}:{port}" for name in names)
+
+
+def _own_addresses() -> set[str]:
+    """Return this machine's addresses on its networks, as far as its routes tell."""
+    addresses = set()
+    for family, elsewhere in ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1")):
+        try:
+            with socket.socket(family, socket.SOCK_DGRAM) as probe:
+                probe.connect((elsewhere, 9))  # nothing is sent
+                addresses.add(str(probe.getsockname()[0]))
+        except OSError:
+            continue
+    return addresses
+
+
+def serve(
+    loader: Loader,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8000,
+    folder: Path = Path("runs/games"),
+    page: str = "",
+    say: Callable[[str], None] = print,
+    draw_code: Callable[[str], str] | None = None,
+) -> None:
+    """Serve the table until the process is told to end.
+
+    Parameters
+    ----------
+    loader : callable
+        From a policy's name and a game to the policy; found again by its name in other processes.
+    host : str
+        Where to listen; loopback is this machine alone.
+    port : int
+        0 takes any free one.
+    folder : Path
+        Of the recordings.
+    page : str
+        What the printed address leads to, after its ``#``.
+    say : callable
+        Where lines go.
+    draw_code : callable, optional
+        From an address to a picture of it in text, shown if the server is open to a network.
+
+    Raises
+    ------
+    CommandError
+        If it cannot listen there.
+    """
+    listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((host, port))
+        listening.listen(128)  # who comes before the server has started waits
+    except OSError as error:
+        listening.close()
+        raise CommandError(f"cannot listen at {host}, port {port}: {error.strerror}; try another --port") from error
+    port = listening.getsockname()[1]
+    names = names_of(host, port)
+    house = House(folder=folder, thinkers=Thinkers(loader, processes=max(1, (os.cpu_count() or 2) - 1)))
+    app = Server(house).app(names)
+    is_open = host not in LOOPBACK
+    shown = next((name for name in names if name.rsplit(":", 1)[0] in _own_addresses()), names[0]) if is_open else None
+    address = f"http://{shown or f'127.0.0.1:{port}'}/" + (f"#{page}" if page else "")
+    say(f"swarm-pz is at {address}")
+    if is_open:
+        say("OPEN TO THE NETWORK: whoever reaches this machine can play, and nothing is encrypted")
+        if draw_code is not None:
+            say(draw_code(address))
+    say(f"games are recorded in {folder}; end with Ctrl-C")
+    config = uvicorn.Config(
+        app,
+        log_level="warning",
+        ws_max_size=protocol.MAX_MESSAGE_BYTES,
+        ws_max_queue=32,
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=_END_S,
+        server_header=False,
+    )
+    uvicorn.Server(config).run(sockets=[listening])

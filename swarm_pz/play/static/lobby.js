@@ -1,0 +1,56 @@
+// The lobby: open a room, join one, go back to one's seat, or take the lesson.
+
+const at = (id) => document.getElementById(id);
+
+export class Lobby {
+  constructor(link) {
+    this.link = link;
+    at("create").addEventListener("submit", (event) => this.create(event));
+    at("join").addEventListener("submit", (event) => this.join(event));
+    at("opponent").addEventListener("change", () => this.describe());
+    at("start-lesson").addEventListener("click", () => { location.hash = "lesson"; });
+    at("return").addEventListener("click", () => {
+      location.hash = `room=${link.seat.room}`;
+      location.reload();
+    });
+  }
+
+  show(welcome) {
+    at("return").hidden = !this.link.seat;
+    if (this.link.seat) at("return").textContent = `Return to your seat in room ${this.link.seat.room}`;
+    if (!welcome || at("opponent").options.length) return;
+    this.policies = welcome.policies;
+    at("opponent").append(
+      new Option("a person, in another window or on another device", ""),
+      new Option("nobody: practise alone", "none"),
+      ...welcome.policies.map(({ name }) => new Option(name, name)),
+    );
+    at("opponent").value = "uniform";
+    this.describe();
+  }
+
+  describe() {
+    const policy = this.policies.find(({ name }) => name === at("opponent").value);
+    at("opponent-about").textContent = policy?.about ?? "";
+  }
+
+  create(event) {
+    event.preventDefault();
+    const opponent = at("opponent").value, seat = at("side").value;
+    const settings = {
+      red: Number(at("red-drones").value),
+      blue: Number(at("blue-drones").value),
+      time_limit: at("time-limit").value ? Number(at("time-limit").value) : null,
+      mapping: at("mapping").value,
+      speed: Number(at("speed").value),
+    };
+    if (opponent === "none") settings[seat === "blue" ? "red" : "blue"] = 0;
+    const isPolicy = opponent && opponent !== "none";
+    this.link.send({ type: "create", settings, seat, label: at("label").value, ...(isPolicy ? { opponent } : {}) });
+  }
+
+  join(event) {
+    event.preventDefault();
+    location.hash = `room=${at("code").value.toUpperCase()}`;
+  }
+}

@@ -1,0 +1,223 @@
+// The drawing: strokes by finger, pen, mouse or keys, painted at once in this page alone.
+// What a stroke asks for is decided by the server; nothing here knows.
+
+const HATCH = { attract: ["#0b6e4f", "+"], repel: ["#7a4a00", "-"] };
+const CURSOR_STEP = 0.02;
+const MOST_POINTS = 2000;
+const NEAREST = 0.004; // points closer than this, in map widths, say nothing new
+
+export class Pen {
+  // arena: the element that is drawn in; canvas: where the ink goes; lifted: called when the last finger is.
+  constructor(arena, canvas, { lifted, changed, mayDraw }) {
+    Object.assign(this, { arena, canvas, lifted, changed, mayDraw });
+    this.brush = "attract";
+    this.width = 0.1;
+    this.strokes = [];
+    this.before = []; // drawings to go back to
+    this.sent = false; // what is here was sent, and the next stroke begins anew
+    this.keep = false;
+    this.down = new Map(); // strokes being drawn, by pointer
+    this.cursor = { x: 0.5, y: 0.5, shown: false };
+    this.patterns = {};
+    arena.addEventListener("pointerdown", (event) => this.begin(event));
+    arena.addEventListener("pointermove", (event) => this.move(event));
+    for (const type of ["pointerup", "pointercancel"]) arena.addEventListener(type, (event) => this.end(event));
+    arena.addEventListener("keydown", (event) => this.key(event));
+    arena.addEventListener("blur", () => { this.endKeyStroke(); this.cursor.shown = false; this.dirty = true; });
+  }
+
+  place(event) {
+    const box = this.canvas.getBoundingClientRect();
+    const limit = (value) => Math.min(Math.max(value, -0.5), 1.5);
+    return [limit((event.clientX - box.left) / box.width), limit(1 - (event.clientY - box.top) / box.height)];
+  }
+
+  begin(event) {
+    if (event.button !== 0 || !this.mayDraw() || event.target.closest("button, a")) return;
+    event.preventDefault();
+    this.arena.focus({ preventScroll: true });
+    this.arena.setPointerCapture(event.pointerId);
+    this.cursor.shown = false;
+    this.down.set(event.pointerId, this.start(this.place(event), performance.now()));
+  }
+
+  start(point, startedMs) {
+    if (this.down.size === 0) {
+      this.before.push(this.strokes);
+      if (this.before.length > 50) this.before.shift();
+      this.strokes = this.sent && !this.keep ? [] : [...this.strokes];
+      if (this.sent || !this.drawingSince) this.drawingSince = startedMs;
+      this.sent = false;
+    }
+    const stroke = { brush: this.brush, width: this.width, points: [point] };
+    this.strokes.push(stroke);
+    this.dirty = true;
+    return stroke;
+  }
+
+  move(event) {
+    const stroke = this.down.get(event.pointerId);
+    if (!stroke) return;
+    for (const part of event.getCoalescedEvents?.() ?? [event]) this.extend(stroke, this.place(part));
+  }
+
+  extend(stroke, point) {
+    const last = stroke.points.at(-1);
+    if (Math.hypot(point[0] - last[0], point[1] - last[1]) < NEAREST || stroke.points.length >= MOST_POINTS) return;
+    stroke.points.push(point);
+    this.dirty = true;
+  }
+
+  end(event) {
+    const stroke = this.down.get(event.pointerId);
+    if (!stroke) return;
+    if (event.type === "pointerup") this.extend(stroke, this.place(event));
+    this.down.delete(event.pointerId);
+    this.changed();
+    if (this.down.size === 0) this.lifted(event.pointerType);
+  }
+
+  // --- keys -----------------------------------------------------------------------------------------
+
+  key(event) {
+    const moves = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+    if (event.ctrlKey || event.altKey || event.metaKey || event.target !== this.arena) return;
+    if (moves[event.key]) {
+      const [dx, dy] = moves[event.key], step = event.shiftKey ? 5 * CURSOR_STEP : CURSOR_STEP;
+      const limit = (value) => Math.min(Math.max(value, 0), 1);
+      Object.assign(this.cursor, { x: limit(this.cursor.x + dx * step), y: limit(this.cursor.y + dy * step), shown: true });
+      const stroke = this.down.get("keys");
+      if (stroke) this.extend(stroke, [this.cursor.x, this.cursor.y]);
+      this.dirty = true;
+    } else if (event.key === " ") {
+      if (this.down.has("keys")) this.endKeyStroke();
+      else if (this.mayDraw()) {
+        this.cursor.shown = true;
+        this.down.set("keys", this.start([this.cursor.x, this.cursor.y], performance.now()));
+      }
+    } else return;
+    event.preventDefault();
+  }
+
+  endKeyStroke() {
+    if (this.down.delete("keys")) {
+      this.dirty = true;
+      this.changed();
+    }
+  }
+
+  // --- the drawing ------------------------------------------------------------------------------------
+
+  undo() {
+    this.endKeyStroke();
+    if (this.before.length) this.strokes = this.before.pop();
+    this.sent = false;
+    this.refresh();
+  }
+
+  clear() {
+    this.endKeyStroke();
+    if (this.strokes.length) this.before.push(this.strokes);
+    this.strokes = [];
+    this.sent = false;
+    this.refresh();
+  }
+
+  refresh() {
+    this.dirty = true;
+    this.changed();
+  }
+
+  // Take the drawing for sending: strokes as the protocol has them, and for how long it was drawn.
+  take() {
+    this.endKeyStroke();
+    const drawingMs = this.drawingSince ? performance.now() - this.drawingSince : 0;
+    this.drawingSince = null;
+    this.sent = true;
+    this.dirty = true;
+    const short = (value) => Math.round(value * 1e4) / 1e4;
+    return {
+      drawingMs,
+      strokes: this.strokes.map(({ brush, width, points }) => ({
+        brush, width, points: points.map(([x, y]) => [short(x), short(y)]),
+      })),
+    };
+  }
+
+  paint() {
+    if (!this.dirty) return;
+    this.dirty = false;
+    const { canvas } = this, side = canvas.width, pen = canvas.getContext("2d");
+    pen.clearRect(0, 0, side, side);
+    pen.lineCap = pen.lineJoin = "round";
+    pen.globalAlpha = this.sent ? 0.35 : 0.8;
+    for (const { brush, width, points } of this.strokes) {
+      pen.globalCompositeOperation = "destination-out"; // later strokes replace earlier ones
+      pen.globalAlpha = 1;
+      this.line(pen, points, width * side, side, "#000");
+      if (brush === "erase") continue;
+      pen.globalCompositeOperation = "source-over";
+      pen.globalAlpha = this.sent ? 0.35 : 0.8;
+      this.line(pen, points, width * side, side, this.pattern(pen, brush));
+    }
+    pen.globalCompositeOperation = "source-over";
+    pen.globalAlpha = 1;
+    if (this.cursor.shown) this.paintCursor(pen, side);
+  }
+
+  line(pen, points, width, side, style) {
+    pen.strokeStyle = style;
+    pen.lineWidth = width;
+    pen.beginPath();
+    const [first] = points;
+    pen.moveTo(first[0] * side, (1 - first[1]) * side);
+    for (const [x, y] of points) pen.lineTo(x * side, (1 - y) * side);
+    pen.stroke();
+  }
+
+  paintCursor(pen, side) {
+    const x = this.cursor.x * side, y = (1 - this.cursor.y) * side, radius = this.width / 2 * side;
+    for (const [style, width] of [["#fff", 5], [HATCH[this.brush]?.[0] ?? "#333", 2]]) {
+      pen.strokeStyle = style;
+      pen.lineWidth = width;
+      pen.setLineDash(this.down.has("keys") ? [] : [6, 4]);
+      pen.beginPath();
+      pen.arc(x, y, radius, 0, 7);
+      pen.moveTo(x - 6, y);
+      pen.lineTo(x + 6, y);
+      pen.moveTo(x, y - 6);
+      pen.lineTo(x, y + 6);
+      pen.stroke();
+    }
+    pen.setLineDash([]);
+  }
+
+  // Told apart by sign and direction of hatching, not by colour alone.
+  pattern(pen, brush) {
+    const size = 18, [colour, sign] = HATCH[brush];
+    if (!this.patterns[brush]) {
+      const tile = document.createElement("canvas");
+      tile.width = tile.height = size;
+      const draw = tile.getContext("2d");
+      draw.fillStyle = colour;
+      draw.globalAlpha = 0.25;
+      draw.fillRect(0, 0, size, size);
+      draw.globalAlpha = 1;
+      draw.strokeStyle = colour;
+      draw.lineWidth = 2;
+      draw.beginPath();
+      draw.moveTo(5, 9);
+      draw.lineTo(13, 9);
+      if (sign === "+") {
+        draw.moveTo(9, 5);
+        draw.lineTo(9, 13);
+      } else {
+        draw.moveTo(0, 0);
+        draw.lineTo(size, 0);
+      }
+      draw.stroke();
+      this.patterns[brush] = pen.createPattern(tile, "repeat");
+    }
+    return this.patterns[brush];
+  }
+}

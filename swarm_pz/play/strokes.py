@@ -1,0 +1,164 @@
+"""From strokes to a command: the one place where a drawing becomes a density.
+
+The page, recordings and external programs all come through here. A stroke is a line drawn with a round
+brush; later strokes paint over earlier ones. What is painted becomes an image, the image is smoothed,
+and its means over the command's cells are the command.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import GRID_CELLS
+from swarm_pz.errors import CommandError, nearest
+
+Brush = Literal["attract", "repel", "erase"]
+BRUSHES: tuple[Brush, ...] = ("attract", "repel", "erase")
+NARROWEST, WIDEST = 0.05, 0.30
+"""Least and largest width of a brush, in map widths."""
+MOST_POINTS = 4096
+"""Points that all strokes of a drawing may have together."""
+_PIXELS = 2 * GRID_CELLS
+"""Pixels a side of the painted image."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stroke:
+    """One line of a drawing.
+
+    Attributes
+    ----------
+    brush : {"attract", "repel", "erase"}
+        What it paints; "erase" makes ground untouched again.
+    width : float
+        Of the brush, in map widths.
+    points : tuple of (float, float)
+        Where it went, x and y in map widths; a line may leave the square. One point is a dot.
+
+    Raises
+    ------
+    CommandError
+        If brush, width or a point cannot be drawn.
+    """
+
+    brush: Brush
+    width: float
+    points: tuple[tuple[float, float], ...]
+
+    def __post_init__(self) -> None:
+        if self.brush not in BRUSHES:
+            raise CommandError(f"there is no brush {self.brush!r}; {nearest(str(self.brush), BRUSHES)}")
+        if not NARROWEST <= self.width <= WIDEST:
+            raise CommandError(f"a brush must be {NARROWEST} to {WIDEST} map widths wide, got {self.width!r}")
+        if not 1 <= len(self.points) <= MOST_POINTS:
+            raise CommandError(f"a stroke must have 1 to {MOST_POINTS} points, got {len(self.points)}")
+        points = np.array(self.points, np.float64)
+        if points.shape != (len(self.points), 2) or not (np.abs(points - 0.5) <= 1.0).all():
+            raise CommandError("a stroke's points must be pairs x, y between -0.5 and 1.5")
+
+
+@dataclass(frozen=True, kw_only=True)
+class StrokeMapping:
+    """What painted ground asks for.
+
+    Attributes
+    ----------
+    attract, repel : float
+        Densities of ground painted so.
+    untouched, untouched_beside_attract : float
+        Density of the rest, without and with any ground that attracts.
+    smoothing : float
+        Standard deviation, in map widths, of the Gaussian that smooths the image.
+    """
+
+    attract: float = 1.0
+    repel: float = 0.0
+    untouched: float = 0.5
+    untouched_beside_attract: float
+    smoothing: float
+
+
+MAPPINGS = {
+    "bold": StrokeMapping(untouched_beside_attract=0.0, smoothing=0.05),
+    # The paper's. A density sums to 1, so against ground at one half few strokes weigh anything.
+    "paper": StrokeMapping(untouched_beside_attract=0.5, smoothing=0.2),
+}
+DEFAULT_MAPPING = "bold"
+
+
+def density_of(strokes: Sequence[Stroke], cells: int, mapping: str = DEFAULT_MAPPING) -> NDArray[np.float64]:
+    """Return the command that a drawing asks for.
+
+    Parameters
+    ----------
+    strokes : sequence of Stroke
+        In the order in which they were drawn; none asks for uniform coverage.
+    cells : int
+        Cells A a side of the command.
+    mapping : str
+        One of `MAPPINGS`.
+
+    Returns
+    -------
+    float64 array (A, A)
+        Values in [0, 1], `[row = y, column = x]`.
+
+    Raises
+    ------
+    CommandError
+        If there is no such mapping, or the strokes have too many points together.
+    """
+    if mapping not in MAPPINGS:
+        raise CommandError(f"there is no mapping {mapping!r}; {nearest(mapping, MAPPINGS)}")
+    if (count := sum(len(stroke.points) for stroke in strokes)) > MOST_POINTS:
+        raise CommandError(f"a drawing may have {MOST_POINTS} points, got {count}")
+    chosen = MAPPINGS[mapping]
+    painted = np.full((_PIXELS, _PIXELS), "", dtype="<U7")
+    for stroke in strokes:
+        painted[_covers(stroke)] = "" if stroke.brush == "erase" else stroke.brush
+    attracts = painted == "attract"
+    untouched = chosen.untouched_beside_attract if attracts.any() else chosen.untouched
+    image = np.where(attracts, chosen.attract, np.where(painted == "repel", chosen.repel, untouched))
+    along = _smoothing_matrix(chosen.smoothing, cells)
+    return np.asarray(np.clip(along @ image @ along.T, 0.0, 1.0))
+
+
+def _covers(stroke: Stroke) -> NDArray[np.bool_]:
+    """Return which pixels' centres lie under a stroke, at least the nearest one of each of its points."""
+    centres = (np.arange(_PIXELS) + 0.5) / _PIXELS
+    pixels = np.stack(np.meshgrid(centres, centres), axis=-1)
+    covered = np.zeros((_PIXELS, _PIXELS), np.bool_)
+    points = np.array(stroke.points, np.float64)
+    reach = stroke.width / 2
+    for start, end in zip(points, np.concatenate([points[1:], points[-1:]]), strict=True):
+        # Only the pixels around the piece: a long stroke has hundreds of pieces.
+        low = np.clip(((np.minimum(start, end) - reach) * _PIXELS).astype(int), 0, _PIXELS)
+        high = np.clip(((np.maximum(start, end) + reach) * _PIXELS).astype(int) + 1, 0, _PIXELS)
+        window = np.s_[low[1] : high[1], low[0] : high[0]]
+        along = end - start
+        length = float(along @ along)
+        from_start = pixels[window] - start
+        share = np.clip(from_start @ along / length, 0.0, 1.0) if length > 0.0 else np.zeros(from_start.shape[:2])
+        distance = np.linalg.norm(from_start - share[..., None] * along, axis=-1)
+        covered[window] |= distance <= reach
+    return covered
+
+
+@cache
+def _smoothing_matrix(smoothing: float, cells: int) -> NDArray[np.float64]:
+    """Smooth an image along one axis, mirrored at the walls, and take means over the cells (cells, pixels)."""
+    centres = (np.arange(_PIXELS) + 0.5) / _PIXELS
+    mirrored = np.concatenate([-centres, centres, 2.0 - centres])
+    weights = np.exp(-((centres[:, None] - mirrored) ** 2) / (2 * smoothing**2))
+    weights = weights.reshape(_PIXELS, 3, _PIXELS).sum(axis=1)
+    weights /= weights.sum(axis=1, keepdims=True)
+    # A cell's mean, also where cells and pixels do not divide.
+    edges = np.arange(cells + 1)[:, None] / cells * _PIXELS
+    overlap = np.diff(np.clip(edges - np.arange(_PIXELS), 0.0, 1.0), axis=0)
+    return np.asarray(overlap @ weights * cells / _PIXELS)

@@ -1,0 +1,335 @@
+"""A folder of recorded games as tables: who won, how fast, and what people did meanwhile.
+
+Times to the end of a game are censored where nobody won: a draw says only that a win takes longer. So
+medians are Kaplan-Meier's (Kaplan and Meier, "Nonparametric estimation from incomplete observations",
+JASA 53, 1958), and means are restricted to the time limit (the area under the same curve).
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
+from swarm_pz.errors import RecordingError, require_extra
+from swarm_pz.play.recording import (
+    SUFFIX,
+    CapturedLine,
+    CommandLine,
+    InForceLine,
+    PaintedLine,
+    Recording,
+    SeatLine,
+)
+
+SCHEMA_VERSION = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeatRow:
+    """What one seat did in one game; durations in seconds, delays in milliseconds.
+
+    Attributes
+    ----------
+    recording, started, config_hash, mapping : str
+    min_command_interval, speed, time_limit : float
+    taken_over : bool
+        The game went on from a moment of another one.
+    side : {"red", "blue"}
+    kind : {"person", "program", "policy"}
+    player : str
+        Policy or label.
+    opponent : str
+        The other seat's policy or label, or its kind.
+    start_size, drones : int
+        Drones at the start, and of both teams.
+    outcome : {"win", "draw", "loss", "stopped"}
+    seconds : float
+        Of game time.
+    final_share : float
+        Of all drones.
+    commands : int
+    commands_per_minute : float
+    first_command_s : float or None
+    drawing_s_per_command : float or None
+    lost_while_drawing : int
+        Drones lost while a drawing was made.
+    input_to_in_force_ms, input_to_painted_ms : float or None
+        Medians.
+    disconnections : int
+    hidden_s : float
+        For how long the page was hidden.
+    """
+
+    recording: str
+    started: str
+    config_hash: str
+    mapping: str
+    min_command_interval: float
+    speed: float
+    time_limit: float
+    taken_over: bool
+    side: str
+    kind: str
+    player: str
+    opponent: str
+    start_size: int
+    drones: int
+    outcome: str
+    seconds: float
+    final_share: float
+    commands: int
+    commands_per_minute: float
+    first_command_s: float | None
+    drawing_s_per_command: float | None
+    lost_while_drawing: int
+    input_to_in_force_ms: float | None
+    input_to_painted_ms: float | None
+    disconnections: int
+    hidden_s: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class SummaryRow:
+    """All finished games of one player against one opponent, of one kind and under one configuration.
+
+    Attributes
+    ----------
+    kind, player, opponent, config_hash : str
+    min_command_interval : float
+    games, wins, draws, losses : int
+    win_rate, win_rate_low, win_rate_high : float
+        With Wilson's 95 % interval.
+    median_s : float or None
+        Kaplan-Meier median of the time to a win of either side; None if more than half were draws.
+    restricted_mean_s : float
+        Mean of that time, restricted to the longest game.
+    final_share : float
+    commands_per_minute : float
+    """
+
+    kind: str
+    player: str
+    opponent: str
+    config_hash: str
+    min_command_interval: float
+    games: int
+    wins: int
+    draws: int
+    losses: int
+    win_rate: float
+    win_rate_low: float
+    win_rate_high: float
+    median_s: float | None
+    restricted_mean_s: float
+    final_share: float
+    commands_per_minute: float
+
+
+def seat_rows(recording: Recording) -> list[SeatRow]:
+    """Return what the seats of a game did; seats that nobody took are left out."""
+    header, config, end = recording.header, recording.config, recording.end
+    tick = end.tick if end is not None else recording.last_tick
+    seconds = tick / TICKS_PER_SECOND
+    teams = np.repeat((0, 1), config.game.team_sizes)
+    for capture in recording.of(CapturedLine):
+        teams[capture.drone] = capture.team
+    seats = (header.red, header.blue)
+    rows = []
+    for team, seat in enumerate(seats):
+        if seat.kind == "free":
+            continue
+        other = seats[1 - team]
+        outcome = "stopped"
+        if end is not None and end.outcome != "stopped":
+            outcome = "draw" if end.outcome == "draw" else "win" if end.outcome == TEAM_NAMES[team] else "loss"
+        rows.append(
+            SeatRow(
+                recording=recording.name,
+                started=header.started,
+                config_hash=header.config_hash,
+                mapping=config.mapping,
+                min_command_interval=config.min_command_interval,
+                speed=config.speed,
+                time_limit=config.game.time_limit,
+                taken_over=header.origin is not None,
+                side=TEAM_NAMES[team],
+                kind=seat.kind,
+                player=seat.policy or seat.label,
+                opponent=other.policy or other.label or other.kind,
+                start_size=config.game.team_sizes[team],
+                drones=config.game.num_drones,
+                outcome=outcome,
+                seconds=seconds,
+                final_share=float((teams == team).mean()),
+                **_habits(recording, team, seconds),
+            )
+        )
+    return rows
+
+
+def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
+    commands = [line for line in recording.of(CommandLine) if line.team == team]
+    drawn = [(line, line.timing) for line in commands if line.timing is not None]
+    drawing_ms = [timing.drawing_ms for _, timing in drawn if timing.drawing_ms > 0]
+    # Of game time, when commands came into force: what arrives is late by the network.
+    ticks = [line.tick for line in recording.of(InForceLine) if line.team == team]
+    in_force = {line.number: line.ms for line in recording.of(InForceLine) if line.team == team}
+    painted = {line.number: line.ms for line in recording.of(PaintedLine) if line.team == team}
+    speed = recording.config.speed
+    lost = 0
+    for capture in recording.of(CapturedLine):
+        ms = 1000.0 * capture.tick / TICKS_PER_SECOND / speed
+        spans = [(line.received_ms - timing.drawing_ms, line.received_ms) for line, timing in drawn]
+        lost += capture.team != team and any(began <= ms <= received for began, received in spans)
+    # A command's input on the server's clock: when it arrived less what its sender says has passed.
+    inputs = {
+        line.number: line.received_ms - (timing.sent_ms - timing.input_ms) - timing.round_trip_ms / 2
+        for line, timing in drawn
+    }
+    hidden, hidden_since = 0.0, None
+    for line in recording.of(SeatLine):
+        if line.team == team and line.event == "hidden":
+            hidden_since = line.ms
+        elif line.team == team and hidden_since is not None:
+            hidden += line.ms - hidden_since
+            hidden_since = None
+    return {
+        "commands": len(commands),
+        "commands_per_minute": 60.0 * len(commands) / seconds if seconds > 0 else 0.0,
+        "first_command_s": ticks[0] / TICKS_PER_SECOND if ticks else None,
+        "drawing_s_per_command": float(np.mean(drawing_ms)) / 1000.0 if drawing_ms else None,
+        "lost_while_drawing": int(lost),
+        "input_to_in_force_ms": _median([in_force[n] - ms for n, ms in inputs.items() if n in in_force]),
+        "input_to_painted_ms": _median([painted[n] - ms for n, ms in inputs.items() if n in painted]),
+        "disconnections": sum(line.team == team and line.event == "disconnected" for line in recording.of(SeatLine)),
+        "hidden_s": hidden / 1000.0,
+    }
+
+
+def _median(values: Sequence[float]) -> float | None:
+    return float(np.median(values)) if values else None
+
+
+def kaplan_meier(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[float | None, float]:
+    """Return the median time to a decision, and its mean restricted to the longest time seen.
+
+    Parameters
+    ----------
+    seconds : sequence of float
+        Length of each game.
+    decided : sequence of bool
+        Whether it ended with a win; else its length is a lower bound.
+    """
+    stats = require_extra("scipy.stats", "cli")
+    lengths, ended = np.asarray(seconds, np.float64), np.asarray(decided, bool)
+    survival = stats.ecdf(stats.CensoredData.right_censored(lengths, ~ended)).sf
+    below = np.flatnonzero(survival.probabilities <= 0.5)
+    times = np.concatenate([[0.0], survival.quantiles, [lengths.max()]])
+    steps = np.concatenate([[1.0], survival.probabilities])
+    mean = float((np.diff(times) * steps).sum())
+    return (float(survival.quantiles[below[0]]) if len(below) else None), mean
+
+
+def summarise(rows: Sequence[SeatRow]) -> list[SummaryRow]:
+    """Return the summary of the games that were played to their end, from the start."""
+    stats = require_extra("scipy.stats", "cli")
+    groups: dict[tuple[str, ...], list[SeatRow]] = {}
+    for row in rows:
+        if row.outcome != "stopped" and not row.taken_over:
+            groups.setdefault((row.kind, row.player, row.opponent, row.config_hash), []).append(row)
+    summary = []
+    for (kind, player, opponent, config_hash), group in sorted(groups.items()):
+        outcomes = [row.outcome for row in group]
+        wins = outcomes.count("win")
+        interval = stats.binomtest(wins, len(group)).proportion_ci(0.95, method="wilson")
+        median, mean = kaplan_meier([row.seconds for row in group], [row.outcome != "draw" for row in group])
+        summary.append(
+            SummaryRow(
+                kind=kind,
+                player=player,
+                opponent=opponent,
+                config_hash=config_hash,
+                min_command_interval=group[0].min_command_interval,
+                games=len(group),
+                wins=wins,
+                draws=outcomes.count("draw"),
+                losses=outcomes.count("loss"),
+                win_rate=wins / len(group),
+                win_rate_low=float(interval.low),
+                win_rate_high=float(interval.high),
+                median_s=median,
+                restricted_mean_s=mean,
+                final_share=float(np.mean([row.final_share for row in group])),
+                commands_per_minute=float(np.mean([row.commands_per_minute for row in group])),
+            )
+        )
+    return summary
+
+
+def read_folder(folder: Path) -> tuple[list[SeatRow], list[str]]:
+    """Return the seats of all games of a folder, oldest first, and what could not be read and why.
+
+    Raises
+    ------
+    RecordingError
+        If there is no recorded game in it.
+    """
+    paths = sorted(folder.glob(f"*{SUFFIX}"))
+    if not paths:
+        raise RecordingError(f"there are no recorded games (*{SUFFIX}) in {folder}")
+    rows, faults = [], []
+    for path in paths:
+        try:
+            rows += seat_rows(Recording.read(path))
+        except RecordingError as error:
+            faults.append(str(error))
+    return rows, faults
+
+
+def write_tables(rows: Sequence[SeatRow], folder: Path, *, parquet: bool = False) -> list[Path]:
+    """Write ``seats`` and ``summary`` as CSV, or Parquet, with ``schema.json`` beside them.
+
+    Raises
+    ------
+    MissingExtraError
+        If Parquet is asked for and not installed.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    tables: dict[str, tuple[type[SeatRow] | type[SummaryRow], Sequence[SeatRow] | Sequence[SummaryRow]]] = {
+        "seats": (SeatRow, rows),
+        "summary": (SummaryRow, summarise(rows)),
+    }
+    for name, (kind, entries) in tables.items():
+        names = [field.name for field in fields(kind)]
+        path = folder / f"{name}.{'parquet' if parquet else 'csv'}"
+        if parquet:
+            arrow = require_extra("pyarrow", "study")
+            columns = {column: [getattr(entry, column) for entry in entries] for column in names}
+            require_extra("pyarrow.parquet", "study").write_table(arrow.table(columns), path)
+        else:
+            with path.open("w", newline="") as file:
+                writer = csv.DictWriter(file, names)
+                writer.writeheader()
+                writer.writerows([{key: _plain(value) for key, value in asdict(entry).items()} for entry in entries])
+        written.append(path)
+    schema = {
+        "version": SCHEMA_VERSION,
+        "tables": {name: {field.name: str(field.type) for field in fields(kind)} for name, (kind, _) in tables.items()},
+    }
+    (folder / "schema.json").write_text(json.dumps(schema, indent=2) + "\n")
+    return [*written, folder / "schema.json"]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else round(value, 6)
+    return value

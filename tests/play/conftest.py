@@ -1,0 +1,204 @@
+"""A table to play at: a server of its own, in a process of its own."""
+
+import contextlib
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import urllib.request
+
+import pytest
+from playwright.sync_api import sync_playwright
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from swarm_pz.play import protocol
+from swarm_pz.play.frames import FRAME, TARGET, decode_frame
+
+COMMAND = "from swarm_pz.cli import main; main()"
+
+
+class Table:
+    """A running server.
+
+    Attributes
+    ----------
+    address : str
+        Host and port.
+    folder : Path
+        Of its recordings.
+    """
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.process = subprocess.Popen(  # noqa: S603
+            [sys.executable, "-c", COMMAND, "play", "--port", "0", "--out", str(folder)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env=os.environ | {"PYTHONUNBUFFERED": "1"},
+        )
+        self.address = self.process.stdout.readline().split("http://")[1].strip().rstrip("/")
+
+    def get(self, path, **headers):
+        """Return status, headers and text of a page."""
+        request = urllib.request.Request(f"http://{self.address}{path}", headers=headers)
+        try:
+            with urllib.request.urlopen(request, timeout=10) as answer:  # noqa: S310
+                return answer.status, answer.headers, answer.read().decode()
+        except urllib.error.HTTPError as error:
+            return error.code, error.headers, error.read().decode()
+
+    def status(self):
+        """Return the server's own figures."""
+        return json.loads(self.get("/status")[2])
+
+    def visit(self, token=None, **how):
+        """Return a client that has said hello."""
+        return Client(self.address, token, **how)
+
+    def kill(self):
+        """End the server as a power failure would."""
+        self.process.kill()
+        self.process.communicate()
+
+    def end(self):
+        """Tell the server to end, and return what it printed and how many seconds that took."""
+        began = time.monotonic()
+        self.process.send_signal(signal.SIGTERM)
+        printed, _ = self.process.communicate(timeout=20)
+        return printed, time.monotonic() - began
+
+
+class Client:
+    """One connection, that says and hears."""
+
+    def __init__(self, address, token=None, **how):
+        self._stack = contextlib.ExitStack()
+        self.socket = self._stack.enter_context(
+            connect(
+                f"ws://{address}/socket",
+                subprotocols=[protocol.SUBPROTOCOL],
+                max_size=None,
+                compression=None,
+                close_timeout=1,
+                **how,
+            )
+        )
+        self.frames, self.targets, self.messages = [], [], []
+        self.say(protocol.Hello(kind="person", token=token))
+        self.hear(protocol.Welcome)
+
+    def say(self, message):
+        self.socket.send(message if isinstance(message, str | bytes) else protocol.encode(message))
+
+    def take(self, timeout=10.0):
+        """Receive one message, and acknowledge frames."""
+        data = self.socket.recv(timeout=timeout)
+        if isinstance(data, str):
+            self.messages.append(protocol.decode_server(data))
+            return self.messages[-1]
+        if data[0] == FRAME:
+            self.frames.append(decode_frame(data))
+            if len(self.frames) % 4 == 0:
+                self.say(protocol.Acknowledge(self.frames[-1].sequence))
+        elif data[0] == TARGET:
+            self.targets.append(data)
+        return None
+
+    def hear(self, kind, where=lambda message: True, timeout=20.0):
+        """Receive until a message of a kind comes, and return it."""
+        end = time.monotonic() + timeout
+        while time.monotonic() < end:
+            message = self.take(end - time.monotonic())
+            if isinstance(message, kind) and where(message):
+                return message
+            if isinstance(message, protocol.Refused) and kind is not protocol.Refused:
+                raise AssertionError(f"refused: {message.reason}")
+        raise AssertionError(f"no {kind.__name__} came")
+
+    def refused(self, message):
+        """Say something, and return how it is refused."""
+        self.say(message)
+        return self.hear(protocol.Refused)
+
+    def play(self, **settings):
+        """Open a room against uniform coverage and begin; return its state."""
+        self.say(protocol.Create(settings=protocol.Settings(**settings), opponent="uniform"))
+        self.seated = self.hear(protocol.Seated)
+        self.say(protocol.Ready())
+        return self.hear(protocol.RoomState, lambda room: room.phase == "playing")
+
+    def hear_close(self):
+        """Receive until the server closes the connection."""
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                self.take()
+
+    def close(self):
+        self._stack.close()
+
+
+@pytest.fixture(scope="session")
+def table(tmp_path_factory):
+    """Give a server that many tests share."""
+    server = Table(tmp_path_factory.mktemp("games"))
+    yield server
+    server.end()
+
+
+@pytest.fixture
+def own_table(tmp_path):
+    """Give a server that one test may end."""
+    server = Table(tmp_path)
+    yield server
+    if server.process.poll() is None:
+        server.end()
+
+
+# --- browsers -------------------------------------------------------------------------------------
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--no-first-run",
+)
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    """Give a browser; not for longer, since its event loop would be in the way of others."""
+    if CHROMIUM is None:
+        pytest.fail("there is no Chromium here: scripts/browser installs it, or leave these out with -m 'not browser'")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_page(chromium, table):
+    """Give a function that opens the table's page in a browser of its own."""
+    contexts = []
+    faults = []
+
+    def open_(address="", width=360, height=640, **how):
+        context = chromium.new_context(viewport={"width": width, "height": height}, **how)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
+        page.goto(f"http://{table.address}/{address}")
+        page.wait_for_selector("#opponent option", state="attached")
+        return page
+
+    yield open_
+    for context in contexts:
+        context.close()
+    assert not faults, f"the page had errors: {faults}"

@@ -1,0 +1,40 @@
+"""Policies that do what their names say at the second command that they give."""
+
+import os
+import time
+
+import numpy as np
+
+from swarm_pz.config import ObservationConfig
+from swarm_pz.policy import load
+
+FAULTS = ("raises", "nan", "sleeps", "exits")
+
+
+class Faulty:
+    observation = ObservationConfig(grid=10)
+
+    def __init__(self, how):
+        self.how, self.answers = how, 0
+
+    def reset(self, seeds, rows):
+        pass
+
+    def act(self, observations, rows):
+        self.answers += 1
+        answer = np.full((len(rows), 10, 10), 1.0 / self.answers)
+        if self.answers == 3:  # the first is asked for when it is made
+            if self.how == "raises":
+                raise RuntimeError("no idea")
+            if self.how == "nan":
+                answer[:] = np.nan
+            if self.how == "sleeps":
+                time.sleep(10)
+            if self.how == "exits":
+                os._exit(3)
+        return answer
+
+
+def loader(name, config):
+    """Load a policy, a faulty one too."""
+    return Faulty(name) if name in FAULTS else load(name, config)

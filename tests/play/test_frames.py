@@ -1,0 +1,70 @@
+"""Frames and targets as bytes."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from swarm_pz.errors import ProtocolError
+from swarm_pz.play.frames import FASTEST, Frame, decode_frame, encode_frame, encode_target
+
+# Written out by hand from docs/protocol.md; tests/play/test_page.py decodes the same bytes in the page.
+GOLDEN = bytes.fromhex(
+    "01 01 0300 07000000 2a010000 0000000000408f40"  # frame, keyframe, 3 drones, sequence 7, tick 298, 1000 ms
+    "0000 ffff  0080 0080  ffff 0000"  # positions (0, 1), (0.5, 0.5), (1, 0)
+    "0000 0000  ff7f 0180  0020 00e0"  # velocities 0, (4, -4), (1, -1)
+    "05"  # drones 0 and 2 are blue
+    "00 80 ff"  # altitudes
+)
+GOLDEN_TARGET = bytes.fromhex("02 01 0200 09000000 00 ff 80 40")
+
+
+def scene(**more):
+    return Frame(
+        sequence=7,
+        tick=298,
+        server_ms=1000.0,
+        positions=np.array([[0.0, 1.0], [0.5, 0.5], [1.0, 0.0]]),
+        velocities=np.array([[0.0, 0.0], [4.0, -4.0], [1.00003, -1.00003]]),
+        teams=np.array([1, 0, 1], np.int8),
+        **more,
+    )
+
+
+def test_golden_bytes():
+    assert encode_frame(scene(altitudes=np.array([0.0, 0.5, 1.0]))) == GOLDEN
+    assert encode_target(1, 9, np.array([[0, 255], [128, 64]], np.uint8)) == GOLDEN_TARGET
+    frame = decode_frame(GOLDEN)
+    assert (frame.sequence, frame.tick, frame.server_ms) == (7, 298, 1000.0)
+    np.testing.assert_allclose(frame.positions, scene().positions, atol=1e-5)
+    np.testing.assert_allclose(frame.velocities, scene().velocities, atol=1e-4)
+    assert frame.teams.tolist() == [1, 0, 1] and frame.fields is None
+
+
+@given(st.integers(0, 200), st.booleans(), st.booleans(), st.integers(0, 2**32 - 1))
+def test_what_is_written_is_read(count, keyframe, with_fields, seed):
+    generator = np.random.default_rng(seed)
+    frame = Frame(
+        sequence=seed,
+        tick=seed // 3,
+        server_ms=seed / 7,
+        positions=generator.random((count, 2)),
+        velocities=generator.normal(0, 1, (count, 2)).clip(-FASTEST, FASTEST),
+        teams=generator.integers(2, size=count).astype(np.int8),
+        altitudes=generator.random(count) if keyframe else None,
+        fields=generator.integers(256, size=(2, 50, 50)).astype(np.uint8) if with_fields else None,
+    )
+    read = decode_frame(encode_frame(frame))
+    assert (read.sequence, read.tick, read.server_ms) == (frame.sequence, frame.tick, frame.server_ms)
+    np.testing.assert_allclose(read.positions, frame.positions, atol=0.51 / 65535)
+    np.testing.assert_allclose(read.velocities, frame.velocities, atol=0.51 * FASTEST / 32767)
+    np.testing.assert_array_equal(read.teams, frame.teams)
+    assert (read.altitudes is None, read.fields is None) == (not keyframe, not with_fields)
+    if with_fields:
+        np.testing.assert_array_equal(read.fields, frame.fields)
+
+
+@pytest.mark.parametrize("data", [b"", b"\x01", GOLDEN[:-1], GOLDEN + b"\x00", b"\x02" + GOLDEN[1:]])
+def test_what_is_no_frame_is_refused(data):
+    with pytest.raises(ProtocolError):
+        decode_frame(data)

@@ -1,0 +1,91 @@
+"""A live game: commands come whenever they come, and a recorded one can be played again."""
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import BLUE, RED, CaptureConfig, GameConfig
+from swarm_pz.errors import CommandError, ConfigError
+from swarm_pz.play.game import Captured, InForce, LiveGame, TableConfig
+from swarm_pz.simulator import Simulator
+
+
+def corner(row, column):
+    density = np.zeros((10, 10))
+    density[row, column] = 1.0
+    return density
+
+
+def in_force(events):
+    return [(event.tick, event.command.team, event.command.number) for event in events if isinstance(event, InForce)]
+
+
+def test_a_command_comes_into_force_at_the_next_solve():
+    game = LiveGame(TableConfig(), seed=0)
+    game.advance(4)
+    game.submit(RED, 1, corner(0, 0))
+    assert in_force(game.advance(2)) == []
+    assert in_force(game.advance(1)) == [(6, RED, 1)]
+    np.testing.assert_array_equal(game.simulator.targets[0, RED], corner(0, 0))
+
+
+def test_of_commands_that_come_too_soon_the_latest_waits():
+    game = LiveGame(TableConfig(min_command_interval=0.5), seed=0)
+    for number in range(1, 5):
+        game.submit(RED, number, corner(number, 0))
+        game.submit(BLUE, 10 * number, corner(0, number))
+        events = game.advance(1)
+    events = game.advance(30)
+    assert in_force(events) == [(15, RED, 4), (15, BLUE, 40)]
+    assert TableConfig(min_command_interval=0.34).interval_ticks == 12
+    assert TableConfig(min_command_interval=0.0).interval_ticks == 0
+
+
+def test_the_game_is_that_of_the_simulator():
+    game, simulator = LiveGame(TableConfig(), seed=3), Simulator()
+    simulator.reset([3])
+    for step in range(10):
+        for team in (RED, BLUE):
+            game.submit(team, step, corner(5, (step + team) % 10))
+            simulator.command(team, corner(5, (step + team) % 10)[None])
+        events = game.advance(30)
+        simulator.advance(30)
+        assert all(isinstance(event, InForce | Captured) for event in events)
+    np.testing.assert_array_equal(game.simulator.positions, simulator.positions)
+    assert game.sizes == tuple(simulator.sizes[0])
+
+
+def test_captures_are_told_with_their_tick():
+    game = LiveGame(TableConfig(game=GameConfig(capture=CaptureConfig(threshold=0.5))), seed=1)
+    captures = [event for event in game.advance(1200) if isinstance(event, Captured)]
+    assert captures
+    teams = np.repeat([RED, BLUE], 10)
+    for event in captures:
+        assert teams[event.drone] != event.team
+        teams[event.drone] = event.team
+    np.testing.assert_array_equal(teams, game.simulator.teams[0])
+
+
+def test_a_game_ends_when_time_is_up_or_one_team_has_all():
+    short = LiveGame(TableConfig(game=GameConfig(time_limit=1.0)), seed=0)
+    assert short.outcome is None
+    short.advance(100)
+    assert short.over and short.tick == 30 and short.outcome == "draw"
+    fast = LiveGame(TableConfig(game=GameConfig(drones_per_team=(19, 1), capture=CaptureConfig(threshold=0.5))), seed=0)
+    fast.advance(30 * 300)
+    assert fast.outcome in ("red", "blue") and min(fast.sizes) == 0
+    alone = LiveGame(TableConfig(game=GameConfig(drones_per_team=(10, 0), capture=CaptureConfig(enabled=False))), 0)
+    alone.advance(60)
+    assert not alone.over
+
+
+def test_nonsense_is_refused_and_the_game_goes_on():
+    game = LiveGame(TableConfig(), seed=0)
+    game.submit(RED, 1, corner(0, 0))
+    for team, density in ((RED, np.full((10, 10), np.nan)), (RED, np.ones((3, 3))), (2, np.ones((10, 10)))):
+        with pytest.raises(CommandError):
+            game.submit(team, 2, density)
+    assert in_force(game.advance(1)) == [(0, RED, 1)]
+    with pytest.raises(ConfigError, match="did you mean 'mapping'"):
+        TableConfig(maping="bold")
+    with pytest.raises(ConfigError, match="bold, paper"):
+        TableConfig(mapping="thin")

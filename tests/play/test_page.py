@@ -1,0 +1,360 @@
+"""The page in a real browser, as people use it."""
+
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from coloraide import Color
+from playwright.sync_api import expect
+
+import swarm_pz.play
+from swarm_pz.play.playback import Playback
+from swarm_pz.play.recording import CommandLine, PaintedLine, Recording
+from tests.play.test_frames import GOLDEN, GOLDEN_TARGET
+
+pytestmark = pytest.mark.browser
+INK = """() => {
+    const ink = document.getElementById("ink");
+    const { data } = ink.getContext("2d").getImageData(0, 0, ink.width, ink.height);
+    return data.filter((value, i) => i % 4 === 3 && value).length;
+}"""
+STATIC = Path(swarm_pz.play.__file__).parent / "static"
+
+
+class Hand:
+    """Draws on a page, in map widths, with the mouse or a finger."""
+
+    def __init__(self, page, touch=False):
+        self.page = page
+        self.box = page.locator("#arena").bounding_box()
+        self.touches = page.context.new_cdp_session(page) if touch else None
+
+    def at(self, x, y):
+        return self.box["x"] + x * self.box["width"], self.box["y"] + (1 - y) * self.box["height"]
+
+    def draw(self, *points):
+        if self.touches is None:
+            self.page.mouse.move(*self.at(*points[0]))
+            self.page.mouse.down()
+            for point in points[1:]:
+                self.page.mouse.move(*self.at(*point))
+            self.page.mouse.up()
+            return
+        for kind, point in (("touchStart", points[0]), *(("touchMove", p) for p in points[1:])):
+            x, y = self.at(*point)
+            self.touches.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y}]})
+        self.touches.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+    def ring(self, x, y, radius):
+        self.draw(*[(x + radius * math.cos(a / 4), y + radius * math.sin(a / 4)) for a in range(27)])
+
+
+def begin(page, table, **settings):
+    """Open a room against uniform coverage by the lobby's form, and begin."""
+    page.click("summary")
+    for name, value in settings.items():
+        field = page.locator(f"#{name}")
+        if field.evaluate("field => field.tagName") == "SELECT":
+            field.evaluate("(field, value) => { field.append(new Option(value, value)); field.value = value; }", value)
+        else:
+            field.fill(value)
+    page.click("#create button[type=submit]")
+    page.click("#ready")
+    page.wait_for_selector("#cover", state="hidden")
+    return room_of(page)
+
+
+def room_of(page):
+    page.wait_for_url(re.compile("#room="))
+    return page.url.split("#room=")[1]
+
+
+def recordings(table, room):
+    return sorted(table.folder.glob(f"*-{room}-*.jsonl"))
+
+
+def in_corner(table, room):
+    """Return the share of red's drones in the top right corner, by the recording."""
+    *_, frame = [None, *Recording.read(recordings(table, room)[-1]).frames()]
+    if frame is None:
+        return 0.0
+    own = frame.positions[frame.teams == 0]
+    return np.mean(np.hypot(*(1 - own).T) < 0.4) if len(own) else 0.0
+
+
+# --- playing --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("touch", [False, True])
+def test_drones_go_where_one_draws(open_page, table, touch):
+    page = open_page(has_touch=touch, is_mobile=touch)
+    room = begin(page, table, **{"red-drones": "10", "blue-drones": "1"})
+    Hand(page, touch).draw((0.85, 0.85), (0.92, 0.92))
+    assert page.locator("#on-lift").is_checked() == touch, "on touch, what is drawn is sent on lift"
+    if not touch:
+        page.click("#send")
+    for _ in range(100):
+        page.wait_for_timeout(100)
+        if in_corner(table, room) >= 0.6:
+            break
+    assert in_corner(table, room) >= 0.6
+    recording = Recording.read(recordings(table, room)[-1])
+    (command,) = [line for line in recording.of(CommandLine) if line.team == 0]
+    assert command.strokes[0].brush == "attract" and command.timing.drawing_ms > 0
+    assert recording.of(PaintedLine)
+
+
+def test_the_target_and_the_ink_are_seen(open_page, table):
+    page = open_page()
+    begin(page, table)
+    page.click("#repel")
+    Hand(page).draw((0.2, 0.2), (0.5, 0.3))
+    page.wait_for_timeout(50)
+    one = page.evaluate(INK)
+    assert one > 1000, "ink needs no server"
+    Hand(page).draw((0.2, 0.8), (0.5, 0.7))
+    page.wait_for_timeout(50)
+    assert page.evaluate(INK) > 1.5 * one
+    page.click("#undo")
+    page.wait_for_timeout(50)
+    assert page.evaluate(INK) == one
+    page.click("#erase")
+    page.locator("#width").fill("0.3")
+    Hand(page).draw((0.2, 0.2), (0.5, 0.3))
+    page.wait_for_timeout(50)
+    assert page.evaluate(INK) == 0
+    page.click("#clear")
+    assert page.locator("#clear").is_disabled()
+
+
+def test_two_people_play_each_other_to_the_end(open_page, table):
+    red = open_page(width=1000, height=700)
+    red.select_option("#opponent", "")
+    red.click("summary")
+    red.locator("#time-limit").evaluate("field => { field.append(new Option('6', '6')); field.value = '6'; }")
+    red.click("#create button[type=submit]")
+    room = room_of(red)
+    expect(red.locator("#cover-text")).to_contain_text(room)
+    blue = open_page()
+    blue.fill("#code", room.lower())
+    blue.click("#join button[type=submit]")
+    blue.click("#sit")
+    red.click("#ready")
+    blue.wait_for_timeout(300)
+    assert blue.inner_text("#time") == "0:00"
+    blue.click("#ready")
+    for page in (red, blue):
+        page.wait_for_selector("#cover", state="hidden")
+        Hand(page).ring(0.5, 0.5, 0.25)
+        page.click("#send")
+    for page in (red, blue):
+        page.wait_for_selector("#recording", state="visible", timeout=20_000)
+        assert re.search("won|lost|draw", page.inner_text("#cover-text"))
+    recording = Recording.read(recordings(table, room)[0])
+    assert recording.end.outcome in ("red", "blue", "draw") and Playback(recording).verify().verified
+    assert {line.team for line in recording.of(CommandLine)} == {0, 1}
+
+
+def test_a_page_that_was_closed_returns_to_its_seat(open_page, table):
+    page = open_page()
+    room = begin(page, table)
+    context = page.context
+    page.close()
+    again = context.new_page()
+    again.goto(f"http://{table.address}/")
+    again.wait_for_selector("#return", state="visible")
+    again.click("#return")
+    again.wait_for_selector("#send:not([disabled])")
+    expect(again.locator("#red-who")).to_contain_text("(you)")
+    assert room_of(again) == room
+    another = context.new_page()
+    another.goto(f"http://{table.address}/#room={room}")
+    another.wait_for_selector("#send:not([disabled])")
+    expect(again.locator("#says")).to_contain_text("taken over")
+    another.reload()
+    another.wait_for_selector("#send:not([disabled])")
+
+
+def test_a_replay_is_scrubbed_and_taken_over(open_page, table):
+    page = open_page()
+    room = begin(page, table, **{"time-limit": "5"})
+    Hand(page).ring(0.5, 0.5, 0.25)
+    page.click("#send")
+    page.wait_for_selector("#recording", state="visible", timeout=20_000)
+    page.click("#recording")
+    page.wait_for_selector("#scrubber", state="visible")
+    page.locator("#moment").fill("90")
+    expect(page.locator("#time")).to_have_text("0:03")
+    page.click("#take-over")
+    page.click("#ready")
+    page.wait_for_selector("#cover", state="hidden")
+    page.wait_for_selector("#recording", state="visible", timeout=20_000)
+    taken = Recording.read(recordings(table, room_of(page))[0])
+    assert taken.header.origin.recording == recordings(table, room)[0].name
+    assert taken.header.origin.tick == 90 and Playback(taken).verify().verified
+
+
+def test_the_lesson_is_completed(open_page):
+    page = open_page()
+    page.click("#start-lesson")
+    page.wait_for_selector("#lesson", state="visible")
+    page.wait_for_selector("#send:not([disabled])")
+
+    def step():
+        return page.inner_text("#lesson-text")[0]
+
+    hand = Hand(page)
+    hand.draw((0.85, 0.85), (0.95, 0.95))
+    page.click("#send")
+    expect(page.locator("#lesson-text")).not_to_have_text(re.compile("^1"), timeout=30_000)
+    for _ in range(40):
+        if step() == "4":
+            break
+        hand = Hand(page)
+        hand.ring(0.5, 0.5, 0.27)
+        page.click("#send")
+        page.wait_for_timeout(2000)
+    assert step() == "4"
+    page.click("#lesson-next")
+    page.wait_for_selector("#lobby", state="visible")
+
+
+def test_a_whole_game_by_keyboard(open_page, table):
+    page = open_page(width=1000, height=700)
+    page.locator("#time-limit").evaluate("field => { field.append(new Option('6', '6')); field.value = '6'; }")
+
+    def tab_to(selector):
+        for _ in range(60):
+            if page.evaluate("selector => document.activeElement?.matches(selector)", selector):
+                return
+            page.keyboard.press("Tab")
+        raise AssertionError(f"{selector} cannot be reached by keyboard")
+
+    tab_to("#opponent")
+    page.keyboard.type("uniform")
+    tab_to("#create button[type=submit]")
+    page.keyboard.press("Enter")
+    room = room_of(page)
+    tab_to("#ready")
+    page.keyboard.press("Enter")
+    page.wait_for_selector("#cover", state="hidden")
+    tab_to("#arena")
+    for key in ("2", "1", "+", "Shift+ArrowRight", "Space", "Shift+ArrowUp", "Shift+ArrowLeft", "Space", "Enter"):
+        page.keyboard.press(key)
+    page.wait_for_selector("#recording", state="visible", timeout=20_000)
+    recording = Recording.read(recordings(table, room)[0])
+    (command,) = [line for line in recording.of(CommandLine) if line.team == 0]
+    (stroke,) = command.strokes
+    assert stroke.brush == "attract" and stroke.width == pytest.approx(0.12) and len(stroke.points) == 3
+    page.keyboard.press("r")
+    page.wait_for_selector("#cover", state="hidden")
+
+
+# --- how it looks ---------------------------------------------------------------------------------
+
+
+def test_it_fits_a_phone(open_page, table):
+    page = open_page(width=360, height=640)
+    begin(page, table)
+    arena = page.locator("#arena").bounding_box()
+    assert min(arena["width"], arena["height"]) >= 340
+    size = page.evaluate("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]")
+    assert size == [360, 640], "nothing to scroll"
+    for name in ("attract", "repel", "erase", "send", "undo", "clear", "leave", "width"):
+        box = page.locator(f"#{name}").bounding_box()
+        assert min(box["height"], box["width"]) >= 44, name
+        assert box["y"] >= 640 * 2 / 3 and box["y"] + box["height"] <= 640, name
+    wide = open_page(width=740, height=360)
+    begin(wide, table)
+    arena = wide.locator("#arena").bounding_box()
+    assert arena["width"] >= 340 and arena["y"] + arena["height"] <= 360
+    assert wide.locator("#send").bounding_box()["y"] < 360 - 44
+
+
+def test_axe_finds_nothing(open_page, table):
+    def check(page, where):
+        found = Axe().run(page).response
+        violations = [(entry["id"], [node["html"] for node in entry["nodes"]]) for entry in found["violations"]]
+        assert not violations, f"{where}: {violations}"
+        # Contrast of what lies over a canvas cannot be computed; it is tested by its colours, below.
+        unclear = {entry["id"] for entry in found["incomplete"]}
+        assert unclear <= {"color-contrast"}, f"{where}: {unclear}"
+
+    page = open_page()
+    check(page, "lobby")
+    room = begin(page, table, **{"time-limit": "3"})
+    check(page, "table")
+    page.wait_for_selector("#recording", state="visible", timeout=20_000)
+    check(page, "result")
+    page.click("#recording")
+    page.wait_for_selector("#scrubber", state="visible")
+    check(page, "replay")
+    assert room
+    lesson = open_page()
+    lesson.click("#start-lesson")
+    lesson.wait_for_selector("#lesson", state="visible")
+    check(lesson, "lesson")
+
+
+@pytest.mark.parametrize("sight", ["", "protan", "deutan", "tritan"])
+def test_colours_differ_for_everybody(sight):
+    script = (STATIC / "arena.js").read_text()
+    red, blue = re.search(r'COLOURS = \["(#\w+)", "(#\w+)"\]', script).groups()
+    grey = [int(value) for value in re.search(r"GREY = \[(\d+), (\d+), (\d+)\]", script).groups()]
+    alpha = int(re.search(r"CAPTURES \? (\d+)", script).group(1)) / 255
+    shade = Color("srgb", [alpha * value / 255 + 1 - alpha for value in grey])
+
+    def seen(colour):
+        return Color(colour).filter(sight) if sight else Color(colour)
+
+    pairs = {"red and blue": (red, blue), "red on ground": (red, shade), "blue on ground": (blue, shade)}
+    pairs |= {"red on white": (red, "white"), "blue on white": (blue, "white")}
+    for name, (one, other) in pairs.items():
+        assert seen(one).delta_e(seen(other), method="2000") >= 20, name
+
+
+def test_the_page_is_light(table):
+    total = sum(path.stat().st_size for path in STATIC.iterdir())
+    assert total < 150_000
+
+
+def test_the_page_reads_the_same_bytes(open_page):
+    page = open_page()
+    frame, target = page.evaluate(
+        """async ([frame, target]) => {
+            const { decode } = await import("/static/frames.js");
+            const bytes = (hex) => Uint8Array.from(hex.match(/../g), (byte) => parseInt(byte, 16)).buffer;
+            const plain = (value) => JSON.parse(JSON.stringify(value, (_, v) => ArrayBuffer.isView(v) ? [...v] : v));
+            return [plain(decode(bytes(frame))), plain(decode(bytes(target)))];
+        }""",
+        [GOLDEN.hex(), GOLDEN_TARGET.hex()],
+    )
+    assert (frame["sequence"], frame["tick"], frame["serverMs"], frame["teams"]) == (7, 298, 1000, [1, 0, 1])
+    np.testing.assert_allclose(frame["positions"], [0, 1, 0.5, 0.5, 1, 0], atol=1e-5)
+    np.testing.assert_allclose(frame["velocities"], [0, 0, 4, -4, 1, -1], atol=1e-3)
+    assert frame["altitudes"] == [0, 128, 255] and frame["fields"] is None
+    assert (target["team"], target["number"], target["cells"], target["picture"]) == (1, 9, 2, [0, 255, 128, 64])
+    assert json.dumps(frame)
+
+
+def test_contours_are_traced(open_page):
+    page = open_page()
+    pieces = page.evaluate(
+        """async () => {
+            const { trace } = await import("/static/contours.js");
+            const values = [], cells = 40, pieces = [];
+            for (let row = 0; row < cells; row++) for (let column = 0; column < cells; column++) {
+                values.push(Math.hypot((column + 0.5) / cells - 0.4, (row + 0.5) / cells - 0.6));
+            }
+            trace(values, cells, 0.25, (...piece) => pieces.push(piece));
+            return pieces;
+        }"""
+    )
+    points = np.array(pieces).reshape(-1, 2)
+    np.testing.assert_allclose(np.hypot(points[:, 0] - 0.4, points[:, 1] - 0.6), 0.25, atol=2e-3)
+    lengths = np.hypot(*(np.array(pieces)[:, 2:] - np.array(pieces)[:, :2]).T)
+    assert lengths.sum() == pytest.approx(2 * math.pi * 0.25, rel=0.01)

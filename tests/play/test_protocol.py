@@ -1,0 +1,69 @@
+"""Messages: what fits, what is refused, and the schema that is published."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from swarm_pz.errors import ProtocolError
+from swarm_pz.play import protocol
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def test_messages_are_told_apart_by_their_type():
+    command = protocol.CommandMessage(3, strokes=[protocol.StrokeMessage("attract", 0.1, [(0.5, 0.25)])])
+    text = protocol.encode(command)
+    assert json.loads(text)["type"] == "command"
+    assert protocol.decode_client(text) == command
+    pong = protocol.Pong(1.0, 2.0)
+    assert protocol.decode_server(protocol.encode(pong)) == pong
+
+
+def test_nothing_is_left_out():
+    seat = protocol.SeatState()
+    state = protocol.RoomState("ABCD", "waiting", protocol.Settings(), seat, seat, 0, [])
+    plain = json.loads(protocol.encode(state))
+    assert plain["red"]["kind"] == "free" and plain["settings"]["blue"] == 10 and plain["outcome"] is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "{",
+        "[]",
+        "null",
+        '{"type":"welcome"}',
+        '{"type":"command"}',
+        '{"type":"command","number":-1}',
+        '{"type":"command","number":1,"density":[[NaN]]}',
+        '{"type":"command","number":1,"density":[["1"]]}',
+        '{"type":"command","number":1,"strokes":[{"brush":"attract","width":0.1,"points":[]}]}',
+        '{"type":"command","number":1,"strokes":[{"brush":"pull","width":0.1,"points":[[0,0]]}]}',
+        '{"type":"join","room":"../X"}',
+        '{"type":"join","room":"ABCD","seat":"green"}',
+        '{"type":"hello","token":"short"}',
+        '{"type":"hello","admin":true}',
+        '{"type":"create","label":"' + "x" * 41 + '"}',
+        '{"type":"create","settings":{"red":1000000}}',
+        "[" * 60_000,
+        " " * 70_000,
+        b"\xff\xfe",
+    ],
+)
+def test_what_does_not_fit_is_refused(text):
+    with pytest.raises(ProtocolError):
+        protocol.decode_client(text)
+
+
+def test_the_published_schema_is_that_of_the_code():
+    assert json.loads((DOCS / "protocol.schema.json").read_text()) == protocol.schema(), (
+        "docs/protocol.schema.json is old: python -m swarm_pz.play.protocol > docs/protocol.schema.json"
+    )
+
+
+def test_the_page_names_every_message():
+    page = (DOCS / "protocol.md").read_text()
+    for message in (*protocol.ClientMessage.__args__, *protocol.ServerMessage.__args__):
+        assert f"`{message.__struct_config__.tag}`" in page

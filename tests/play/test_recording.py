@@ -1,0 +1,212 @@
+"""Recorded games: written, read, damaged, played again, and turned into tables."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import CaptureConfig, GameConfig
+from swarm_pz.errors import RecordingError, RenderError
+from swarm_pz.play.frames import Frame, encode_frame
+from swarm_pz.play.game import Captured, InForce, LiveGame, TableConfig
+from swarm_pz.play.playback import Playback
+from swarm_pz.play.protocol import Timing
+from swarm_pz.play.recording import (
+    CapturedLine,
+    CommandLine,
+    EndLine,
+    Header,
+    InForceLine,
+    PaintedLine,
+    Recorder,
+    Recording,
+    Seat,
+    SeatLine,
+    checked_name,
+    frame_line,
+)
+from swarm_pz.play.study import kaplan_meier, read_folder, seat_rows, summarise, write_tables
+
+CONFIG = TableConfig(game=GameConfig(drones_per_team=4, capture=CaptureConfig(threshold=0.5), time_limit=20.0))
+
+
+def record(path, ticks=300, seed=1, outcome=None, player="ring"):
+    """Write a game in which red commands corners and blue's policy does nothing."""
+    game = LiveGame(CONFIG, seed)
+    header = Header(
+        version=1,
+        software="test",
+        started="2026-01-01T00:00:00.000+00:00",
+        table=CONFIG.to_dict(),
+        config_hash=CONFIG.hash,
+        seed=seed,
+        red=Seat(kind="person", label="P1"),
+        blue=Seat(kind="policy", policy=player),
+    )
+    recorder = Recorder(path, header)
+    recorder.write(SeatLine(team=0, event="connected", ms=0.0))
+    for tick in range(ticks):
+        if tick % 60 == 0:
+            density = np.zeros((10, 10))
+            density[(tick // 60) % 10, 3] = 1.0
+            ms = 1000 * tick / 30
+            command = game.submit(0, tick // 60, density)
+            timing = Timing(input_ms=5.0, sent_ms=6.0, round_trip_ms=2.0, drawing_ms=500.0)
+            recorder.write(
+                CommandLine(team=0, number=tick // 60, density=command.density.tolist(), received_ms=ms, timing=timing)
+            )
+            recorder.write(PaintedLine(team=0, number=tick // 60, ms=ms + 48.0))
+        for event in game.advance():
+            if isinstance(event, InForce):
+                recorder.write(InForceLine(team=0, number=event.command.number, tick=event.tick, ms=ms + 28.0))
+            elif isinstance(event, Captured):
+                recorder.write(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
+        if game.tick % 3 == 0:
+            simulator = game.simulator
+            frame = Frame(
+                sequence=0,
+                tick=game.tick,
+                server_ms=0.0,
+                positions=simulator.positions[0],
+                velocities=simulator.velocities[0],
+                teams=simulator.teams[0],
+            )
+            recorder.write(frame_line(encode_frame(frame), game.tick))
+        if game.over:
+            break
+    recorder.write(SeatLine(team=0, event="hidden", ms=1000.0))
+    recorder.write(SeatLine(team=0, event="shown", ms=3000.0))
+    recorder.write(EndLine(outcome=outcome or game.outcome or "stopped", tick=game.tick, sizes=game.sizes, ms=1e4))
+    recorder.close()
+    return game
+
+
+def test_a_recorded_game_is_simulated_to_any_moment(tmp_path):
+    game = record(tmp_path / "a.jsonl", ticks=200)
+    playback = Playback(Recording.read(tmp_path / "a.jsonl"))
+    assert playback.verify().verified
+    playback.seek(10_000)
+    np.testing.assert_array_equal(playback.game.simulator.positions, game.simulator.positions)
+    playback.seek(30)
+    assert playback.game.tick == 30
+    playback.seek(31)
+    early = playback.game.simulator.positions.copy()
+    playback.seek(150)
+    playback.seek(31)
+    np.testing.assert_array_equal(playback.game.simulator.positions, early)
+
+
+def test_a_changed_recording_does_not_verify(tmp_path):
+    record(tmp_path / "a.jsonl")
+    text = (tmp_path / "a.jsonl").read_text()
+    moved = text.replace('"number":2,"tick":120', '"number":2,"tick":123')
+    assert moved != text
+    (tmp_path / "b.jsonl").write_text(moved)
+    verification = Playback(Recording.read(tmp_path / "b.jsonl")).verify()
+    assert not verification.verified and 120 < verification.first_difference < 140
+    other_rules = json.loads(text.splitlines()[0])
+    other_rules["table"]["game"]["capture"]["threshold"] = 0.9
+    (tmp_path / "c.jsonl").write_text("\n".join([json.dumps(other_rules), *text.splitlines()[1:], ""]))
+    with pytest.raises(RecordingError, match="hash"):
+        Recording.read(tmp_path / "c.jsonl")
+
+
+def test_a_recording_that_breaks_off_is_read_up_to_there(tmp_path):
+    record(tmp_path / "a.jsonl")
+    whole = (tmp_path / "a.jsonl").read_bytes()
+    for length in (len(whole) // 3, len(whole) // 2, len(whole) - 1):
+        (tmp_path / "a.jsonl").write_bytes(whole[:length])
+        broken = Recording.read(tmp_path / "a.jsonl")
+        assert broken.end is None and Playback(broken).verify().verified
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda text: b"", "empty"),
+        (lambda text: text[text.index(b"\n") + 1 :], "first line"),
+        (lambda text: text + text, "first line"),
+        (lambda text: text.replace(b'"version":1', b'"version":2', 1), "version 2"),
+        (lambda text: text.replace(b'"tick":3,', b'"tick":-3,'), "line"),
+        (lambda text: b"\xff\xfe" + text, "line 1"),
+        (
+            lambda text: text.replace(b'"team":0,"number":1,"density"', b'"team":0,"number":77,"density"'),
+            "lacks command 1",
+        ),
+    ],
+)
+def test_what_is_no_recording_is_refused(change, message, tmp_path):
+    record(tmp_path / "a.jsonl", ticks=90)
+    (tmp_path / "a.jsonl").write_bytes(change((tmp_path / "a.jsonl").read_bytes()))
+    with pytest.raises(RecordingError, match=message):
+        Playback(Recording.read(tmp_path / "a.jsonl"))
+    with pytest.raises(RecordingError, match="cannot be read"):
+        Recording.read(tmp_path / "none.jsonl")
+
+
+@pytest.mark.parametrize("name", ["../a.jsonl", "a/b.jsonl", "a.txt", ".jsonl", "a..jsonl", "", "a.jsonl\n", "ä.jsonl"])
+def test_names_are_no_paths(name):
+    assert checked_name("20260101T000000Z-ABCD-1.jsonl")
+    with pytest.raises(RecordingError):
+        checked_name(name)
+
+
+def test_a_recording_becomes_a_film(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=60)
+    playback = Playback(Recording.read(tmp_path / "a.jsonl"))
+    playback.film(tmp_path / "a.gif", speed=4.0)
+    assert (tmp_path / "a.gif").stat().st_size > 1000
+    with pytest.raises(RenderError):
+        playback.film(tmp_path / "a.avi")
+
+
+# --- tables -----------------------------------------------------------------------------------------
+
+
+def test_a_seat_as_a_row(tmp_path):
+    game = record(tmp_path / "a.jsonl")
+    red, blue = seat_rows(Recording.read(tmp_path / "a.jsonl"))
+    assert (red.kind, red.player, red.opponent, blue.player, blue.kind) == ("person", "P1", "ring", "ring", "policy")
+    assert red.seconds == pytest.approx(game.tick / 30)
+    assert red.final_share == pytest.approx(game.sizes[0] / 8) and red.final_share + blue.final_share == 1.0
+    assert red.commands == -(-game.tick // 60) and blue.commands == 0
+    assert red.commands_per_minute == pytest.approx(60 * red.commands / red.seconds)
+    assert red.first_command_s == 0.0 and blue.first_command_s is None
+    assert red.drawing_s_per_command == 0.5
+    assert red.input_to_in_force_ms == pytest.approx(30.0) and red.input_to_painted_ms == pytest.approx(50.0)
+    assert red.hidden_s == 2.0 and red.disconnections == 0
+    assert red.min_command_interval == 0.5
+
+
+def test_the_median_is_kaplan_meiers():
+    # By hand: wins at 10, 20, 40 s; draws at 30 s and 60 s. Survival: 4/5, 3/5, (draw), 3/5 * 1/2, (draw).
+    median, mean = kaplan_meier([10, 20, 30, 40, 60], [True, True, False, True, False])
+    assert median == 40
+    assert mean == pytest.approx(10 * 1 + 10 * 0.8 + 20 * 0.6 + 20 * 0.3)
+    assert kaplan_meier([300, 300, 10], [False, False, True])[0] is None
+    assert kaplan_meier([5, 7], [True, True]) == (5.0, 6.0)
+
+
+@pytest.mark.parametrize("parquet", [False, True])
+def test_a_folder_becomes_tables(tmp_path, parquet):
+    for number, outcome in enumerate(("red", "red", "draw", "blue", "stopped")):
+        record(tmp_path / f"{number}.jsonl", seed=number, outcome=outcome)
+    (tmp_path / "bad.jsonl").write_text("{}\n")
+    rows, faults = read_folder(tmp_path)
+    assert len(rows) == 10 and len(faults) == 1
+    person = next(row for row in summarise(rows) if row.kind == "person")
+    assert (person.games, person.wins, person.draws, person.losses) == (4, 2, 1, 1)
+    assert person.win_rate_low < 0.5 < person.win_rate_high
+    paths = write_tables(rows, tmp_path / "tables", parquet=parquet)
+    schema = json.loads((tmp_path / "tables" / "schema.json").read_text())
+    assert schema["version"] == 1
+    if parquet:
+        import pyarrow.parquet
+
+        read = pyarrow.parquet.read_table(paths[0]).to_pylist()
+    else:
+        read = list(csv.DictReader(paths[0].read_text().splitlines()))
+    assert len(read) == 10 and list(read[0]) == list(schema["tables"]["seats"])
+    with pytest.raises(RecordingError, match="no recorded games"):
+        read_folder(tmp_path / "tables")

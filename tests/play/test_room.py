@@ -1,0 +1,150 @@
+"""Rooms and their games, without a network: what policies that fail do to them, and what is written."""
+
+import asyncio
+import time
+
+import numpy as np
+import pytest
+
+from swarm_pz.play import protocol
+from swarm_pz.play.playback import Playback
+from swarm_pz.play.recording import Recording, SeatLine
+from swarm_pz.play.room import RefusedError, Room, settings_of, table_config
+from swarm_pz.play.session import House
+from swarm_pz.play.thinking import Thinkers
+from tests.play.faulty import FAULTS, loader
+
+
+class Client:
+    """Keeps what it is sent."""
+
+    kind, client = "person", None
+
+    def __init__(self):
+        self.messages, self.bytes, self.frames = [], [], []
+
+    def send(self, message):
+        self.messages.append(message)
+
+    def send_bytes(self, data):
+        self.bytes.append(data)
+
+    def show(self, frame, sequence):
+        self.frames.append((frame, sequence))
+
+
+def house(tmp_path, limit_s=0.5):
+    return House(folder=tmp_path, thinkers=Thinkers(loader, limit_s=limit_s))
+
+
+async def until(holds, seconds=20.0):
+    for _ in range(int(seconds / 0.02)):
+        if holds():
+            return
+        await asyncio.sleep(0.02)
+    raise AssertionError("it did not come to that")
+
+
+@pytest.mark.parametrize("how", FAULTS)
+def test_a_policy_that_fails_keeps_its_last_command_and_the_room_says_so(how, tmp_path):
+    async def play():
+        shared, client = house(tmp_path), Client()
+        room = Room("ABCD", protocol.Settings(time_limit=None), shared)
+        room.sit(client, "red", "")
+        room.place_policy("blue", how)
+        room.ready(client, True)
+        notices = lambda: [m.text for m in client.messages if isinstance(m, protocol.Notice)]  # noqa: E731
+        await until(notices)
+        before = len(client.frames)
+        await until(lambda: len(client.frames) > before + 10)
+        assert room.phase == "playing"
+        room.stop()
+        shared.thinkers.close()
+        return room.session.recorder.path, notices()[0]
+
+    path, notice = asyncio.run(play())
+    assert notice.startswith(f"{how} keeps its last command")
+    recording = Recording.read(path)
+    assert "failed" in {line.event for line in recording.of(SeatLine)}
+    assert [command.number for _, command in recording.in_force() if command.team == 1] == [1]
+    assert Playback(recording).verify().verified
+
+
+def test_a_table_without_people_plays_on(tmp_path):
+    async def play():
+        shared, client = house(tmp_path, 5.0), Client()
+        room = Room("ABCD", protocol.Settings(time_limit=1.0), shared)
+        room.sit(client, "red", "")
+        room.place_policy("blue", "ring")
+        room.ready(client, True)
+        room.leave(client)
+        assert room.seats[0].gone and not room.connections
+        await until(lambda: room.phase == "over")
+        assert room.seats[0].kind == "free", "a seat that was given up is free for the next game"
+        shared.thinkers.close()
+        return room.session.recorder.path
+
+    recording = Recording.read(asyncio.run(play()))
+    assert recording.end.outcome == "draw" and recording.last_tick == 30
+
+
+def test_ticks_are_caught_up_two_at_a_time_and_then_time_slips(tmp_path):
+    async def play():
+        shared, client = house(tmp_path), Client()
+        room = Room("ABCD", protocol.Settings(blue=0), shared)
+        room.sit(client, "red", "")
+        room.ready(client, True)
+        await until(lambda: len(client.frames) > 5)
+        before = room.session.game.tick
+        time.sleep(0.5)  # the whole server stalls
+        await asyncio.sleep(0.05)
+        assert room.session.game.tick - before <= 5
+        assert shared.punctuality.most_caught_up == 2 and shared.punctuality.slipped >= 1
+        room.stop()
+        shared.thinkers.close()
+
+    asyncio.run(play())
+
+
+def test_frames_are_numbered_and_show_fields_at_every_solve(tmp_path):
+    async def play():
+        shared, client = house(tmp_path), Client()
+        room = Room("ABCD", protocol.Settings(blue=0), shared)
+        room.sit(client, "red", "")
+        room.ready(client, True)
+        await until(lambda: len(client.frames) > 12)
+        room.stop()
+        shared.thinkers.close()
+        return client.frames
+
+    frames = asyncio.run(play())
+    assert np.diff([sequence for _, sequence in frames]).tolist() == [1] * (len(frames) - 1)
+    with_fields = [frame[1] & 2 > 0 for frame, _ in frames]
+    assert [sum(with_fields[i : i + 3]) for i in range(0, 12, 3)] == [1, 1, 1, 1]
+
+
+def test_settings_come_back_from_the_table():
+    settings = protocol.Settings(red=1, blue=19, time_limit=None, mapping="paper", speed=0.5)
+    assert settings_of(table_config(settings)) == settings
+    assert not table_config(protocol.Settings(blue=0)).game.capture.enabled
+
+
+def test_seats_are_not_given_away(tmp_path):
+    async def play():
+        shared, red, other = house(tmp_path), Client(), Client()
+        room = Room("ABCD", protocol.Settings(), shared)
+        room.sit(red, "red", "")
+        with pytest.raises(RefusedError, match="taken"):
+            room.sit(other, "red", "")
+        with pytest.raises(RefusedError, match="somebody sits"):
+            room.place_policy("red", "ring")
+        room.place_policy("blue", "ring")
+        with pytest.raises(RefusedError, match="taken"):
+            room.sit(other, "blue", "")
+        room.invite(red, "blue", None)
+        room.sit(other, "blue", "")
+        room.leave(red)
+        room.sit(red, "red", "")
+        shared.thinkers.close()
+
+    asyncio.run(play())

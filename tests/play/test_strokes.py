@@ -1,0 +1,117 @@
+"""A drawing becomes a density: both mappings, on hand-drawn scenes."""
+
+import numpy as np
+import pytest
+
+from swarm_pz.errors import CommandError
+from swarm_pz.play.strokes import BRUSHES, MAPPINGS, MOST_POINTS, Stroke, density_of
+from swarm_pz.target import interpolation_matrix
+
+
+def line(*points, brush="attract", width=0.1):
+    return Stroke(brush=brush, width=width, points=points)
+
+
+def ring(x, y, radius, **how):
+    angles = np.linspace(0, 2 * np.pi, 60)
+    return line(*zip(x + radius * np.cos(angles), y + radius * np.sin(angles), strict=True), **how)
+
+
+def slow_density(strokes, cells, attract, repel, untouched, smoothing, pixels=100):
+    """Paint pixel by pixel, smooth with a mirrored image, take means of blocks; float64 loops."""
+    image = np.full((pixels, pixels), untouched)
+    for stroke in strokes:
+        value = {"attract": attract, "repel": repel, "erase": untouched}[stroke.brush]
+        pieces = list(zip(stroke.points, stroke.points[1:], strict=False)) or [stroke.points * 2]
+        for row in range(pixels):
+            for column in range(pixels):
+                x, y = (column + 0.5) / pixels, (row + 0.5) / pixels
+                for (ax, ay), (bx, by) in pieces:
+                    steps = np.linspace(0, 1, 200)
+                    distance = np.hypot(ax + steps * (bx - ax) - x, ay + steps * (by - ay) - y).min()
+                    if distance <= stroke.width / 2:
+                        image[row, column] = value
+    reach = pixels
+    kernel = np.exp(-(np.arange(-reach, reach + 1) ** 2) / (2 * (smoothing * pixels) ** 2))
+    kernel /= kernel.sum()
+    for axis in (0, 1):
+        widened = np.pad(image, [(reach, reach) if a == axis else (0, 0) for a in (0, 1)], mode="symmetric")
+        image = np.apply_along_axis(np.convolve, axis, widened, kernel, "valid")
+    block = pixels // cells
+    return image.reshape(cells, block, cells, block).mean(axis=(1, 3))
+
+
+@pytest.mark.parametrize("cells", [5, 10])
+def test_a_drawing_is_painted_smoothed_and_averaged(cells):
+    strokes = [line((0.2, 0.3), (0.61, 0.74)), line((0.45, 0.5), brush="repel", width=0.3)]
+    strokes.append(line((0.9, 0.1), (0.95, 0.2), width=0.05))
+    expected = slow_density(strokes, cells, 1.0, 0.0, 0.0, 0.05)
+    np.testing.assert_allclose(density_of(strokes, cells, "bold"), expected, atol=2e-3)
+    expected = slow_density(strokes, cells, 1.0, 0.0, 0.5, 0.2)
+    np.testing.assert_allclose(density_of(strokes, cells, "paper"), expected, atol=2e-3)
+
+
+@pytest.mark.parametrize("mapping", MAPPINGS)
+def test_a_blank_page_means_uniform_coverage(mapping):
+    blank = density_of([], 10, mapping)
+    np.testing.assert_allclose(blank, blank[0, 0])
+    erased = density_of([line((0.5, 0.5)), line((0.5, 0.5), brush="erase")], 10, mapping)
+    np.testing.assert_array_equal(erased, blank)
+
+
+def test_untouched_ground_is_wanted_only_where_nothing_attracts():
+    away = line((0.1, 0.1), brush="repel")
+    assert density_of([away], 10)[9, 9] == pytest.approx(0.5)
+    assert density_of([away, line((0.5, 0.5))], 10)[9, 9] == pytest.approx(0.0, abs=1e-9)
+    assert density_of([away, line((0.5, 0.5))], 10, "paper")[9, 9] > 0.45
+
+
+def test_later_strokes_paint_over_earlier_ones():
+    place = (0.25, 0.75)
+    one = density_of([line(place), line(place, brush="repel")], 10, "paper")
+    np.testing.assert_array_equal(one, density_of([line(place, brush="repel")], 10, "paper"))
+
+
+def test_rows_are_y_and_columns_x():
+    density = density_of([line((0.85, 0.15))], 10)
+    assert np.unravel_index(density.argmax(), density.shape) == (1, 8)
+
+
+@pytest.mark.parametrize("centre", [(0.5, 0.5), (0.47, 0.55), (0.3, 0.6), (0.7, 0.75)])
+def test_a_drawn_ring_keeps_its_mass_near_its_line(centre):
+    command = density_of([ring(*centre, 0.2)], 10, "bold")
+    fine = interpolation_matrix(400, 10)
+    target = fine @ command @ fine.T
+    x = (np.arange(400) + 0.5) / 400
+    near = np.abs(np.hypot(x - centre[0], x[:, None] - centre[1]) - 0.2) <= 0.06
+    assert target[near].sum() / target.sum() >= 0.45
+
+
+def test_a_line_may_leave_the_square():
+    density = density_of([line((0.5, 0.5), (1.4, 0.5))], 10)
+    assert density[5, 9] > 0.3
+
+
+@pytest.mark.parametrize(
+    ("what", "message"),
+    [
+        ({"brush": "attrackt"}, "attract"),
+        ({"width": 0.5}, "0.05 to 0.3"),
+        ({"width": float("nan")}, "0.05 to 0.3"),
+        ({"points": ()}, "1 to"),
+        ({"points": ((0.5, float("nan")),)}, "between -0.5 and 1.5"),
+        ({"points": ((7.0, 0.5),)}, "between -0.5 and 1.5"),
+        ({"points": ((0.5, 0.5),) * (MOST_POINTS + 1)}, "1 to"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(what, message):
+    with pytest.raises(CommandError, match=message):
+        Stroke(**{"brush": BRUSHES[0], "width": 0.1, "points": ((0.5, 0.5),)} | what)
+
+
+def test_unknown_mappings_and_endless_drawings_are_refused():
+    with pytest.raises(CommandError, match="did you mean 'bold'"):
+        density_of([], 10, "bald")
+    long = line(*[(0.5, 0.5)] * MOST_POINTS)
+    with pytest.raises(CommandError, match="points"):
+        density_of([long, long], 10)
