@@ -16,8 +16,10 @@ from swarm_pz.play.connection import Connection
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recording import PaintedLine, SeatLine
 from swarm_pz.play.recording import Seat as RecordedSeat
-from swarm_pz.play.session import Callbacks, House, Moment, Outcome, Session, target_message
+from swarm_pz.play.session import Callbacks, House, Moment, Outcome, Session
 from swarm_pz.play.strokes import Stroke, density_of
+from swarm_pz.play.views import target_message
+from swarm_pz.target import make_target
 
 _UNTIMED = 1e6
 Reason = Literal["malformed", "too_many", "out_of_turn", "not_valid", "taken", "unknown", "full", "closing"]
@@ -51,7 +53,7 @@ class Seat:
     gone: bool = False
     """Its player gave it up in the middle of a game."""
     target: bytes = b""
-    """The target in force, as its side is shown it."""
+    """The target of its latest command, as its side is shown it."""
 
     def free(self) -> None:
         """Make it anybody's."""
@@ -277,10 +279,13 @@ class Room:
             if message.strokes is not None:
                 strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in message.strokes]
                 density = density_of(strokes, self.config.game.command_cells, self.config.mapping)
-            self.session.submit(seat.team, message.number, density, message.strokes, message.timing)
+            command = self.session.submit(seat.team, message.number, density, message.strokes, message.timing)
         except (CommandError, ValueError) as error:
             raise RefusedError("not_valid", str(error)) from error
         connection.send(protocol.Received(number=message.number, server_ms=self._house.now_ms()))
+        _, coefficients = make_target(command.density, self.config.game.controller.modes)
+        seat.target = target_message(seat.team, message.number, coefficients)
+        connection.send_bytes(seat.target)
 
     def painted(self, connection: Connection, message: protocol.Painted) -> None:
         """Note when a command's effect was first seen."""
@@ -313,7 +318,8 @@ class Room:
         self._moment = None
         for seat in self.seats:
             seat.ready = seat.kind == "policy"
-            seat.target = target_message(self.session.game, seat.team, 0)
+            coefficients = self.session.game.simulator.games.coefficients[0, seat.team]
+            seat.target = target_message(seat.team, 0, coefficients)
             if seat.connection is not None:
                 self._note(seat, "connected")
         self._changed()
@@ -333,11 +339,9 @@ class Room:
         for connection in self.connections:
             connection.show(frame, sequence)
 
-    def _in_force(self, team: int, number: int, tick: int, target: bytes) -> None:
+    def _in_force(self, team: int, number: int, tick: int) -> None:
         seat = self.seats[team]
-        seat.target = target
         if seat.connection is not None:
-            seat.connection.send_bytes(target)
             now = self._house.now_ms()
             seat.connection.send(protocol.InForceMessage(seat=seat.side, number=number, tick=tick, server_ms=now))
 

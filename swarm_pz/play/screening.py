@@ -18,7 +18,8 @@ from swarm_pz.play.frames import Frame, encode_frame
 from swarm_pz.play.playback import Playback
 from swarm_pz.play.recording import Origin, Recording
 from swarm_pz.play.room import settings_of
-from swarm_pz.play.session import Moment, capture_fields, target_message
+from swarm_pz.play.session import Moment
+from swarm_pz.play.views import capture_fields, target_message
 
 
 class Screening:
@@ -48,7 +49,7 @@ class Screening:
         if self.is_verified:
             self._playback.seek(self._tick)
             for team in (RED, BLUE):
-                self._connection.send_bytes(target_message(self._playback.game, team, 0))
+                self._send_target(team, 0)
         self._show()
 
     def pace(self, speed: float) -> None:
@@ -90,7 +91,11 @@ class Screening:
     def _go_on(self, ticks: int) -> None:
         if self.is_verified:
             for command in self._playback.advance(ticks):
-                self._connection.send_bytes(target_message(self._playback.game, command.team, command.number))
+                self._send_target(command.team, command.number)
+
+    def _send_target(self, team: int, number: int) -> None:
+        coefficients = self._playback.game.simulator.games.coefficients[0, team]
+        self._connection.send_bytes(target_message(team, number, coefficients))
 
     def _show(self) -> None:
         self._sequence += 1

@@ -10,11 +10,14 @@ from pathlib import Path
 
 import uvicorn
 
+from swarm_pz.config import RED, TICKS_PER_SECOND
 from swarm_pz.errors import CommandError
 from swarm_pz.play import protocol
+from swarm_pz.play.game import LiveGame, TableConfig
 from swarm_pz.play.server import Server
 from swarm_pz.play.session import House
 from swarm_pz.play.thinking import Loader, Thinkers
+from swarm_pz.play.views import capture_fields, target_message
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _END_S = 3
@@ -54,6 +57,14 @@ def _own_addresses() -> set[str]:
         except OSError:
             continue
     return addresses
+
+
+def _warm_up() -> None:
+    """Load what is compiled, so that the first game does not wait for it."""
+    game = LiveGame(TableConfig(), 0)
+    game.advance(TICKS_PER_SECOND)
+    capture_fields(game.simulator)
+    target_message(RED, 0, game.simulator.games.coefficients[0, RED])
 
 
 def serve(
@@ -111,6 +122,7 @@ def serve(
         if draw_code is not None:
             say(draw_code(address))
     say(f"games are recorded in {folder}; end with Ctrl-C")
+    _warm_up()
     config = uvicorn.Config(
         app,
         log_level="warning",

@@ -18,10 +18,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import GRID_CELLS, RED, TICKS_PER_SECOND, ObservationConfig
+from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.errors import PolicyError
-from swarm_pz.observation import observe
-from swarm_pz.play.frames import Frame, encode_frame, encode_target
+from swarm_pz.play.frames import Frame, encode_frame
 from swarm_pz.play.game import Captured, Command, InForce, LiveGame, TableConfig
 from swarm_pz.play.protocol import StrokeMessage, Timing
 from swarm_pz.play.recording import (
@@ -40,7 +39,7 @@ from swarm_pz.play.recording import (
     frame_line,
 )
 from swarm_pz.play.thinking import PolicySeat, Thinkers
-from swarm_pz.simulator import Simulator
+from swarm_pz.play.views import capture_fields
 
 Outcome = Literal["red", "blue", "draw", "stopped"]
 _FIELD_TICKS = 3
@@ -48,7 +47,6 @@ _FIELD_TICKS = 3
 _FLUSH_TICKS = 15
 _CATCH_UP = 2
 """Ticks that a late game makes up for at once; beyond that its time slips."""
-_FIELDS = ObservationConfig(channels=("own_capture_field", "opposing_capture_field"))
 _SOFTWARE = f"swarm-pz {importlib.metadata.version('swarm-pz')}"
 
 
@@ -110,7 +108,7 @@ class Callbacks:
     show : callable
         Every frame and its number, 30 times a second of game.
     in_force : callable
-        A team, the number of its command that is in force now, the tick, and the target as bytes.
+        A team, the number of its command that is in force now, and the tick.
     failed : callable
         The team of a policy that failed, and why.
     over : callable
@@ -118,7 +116,7 @@ class Callbacks:
     """
 
     show: Callable[[bytes, int], None]
-    in_force: Callable[[int, int, int, bytes], None]
+    in_force: Callable[[int, int, int], None]
     failed: Callable[[int, str], None]
     over: Callable[[Outcome], None]
 
@@ -298,7 +296,7 @@ class Session:
     def _note_in_force(self, event: InForce) -> None:
         team, number = event.command.team, event.command.number
         self.recorder.write(InForceLine(team=team, number=number, tick=event.tick, ms=self.now_ms))
-        self._tell.in_force(team, number, event.tick, target_message(self.game, team, number))
+        self._tell.in_force(team, number, event.tick)
 
     # --- what is seen -----------------------------------------------------------------------------
 
@@ -325,24 +323,3 @@ class Session:
                 fields=fields,
             )
         )
-
-
-def capture_fields(simulator: Simulator) -> NDArray[np.uint8]:
-    """Return the capture fields of red and blue (2, G, G) as frames hold them."""
-    return np.asarray(observe(simulator, _FIELDS, np.array([RED]), np.zeros(1, np.int64), np.ones(1))[0])
-
-
-def target_message(game: LiveGame, team: int, number: int) -> bytes:
-    """Return a team's target as its side is shown it."""
-    return encode_target(team, number, target_picture(game, team))
-
-
-def target_picture(game: LiveGame, team: int) -> NDArray[np.uint8]:
-    """Return a team's target as its Fourier coefficients hold it (G, G), 255 value / maximum."""
-    coefficients = game.simulator.games.coefficients[0, team].astype(np.float64)
-    modes = np.arange(len(coefficients))
-    centres = (np.arange(GRID_CELLS) + 0.5) / GRID_CELLS
-    # Without the normalisation of the modes, cosines but the first count twice: their squares have mean 1/2.
-    waves = np.cos(np.pi * modes * centres[:, None]) * np.where(modes == 0, 1.0, 2.0)
-    density = np.maximum(waves @ coefficients.T @ waves.T, 0.0)
-    return np.asarray(np.rint(255.0 * density / density.max()), np.uint8)

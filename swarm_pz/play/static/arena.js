@@ -72,6 +72,7 @@ export class Arena {
     if (this.groundDirty) {
       this.groundDirty = false;
       this.paintGround();
+      this.shownTarget = this.target?.number;
     }
     const { frame } = this;
     if (!frame) {

@@ -197,9 +197,12 @@ export class Table {
 
   paint() {
     this.pen.paint();
-    const shown = this.arena.paint();
+    const shown = this.arena.paint(), told = at("arena").dataset;
+    if (this.arena.shownTarget !== undefined) told.target = this.arena.shownTarget;
     if (!shown || shown === this.shown) return;
     this.shown = shown;
+    told.tick = shown.tick; // for those who measure: what is painted, and how old it is
+    told.age = Math.round(this.link.now() - shown.serverMs);
     const blue = shown.teams.reduce((sum, team) => sum + team, 0);
     at("red-size").textContent = shown.teams.length - blue;
     at("blue-size").textContent = blue;

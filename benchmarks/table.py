@@ -1,0 +1,402 @@
+"""The table under load, and how fast it answers: a server in a process of its own, its clients in this one.
+
+python -m benchmarks.table load --seconds 60          30 rooms, two clients each
+python -m benchmarks.table latency --sends 200        a page: from pointer-up to what is seen
+python -m benchmarks.table smooth --drones 100        a page: gaps between paintings
+python -m benchmarks.table soak --seconds 3600        10 rooms with clients that drop, return, flood and send garbage
+python -m benchmarks.table rings --games 20           a page: draws rings as slowly as a person, against uniform
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import json
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from websockets import Subprotocol
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed
+
+from swarm_pz.play import protocol
+from swarm_pz.play.frames import FRAME, decode_frame
+from swarm_pz.play.playback import Playback
+from swarm_pz.play.recording import Recording
+
+ACKNOWLEDGE_EVERY = 4
+CHANCE = np.random.default_rng(0)
+FLAGS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update")
+
+
+@contextlib.contextmanager
+def server(folder: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """Start a server, and give its address and process."""
+    command = [sys.executable, "-u", "-c", "from swarm_pz.cli import main; main()"]
+    command += ["play", "--port", "0", "--out", str(folder)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
+        printed = process.stdout or sys.stdin
+        try:
+            yield printed.readline().split("http://")[1].strip().rstrip("/"), process
+        finally:
+            process.send_signal(signal.SIGTERM)
+            process.wait(20)
+
+
+def status(address: str) -> dict[str, Any]:
+    """Return the server's own figures."""
+    with urllib.request.urlopen(f"http://{address}/status", timeout=30) as answer:
+        return dict(json.load(answer))
+
+
+# --- load and soak ----------------------------------------------------------------------------------
+
+
+class Client:
+    """One client that plays, or watches, and acknowledges frames."""
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+        self.token: str | None = None
+        self.room = ""
+        self.frames = 0
+        self.ages: list[float] = []
+        self.games = 0
+
+    def connection(self) -> Any:
+        """Return a connection, to be entered."""
+        protocols = [Subprotocol(protocol.SUBPROTOCOL)]
+        return connect(f"ws://{self.address}/socket", subprotocols=protocols, compression=None, max_size=None)
+
+    async def play(self, first: list[protocol.ClientMessage], stop: asyncio.Event) -> None:
+        """Say some messages, then be ready for every game and command at random until told to stop."""
+        async with self.connection() as socket:
+            await socket.send(protocol.encode(protocol.Hello(token=self.token)))
+            for message in first:
+                await socket.send(protocol.encode(message))
+            talking = asyncio.create_task(self._talk(socket))
+            stopping = asyncio.create_task(stop.wait())
+            hearing = asyncio.create_task(self._hear(socket))
+            await asyncio.wait({stopping, hearing}, return_when=asyncio.FIRST_COMPLETED)
+            for task in (talking, stopping, hearing):
+                task.cancel()
+            with contextlib.suppress(asyncio.CancelledError, ConnectionClosed):
+                await hearing
+
+    async def _hear(self, socket: Any) -> None:
+        async for data in socket:
+            if isinstance(data, str):
+                message = protocol.decode_server(data)
+                if isinstance(message, protocol.Seated):
+                    self.token, self.room = message.token, message.room
+                elif isinstance(message, protocol.RoomState):
+                    self.room = message.code
+                    if message.phase == "over":
+                        self.games += 1
+                        await socket.send(protocol.encode(protocol.Ready()))
+            elif data[0] == FRAME:
+                self.frames += 1
+                if self.frames % ACKNOWLEDGE_EVERY == 0:
+                    await socket.send(protocol.encode(protocol.Acknowledge(decode_frame(data).sequence)))
+
+    async def _talk(self, socket: Any) -> None:
+        number = 0
+        await asyncio.sleep(CHANCE.random())
+        while True:
+            number += 1
+            x, y = CHANCE.random(), CHANCE.random()
+            points = [(x + 0.2 * np.cos(a / 6), y + 0.2 * np.sin(a / 6)) for a in range(38)]
+            stroke = protocol.StrokeMessage("attract", 0.1, [(float(px), float(py)) for px, py in points])
+            await socket.send(protocol.encode(protocol.CommandMessage(number, strokes=[stroke])))
+            await asyncio.sleep(CHANCE.uniform(0.5, 2.0))
+
+
+async def fill(address: str, stop: asyncio.Event, kinds: list[str | None]) -> tuple[list[Client], list[Any]]:
+    """Open a room for each opponent, None for a person, with two clients in each."""
+    clients: list[Client] = []
+    tasks = []
+    for opponent in kinds:
+        host, guest = Client(address), Client(address)
+        create = protocol.Create(settings=protocol.Settings(time_limit=None), opponent=opponent)
+        tasks.append(asyncio.create_task(host.play([create, protocol.Ready()], stop)))
+        while not host.room:
+            await asyncio.sleep(0.02)
+        seat: Any = "watch" if opponent is not None else "blue"
+        first: list[protocol.ClientMessage] = [protocol.Join(host.room, seat)]
+        if opponent is None:
+            first.append(protocol.Ready())
+        tasks.append(asyncio.create_task(guest.play(first, stop)))
+        clients += [host, guest]
+    return clients, tasks
+
+
+async def load(seconds: float, learned: str) -> None:
+    """Play 30 rooms, and print how punctual they were."""
+    with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, _):
+        stop = asyncio.Event()
+        clients, tasks = await fill(address, stop, [None, "uniform", learned] * 10)
+        await asyncio.sleep(5.0)
+        before = [client.frames for client in clients]
+        began = time.monotonic()
+        await asyncio.sleep(seconds)
+        spent = time.monotonic() - began
+        rates = [(client.frames - count) / spent for client, count in zip(clients, before, strict=True)]
+        figures = await asyncio.to_thread(status, address)
+        stop.set()
+        await asyncio.gather(*tasks, return_exceptions=True)
+    print(json.dumps(figures, indent=2))
+    print(f"frames a second and client: {min(rates):.2f} to {max(rates):.2f}, mean {np.mean(rates):.2f}")
+
+
+async def soak(seconds: float) -> None:
+    """Play 10 rooms with clients that drop, return, flood and send garbage; print what became of them."""
+    with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, process):
+        stop = asyncio.Event()
+        idle = await asyncio.to_thread(status, address)
+        clients, tasks = await fill(address, stop, ["uniform", None] * 5)
+        rooms = {client.room for client in clients}
+        began, readings = time.monotonic(), []
+        while (spent := time.monotonic() - began) < seconds:
+            await asyncio.gather(
+                *[_misbehave(clients[CHANCE.integers(len(clients))]) for _ in range(3)], return_exceptions=True
+            )
+            figures = await asyncio.to_thread(status, address)
+            figures["memory_mb"] = _resident_mb(process.pid)
+            readings.append((spent, figures))
+            names = ("rooms", "playing", "connections", "tasks", "open_files", "memory_mb", "lateness_ms")
+            print(f"{spent:6.0f} s  " + "  ".join(f"{name} {figures[name]}" for name in names), flush=True)
+            await asyncio.sleep(min(10.0, seconds / 20))
+        stop.set()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        await asyncio.sleep(2.0)
+        after = await asyncio.to_thread(status, address)
+        early = next(figures for spent, figures in readings if spent >= seconds / 6)
+        kept = sum(code in rooms for code in {client.room for client in clients})
+        print(
+            f"rooms lost: {len(rooms) - kept}; memory at the end / at a sixth: "
+            f"{readings[-1][1]['memory_mb'] / early['memory_mb']:.3f}"
+        )
+        print(
+            f"idle before: {idle['tasks']} tasks, {idle['open_files']} files; all gone: {after['tasks']}, "
+            f"{after['open_files']} (a file a room, its recording)"
+        )
+        unreadable = 0
+        paths = list(Path(folder).glob("*.jsonl"))
+        for path in paths:
+            Recording.read(path)
+        print(f"{len(paths)} recordings, {unreadable} unreadable")
+
+
+async def _misbehave(victim: Client) -> None:
+    """Come as somebody else and do what one should not, or take a player's seat for a moment."""
+    async with Client(victim.address).connection() as socket:
+        what = str(CHANCE.choice(["flood", "garbage", "claim", "drop", "oversized"]))
+        await socket.send(protocol.encode(protocol.Hello(token=victim.token if what == "drop" else None)))
+        if what == "flood":
+            for number in range(300):
+                await socket.send(protocol.encode(protocol.Ping(number)))
+        elif what == "garbage":
+            for _ in range(50):
+                await socket.send(CHANCE.bytes(CHANCE.integers(200)))
+                await socket.send("".join(map(chr, CHANCE.integers(32, 1000, size=CHANCE.integers(200)))))
+        elif what == "claim":
+            await socket.send(protocol.encode(protocol.Join(victim.room, "red")))
+            await socket.send(protocol.encode(protocol.Hello(token="0" * 32)))
+        elif what == "oversized":
+            await socket.send("x" * 100_000)
+        await asyncio.sleep(0.5)
+    if what == "drop" and victim.token is not None:  # and the player comes back to its seat
+        async with Client(victim.address).connection() as socket:
+            await socket.send(protocol.encode(protocol.Hello(token=victim.token)))
+            await asyncio.sleep(0.2)
+
+
+def _resident_mb(pid: int) -> float:
+    line = next(line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith("VmRSS"))
+    return int(line.split()[1]) / 1024
+
+
+# --- a page -----------------------------------------------------------------------------------------
+
+WATCH = """() => {
+    const arena = document.getElementById("arena");
+    window.seen = { up: [], target: [], frames: [], ages: [] };
+    arena.addEventListener("pointerup", () => seen.up.push(performance.now()), true);
+    new MutationObserver((changes) => {
+        for (const { attributeName } of changes) {
+            if (attributeName === "data-target") seen.target.push([Number(arena.dataset.target), performance.now()]);
+            if (attributeName === "data-tick") {
+                seen.frames.push([Number(arena.dataset.tick), performance.now()]);
+                seen.ages.push(Number(arena.dataset.age));
+            }
+        }
+    }).observe(arena, { attributes: true });
+}"""
+
+
+@contextlib.contextmanager
+def page(address: str, hash_: str, width: int = 900, height: int = 700) -> Iterator[Any]:
+    """Open the table's page in a browser."""
+    from playwright.sync_api import sync_playwright
+
+    executable = shutil.which("chromium") or shutil.which("google-chrome")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=executable, args=FLAGS)
+        opened = browser.new_page(viewport={"width": width, "height": height})
+        opened.goto(f"http://{address}/#{hash_}")
+        yield opened
+        browser.close()
+
+
+def draw_ring(opened: Any, x: float, y: float, radius: float, points: int = 24) -> None:
+    """Draw a ring with the mouse, in map widths."""
+    box = opened.locator("#arena").bounding_box()
+    for k in range(points + 1):
+        angle = 2 * np.pi * k / points
+        px = box["x"] + (x + radius * np.cos(angle)) * box["width"]
+        py = box["y"] + (1 - y - radius * np.sin(angle)) * box["height"]
+        opened.mouse.move(px, py)
+        if k == 0:
+            opened.mouse.down()
+    opened.mouse.up()
+
+
+def latency(sends: int) -> None:
+    """Send at random moments, and print how long it takes until it is seen."""
+    with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, _):
+        with page(address, "play=none") as opened:
+            opened.wait_for_selector("#send:not([disabled])")
+            opened.locator("#on-lift").check()
+            opened.evaluate(WATCH)
+            for _ in range(sends):
+                x, y = CHANCE.uniform(0.3, 0.7, 2)
+                draw_ring(opened, float(x), float(y), 0.2, 6)
+                opened.wait_for_timeout(600 + 400 * CHANCE.random())
+            seen = opened.evaluate("seen")
+        (path,) = Path(folder).glob("*.jsonl")
+        events = [json.loads(line) for line in path.read_text().splitlines()]
+    arrived = {e["number"]: e["received_ms"] for e in events if e["type"] == "command"}
+    timing = {e["number"]: e["timing"] for e in events if e["type"] == "command"}
+    forced = {e["number"]: (e["tick"], e["ms"]) for e in events if e["type"] == "in_force"}
+    targets = dict(map(tuple, reversed(seen["target"])))  # when each was first painted
+    to_target, to_force, to_frame = [], [], []
+    for number in sorted(forced.keys() & targets.keys() & timing.keys()):
+        up = max(at for at in seen["up"] if at <= timing[number]["sent_ms"])
+        to_target.append(targets[number] - up)
+        sent = timing[number]["sent_ms"] - up + timing[number]["round_trip_ms"] / 2
+        to_force.append(sent + forced[number][1] - arrived[number])
+        to_frame.append(next(at for tick, at in seen["frames"] if tick > forced[number][0]) - up)
+    for name, values in (
+        ("acknowledged target painted", to_target),
+        ("in force", to_force),
+        ("changed frame", to_frame),
+    ):
+        p50, p95 = np.quantile(values, [0.5, 0.95])
+        print(f"pointer-up to {name}: median {p50:.0f} ms, 95 % {p95:.0f} ms, of {len(values)}")
+    _print_gaps(seen)
+
+
+def _print_gaps(seen: dict[str, Any]) -> None:
+    ticks, times = np.array(seen["frames"]).T
+    gaps = np.diff(times)
+    rate = 1000 * (ticks[-1] - ticks[0]) / (times[-1] - times[0])
+    print(
+        f"paintings of new frames: gaps 95 % {np.quantile(gaps, 0.95):.0f} ms, most {gaps.max():.0f} ms; "
+        f"{rate:.2f} ticks a second shown; oldest frame painted {max(seen['ages'])} ms"
+    )
+
+
+def smooth(drones: int, seconds: float) -> None:
+    """Watch a game with this many drones a team, stall the page for 20 s, and print gaps and ages."""
+    with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, _), page(address, "") as opened:
+        opened.wait_for_selector("#opponent option", state="attached")
+        opened.click("summary")
+        opened.fill("#red-drones", str(drones))
+        opened.fill("#blue-drones", str(drones))
+        opened.click("#create button[type=submit]")
+        opened.click("#ready")
+        opened.wait_for_selector("#cover", state="hidden")
+        opened.wait_for_timeout(1000)
+        opened.evaluate(WATCH)
+        opened.wait_for_timeout(1000 * seconds)
+        _print_gaps(opened.evaluate("seen"))
+        opened.evaluate("() => { seen.frames = []; seen.ages = []; }")
+        opened.evaluate("() => { const end = performance.now() + 20000; while (performance.now() < end); }")
+        opened.wait_for_timeout(3000)
+        print("after a stall of 20 s:")
+        _print_gaps(opened.evaluate("seen"))
+
+
+OTHERS = """() => {
+    const canvas = document.getElementById("drones"), side = canvas.width;
+    const { data } = canvas.getContext("2d").getImageData(0, 0, side, side);
+    let count = 0, x = 0, y = 0;
+    for (let i = 0; i < data.length; i += 4) {
+        if (data[i + 3] > 200 && data[i + 2] > 180 && data[i] < 90) {
+            count += 1;
+            x += i / 4 % side;
+            y += Math.floor(i / 4 / side);
+        }
+    }
+    return count ? [x / count / side, 1 - y / count / side] : null;
+}"""
+
+
+def rings(games: int) -> None:
+    """Draw rings where the blue pixels were 0.6 s ago, every 2 s or more, against uniform coverage."""
+    standing = {"won": 0, "drawn": 0, "lost": 0}
+    with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, _):
+        for _ in range(games):
+            with page(address, "play=uniform", 700, 500) as opened:
+                opened.wait_for_selector("#send:not([disabled])")
+                while not opened.locator("#recording").is_visible():
+                    began = time.monotonic()
+                    place = opened.evaluate(OTHERS)
+                    opened.wait_for_timeout(600)
+                    if place is not None and opened.locator("#send").is_enabled():
+                        draw_ring(opened, *place, 0.2)
+                        if opened.locator("#send").is_enabled():
+                            opened.click("#send")
+                    opened.wait_for_timeout(max(0.0, 2000 - 1000 * (time.monotonic() - began)))
+                text = opened.inner_text("#cover-text")
+                standing["won" if "You won" in text else "lost" if "You lost" in text else "drawn"] += 1
+                print(text, standing, flush=True)
+        paths = sorted(Path(folder).glob("*.jsonl"))
+        verified = sum(Playback(Recording.read(path)).verify().verified for path in paths)
+    print(f"{standing}; {verified} of {len(paths)} recordings verify")
+
+
+def main() -> None:
+    """Measure."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["load", "latency", "smooth", "soak", "rings"])
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--sends", type=int, default=200)
+    parser.add_argument("--drones", type=int, default=10, help="a team")
+    parser.add_argument("--games", type=int, default=20)
+    parser.add_argument("--learned", default="champion")
+    options = parser.parse_args()
+    if options.what == "load":
+        asyncio.run(load(options.seconds, options.learned))
+    elif options.what == "soak":
+        asyncio.run(soak(options.seconds))
+    elif options.what == "latency":
+        latency(options.sends)
+    elif options.what == "smooth":
+        smooth(options.drones, options.seconds)
+    else:
+        rings(options.games)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,35 @@
+"""What clients are shown of a game besides its drones: ground that captures, and targets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import GRID_CELLS, RED, ObservationConfig
+from swarm_pz.observation import observe
+from swarm_pz.play.frames import encode_target
+from swarm_pz.simulator import Simulator
+
+_FIELDS = ObservationConfig(channels=("own_capture_field", "opposing_capture_field"))
+
+
+def capture_fields(simulator: Simulator) -> NDArray[np.uint8]:
+    """Return the capture fields of red and blue (2, G, G) of a single game, as frames hold them."""
+    return np.asarray(observe(simulator, _FIELDS, np.array([RED]), np.zeros(1, np.int64), np.ones(1))[0])
+
+
+def target_picture(coefficients: NDArray[np.floating[Any]]) -> NDArray[np.uint8]:
+    """Return a target as its Fourier coefficients (K, K) hold it: (G, G), 255 value / maximum."""
+    modes = np.arange(len(coefficients))
+    centres = (np.arange(GRID_CELLS) + 0.5) / GRID_CELLS
+    # Cosines but the first have a mean square of 1/2, and the modes are not normalised.
+    waves = np.cos(np.pi * modes * centres[:, None]) * np.where(modes == 0, 1.0, 2.0)
+    density = np.maximum(waves @ coefficients.T.astype(np.float64) @ waves.T, 0.0)
+    return np.asarray(np.rint(255.0 * density / density.max()), np.uint8)
+
+
+def target_message(team: int, number: int, coefficients: NDArray[np.floating[Any]]) -> bytes:
+    """Return a team's target, of its command of this number, as its side is shown it."""
+    return encode_target(team, number, target_picture(coefficients))
