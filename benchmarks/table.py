@@ -27,7 +27,6 @@ from typing import Any
 import numpy as np
 from websockets import Subprotocol
 from websockets.asyncio.client import connect
-from websockets.exceptions import ConnectionClosed
 
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, decode_frame
@@ -72,31 +71,36 @@ class Client:
         self.frames = 0
         self.ages: list[float] = []
         self.games = 0
+        self.socket: Any = None
 
     def connection(self) -> Any:
         """Return a connection, to be entered."""
         protocols = [Subprotocol(protocol.SUBPROTOCOL)]
-        return connect(f"ws://{self.address}/socket", subprotocols=protocols, compression=None, max_size=None)
+        return connect(
+            f"ws://{self.address}/socket", subprotocols=protocols, compression=None, max_size=None, close_timeout=1
+        )
 
     async def play(self, first: list[protocol.ClientMessage], stop: asyncio.Event) -> None:
-        """Say some messages, then be ready for every game and command at random until told to stop."""
-        async with self.connection() as socket:
-            await socket.send(protocol.encode(protocol.Hello(token=self.token)))
-            for message in first:
-                await socket.send(protocol.encode(message))
-            talking = asyncio.create_task(self._talk(socket))
-            stopping = asyncio.create_task(stop.wait())
-            hearing = asyncio.create_task(self._hear(socket))
-            await asyncio.wait({stopping, hearing}, return_when=asyncio.FIRST_COMPLETED)
-            for task in (talking, stopping, hearing):
-                task.cancel()
-            with contextlib.suppress(asyncio.CancelledError, ConnectionClosed):
-                await hearing
+        """Say some messages, then command at random until told to stop; come back when displaced or dropped."""
+        while not stop.is_set():
+            async with self.connection() as socket:
+                self.socket = socket
+                await socket.send(protocol.encode(protocol.Hello(token=self.token)))
+                for message in first if self.token is None else []:
+                    await socket.send(protocol.encode(message))
+                tasks = [asyncio.create_task(work) for work in (self._talk(socket), stop.wait(), self._hear(socket))]
+                await asyncio.wait(tasks[1:], return_when=asyncio.FIRST_COMPLETED)
+                for task in tasks:
+                    task.cancel()
+                await asyncio.gather(*tasks, return_exceptions=True)
+            await asyncio.sleep(0.5)
 
     async def _hear(self, socket: Any) -> None:
         async for data in socket:
             if isinstance(data, str):
                 message = protocol.decode_server(data)
+                if isinstance(message, protocol.Displaced):
+                    return
                 if isinstance(message, protocol.Seated):
                     self.token, self.room = message.token, message.room
                 elif isinstance(message, protocol.RoomState):
@@ -158,50 +162,51 @@ async def load(seconds: float, learned: str) -> None:
     print(f"frames a second and client: {min(rates):.2f} to {max(rates):.2f}, mean {np.mean(rates):.2f}")
 
 
-async def soak(seconds: float) -> None:
-    """Play 10 rooms with clients that drop, return, flood and send garbage; print what became of them."""
+async def soak(seconds: float, rooms: int = 10) -> dict[str, Any]:
+    """Play rooms with clients that drop, return, flood and send garbage; return what became of them."""
     with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, process):
         stop = asyncio.Event()
         idle = await asyncio.to_thread(status, address)
-        clients, tasks = await fill(address, stop, ["uniform", None] * 5)
-        rooms = {client.room for client in clients}
+        clients, tasks = await fill(address, stop, (["uniform", None] * rooms)[:rooms])
         began, readings = time.monotonic(), []
         while (spent := time.monotonic() - began) < seconds:
-            await asyncio.gather(
-                *[_misbehave(clients[CHANCE.integers(len(clients))]) for _ in range(3)], return_exceptions=True
-            )
+            victims = CHANCE.choice(len(clients), 3, replace=False)
+            await asyncio.gather(*[_misbehave(clients[victim]) for victim in victims], return_exceptions=True)
             figures = await asyncio.to_thread(status, address)
             figures["memory_mb"] = _resident_mb(process.pid)
             readings.append((spent, figures))
             names = ("rooms", "playing", "connections", "tasks", "open_files", "memory_mb", "lateness_ms")
             print(f"{spent:6.0f} s  " + "  ".join(f"{name} {figures[name]}" for name in names), flush=True)
             await asyncio.sleep(min(10.0, seconds / 20))
+        frames = [client.frames for client in clients]
+        await asyncio.sleep(1.0)
+        silent = sum(client.frames == before for client, before in zip(clients, frames, strict=True))
         stop.set()
         await asyncio.gather(*tasks, return_exceptions=True)
         await asyncio.sleep(2.0)
         after = await asyncio.to_thread(status, address)
         early = next(figures for spent, figures in readings if spent >= seconds / 6)
-        kept = sum(code in rooms for code in {client.room for client in clients})
-        print(
-            f"rooms lost: {len(rooms) - kept}; memory at the end / at a sixth: "
-            f"{readings[-1][1]['memory_mb'] / early['memory_mb']:.3f}"
-        )
-        print(
-            f"idle before: {idle['tasks']} tasks, {idle['open_files']} files; all gone: {after['tasks']}, "
-            f"{after['open_files']} (a file a room, its recording)"
-        )
-        unreadable = 0
         paths = list(Path(folder).glob("*.jsonl"))
-        for path in paths:
-            Recording.read(path)
-        print(f"{len(paths)} recordings, {unreadable} unreadable")
+        return {
+            "rooms_lost": rooms - readings[-1][1]["playing"],
+            "clients_without_frames": silent,
+            "memory_ratio": readings[-1][1]["memory_mb"] / early["memory_mb"],
+            "tasks_left": after["tasks"] - idle["tasks"],
+            "connections_left": after["connections"],
+            "files_left": after["open_files"] - idle["open_files"],
+            "recordings": len([Recording.read(path) for path in paths]),
+            "lateness_ms": after["lateness_ms"],
+        }
 
 
 async def _misbehave(victim: Client) -> None:
-    """Come as somebody else and do what one should not, or take a player's seat for a moment."""
+    """Drop a player's connection, take its seat for a moment, or come as somebody who does what one should not."""
+    what = str(CHANCE.choice(["vanish", "take", "flood", "garbage", "claim", "oversized"]))
+    if what == "vanish":
+        victim.socket.transport.abort()
+        return
     async with Client(victim.address).connection() as socket:
-        what = str(CHANCE.choice(["flood", "garbage", "claim", "drop", "oversized"]))
-        await socket.send(protocol.encode(protocol.Hello(token=victim.token if what == "drop" else None)))
+        await socket.send(protocol.encode(protocol.Hello(token=victim.token if what == "take" else None)))
         if what == "flood":
             for number in range(300):
                 await socket.send(protocol.encode(protocol.Ping(number)))
@@ -215,10 +220,6 @@ async def _misbehave(victim: Client) -> None:
         elif what == "oversized":
             await socket.send("x" * 100_000)
         await asyncio.sleep(0.5)
-    if what == "drop" and victim.token is not None:  # and the player comes back to its seat
-        async with Client(victim.address).connection() as socket:
-            await socket.send(protocol.encode(protocol.Hello(token=victim.token)))
-            await asyncio.sleep(0.2)
 
 
 def _resident_mb(pid: int) -> float:
@@ -389,7 +390,7 @@ def main() -> None:
     if options.what == "load":
         asyncio.run(load(options.seconds, options.learned))
     elif options.what == "soak":
-        asyncio.run(soak(options.seconds))
+        print(json.dumps(asyncio.run(soak(options.seconds)), indent=2))
     elif options.what == "latency":
         latency(options.sends)
     elif options.what == "smooth":
