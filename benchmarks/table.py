@@ -188,7 +188,7 @@ async def soak(seconds: float, rooms: int = 10) -> dict[str, Any]:
         early = next(figures for spent, figures in readings if spent >= seconds / 6)
         paths = list(Path(folder).glob("*.jsonl"))
         return {
-            "rooms_lost": rooms - readings[-1][1]["playing"],
+            "rooms_lost": rooms - readings[-1][1]["rooms"],
             "clients_without_frames": silent,
             "memory_ratio": readings[-1][1]["memory_mb"] / early["memory_mb"],
             "tasks_left": after["tasks"] - idle["tasks"],

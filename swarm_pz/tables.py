@@ -121,13 +121,13 @@ def print_study(rows: Sequence[Any]) -> None:
         + ", ".join(sorted({f"{row.min_command_interval:g} s" for row in rows}))
         + " apart",
     )
-    for heading in ("player", "opponent", "games", "won", "drawn", "lost", "won 95 %", "median s", "mean s", "cmd/min"):
+    for heading in ("player", "opponent", "won-drawn-lost", "won 95 %", "median s", "mean s", "cmd/min"):
         table.add_column(heading, justify="left" if heading in ("player", "opponent") else "right", no_wrap=True)
     for row in rows:
         table.add_row(
             row.player or row.kind,
             row.opponent,
-            *(str(count) for count in (row.games, row.wins, row.draws, row.losses)),
+            f"{row.wins}-{row.draws}-{row.losses}",
             f"{100 * row.win_rate_low:.0f} to {100 * row.win_rate_high:.0f} %",
             figure(row.median_s, 0),
             figure(row.restricted_mean_s, 0),

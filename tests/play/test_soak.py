@@ -13,4 +13,4 @@ def test_nothing_is_lost_and_nothing_is_left():
     # The games go on: each has its clock, its policy's thoughts and its file; the policies' process has a few.
     assert figures["tasks_left"] <= 6 * 3
     assert figures["files_left"] <= 6 + 4
-    assert figures["recordings"] == 6
+    assert figures["recordings"] >= 6, "a game that is won is followed by another"
