@@ -283,6 +283,7 @@ def play(
     opponent: str | None = None,
     host: str = "127.0.0.1",
     port: int = 8000,
+    min_command_interval: float = 0.5,
     out: Path = Path("runs/games"),
 ) -> None:
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
@@ -291,6 +292,7 @@ def play(
         opponent: Go straight into a game against this policy; "none" is a practice arena without opponents.
         host: Where to listen; 0.0.0.0 lets the local network in.
         port: Port to listen at; 0 takes any that is free.
+        min_command_interval: Seconds of game between two commands of a team, whoever gives them.
         out: Folder of the recordings.
     """
     _need_play()
@@ -301,7 +303,16 @@ def play(
         policies.load(opponent, GameConfig())
     page = f"play={opponent}" if opponent is not None else ""
     say = functools.partial(print, flush=True)
-    serve(policies.load, host=host, port=port, folder=out, page=page, say=say, draw_code=_draw_code)
+    serve(
+        policies.load,
+        host=host,
+        port=port,
+        folder=out,
+        page=page,
+        min_command_interval=min_command_interval,
+        say=say,
+        draw_code=_draw_code,
+    )
 
 
 def replay(

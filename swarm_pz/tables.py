@@ -117,11 +117,11 @@ def print_study(rows: Sequence[Any]) -> None:
         pad_edge=False,
         padding=(0, 1),
         title="recorded games, by player and opponent",
-        caption="median: Kaplan-Meier, draws censor it; commands a minute, at least "
+        caption="median: Kaplan-Meier, draws censor it; commands a minute, "
         + ", ".join(sorted({f"{row.min_command_interval:g} s" for row in rows}))
-        + " apart",
+        + " apart at least",
     )
-    for heading in ("player", "opponent", "won-drawn-lost", "won 95 %", "median s", "mean s", "cmd/min"):
+    for heading in ("player", "opponent", "won-drawn-lost", "won 95 %", "median s", "mean s", "a min"):
         table.add_column(heading, justify="left" if heading in ("player", "opponent") else "right", no_wrap=True)
     for row in rows:
         table.add_row(

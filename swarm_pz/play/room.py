@@ -76,7 +76,7 @@ class Seat:
         )
 
 
-def table_config(settings: protocol.Settings) -> TableConfig:
+def table_config(settings: protocol.Settings, min_command_interval: float) -> TableConfig:
     """Return the table that a room's settings ask for; one side without drones makes a practice arena.
 
     Raises
@@ -90,7 +90,9 @@ def table_config(settings: protocol.Settings) -> TableConfig:
         time_limit=settings.time_limit if settings.time_limit is not None else _UNTIMED,
         capture=CaptureConfig(enabled=min(sizes) > 0),
     )
-    return TableConfig(game=game, mapping=settings.mapping, speed=settings.speed)
+    return TableConfig(
+        game=game, min_command_interval=min_command_interval, mapping=settings.mapping, speed=settings.speed
+    )
 
 
 def settings_of(config: TableConfig) -> protocol.Settings:
@@ -120,7 +122,7 @@ class Room:
 
     def __init__(self, code: str, settings: protocol.Settings, house: House, moment: Moment | None = None) -> None:
         self.code, self.settings, self._house, self._moment = code, settings, house, moment
-        self.config = moment.game.config if moment is not None else table_config(settings)
+        self.config = moment.game.config if moment is not None else table_config(settings, house.min_command_interval)
         self.seats = (Seat(0), Seat(1))
         self.watchers: set[Connection] = set()
         self.session: Session | None = None

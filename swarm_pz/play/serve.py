@@ -74,6 +74,7 @@ def serve(
     port: int = 8000,
     folder: Path = Path("runs/games"),
     page: str = "",
+    min_command_interval: float = TableConfig.min_command_interval,
     say: Callable[[str], None] = print,
     draw_code: Callable[[str], str] | None = None,
 ) -> None:
@@ -89,6 +90,8 @@ def serve(
         0 takes any free one.
     folder : Path
         Of the recordings.
+    min_command_interval : float
+        See `TableConfig`.
     page : str
         What the printed address leads to, after its ``#``.
     say : callable
@@ -101,6 +104,7 @@ def serve(
     CommandError
         If it cannot listen there.
     """
+    TableConfig(min_command_interval=min_command_interval)
     listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
@@ -111,7 +115,8 @@ def serve(
         raise CommandError(f"cannot listen at {host}, port {port}: {error.strerror}; try another --port") from error
     port = listening.getsockname()[1]
     names = names_of(host, port)
-    house = House(folder=folder, thinkers=Thinkers(loader, processes=max(1, (os.cpu_count() or 2) - 1)))
+    thinkers = Thinkers(loader, processes=max(1, (os.cpu_count() or 2) - 1))
+    house = House(folder=folder, thinkers=thinkers, min_command_interval=min_command_interval)
     app = Server(house).app(names)
     is_open = host not in LOOPBACK
     shown = next((name for name in names if name.rsplit(":", 1)[0] in _own_addresses()), names[0]) if is_open else None

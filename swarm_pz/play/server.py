@@ -263,7 +263,7 @@ class Server:
         return protocol.Welcome(
             version=importlib.metadata.version("swarm-pz"),
             policies=self._policies,
-            min_command_interval=0.5,
+            min_command_interval=self.house.min_command_interval,
             command_cells=GameConfig().command_cells,
             server_ms=self.house.now_ms(),
         )

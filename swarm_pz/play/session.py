@@ -66,6 +66,7 @@ class House:
 
     folder: Path
     thinkers: Thinkers
+    min_command_interval: float = TableConfig.min_command_interval
     punctuality: Punctuality = field(default_factory=Punctuality)
     began: float = field(default_factory=time.monotonic)
 

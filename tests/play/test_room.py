@@ -125,8 +125,8 @@ def test_frames_are_numbered_and_show_fields_at_every_solve(tmp_path):
 
 def test_settings_come_back_from_the_table():
     settings = protocol.Settings(red=1, blue=19, time_limit=None, mapping="paper", speed=0.5)
-    assert settings_of(table_config(settings)) == settings
-    assert not table_config(protocol.Settings(blue=0)).game.capture.enabled
+    assert settings_of(table_config(settings, 0.5)) == settings
+    assert not table_config(protocol.Settings(blue=0), 0.5).game.capture.enabled
 
 
 def test_seats_are_not_given_away(tmp_path):
