@@ -126,7 +126,7 @@ def print_study(rows: Sequence[Any]) -> None:
     for row in rows:
         table.add_row(
             row.player or row.kind,
-            row.opponent,
+            row.opponent or row.opponent_kind,
             f"{row.wins}-{row.draws}-{row.losses}",
             f"{100 * row.win_rate_low:.0f} to {100 * row.win_rate_high:.0f} %",
             figure(row.median_s, 0),

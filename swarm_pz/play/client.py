@@ -56,14 +56,16 @@ def play(
         say(protocol.Hello(kind="program"))
         say(protocol.Join(room, seat) if room is not None else protocol.Create(seat=seat, opponent=opponent))
         say(protocol.Ready())
-        team, number, next_tick, frames = TEAM_NAMES.index(seat), 0, 0, 0
+        team, number, next_tick, frames, has_begun = TEAM_NAMES.index(seat), 0, 0, 0, False
         for data in socket:
             if isinstance(data, str):
                 message = protocol.decode_server(data)
-                if isinstance(message, protocol.Refused):
+                if isinstance(message, protocol.Refused) and message.code != "too_many":
                     raise PolicyError(f"the table refused {message.about or 'a message'}: {message.reason}")
-                if isinstance(message, protocol.RoomState) and message.outcome is not None:
-                    return message.outcome
+                if isinstance(message, protocol.RoomState):
+                    has_begun |= message.phase == "playing"
+                    if has_begun and message.outcome is not None:
+                        return message.outcome
             elif data[0] == FRAME:
                 frame = decode_frame(data)
                 frames += 1

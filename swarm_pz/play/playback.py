@@ -11,13 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
-from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
+from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
 from swarm_pz.film import FILM_RATE, open_film
 from swarm_pz.play.frames import FASTEST, Frame
 from swarm_pz.play.game import Command, LiveGame
 from swarm_pz.play.recording import CapturedLine, Recording
 from swarm_pz.render import draw
 
+_MARK_TICKS = 900
+"""Ticks between the moments that are kept, so that going back is quick."""
 _POSITION_STEP, _VELOCITY_STEP = 1.0 / 65535, FASTEST / 32767
 """Resolution of a frame."""
 
@@ -61,12 +63,15 @@ class Playback:
         self._followed = recording.in_force()
         self.game = LiveGame(recording.config, recording.header.seed)
         self._next = 0
+        self._marks = {0: self.game.simulator.snapshot()}
 
     def seek(self, tick: int) -> None:
-        """Go to a tick, or to the last one before it that was recorded."""
+        """Go to a tick, before its solve, or to the last one before it that was recorded."""
         if tick < self.game.tick:
+            mark = max(known for known in self._marks if known <= max(tick, 0))
             self.game = LiveGame(self.recording.config, self.recording.header.seed)
-            self._next = 0
+            self.game.simulator.restore(self._marks[mark])
+            self._next = sum(when < mark for when, _ in self._followed)
         self.advance(tick - self.game.tick)
 
     def advance(self, ticks: int) -> list[Command]:
@@ -75,23 +80,30 @@ class Playback:
         end = min(game.tick + ticks, self.recording.last_tick)
         came: list[Command] = []
         while game.tick < end and not game.over:
+            if game.tick % _MARK_TICKS == 0:
+                self._marks.setdefault(game.tick, game.simulator.snapshot())
             while self._next < len(self._followed) and self._followed[self._next][0] <= game.tick:
                 came.append(self._followed[self._next][1])
                 game.put_in_force(came[-1])
                 self._next += 1
             until = self._followed[self._next][0] if self._next < len(self._followed) else end
-            game.simulator.advance(min(until, end) - game.tick)
+            mark = (game.tick // _MARK_TICKS + 1) * _MARK_TICKS
+            game.simulator.advance(min(until, end, mark) - game.tick)
         return came
 
     def verify(self) -> Verification:
         """Compare all frames, and the number of captures between them, with those of a simulation."""
         self.seek(0)
-        captures = [(line.tick, line.team) for line in self.recording.of(CapturedLine)]
+        captures = iter([*self.recording.of(CapturedLine), None])
+        capture = next(captures)
+        said = [0, 0]
         count = 0
         for frame in self.recording.frames():
             self.advance(frame.tick - self.game.tick)
             count += 1
-            said = [sum(tick <= frame.tick and team == side for tick, team in captures) for side in (RED, BLUE)]
+            while capture is not None and capture.tick <= frame.tick:
+                said[capture.team] += 1
+                capture = next(captures)
             if not self._shows(frame) or said != self.game.simulator.games.captures[0].tolist():
                 return Verification(frames=count, first_difference=frame.tick)
         return Verification(frames=count, first_difference=None)

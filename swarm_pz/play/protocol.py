@@ -21,7 +21,8 @@ MAX_MESSAGES_PER_SECOND = 20
 
 Side = Literal["red", "blue"]
 Milliseconds = Annotated[float, Meta(ge=-1e15, le=1e15)]
-Count = Annotated[int, Meta(ge=0, le=2**53)]
+Count = Annotated[int, Meta(ge=0, lt=2**32)]
+Reason = Literal["malformed", "too_many", "out_of_turn", "not_valid", "taken", "unknown", "full"]
 Code = Annotated[str, Meta(pattern="^[A-Z0-9]{4,8}$")]
 Token = Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]
 Name = Annotated[str, Meta(min_length=1, max_length=200)]
@@ -119,7 +120,7 @@ class CommandMessage(_Message, tag="command"):
 
 
 class Painted(_Message, tag="painted"):
-    """When the client first painted a frame that a command had changed, on its clock."""
+    """When the client first painted a frame that a command had changed, on the server's clock."""
 
     number: Count
     painted_ms: Milliseconds
@@ -241,8 +242,10 @@ class RoomState(_Message, tag="room"):
     """Drones of red and blue, once a second since the start."""
     outcome: Literal["red", "blue", "draw", "stopped"] | None = None
     recording: str | None = None
+    """Of the game that is over, or that is watched."""
     last_tick: int | None = None
     """Of a recorded game."""
+    min_command_interval: float = 0.5
     verified: bool | None = None
     """Whether the recorded game plays here as it did; else it cannot be taken over."""
 
@@ -266,7 +269,7 @@ class InForceMessage(_Message, tag="in_force"):
 class Refused(_Message, tag="refused"):
     """A message was not obeyed, and why; nothing has changed."""
 
-    code: Literal["malformed", "too_many", "out_of_turn", "not_valid", "taken", "unknown", "full", "closing"]
+    code: Reason
     reason: str
     about: str = ""
 

@@ -8,26 +8,30 @@ of a line, because the power went, is read up to there.
 from __future__ import annotations
 
 import base64
-import os
+import binascii
 import re
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
 import msgspec
 import numpy as np
 from msgspec import Meta, Struct
+from numpy.typing import NDArray
 
-from swarm_pz.errors import RecordingError, SwarmError
+from swarm_pz.errors import CommandError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play.frames import Frame, decode_frame
 from swarm_pz.play.game import Command, TableConfig
 from swarm_pz.play.protocol import ClientInfo, StrokeMessage, Timing
+from swarm_pz.target import check_densities
 
 VERSION = 1
 SUFFIX = ".jsonl"
 FRAME_TICKS = 3
 """Ticks between two recorded frames."""
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.jsonl")
+SeatEvent = Literal["connected", "disconnected", "displaced", "hidden", "shown", "failed"]
 Team = Annotated[int, Meta(ge=0, le=1)]
 Tick = Annotated[int, Meta(ge=0)]
 
@@ -36,10 +40,10 @@ class _Line(Struct, omit_defaults=True):
     """A line of the file; names that a later version adds are passed over."""
 
 
-class Seat(_Line):
+class RecordedSeat(_Line):
     """Who sat in a seat when the game began: never a person's name, at most a label they chose."""
 
-    kind: Literal["person", "program", "policy", "recording", "free"]
+    kind: Literal["person", "program", "policy", "free"]
     policy: str = ""
     label: str = ""
 
@@ -49,6 +53,8 @@ class Origin(_Line):
 
     recording: str
     tick: Tick
+    lines: int
+    """So many lines after the first are from there."""
 
 
 class Header(_Line, tag="game"):
@@ -62,8 +68,8 @@ class Header(_Line, tag="game"):
     """The table's configuration, the rules among it."""
     config_hash: str
     seed: int
-    red: Seat
-    blue: Seat
+    red: RecordedSeat
+    blue: RecordedSeat
     origin: Origin | None = None
 
 
@@ -115,7 +121,7 @@ class SeatLine(_Line, tag="seat"):
     """A connection came, went or changed; with what the client says about its screen."""
 
     team: Team
-    event: Literal["connected", "disconnected", "displaced", "hidden", "shown", "failed"]
+    event: SeatEvent
     ms: float
     client: ClientInfo | None = None
     reason: str = ""
@@ -151,38 +157,52 @@ def checked_name(name: str) -> str:
 
 
 class Recorder:
-    """Writes a game down as it is played.
+    """Writes a game down as it is played; a game goes on even if it can no longer be written down.
 
     Parameters
     ----------
     path : Path
         A file that is not there yet.
     header : Header
+
+    Attributes
+    ----------
+    fault : str
+        Why the recording broke off; empty if it did not.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be made.
     """
 
     def __init__(self, path: Path, header: Header) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path = path
-        self._file = path.open("xb")
-        self.write(header)
+        self.fault = ""
+        self._file = path.open("xb", buffering=0)
+        self._waiting = [_encoder.encode(header)]
         self.flush()
 
-    def write(self, line: Header | EventLine) -> None:
+    def write(self, line: EventLine) -> None:
         """Append a line."""
         if not self._file.closed:
-            self._file.write(_encoder.encode(line) + b"\n")
+            self._waiting.append(_encoder.encode(line))
 
     def flush(self) -> None:
         """Hand what was written to the system: a process that is killed loses what came after."""
-        if not self._file.closed:
-            self._file.flush()
+        if self._waiting and not self._file.closed:
+            try:
+                self._file.write(b"\n".join(self._waiting) + b"\n")
+            except OSError as error:
+                self.fault = f"the recording breaks off: {error.strerror}"
+                self._file.close()
+            self._waiting = []
 
     def close(self) -> None:
         """Finish the file."""
-        if not self._file.closed:
-            self._file.flush()
-            os.fsync(self._file.fileno())
-            self._file.close()
+        self.flush()
+        self._file.close()
 
 
 class Recording:
@@ -204,6 +224,8 @@ class Recording:
             raise RecordingError(f"{name} was played by rules that are not known here: {error}") from error
         if self.config.hash != header.config_hash:
             raise RecordingError(f"{name} says other rules than those whose hash it holds; it was changed")
+        if any(line.drone >= self.config.game.num_drones for line in self.of(CapturedLine)):
+            raise RecordingError(f"{name} tells of a drone that its game does not have")
 
     @classmethod
     def read(cls, path: Path) -> Recording:
@@ -247,7 +269,7 @@ class Recording:
         ends = self.of(EndLine)
         return ends[-1] if ends else None
 
-    @property
+    @cached_property
     def last_tick(self) -> int:
         """The last tick that it knows of."""
         return max(
@@ -261,7 +283,7 @@ class Recording:
         # In order: a client that comes back may count its commands from the start again.
         for line in self.events:
             if isinstance(line, CommandLine):
-                density = np.array(line.density, np.float64)
+                density = self._density(line)
                 arrived[line.team, line.number] = Command(line.team, line.number, density)
             elif isinstance(line, InForceLine):
                 command = arrived.get((line.team, line.number))
@@ -272,11 +294,20 @@ class Recording:
                 followed.append((line.tick, command))
         return followed
 
+    def _density(self, line: CommandLine) -> NDArray[np.float64]:
+        cells = self.config.game.command_cells
+        try:
+            return check_densities(line.density, (cells, cells), f"command {line.number} of team {line.team}")
+        except CommandError as error:
+            raise RecordingError(f"{self.name} is corrupt: {error}") from error
+
     def until(self, tick: int) -> list[EventLine]:
-        """Return what of the game itself had happened at a tick: commands, captures and frames."""
+        """Return what of the game itself had happened before the solve at a tick: commands, captures, frames."""
         kept: list[EventLine] = []
         for line in self.events:
-            if isinstance(line, InForceLine | CapturedLine | FrameLine) and line.tick > tick:
+            if isinstance(line, InForceLine) and line.tick >= tick:
+                break
+            if isinstance(line, CapturedLine | FrameLine) and line.tick > tick:
                 break
             if isinstance(line, CommandLine | InForceLine | CapturedLine | FrameLine):
                 kept.append(line)
@@ -285,7 +316,13 @@ class Recording:
     def frames(self) -> Iterator[Frame]:
         """Return the recorded frames, one by one."""
         for line in self.of(FrameLine):
-            yield decode_frame(base64.b64decode(line.data))
+            try:
+                frame = decode_frame(base64.b64decode(line.data))
+            except (ProtocolError, binascii.Error) as error:
+                raise RecordingError(f"{self.name}: the frame at tick {line.tick} is corrupt: {error}") from error
+            if len(frame.teams) != self.config.game.num_drones:
+                raise RecordingError(f"{self.name}: the frame at tick {line.tick} has another number of drones")
+            yield frame
 
 
 def frame_line(frame: bytes, tick: int) -> FrameLine:

@@ -14,15 +14,15 @@ from swarm_pz.errors import CommandError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.connection import Connection
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recording import PaintedLine, SeatLine
-from swarm_pz.play.recording import Seat as RecordedSeat
+from swarm_pz.play.recording import PaintedLine, RecordedSeat, SeatEvent, SeatLine
 from swarm_pz.play.session import Callbacks, House, Moment, Outcome, Session
 from swarm_pz.play.strokes import Stroke, density_of
 from swarm_pz.play.views import target_message
 from swarm_pz.target import make_target
 
 _UNTIMED = 1e6
-Reason = Literal["malformed", "too_many", "out_of_turn", "not_valid", "taken", "unknown", "full", "closing"]
+AWAY_S = 60.0
+"""Seconds that a seat waits between games for who has left without saying so."""
 
 
 class RefusedError(SwarmError, ValueError):
@@ -34,7 +34,7 @@ class RefusedError(SwarmError, ValueError):
         One of those of the protocol's `Refused`.
     """
 
-    def __init__(self, code: Reason, reason: str) -> None:
+    def __init__(self, code: protocol.Reason, reason: str) -> None:
         super().__init__(reason)
         self.code = code
 
@@ -50,6 +50,7 @@ class Seat:
     token: str = ""
     ready: bool = False
     connection: Connection | None = None
+    away_since: float = 0.0
     gone: bool = False
     """Its player gave it up in the middle of a game."""
     target: bytes = b""
@@ -156,13 +157,19 @@ class Room:
         seat = self.seats[TEAM_NAMES.index(side)]
         if seat.kind != "free":
             raise RefusedError("taken", f"the {side} seat is taken; take the other one, or watch")
-        if self.config.game.team_sizes[seat.team] == 0:
-            raise RefusedError("not_valid", f"{side} has no drones in this room")
+        if any(own.connection is connection for own in self.seats):
+            raise RefusedError("out_of_turn", "leave the seat that you have first")
+        self._check_side(seat)
+        self.watchers.discard(connection)
         seat.kind, seat.label, seat.ready = connection.kind, label, False
         seat.token = secrets.token_hex(16)
         seat.connection = connection
         self._entered(seat)
         return seat
+
+    def _check_side(self, seat: Seat) -> None:
+        if self.config.game.team_sizes[seat.team] == 0:
+            raise RefusedError("not_valid", f"{seat.side} has no drones in this room")
 
     def resume(self, connection: Connection, seat: Seat) -> None:
         """Give a seat back to who holds its token; another connection that has it is told and left."""
@@ -204,6 +211,7 @@ class Room:
             raise RefusedError("taken", f"somebody sits in the {side} seat")
         if self.phase == "playing":
             raise RefusedError("out_of_turn", "seats change between games")
+        self._check_side(seat)
         seat.free()
         if policy is not None:
             seat.kind, seat.policy, seat.ready = "policy", policy, True
@@ -216,7 +224,7 @@ class Room:
             raise RefusedError("out_of_turn", "the game is running")
         seat.ready = ready
         playing = [seat for seat in self.seats if self.config.game.team_sizes[seat.team] > 0]
-        if all(seat.ready and seat.kind != "free" for seat in playing):
+        if all(seat.ready and (seat.kind == "policy" or seat.connection is not None) for seat in playing):
             self._begin()
         else:
             self._changed()
@@ -238,9 +246,23 @@ class Room:
         self.watchers.discard(connection)
         for seat in self.seats:
             if seat.connection is connection:
-                seat.connection = None
+                seat.connection, seat.away_since = None, time.monotonic()
+                seat.ready = False
                 self._note(seat, "disconnected")
                 self._changed()
+
+    def free_absent(self) -> None:
+        """Between games, free the seats of those who have been away for long."""
+        for seat in self.seats:
+            is_away = seat.kind in ("person", "program") and seat.connection is None
+            if is_away and self.phase != "playing" and time.monotonic() - seat.away_since > AWAY_S:
+                seat.free()
+                self._changed()
+
+    @property
+    def abandoned(self) -> bool:
+        """Whether nobody is here and nobody can come back to a seat."""
+        return not self.connections and not any(seat.token for seat in self.seats)
 
     def tell(self, message: protocol.ServerMessage) -> None:
         """Send a message to everybody here."""
@@ -263,7 +285,8 @@ class Room:
                 watchers=len(self.watchers),
                 sizes=self.session.sizes if self.session is not None else [],
                 outcome=self.outcome,
-                recording=self.session.recorder.path.name if self.session is not None else None,
+                recording=self.session.recorder.path.name if self.session is not None and self.outcome else None,
+                min_command_interval=self.config.min_command_interval,
             )
         )
 
@@ -305,19 +328,27 @@ class Room:
     # --- games ------------------------------------------------------------------------------------
 
     def _begin(self) -> None:
-        self._games += 1
-        self.outcome = None
         recorded = [RecordedSeat(kind=seat.kind, policy=seat.policy, label=seat.label) for seat in self.seats]
-        self.session = Session(
-            f"{self.code}-{self._games}",
-            self.config,
-            self._moment.seed if self._moment is not None else secrets.randbelow(2**32),
-            (recorded[0], recorded[1]),
-            self._house,
-            Callbacks(show=self._show, in_force=self._in_force, failed=self._failed, over=self._over),
-            self._moment,
-        )
-        self._moment = None
+        try:
+            self.session = Session(
+                f"{self.code}-{self._games + 1}",
+                self.config,
+                self._moment.seed if self._moment is not None else secrets.randbelow(2**32),
+                (recorded[0], recorded[1]),
+                self._house,
+                Callbacks(
+                    show=self._show,
+                    in_force=self._in_force,
+                    failed=self._failed,
+                    notice=lambda text: self.tell(protocol.Notice(text=text)),
+                    over=self._over,
+                ),
+                self._moment,
+            )
+        except OSError as error:
+            raise RefusedError("not_valid", f"the game cannot be recorded: {error.strerror}") from error
+        self._games += 1
+        self.outcome = self._moment = None
         for seat in self.seats:
             seat.ready = seat.kind == "policy"
             coefficients = self.session.game.simulator.games.coefficients[0, seat.team]
@@ -356,13 +387,13 @@ class Room:
         self.outcome = outcome
         for seat in self.seats:
             if seat.gone:
-                self.seats[seat.team].free()
+                seat.free()
         self._changed()
 
     def _note(
         self,
         seat: Seat,
-        event: Literal["connected", "disconnected", "displaced", "hidden", "shown", "failed"],
+        event: SeatEvent,
         reason: str = "",
     ) -> None:
         if self.session is not None and self.phase == "playing":

@@ -7,11 +7,13 @@ it does not, because the processor is of another kind, the recorded frames are.
 from __future__ import annotations
 
 import asyncio
-import contextlib
-
-import numpy as np
+import bisect
+import logging
+from dataclasses import dataclass
+from pathlib import Path
 
 from swarm_pz.config import BLUE, RED, TICKS_PER_SECOND
+from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.connection import Connection
 from swarm_pz.play.frames import Frame, encode_frame
@@ -21,22 +23,63 @@ from swarm_pz.play.room import settings_of
 from swarm_pz.play.session import Moment
 from swarm_pz.play.views import capture_fields, target_message
 
+log = logging.getLogger("swarm_pz.play")
+_MOST_BYTES = 64 * 2**20
+
+
+@dataclass(frozen=True)
+class Film:
+    """A recorded game that was played through.
+
+    Attributes
+    ----------
+    recording : Recording
+    frames : list of Frame
+    playback : Playback
+    is_verified : bool
+        Whether its simulation comes out as recorded.
+    """
+
+    recording: Recording
+    frames: list[Frame]
+    playback: Playback
+    is_verified: bool
+
+    @classmethod
+    def read(cls, path: Path) -> Film:
+        """Read a recorded game and play it through.
+
+        Raises
+        ------
+        RecordingError
+            If it is too long, cannot be read, or shows nothing.
+        """
+        if path.stat().st_size > _MOST_BYTES:
+            raise RecordingError(
+                f"{path.name} is too long to be watched here; swarm-pz replay --film makes a film of it"
+            )
+        recording = Recording.read(path)
+        frames = list(recording.frames())
+        if not frames:
+            raise RecordingError(f"{path.name} broke off before anything was to be seen")
+        playback = Playback(recording)
+        return cls(recording, frames, playback, playback.verify().verified)
+
 
 class Screening:
     """See the module.
 
     Parameters
     ----------
-    recording : Recording
-    is_verified : bool
-        Whether its simulation comes out as recorded.
+    film : Film
+        For this screening alone.
     connection : Connection
     """
 
-    def __init__(self, recording: Recording, is_verified: bool, connection: Connection) -> None:
-        self.recording, self.is_verified, self._connection = recording, is_verified, connection
-        self._frames = list(recording.frames())
-        self._playback = Playback(recording)
+    def __init__(self, film: Film, connection: Connection) -> None:
+        self.recording, self.is_verified, self._connection = film.recording, film.is_verified, connection
+        self._frames, self._playback = film.frames, film.playback
+        self._ticks = [frame.tick for frame in film.frames]
         self._tick = 0
         self._speed = 1.0
         self._sequence = 0
@@ -62,12 +105,13 @@ class Screening:
             return None
         playback = Playback(self.recording)
         playback.seek(self._tick)
+        past = self.recording.until(playback.game.tick)
         return Moment(
             game=playback.game,
             seed=self.recording.header.seed,
             sizes=self._sizes()[: self._tick // TICKS_PER_SECOND + 1],
-            origin=Origin(recording=self.recording.name, tick=playback.game.tick),
-            past=self.recording.until(playback.game.tick),
+            origin=Origin(recording=self.recording.name, tick=playback.game.tick, lines=len(past)),
+            past=past,
         )
 
     def close(self) -> None:
@@ -77,7 +121,7 @@ class Screening:
     async def _run(self) -> None:
         self.seek(0)
         owed = 0.0
-        with contextlib.suppress(asyncio.CancelledError):
+        try:
             while True:
                 await asyncio.sleep(1.0 / TICKS_PER_SECOND)
                 owed = min(owed + self._speed, 8.0)
@@ -87,6 +131,9 @@ class Screening:
                     self._tick += ticks
                     self._go_on(ticks)
                     self._show()
+        except Exception:
+            log.exception("a recorded game was not shown to its end")
+            self._connection.send(protocol.Notice(text="this recorded game cannot be shown any further"))
 
     def _go_on(self, ticks: int) -> None:
         if self.is_verified:
@@ -104,8 +151,7 @@ class Screening:
             positions, velocities = simulator.positions[0], simulator.velocities[0]
             teams, fields = simulator.teams[0], capture_fields(simulator)
         else:
-            ticks = [frame.tick for frame in self._frames]
-            frame = self._frames[max(int(np.searchsorted(ticks, self._tick, side="right")) - 1, 0)]
+            frame = self._frames[max(bisect.bisect_right(self._ticks, self._tick) - 1, 0)]
             positions, velocities, teams, fields = frame.positions, frame.velocities, frame.teams, None
         shown = Frame(
             sequence=self._sequence,
@@ -121,14 +167,14 @@ class Screening:
     def _sizes(self) -> list[tuple[int, int]]:
         by_second = {frame.tick // TICKS_PER_SECOND: frame for frame in reversed(self._frames)}
         blue = {second: int(frame.teams.sum()) for second, frame in by_second.items()}
-        count = len(self._frames[0].teams) if self._frames else 0
+        count = len(self._frames[0].teams)
         return [(count - blue[second], blue[second]) for second in sorted(blue)]
 
     def _tell_state(self) -> None:
         header, end = self.recording.header, self.recording.end
         seats = [
             protocol.SeatState(
-                kind=seat.kind if seat.kind != "recording" else "free",
+                kind=seat.kind,
                 name=seat.policy,
                 label=seat.label,
                 connected=True,

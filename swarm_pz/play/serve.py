@@ -31,7 +31,7 @@ def names_of(host: str, port: int) -> list[str]:
     CommandError
         If there is no such address.
     """
-    names = {host}
+    names = {host} - {"0.0.0.0", "::"}  # noqa: S104  (left out)
     if host in LOOPBACK:
         names |= set(LOOPBACK)
     else:
@@ -43,7 +43,8 @@ def names_of(host: str, port: int) -> list[str]:
             names |= {str(address) for address in addresses}
         except OSError as error:
             raise CommandError(f"there is no host {host!r} here: {error.strerror}") from error
-    return sorted(f"[{name}]:{port}" if ":" in name else f"{name}:{port}" for name in names)
+    hosts = [f"[{name}]" if ":" in name else name for name in sorted(names)]
+    return [f"{name}:{port}" for name in hosts] + (hosts if port == 80 else [])
 
 
 def _own_addresses() -> set[str]:
@@ -119,8 +120,10 @@ def serve(
     house = House(folder=folder, thinkers=thinkers, min_command_interval=min_command_interval)
     app = Server(house).app(names)
     is_open = host not in LOOPBACK
-    shown = next((name for name in names if name.rsplit(":", 1)[0] in _own_addresses()), names[0]) if is_open else None
-    address = f"http://{shown or f'127.0.0.1:{port}'}/" + (f"#{page}" if page else "")
+    listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104
+    shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host
+    shown = f"[{shown}]" if ":" in shown else shown
+    address = f"http://{shown}:{port}/" + (f"#{page}" if page else "")
     say(f"swarm-pz is at {address}")
     if is_open:
         say("OPEN TO THE NETWORK: whoever reaches this machine can play, and nothing is encrypted")

@@ -8,13 +8,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import importlib.metadata
+import itertools
 import logging
 import resource
 import secrets
 import time
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from starlette.applications import Starlette
@@ -30,10 +31,9 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError, PolicyError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.connection import Connection
-from swarm_pz.play.playback import Playback
-from swarm_pz.play.recording import Recording, checked_name
+from swarm_pz.play.recording import checked_name
 from swarm_pz.play.room import RefusedError, Room, Seat, settings_of
-from swarm_pz.play.screening import Screening
+from swarm_pz.play.screening import Film, Screening
 from swarm_pz.play.session import House, Moment
 from swarm_pz.policy import about, registered
 
@@ -41,6 +41,8 @@ STATIC = Path(__file__).parent / "static"
 MOST_ROOMS = 100
 _IDLE_S = 600.0
 """Seconds after which a room without anybody is closed."""
+_STATUS_TICKS = 20_000
+"""Latest ticks that the server's figures are taken of."""
 _PATIENCE = 100
 """Refusals in a row after which a client is shown out."""
 _LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
@@ -95,6 +97,15 @@ class Guard:
         await self._app(scope, receive, send_with_headers)
 
 
+def _addressed(scope: Scope) -> set[str]:
+    """Return the address at which a client came in: a name may be pointed elsewhere, an address may not."""
+    server = scope.get("server")
+    if not server or server[1] is None:
+        return set()
+    address = f"[{server[0]}]" if ":" in server[0] else server[0]
+    return {f"{address}:{server[1]}"} | ({address} if server[1] == 80 else set())
+
+
 class Server:
     """All rooms, and the clients that come to them.
 
@@ -112,6 +123,7 @@ class Server:
         self.house = house
         self.rooms: dict[str, Room] = {}
         self.connections: set[Connection] = set()
+        self._reading = asyncio.Lock()
         self._policies = [protocol.PolicyInfo(name=name, about=about(name)) for name in sorted(registered())]
 
     def app(self, hosts: Sequence[str]) -> ASGIApp:
@@ -132,8 +144,8 @@ class Server:
             yield
         finally:
             sweeper.cancel()
-            for room in self.rooms.values():
-                room.stop()
+            for room in list(self.rooms.values()):
+                self.close_room(room)
             self.house.thinkers.close()
 
     async def _sweep(self) -> None:
@@ -141,12 +153,20 @@ class Server:
         while True:
             await asyncio.sleep(5.0)
             now = time.monotonic()
-            for code, room in list(self.rooms.items()):
+            for room in list(self.rooms.values()):
+                room.free_absent()
                 if room.connections:
                     room.last_used = now
-                elif now - room.last_used > _IDLE_S:
-                    room.stop()
-                    del self.rooms[code]
+                if room.abandoned or now - room.last_used > _IDLE_S:
+                    self.close_room(room)
+
+    def close_room(self, room: Room) -> None:
+        """End a room's game and forget it."""
+        self.rooms.pop(room.code, None)
+        try:
+            room.stop()
+        except Exception:  # whatever is wrong with one room is not the others' affair
+            log.exception("room %s did not close well", room.code)
 
     # --- pages ------------------------------------------------------------------------------------
 
@@ -155,7 +175,7 @@ class Server:
 
     async def _status(self, _: Request) -> JSONResponse:
         punctuality = self.house.punctuality
-        late = np.array(punctuality.lateness_ms)
+        late = np.array(list(itertools.islice(reversed(punctuality.lateness_ms), _STATUS_TICKS)))
         figures: dict[str, Any] = {
             "rooms": len(self.rooms),
             "playing": sum(room.phase == "playing" for room in self.rooms.values()),
@@ -163,7 +183,7 @@ class Server:
             "tasks": len(asyncio.all_tasks()),
             "open_files": len(list(Path("/proc/self/fd").iterdir())) if Path("/proc/self/fd").exists() else None,
             "peak_memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
-            "ticks": len(late),
+            "ticks": len(punctuality.lateness_ms),
             "lateness_ms": {
                 "p50": float(np.quantile(late, 0.5)),
                 "p99": float(np.quantile(late, 0.99)),
@@ -178,11 +198,9 @@ class Server:
 
     async def _recording(self, request: Request) -> FileResponse | PlainTextResponse:
         try:
-            path = self.house.folder / checked_name(request.path_params["name"])
+            path = self.find_recording(request.path_params["name"])
         except RecordingError as error:
             return PlainTextResponse(f"{error}\n", 404)
-        if not path.is_file():
-            return PlainTextResponse(f"there is no recording {path.name} here\n", 404)
         return FileResponse(path, media_type="application/x-ndjson")
 
     # --- the socket -------------------------------------------------------------------------------
@@ -209,7 +227,9 @@ class Server:
             self.connections.discard(connection)
             visit.end()
             connection.close()
-            await sender
+            # A peer that reads nothing any more would keep it for long.
+            with contextlib.suppress(TimeoutError, asyncio.CancelledError):
+                await asyncio.wait_for(sender, 2.0)
 
     def seat_of(self, token: str) -> tuple[Room, Seat] | None:
         """Return the seat that a token opens."""
@@ -219,19 +239,31 @@ class Server:
                     return room, seat
         return None
 
-    def read(self, name: str) -> tuple[Recording, bool]:
-        """Return a recorded game, and whether its simulation comes out as recorded.
+    def find_recording(self, name: str) -> Path:
+        """Return the file of a recorded game that is over: others may not see what a player draws.
+
+        Raises
+        ------
+        RecordingError
+            If there is none of that name.
+        """
+        path = self.house.folder / checked_name(name)
+        running = {room.session.recorder.path for room in self.rooms.values() if room.session and not room.outcome}
+        if not path.is_file() or path in running:
+            raise RecordingError(f"there is no recording {name} here")
+        return path
+
+    async def read(self, name: str) -> Film:
+        """Return a recorded game, played through; one at a time, since it takes a core.
 
         Raises
         ------
         RecordingError
             If there is none of that name, or it cannot be read.
         """
-        path = self.house.folder / checked_name(name)
-        if not path.is_file():
-            raise RecordingError(f"there is no recording {name} here")
-        recording = Recording.read(path)
-        return recording, Playback(recording).verify().verified
+        path = self.find_recording(name)
+        async with self._reading:
+            return await asyncio.to_thread(Film.read, path)
 
     def open_room(self, settings: protocol.Settings, moment: Moment | None = None) -> Room:
         """Return a new room, perhaps one in which a recorded game goes on.
@@ -254,7 +286,7 @@ class Server:
 
     def check_policy(self, name: str) -> str:
         """Return a policy's name, or refuse one that is not installed."""
-        if name.split(":", 1)[0] not in {policy.name for policy in self._policies}:
+        if name not in {policy.name for policy in self._policies}:
             raise RefusedError("unknown", f"there is no policy {name[:80]!r} here")
         return name
 
@@ -314,36 +346,46 @@ class Visit:
             return True
         return False
 
-    def _refuse(self, code: Any, reason: str, about_: str) -> None:
+    def _refuse(self, code: protocol.Reason, reason: str, about_: str) -> None:
         self._connection.send(protocol.Refused(code=code, reason=reason[:500], about=about_))
 
     def end(self) -> None:
         """Note that the client is gone."""
         if self._room is not None:
             self._room.disconnect(self._connection)
+        if self._opening is not None:
+            self._opening.cancel()
         self._stop_watching()
 
     def _stop_watching(self) -> None:
-        if self._opening is not None:
-            self._opening.cancel()
         if self._screening is not None:
             self._screening.close()
         self._screening = None
 
     def _go_out(self) -> None:
         """Leave the room or the recorded game that one is in."""
-        if self._room is not None:
-            self._room.leave(self._connection)
-        self._room = None
+        self._leave_room()
         self._stop_watching()
+
+    def _leave_room(self) -> None:
+        room, self._room = self._room, None
+        if room is not None:
+            room.leave(self._connection)
+            if room.abandoned:
+                self._server.close_room(room)
 
     async def _open(self, name: str) -> None:
         """Show a recorded game, once it has been played through to see that it comes out as recorded."""
         try:
-            recording, is_verified = await asyncio.to_thread(self._server.read, name)
-            self._screening = Screening(recording, is_verified, self._connection)
+            film = await self._server.read(name)
+            self._leave_room()
+            self._stop_watching()
+            self._screening = Screening(film, self._connection)
         except SwarmError as error:
-            self._refuse("unknown", str(error), "open_replay")
+            self._refuse("unknown", str(error).replace(f"{self._server.house.folder}/", ""), "open_replay")
+        except Exception:
+            log.exception("a recorded game was not shown")
+            self._refuse("not_valid", "the server could not do that", "open_replay")
 
     def _watched(self) -> Screening:
         if self._screening is None:
@@ -402,11 +444,13 @@ class Visit:
             case protocol.Painted():
                 self._in_room().painted(connection, message)
             case protocol.Visibility():
-                self._in_room().visibility(connection, message.hidden)
+                if self._room is not None:
+                    self._room.visibility(connection, message.hidden)
             case protocol.Leave():
                 self._go_out()
             case protocol.OpenReplay():
-                self._go_out()
+                if self._opening is not None:
+                    self._opening.cancel()
                 self._opening = asyncio.create_task(self._open(message.recording))
             case protocol.Seek():
                 self._watched().seek(message.tick)
@@ -429,13 +473,20 @@ class Visit:
             self._room, seat = place
             self._room.resume(connection, seat)
 
-    def _enter(self, room: Room, side: Any, label: str, opponent: str | None) -> None:
-        """Go into a room; who was in another one leaves it."""
-        self._go_out()
-        if side == "watch":
-            room.watch(self._connection)
-        else:
-            room.sit(self._connection, side, label)
+    def _enter(self, room: Room, side: protocol.Side | Literal["watch"], label: str, opponent: str | None) -> None:
+        """Go into a room; only who is let in leaves where they were."""
+        try:
+            if opponent is not None:
+                room.place_policy("blue" if side == "red" else "red", opponent)
+            if side == "watch":
+                room.watch(self._connection)
+            else:
+                room.sit(self._connection, side, label)
+        except RefusedError:
+            if room.abandoned:
+                self._server.close_room(room)
+            raise
+        if room is not self._room:
+            self._leave_room()
+        self._stop_watching()
         self._room = room
-        if opponent is not None:
-            room.place_policy("blue" if side == "red" else "red", opponent)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import datetime
 import importlib.metadata
+import logging
 import time
 from collections import deque
 from collections.abc import Callable
@@ -19,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import TICKS_PER_SECOND
-from swarm_pz.errors import PolicyError
+from swarm_pz.errors import SwarmError
 from swarm_pz.play.frames import Frame, encode_frame
 from swarm_pz.play.game import Captured, Command, InForce, LiveGame, TableConfig
 from swarm_pz.play.protocol import StrokeMessage, Timing
@@ -34,8 +35,8 @@ from swarm_pz.play.recording import (
     Header,
     InForceLine,
     Origin,
+    RecordedSeat,
     Recorder,
-    Seat,
     frame_line,
 )
 from swarm_pz.play.thinking import PolicySeat, Thinkers
@@ -47,6 +48,7 @@ _FIELD_TICKS = 3
 _FLUSH_TICKS = 15
 _CATCH_UP = 2
 """Ticks that a late game makes up for at once; beyond that its time slips."""
+log = logging.getLogger("swarm_pz.play")
 _SOFTWARE = f"swarm-pz {importlib.metadata.version('swarm-pz')}"
 
 
@@ -112,6 +114,8 @@ class Callbacks:
         A team, the number of its command that is in force now, and the tick.
     failed : callable
         The team of a policy that failed, and why.
+    notice : callable
+        What everybody should know.
     over : callable
         The outcome; nothing comes after it.
     """
@@ -119,6 +123,7 @@ class Callbacks:
     show: Callable[[bytes, int], None]
     in_force: Callable[[int, int, int], None]
     failed: Callable[[int, str], None]
+    notice: Callable[[str], None]
     over: Callable[[Outcome], None]
 
 
@@ -131,7 +136,7 @@ class Session:
         What no other session has; its recording is called so.
     config : TableConfig
     seed : int
-    seats : (Seat, Seat)
+    seats : (RecordedSeat, RecordedSeat)
         Who plays.
     house : House
     tell : Callbacks
@@ -151,7 +156,7 @@ class Session:
         name: str,
         config: TableConfig,
         seed: int,
-        seats: tuple[Seat, Seat],
+        seats: tuple[RecordedSeat, RecordedSeat],
         house: House,
         tell: Callbacks,
         moment: Moment | None = None,
@@ -259,10 +264,13 @@ class Session:
                     due = loop.time()
                     punctuality.slipped += 1
                 for _ in range(ticks):
-                    self._tick()
-        except BaseException:
+                    if not self.game.over:
+                        self._tick()
+        except Exception:
+            log.exception("a game was stopped")
+            self._tell.notice("this game was stopped by a fault of the server")
             self.stop()
-            raise
+            return
         self.stop("red" if self.game.outcome == "red" else "blue" if self.game.outcome == "blue" else "draw")
 
     def _tick(self) -> None:
@@ -284,6 +292,9 @@ class Session:
             self.recorder.write(frame_line(self._encode(), game.tick))
         if game.tick % _FLUSH_TICKS == 0:
             self.recorder.flush()
+            if self.recorder.fault:
+                self._tell.notice(self.recorder.fault)
+                self.recorder.fault = ""
 
     async def _think(self, team: int) -> None:
         try:
@@ -291,8 +302,11 @@ class Session:
             if not self._ended:
                 self._numbers[team] += 1
                 self.submit(team, self._numbers[team], density)
-        except PolicyError as error:
+        except SwarmError as error:
             self._tell.failed(team, str(error))
+        except Exception:
+            log.exception("a policy was not asked")
+            self._tell.failed(team, "it could not be asked")
 
     def _note_in_force(self, event: InForce) -> None:
         team, number = event.command.team, event.command.number

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GRID_CELLS
 from swarm_pz.errors import CommandError, nearest
+from swarm_pz.kernels import entry_point
 
 Brush = Literal["attract", "repel", "erase"]
 BRUSHES: tuple[Brush, ...] = ("attract", "repel", "erase")
@@ -119,35 +120,33 @@ def density_of(strokes: Sequence[Stroke], cells: int, mapping: str = DEFAULT_MAP
     if (count := sum(len(stroke.points) for stroke in strokes)) > MOST_POINTS:
         raise CommandError(f"a drawing may have {MOST_POINTS} points, got {count}")
     chosen = MAPPINGS[mapping]
-    painted = np.full((_PIXELS, _PIXELS), "", dtype="<U7")
+    painted = np.full((_PIXELS, _PIXELS), BRUSHES.index("erase"), np.int8)
     for stroke in strokes:
-        painted[_covers(stroke)] = "" if stroke.brush == "erase" else stroke.brush
-    attracts = painted == "attract"
+        points = np.array(stroke.points, np.float64) * _PIXELS
+        _paint(painted, points, stroke.width / 2 * _PIXELS, BRUSHES.index(stroke.brush))
+    attracts = painted == BRUSHES.index("attract")
     untouched = chosen.untouched_beside_attract if attracts.any() else chosen.untouched
-    image = np.where(attracts, chosen.attract, np.where(painted == "repel", chosen.repel, untouched))
+    image = np.where(attracts, chosen.attract, np.where(painted == BRUSHES.index("repel"), chosen.repel, untouched))
     along = _smoothing_matrix(chosen.smoothing, cells)
     return np.asarray(np.clip(along @ image @ along.T, 0.0, 1.0))
 
 
-def _covers(stroke: Stroke) -> NDArray[np.bool_]:
-    """Return which pixels' centres lie under a stroke, at least the nearest one of each of its points."""
-    centres = (np.arange(_PIXELS) + 0.5) / _PIXELS
-    pixels = np.stack(np.meshgrid(centres, centres), axis=-1)
-    covered = np.zeros((_PIXELS, _PIXELS), np.bool_)
-    points = np.array(stroke.points, np.float64)
-    reach = stroke.width / 2
-    for start, end in zip(points, np.concatenate([points[1:], points[-1:]]), strict=True):
-        # Only the pixels around the piece: a long stroke has hundreds of pieces.
-        low = np.clip(((np.minimum(start, end) - reach) * _PIXELS).astype(int), 0, _PIXELS)
-        high = np.clip(((np.maximum(start, end) + reach) * _PIXELS).astype(int) + 1, 0, _PIXELS)
-        window = np.s_[low[1] : high[1], low[0] : high[0]]
-        along = end - start
-        length = float(along @ along)
-        from_start = pixels[window] - start
-        share = np.clip(from_start @ along / length, 0.0, 1.0) if length > 0.0 else np.zeros(from_start.shape[:2])
-        distance = np.linalg.norm(from_start - share[..., None] * along, axis=-1)
-        covered[window] |= distance <= reach
-    return covered
+@entry_point
+def _paint(image: NDArray[np.int8], points: NDArray[np.float64], reach: float, value: int) -> None:
+    """Give a value to the pixels whose centres lie within `reach` of a line, all in pixels."""
+    side = image.shape[0]
+    for k in range(len(points)):
+        ax, ay = points[k]
+        bx, by = points[min(k + 1, len(points) - 1)]
+        dx, dy = bx - ax, by - ay
+        length = dx * dx + dy * dy
+        for row in range(max(0, int(min(ay, by) - reach)), min(side, int(max(ay, by) + reach) + 1)):
+            for column in range(max(0, int(min(ax, bx) - reach)), min(side, int(max(ax, bx) + reach) + 1)):
+                x, y = column + 0.5 - ax, row + 0.5 - ay
+                share = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
+                x, y = x - share * dx, y - share * dy
+                if x * x + y * y <= reach * reach:
+                    image[row, column] = value
 
 
 @cache

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import csv
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -23,10 +22,11 @@ from swarm_pz.play.recording import (
     SUFFIX,
     CapturedLine,
     CommandLine,
+    EndLine,
+    FrameLine,
     InForceLine,
     PaintedLine,
     Recording,
-    SeatLine,
 )
 
 SCHEMA_VERSION = 1
@@ -46,8 +46,9 @@ class SeatRow:
     kind : {"person", "program", "policy"}
     player : str
         Policy or label.
+    opponent_kind : {"person", "program", "policy", "free"}
     opponent : str
-        The other seat's policy or label, or its kind.
+        The other seat's policy or label.
     start_size, drones : int
         Drones at the start, and of both teams.
     outcome : {"win", "draw", "loss", "stopped"}
@@ -79,6 +80,7 @@ class SeatRow:
     side: str
     kind: str
     player: str
+    opponent_kind: str
     opponent: str
     start_size: int
     drones: int
@@ -102,7 +104,7 @@ class SummaryRow:
 
     Attributes
     ----------
-    kind, player, opponent, config_hash : str
+    kind, player, opponent_kind, opponent, config_hash : str
     min_command_interval : float
     games, wins, draws, losses : int
     win_rate, win_rate_low, win_rate_high : float
@@ -117,6 +119,7 @@ class SummaryRow:
 
     kind: str
     player: str
+    opponent_kind: str
     opponent: str
     config_hash: str
     min_command_interval: float
@@ -163,7 +166,8 @@ def seat_rows(recording: Recording) -> list[SeatRow]:
                 side=TEAM_NAMES[team],
                 kind=seat.kind,
                 player=seat.policy or seat.label,
-                opponent=other.policy or other.label or other.kind,
+                opponent_kind=other.kind,
+                opponent=other.policy or other.label,
                 start_size=config.game.team_sizes[team],
                 drones=config.game.num_drones,
                 outcome=outcome,
@@ -176,41 +180,57 @@ def seat_rows(recording: Recording) -> list[SeatRow]:
 
 
 def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
-    commands = [line for line in recording.of(CommandLine) if line.team == team]
-    drawn = [(line, line.timing) for line in commands if line.timing is not None]
-    drawing_ms = [timing.drawing_ms for _, timing in drawn if timing.drawing_ms > 0]
-    # Of game time, when commands came into force: what arrives is late by the network.
-    ticks = [line.tick for line in recording.of(InForceLine) if line.team == team]
-    in_force = {line.number: line.ms for line in recording.of(InForceLine) if line.team == team}
-    painted = {line.number: line.ms for line in recording.of(PaintedLine) if line.team == team}
+    """Return what a seat's player did; of a game that was taken over, only from there on."""
+    origin = recording.header.origin
+    begin_s = origin.tick / TICKS_PER_SECOND if origin is not None else 0.0
+    played_s = seconds - begin_s
+    events = recording.events[origin.lines if origin is not None else 0 :]
     speed = recording.config.speed
-    lost = 0
-    for capture in recording.of(CapturedLine):
-        ms = 1000.0 * capture.tick / TICKS_PER_SECOND / speed
-        spans = [(line.received_ms - timing.drawing_ms, line.received_ms) for line, timing in drawn]
-        lost += capture.team != team and any(began <= ms <= received for began, received in spans)
-    # A command's input on the server's clock: when it arrived less what its sender says has passed.
-    inputs = {
-        line.number: line.received_ms - (timing.sent_ms - timing.input_ms) - timing.round_trip_ms / 2
-        for line, timing in drawn
-    }
-    hidden, hidden_since = 0.0, None
-    for line in recording.of(SeatLine):
-        if line.team == team and line.event == "hidden":
-            hidden_since = line.ms
-        elif line.team == team and hidden_since is not None:
-            hidden += line.ms - hidden_since
-            hidden_since = None
+    inputs: dict[int, float] = {}
+    drawing_s, first_s, commands, lost, disconnections = [], None, 0, 0, 0
+    spans: list[tuple[float, float]] = []
+    captured_ms: list[float] = []
+    to_force, to_paint = [], []
+    hidden_ms, hidden_since, last_ms = 0.0, None, 0.0
+    # In order, since a page that was reloaded counts its commands from the start again.
+    for line in events:
+        last_ms = max(last_ms, getattr(line, "ms", 0.0))
+        if isinstance(line, CapturedLine):
+            if line.team != team:
+                captured_ms.append(1000.0 * (line.tick / TICKS_PER_SECOND - begin_s) / speed)
+        elif isinstance(line, FrameLine | EndLine) or line.team != team:
+            continue
+        elif isinstance(line, CommandLine):
+            commands += 1
+            inputs.pop(line.number, None)
+            if (timing := line.timing) is not None:
+                # When it arrived, less what its sender says had passed since.
+                inputs[line.number] = line.received_ms - (timing.sent_ms - timing.input_ms) - timing.round_trip_ms / 2
+                spans.append((inputs[line.number] - timing.drawing_ms, inputs[line.number]))
+                drawing_s += [timing.drawing_ms / 1000.0] if timing.drawing_ms > 0 else []
+        elif isinstance(line, InForceLine):
+            first_s = line.tick / TICKS_PER_SECOND - begin_s if first_s is None else first_s
+            to_force += [line.ms - inputs[line.number]] if line.number in inputs else []
+        elif isinstance(line, PaintedLine):
+            to_paint += [line.ms - inputs[line.number]] if line.number in inputs else []
+        else:
+            if hidden_since is not None:
+                hidden_ms += line.ms - hidden_since
+            hidden_since = line.ms if line.event == "hidden" else None
+            disconnections += line.event == "disconnected"
+    if hidden_since is not None:
+        hidden_ms += last_ms - hidden_since
+    lost = sum(any(began <= ms <= ended for began, ended in spans) for ms in captured_ms)
     return {
-        "commands": len(commands),
-        "commands_per_minute": 60.0 * len(commands) / seconds if seconds > 0 else 0.0,
-        "first_command_s": ticks[0] / TICKS_PER_SECOND if ticks else None,
-        "drawing_s_per_command": float(np.mean(drawing_ms)) / 1000.0 if drawing_ms else None,
-        "lost_while_drawing": int(lost),
-        "input_to_in_force_ms": _median([in_force[n] - ms for n, ms in inputs.items() if n in in_force]),
-        "input_to_painted_ms": _median([painted[n] - ms for n, ms in inputs.items() if n in painted]),
-        "disconnections": sum(line.team == team and line.event == "disconnected" for line in recording.of(SeatLine)),
-        "hidden_s": hidden / 1000.0,
+        "commands": commands,
+        "commands_per_minute": 60.0 * commands / played_s if played_s > 0 else 0.0,
+        "first_command_s": first_s,
+        "drawing_s_per_command": float(np.mean(drawing_s)) if drawing_s else None,
+        "lost_while_drawing": lost,
+        "input_to_in_force_ms": _median(to_force),
+        "input_to_painted_ms": _median(to_paint),
+        "disconnections": disconnections,
+        "hidden_s": hidden_ms / 1000.0,
     }
 
 
@@ -239,14 +259,15 @@ def kaplan_meier(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[flo
 
 
 def summarise(rows: Sequence[SeatRow]) -> list[SummaryRow]:
-    """Return the summary of the games that were played to their end, from the start."""
+    """Return the summary of the games that two sides played from their start to their end."""
     stats = require_extra("scipy.stats", "cli")
     groups: dict[tuple[str, ...], list[SeatRow]] = {}
     for row in rows:
-        if row.outcome != "stopped" and not row.taken_over:
-            groups.setdefault((row.kind, row.player, row.opponent, row.config_hash), []).append(row)
+        if row.outcome != "stopped" and not row.taken_over and row.opponent_kind != "free":
+            key = (row.kind, row.player, row.opponent_kind, row.opponent, row.config_hash)
+            groups.setdefault(key, []).append(row)
     summary = []
-    for (kind, player, opponent, config_hash), group in sorted(groups.items()):
+    for (kind, player, opponent_kind, opponent, config_hash), group in sorted(groups.items()):
         outcomes = [row.outcome for row in group]
         wins = outcomes.count("win")
         interval = stats.binomtest(wins, len(group)).proportion_ci(0.95, method="wilson")
@@ -255,6 +276,7 @@ def summarise(rows: Sequence[SeatRow]) -> list[SummaryRow]:
             SummaryRow(
                 kind=kind,
                 player=player,
+                opponent_kind=opponent_kind,
                 opponent=opponent,
                 config_hash=config_hash,
                 min_command_interval=group[0].min_command_interval,
@@ -330,6 +352,7 @@ def write_tables(rows: Sequence[SeatRow], folder: Path, *, parquet: bool = False
 
 
 def _plain(value: Any) -> Any:
+    """Return a value for CSV; a label that a spreadsheet would take for a formula is quoted."""
     if isinstance(value, float):
-        return "" if math.isnan(value) else round(value, 6)
-    return value
+        return round(value, 6)
+    return f"'{value}" if isinstance(value, str) and value[:1] in ("=", "+", "-", "@") else value

@@ -96,12 +96,14 @@ class _Process:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="thinker")
         self._process: multiprocessing.process.BaseProcess | None = None
         self._known: set[Hashable] = set()
+        self._closing = False
 
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe()
-        self._process = context.Process(target=_work, args=(theirs, self._loader), daemon=True)
-        self._process.start()
+        process = context.Process(target=_work, args=(theirs, self._loader), daemon=True)
+        process.start()
+        self._process = process
         theirs.close()
         self._known = set()
 
@@ -113,10 +115,12 @@ class _Process:
             self._process = None
 
     def _ask(self, seat: PolicySeat, games: Games, limit_s: float) -> NDArray[np.float64]:
-        if self._process is None:
-            self._start()
+        if self._closing:
+            raise PolicyError("the server is ending")
         patience = limit_s + _GRACE_S + (0.0 if seat.key in self._known else LOADING_S)
         try:
+            if self._process is None:
+                self._start()
             self._pipe.send((seat, games, limit_s))
             if not self._pipe.poll(patience):
                 raise TimeoutError
@@ -145,6 +149,7 @@ class _Process:
         self._thread.submit(self._forget, seat)
 
     def close(self) -> None:
+        self._closing = True
         process = self._process
         if process is not None:
             process.kill()  # a thread that waits for it wakes

@@ -52,6 +52,10 @@ class Table:
         except urllib.error.HTTPError as error:
             return error.code, error.headers, error.read().decode()
 
+    def recording(self, room):
+        """Return the file of a room's latest game."""
+        return max(self.folder.glob(f"*-{room}-*.jsonl"))
+
     def status(self):
         """Return the server's own figures."""
         return json.loads(self.get("/status")[2])

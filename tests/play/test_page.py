@@ -92,7 +92,8 @@ def in_corner(table, room):
 @pytest.mark.parametrize("touch", [False, True])
 def test_drones_go_where_one_draws(open_page, table, touch):
     page = open_page(has_touch=touch, is_mobile=touch)
-    room = begin(page, table, **{"red-drones": "10", "blue-drones": "1"})
+    page.select_option("#opponent", "none")
+    room = begin(page, table)
     Hand(page, touch).draw((0.85, 0.85), (0.92, 0.92))
     assert page.locator("#on-lift").is_checked() == touch, "on touch, what is drawn is sent on lift"
     if not touch:
@@ -131,6 +132,29 @@ def test_the_target_and_the_ink_are_seen(open_page, table):
     assert page.locator("#clear").is_disabled()
 
 
+def test_a_large_drawing_is_sent(open_page, table):
+    page = open_page(width=1000, height=800)
+    room = begin(page, table, **{"blue-drones": "1"})
+    page.evaluate(
+        """() => {
+            const arena = document.getElementById("arena"), box = arena.getBoundingClientRect();
+            const at = (type, x, y) => arena.dispatchEvent(new PointerEvent(type, {
+                bubbles: true, button: 0, pointerId: 1, clientX: box.left + x, clientY: box.top + y,
+            }));
+            arena.setPointerCapture = () => {};
+            for (let stroke = 0; stroke < 20; stroke++) {
+                at("pointerdown", 50, 50 + 30 * stroke);
+                for (let k = 0; k < 600; k++) at("pointermove", 50 + k, 50 + 30 * stroke + 20 * (k % 2));
+                at("pointerup", 650, 50 + 30 * stroke);
+            }
+        }"""
+    )
+    page.click("#send")
+    page.wait_for_timeout(1500)
+    (command,) = [line for line in Recording.read(recordings(table, room)[0]).of(CommandLine) if line.team == 0]
+    assert len(command.strokes) == 20 and sum(len(stroke.points) for stroke in command.strokes) > 2000
+
+
 def test_two_people_play_each_other_to_the_end(open_page, table):
     red = open_page(width=1000, height=700)
     red.select_option("#opponent", "")
@@ -142,7 +166,7 @@ def test_two_people_play_each_other_to_the_end(open_page, table):
     blue = open_page()
     blue.fill("#code", room.lower())
     blue.click("#join button[type=submit]")
-    blue.click("#sit")
+    expect(blue.locator("#blue-who")).to_contain_text("(you)")
     red.click("#ready")
     blue.wait_for_timeout(300)
     assert blue.inner_text("#time") == "0:00"

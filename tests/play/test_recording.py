@@ -19,9 +19,9 @@ from swarm_pz.play.recording import (
     Header,
     InForceLine,
     PaintedLine,
+    RecordedSeat,
     Recorder,
     Recording,
-    Seat,
     SeatLine,
     checked_name,
     frame_line,
@@ -31,20 +31,23 @@ from swarm_pz.play.study import kaplan_meier, read_folder, seat_rows, summarise,
 CONFIG = TableConfig(game=GameConfig(drones_per_team=4, capture=CaptureConfig(threshold=0.5), time_limit=20.0))
 
 
-def record(path, ticks=300, seed=1, outcome=None, player="ring"):
-    """Write a game in which red commands corners and blue's policy does nothing."""
-    game = LiveGame(CONFIG, seed)
-    header = Header(
+def header(config, seed, player):
+    return Header(
         version=1,
         software="test",
         started="2026-01-01T00:00:00.000+00:00",
-        table=CONFIG.to_dict(),
-        config_hash=CONFIG.hash,
+        table=config.to_dict(),
+        config_hash=config.hash,
         seed=seed,
-        red=Seat(kind="person", label="P1"),
-        blue=Seat(kind="policy", policy=player),
+        red=RecordedSeat(kind="person", label="P1"),
+        blue=RecordedSeat(kind="policy", policy=player),
     )
-    recorder = Recorder(path, header)
+
+
+def record(path, ticks=300, seed=1, outcome=None, player="ring", config=CONFIG):
+    """Write a game in which red commands corners and blue's policy does nothing."""
+    game = LiveGame(config, seed)
+    recorder = Recorder(path, header(config, seed, player))
     recorder.write(SeatLine(team=0, event="connected", ms=0.0))
     for tick in range(ticks):
         if tick % 60 == 0:
@@ -112,6 +115,54 @@ def test_a_changed_recording_does_not_verify(tmp_path):
         Recording.read(tmp_path / "c.jsonl")
 
 
+@pytest.mark.parametrize("tick", [0, 59, 60, 61])
+def test_what_had_happened_before_a_moment_leads_to_it(tick, tmp_path):
+    record(tmp_path / "a.jsonl")  # commands come into force at 0, 60, 120, ...
+    recording = Recording.read(tmp_path / "a.jsonl")
+    playback = Playback(recording)
+    playback.seek(tick)
+    past = Recording("past.jsonl", recording.header, recording.until(tick))
+    again = Playback(past)
+    assert [when for when, _ in past.in_force()] == [when for when in (0, 60) if when < tick]
+    again.seek(tick)
+    assert again.game.tick <= tick and (tick == 0 or Playback(past).verify().verified)
+
+
+def test_going_back_leads_where_going_on_led(tmp_path):
+    long = CONFIG.replace(game=CONFIG.game.replace(time_limit=100.0, capture=CaptureConfig(threshold=0.9)))
+    game = record(tmp_path / "a.jsonl", ticks=2400, config=long)
+    assert game.tick == 2400
+    playback = Playback(Recording.read(tmp_path / "a.jsonl"))
+    places = {}
+    for tick in (100, 900, 1000, 1801, 2300):
+        playback.seek(tick)
+        places[tick] = playback.game.simulator.positions.copy()
+    for tick in (2300, 1801, 1000, 900, 100):
+        playback.seek(tick)
+        np.testing.assert_array_equal(playback.game.simulator.positions, places[tick])
+
+
+def test_a_full_disk_ends_the_recording_and_not_the_game(tmp_path):
+    recorder = Recorder(tmp_path / "a.jsonl", header(CONFIG, 1, "ring"))
+
+    class Full:
+        closed = False
+
+        def write(self, data):
+            raise OSError(28, "No space left on device")
+
+        def close(self):
+            self.closed = True
+
+    recorder._file.close()
+    recorder._file = Full()
+    for _ in range(3):
+        recorder.write(SeatLine(team=0, event="connected", ms=0.0))
+        recorder.flush()
+    recorder.close()
+    assert "No space left" in recorder.fault
+
+
 def test_a_recording_that_breaks_off_is_read_up_to_there(tmp_path):
     record(tmp_path / "a.jsonl")
     whole = (tmp_path / "a.jsonl").read_bytes()
@@ -167,7 +218,7 @@ def test_a_recording_becomes_a_film(tmp_path):
 def test_a_seat_as_a_row(tmp_path):
     game = record(tmp_path / "a.jsonl")
     red, blue = seat_rows(Recording.read(tmp_path / "a.jsonl"))
-    assert (red.kind, red.player, red.opponent, blue.player, blue.kind) == ("person", "P1", "ring", "ring", "policy")
+    assert (red.kind, red.player, red.opponent, blue.player) == ("person", "P1", "ring", "ring")
     assert red.seconds == pytest.approx(game.tick / 30)
     assert red.final_share == pytest.approx(game.sizes[0] / 8) and red.final_share + blue.final_share == 1.0
     assert red.commands == -(-game.tick // 60) and blue.commands == 0

@@ -77,9 +77,12 @@ def test_a_program_of_few_lines_plays_a_game(table):
     room = table.visit()
     room.say(protocol.Create(settings=protocol.Settings(red=2, blue=18, time_limit=3.0), opponent="ring"))
     code = room.hear(protocol.Seated).room
+    watcher = table.visit()
+    watcher.say(protocol.Join(code))
     room.say(protocol.Leave())
     assert play(table.address, centre, room=code) in ("red", "blue", "draw")
     room.close()
+    watcher.close()
 
 
 def test_a_lost_connection_comes_back_to_its_seat_and_its_game(table):
@@ -99,7 +102,9 @@ def test_a_lost_connection_comes_back_to_its_seat_and_its_game(table):
     assert again.targets[0] == client.targets[-1], "the swarm has gone on with its last command"
     while len(again.frames) < 30:
         again.take()  # what is written is in the file after half a second
-    recording = Recording.read(table.folder / state.recording)
+    assert state.recording is None, "what a player draws is not for others while they play"
+    assert again.refused(protocol.OpenReplay(table.recording(seat.room).name)).code == "unknown"
+    recording = Recording.read(table.recording(seat.room))
     assert [line.event for line in recording.of(SeatLine)] == ["connected", "disconnected", "connected"]
     again.close()
 
@@ -200,6 +205,53 @@ def test_what_is_out_of_turn_is_refused(table):
     other.close()
 
 
+def test_who_is_refused_keeps_what_they_have(table):
+    client, other = table.visit(), table.visit()
+    client.play(time_limit=None)
+    other.play(time_limit=None)
+    assert client.refused(protocol.Join(other.seated.room, "red")).code == "taken"
+    assert client.refused(protocol.Create(settings=protocol.Settings(red=0, blue=5))).code == "not_valid"
+    assert client.refused(protocol.Create(opponent="nobody")).code == "unknown"
+    assert client.refused(protocol.OpenReplay("none.jsonl")).code == "unknown"
+    client.say(protocol.CommandMessage(1, strokes=[RING]))
+    assert client.hear(protocol.InForceMessage).number == 1
+    client.close()
+    other.close()
+
+
+def test_rooms_that_nobody_can_come_back_to_are_closed(table):
+    before = table.status()["rooms"]
+    client = table.visit()
+    for _ in range(5):
+        client.play(red=20, blue=20, time_limit=None)
+    assert client.refused(protocol.Create(settings=protocol.Settings(red=0))).code == "not_valid"
+    assert table.status()["rooms"] == before + 1
+    client.say(protocol.Leave())
+    client.say(protocol.Ping(0.0))
+    client.hear(protocol.Pong)
+    assert table.status()["rooms"] == before
+    client.close()
+
+
+def test_no_game_begins_without_its_players(table):
+    red, blue = table.visit(), table.visit()
+    red.say(protocol.Create())
+    seat = red.hear(protocol.Seated)
+    blue.say(protocol.Join(seat.room, "blue"))
+    red.say(protocol.Ready())
+    blue.hear(protocol.RoomState, lambda state: state.red.ready)
+    red.close()
+    away = blue.hear(protocol.RoomState, lambda state: not state.red.connected)
+    assert not away.red.ready
+    blue.say(protocol.Ready())
+    assert blue.hear(protocol.RoomState, lambda state: state.blue.ready).phase == "waiting"
+    back = table.visit(seat.token)
+    back.say(protocol.Ready())
+    blue.hear(protocol.RoomState, lambda state: state.phase == "playing")
+    back.close()
+    blue.close()
+
+
 def test_a_token_that_opens_nothing_is_refused(table):
     client = table.visit("0" * 32)
     client.hear(protocol.Refused)
@@ -215,6 +267,8 @@ def test_bad_commands_are_refused_and_the_game_goes_on(table):
     wide = protocol.StrokeMessage("attract", 0.9, [(0.5, 0.5)])
     assert "0.05 to 0.3" in client.refused(protocol.CommandMessage(1, strokes=[wide])).reason
     assert client.refused(protocol.CommandMessage(1)).code == "not_valid"
+    largest = protocol.CommandMessage(2**32, density=[[0.5] * 10] * 10)
+    assert client.refused(largest).code == "malformed"
     for text in ('{"type":"command","number":1,"density":[[NaN]]}', "{", b"\x00\x01", '{"type":"obey"}'):
         assert client.refused(text).code == "malformed"
     client.say(protocol.CommandMessage(2, strokes=[RING]))
@@ -335,26 +389,26 @@ def test_labels_are_shown_as_they_are(table):
 
 def test_when_told_to_end_it_finishes_its_files_and_ends(own_table):
     client = own_table.visit()
-    recording = client.play(time_limit=None).recording
+    client.play(time_limit=None)
     client.say(protocol.CommandMessage(1, strokes=[RING]))
     client.hear(protocol.InForceMessage)
     printed, seconds = own_table.end()
     assert seconds < 5 and "Traceback" not in printed
-    read = Recording.read(own_table.folder / recording)
+    read = Recording.read(own_table.recording(client.seated.room))
     assert read.end.outcome == "stopped" and Playback(read).verify().verified
     client.hear_close()
 
 
 def test_a_killed_server_loses_a_second_at_most(own_table):
     client = own_table.visit()
-    recording = client.play(time_limit=None).recording
+    client.play(time_limit=None)
     while not client.frames or client.frames[-1].tick < 75:
         client.take()
     own_table.kill()
-    read = Recording.read(own_table.folder / recording)
+    path = own_table.recording(client.seated.room)
+    read = Recording.read(path)
     assert read.end is None and read.last_tick >= 75 - 30
     assert Playback(read).verify().verified
-    path = own_table.folder / recording
     path.write_bytes(path.read_bytes()[:-20])
     assert Recording.read(path).last_tick >= 75 - 33
 

@@ -81,7 +81,7 @@ export class Arena {
     }
     const age = this.isLive ? this.now() - frame.serverMs : 0;
     if (age > OLDEST_MS) return null;
-    this.paintDrones(frame, Math.min(Math.max(age, 0), AHEAD_MS) / 1000);
+    this.paintDrones(frame, age > 0 ? Math.min(age, AHEAD_MS) / 1000 : 0);
     return frame;
   }
 

@@ -6,7 +6,9 @@ const SPREAD = 0.18; // mean distance of drones from their mean place that is no
 
 export class Lesson {
   constructor(link, leave) {
-    Object.assign(this, { link, step: -1 });
+    Object.assign(this, { link, step: -1, room: null });
+    link.addEventListener("seated", ({ detail }) => { this.room ??= this.running ? detail.room : null; });
+    link.addEventListener("refused", ({ detail }) => { if (detail.about === "create") this.stop(); });
     at("lesson-next").addEventListener("click", leave);
   }
 
@@ -40,11 +42,11 @@ export class Lesson {
     if (this.running) return;
     this.plan = this.steps();
     this.taken = 0;
+    this.room = null;
     this.go(0);
     this.link.send({
       type: "create", seat: "red", opponent: "uniform", settings: { red: 12, blue: 5, speed: 0.5, time_limit: null },
     });
-    this.link.send({ type: "ready" });
   }
 
   stop() {

@@ -16,6 +16,7 @@ export class Link extends EventTarget {
     this.roundTripMs = 0;
     this.tries = 0;
     this.frames = 0;
+    this.greeted = false;
     this.pings = [];
     this.quiet = false; // another tab has our seat
     this.open();
@@ -23,20 +24,29 @@ export class Link extends EventTarget {
     document.addEventListener("visibilitychange", () => this.send({ type: "visibility", hidden: document.hidden }));
   }
 
-  get seat() {
-    try { return JSON.parse(localStorage.getItem(STORE)); } catch { return null; }
-  }
+  // This window's seat; and the latest of any window, for who closed theirs.
+  get seat() { return read(sessionStorage); }
+
+  get lastSeat() { return read(localStorage); }
 
   set seat(seat) {
     try {
-      if (seat) localStorage.setItem(STORE, JSON.stringify(seat));
-      else localStorage.removeItem(STORE);
+      for (const store of [sessionStorage, localStorage]) {
+        if (seat) store.setItem(STORE, JSON.stringify(seat));
+        else store.removeItem(STORE);
+      }
     } catch { /* a page without storage only forgets its seat when it closes */ }
   }
 
-  now() { return performance.now() + this.offsetMs; }
+  // The server's clock; no number until it has been asked.
+  now() { return this.pings.length ? performance.now() + this.offsetMs : NaN; }
+
+  // Begin anew, with the seat that is wanted now.
+  reopen() { this.socket.close(); }
 
   open() {
+    this.greeted = false;
+    this.pings = [];
     this.socket = new WebSocket(`ws${location.protocol === "https:" ? "s" : ""}://${location.host}/socket`, SUBPROTOCOL);
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => this.hello();
@@ -53,14 +63,18 @@ export class Link extends EventTarget {
       viewport: [innerWidth, innerHeight], pixel_ratio: devicePixelRatio, refresh_hz: await refreshRate(),
     };
     const seat = this.wantedSeat();
+    this.greeted = true;
     this.send({ type: "hello", kind: "person", client, ...(seat ? { token: seat.token } : {}) });
     this.ping();
   }
 
   ping() { this.send({ type: "ping", sent_ms: performance.now() }); }
 
+  // Send a message, and tell whether it could be sent.
   send(message) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    if (!this.greeted || this.socket.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify(message));
+    return true;
   }
 
   receive(data) {
@@ -89,10 +103,13 @@ export class Link extends EventTarget {
     const best = this.pings.reduce((a, b) => (b.trip < a.trip ? b : a));
     this.offsetMs = best.offset;
     this.roundTripMs = best.trip;
-    this.hasClock = true;
   }
 
   tell(type, detail) { this.dispatchEvent(new CustomEvent(type, { detail })); }
+}
+
+function read(store) {
+  try { return JSON.parse(store.getItem(STORE)); } catch { return null; }
 }
 
 function refreshRate() {

@@ -10,14 +10,14 @@ export class Lobby {
     at("opponent").addEventListener("change", () => this.describe());
     at("start-lesson").addEventListener("click", () => { location.hash = "lesson"; });
     at("return").addEventListener("click", () => {
-      location.hash = `room=${link.seat.room}`;
-      location.reload();
+      location.hash = `room=${link.lastSeat.room}`;
     });
   }
 
   show(welcome) {
-    at("return").hidden = !this.link.seat;
-    if (this.link.seat) at("return").textContent = `Return to your seat in room ${this.link.seat.room}`;
+    const seat = this.link.lastSeat;
+    at("return").hidden = !seat;
+    if (seat) at("return").textContent = `Return to your seat in room ${seat.room}`;
     if (!welcome || at("opponent").options.length) return;
     this.policies = welcome.policies;
     at("opponent").append(
@@ -51,6 +51,7 @@ export class Lobby {
 
   join(event) {
     event.preventDefault();
-    location.hash = `room=${at("code").value.toUpperCase()}`;
+    const room = at("code").value.toUpperCase(), seat = at("join-side").value;
+    this.link.send({ type: "join", room, seat, label: at("label").value });
   }
 }

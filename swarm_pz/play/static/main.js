@@ -10,16 +10,20 @@ const link = new Link(wantedSeat);
 const lobby = new Lobby(link);
 const table = new Table(link, { left: () => go("") });
 let welcomed = null;
+let ready = false; // who comes for a game at once is ready as soon as they sit
+const SAYING_MS = 6000;
 
 function wanted() {
-  const [name, value = ""] = decodeURIComponent(location.hash.slice(1)).split("=", 2);
-  return { name, value };
+  try {
+    const [name, value = ""] = decodeURIComponent(location.hash.slice(1)).split("=", 2);
+    return { name, value };
+  } catch { return { name: "", value: "" }; }
 }
 
 // The token goes out only for the room that the address names: elsewhere one begins anew.
 function wantedSeat() {
   const { name, value } = wanted();
-  return name === "room" && link.seat?.room === value ? link.seat : null;
+  return name === "room" ? [link.seat, link.lastSeat].find((seat) => seat?.room === value) ?? null : null;
 }
 
 function go(hash) {
@@ -27,49 +31,65 @@ function go(hash) {
   show();
 }
 
-export function say(text) {
+// Tell something; it goes away by itself unless it is still so.
+function say(text, stays = false) {
   document.getElementById("says").textContent = text;
+  clearTimeout(say.later);
+  if (text && !stays) say.later = setTimeout(() => say(""), SAYING_MS);
+}
+
+function open(name) {
+  document.getElementById("lobby").hidden = name !== "lobby";
+  document.getElementById("table").hidden = name !== "table";
 }
 
 function show() {
   const { name, value } = wanted();
-  const atTable = name !== "";
-  document.getElementById("lobby").hidden = atTable;
-  document.getElementById("table").hidden = !atTable;
-  if (!atTable) lobby.show(welcomed);
-  if (!welcomed || !atTable) return;
+  open(name === "" ? "lobby" : "table");
+  if (name === "") {
+    table.lesson.stop();
+    lobby.show(welcomed);
+  }
+  if (!welcomed || name === "") return;
   if (name === "play") {
+    ready = true;
     link.send({ type: "create", seat: "red", ...(value && value !== "none" ? { opponent: value } : {}),
       settings: value === "none" ? { blue: 0 } : {} });
-    link.send({ type: "ready" });
   } else if (name === "room") {
-    if (!wantedSeat()) link.send({ type: "join", room: value, seat: "watch" });
+    if (table.room?.code === value) return;
+    if (wantedSeat()) link.reopen();
+    else link.send({ type: "join", room: value, seat: "watch" });
   } else if (name === "replay") link.send({ type: "open_replay", recording: value });
-  else if (name === "lesson") table.startLesson();
-  else go("");
+  else if (name === "lesson") {
+    ready = true;
+    table.lesson.start();
+  } else go("");
 }
 
 link.addEventListener("welcome", ({ detail }) => {
   welcomed = detail;
   say("");
-  show();
+  if (!wantedSeat()) show(); // else the seat comes by itself
 });
-link.addEventListener("seated", ({ detail }) => history.replaceState(null, "", `#room=${detail.room}`));
+link.addEventListener("seated", ({ detail }) => {
+  history.replaceState(null, "", `#room=${detail.room}`);
+  if (ready) link.send({ type: "ready" });
+  ready = false;
+});
 link.addEventListener("room", ({ detail }) => {
   if (detail.phase !== "replay") history.replaceState(null, "", `#room=${detail.code}`);
-  document.getElementById("lobby").hidden = true;
-  document.getElementById("table").hidden = false;
+  open("table");
 });
 link.addEventListener("closed", () => say(link.quiet
   ? "This seat was taken over by another window. Close this one, or reload it to take the seat back."
-  : "The connection is lost; trying again…"));
+  : "The connection is lost; trying again…", true));
 link.addEventListener("notice", ({ detail }) => say(detail.text));
 link.addEventListener("refused", ({ detail }) => {
-  if (detail.about === "hello") {
+  ready = false;
+  if (detail.about === "hello") { // the seat is gone: look on, if its room is still there
     link.seat = null;
-    go("");
-  }
-  if (["join", "create", "open_replay"].includes(detail.about)) go("");
+    show();
+  } else if (["join", "create", "open_replay"].includes(detail.about) && !table.room) go("");
   say(detail.reason);
 });
 addEventListener("hashchange", show);

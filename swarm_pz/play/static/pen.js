@@ -3,7 +3,7 @@
 
 const HATCH = { attract: ["#0b6e4f", "+"], repel: ["#7a4a00", "-"] };
 const CURSOR_STEP = 0.02;
-const MOST_POINTS = 2000;
+const MOST_POINTS = 3000, MOST_STROKES = 250; // of what is sent
 const NEAREST = 0.004; // points closer than this, in map widths, say nothing new
 
 export class Pen {
@@ -21,7 +21,8 @@ export class Pen {
     this.patterns = {};
     arena.addEventListener("pointerdown", (event) => this.begin(event));
     arena.addEventListener("pointermove", (event) => this.move(event));
-    for (const type of ["pointerup", "pointercancel"]) arena.addEventListener(type, (event) => this.end(event));
+    arena.addEventListener("pointerup", (event) => this.end(event));
+    arena.addEventListener("pointercancel", (event) => this.cancel(event));
     arena.addEventListener("keydown", (event) => this.key(event));
     arena.addEventListener("blur", () => { this.endKeyStroke(); this.cursor.shown = false; this.dirty = true; });
   }
@@ -58,12 +59,13 @@ export class Pen {
   move(event) {
     const stroke = this.down.get(event.pointerId);
     if (!stroke) return;
-    for (const part of event.getCoalescedEvents?.() ?? [event]) this.extend(stroke, this.place(part));
+    const parts = event.getCoalescedEvents?.() ?? [];
+    for (const part of parts.length ? parts : [event]) this.extend(stroke, this.place(part));
   }
 
   extend(stroke, point) {
     const last = stroke.points.at(-1);
-    if (Math.hypot(point[0] - last[0], point[1] - last[1]) < NEAREST || stroke.points.length >= MOST_POINTS) return;
+    if (Math.hypot(point[0] - last[0], point[1] - last[1]) < NEAREST) return;
     stroke.points.push(point);
     this.dirty = true;
   }
@@ -71,10 +73,18 @@ export class Pen {
   end(event) {
     const stroke = this.down.get(event.pointerId);
     if (!stroke) return;
-    if (event.type === "pointerup") this.extend(stroke, this.place(event));
+    this.extend(stroke, this.place(event));
     this.down.delete(event.pointerId);
     this.changed();
     if (this.down.size === 0) this.lifted(event.pointerType);
+  }
+
+  // The system took the pointer away: what it drew was not meant.
+  cancel(event) {
+    const stroke = this.down.get(event.pointerId);
+    this.down.delete(event.pointerId);
+    this.strokes = this.strokes.filter((other) => other !== stroke);
+    this.refresh();
   }
 
   // --- keys -----------------------------------------------------------------------------------------
@@ -109,14 +119,14 @@ export class Pen {
   // --- the drawing ------------------------------------------------------------------------------------
 
   undo() {
-    this.endKeyStroke();
+    this.down.clear();
     if (this.before.length) this.strokes = this.before.pop();
     this.sent = false;
     this.refresh();
   }
 
   clear() {
-    this.endKeyStroke();
+    this.down.clear();
     if (this.strokes.length) this.before.push(this.strokes);
     this.strokes = [];
     this.sent = false;
@@ -132,16 +142,23 @@ export class Pen {
   take() {
     this.endKeyStroke();
     const drawingMs = this.drawingSince ? performance.now() - this.drawingSince : 0;
-    this.drawingSince = null;
-    this.sent = true;
-    this.dirty = true;
     const short = (value) => Math.round(value * 1e4) / 1e4;
+    const strokes = this.strokes.slice(-MOST_STROKES);
+    const every = Math.ceil(strokes.reduce((sum, { points }) => sum + points.length, 0) / MOST_POINTS);
+    const thin = (points) => points.filter((_, i) => i % every === 0 || i === points.length - 1);
     return {
       drawingMs,
-      strokes: this.strokes.map(({ brush, width, points }) => ({
-        brush, width, points: points.map(([x, y]) => [short(x), short(y)]),
+      strokes: strokes.map(({ brush, width, points }) => ({
+        brush, width, points: thin(points).map(([x, y]) => [short(x), short(y)]),
       })),
     };
+  }
+
+  // It was sent: the next stroke begins another drawing.
+  setSent() {
+    this.sent = true;
+    this.drawingSince = null;
+    this.dirty = true;
   }
 
   paint() {

@@ -56,20 +56,28 @@ export class Table {
     hear("room", this.setRoom);
     hear("seated", ({ seat }) => { this.seat = SIDES.indexOf(seat); });
     hear("frame", this.takeFrame);
-    hear("target", (target) => { if (target.team === this.arena.own) this.arena.setTarget(target); });
+    hear("target", (target) => {
+      if (target.team === this.arena.own) this.arena.setTarget(target);
+      if (target.team === this.seat) this.number = Math.max(this.number, target.number); // go on counting after a reload
+    });
     hear("in_force", (command) => this.unseen.push(command));
-    hear("welcome", () => { this.seat = null; });
+    hear("welcome", () => { this.seat = this.room = null; });
   }
 
   // --- the room ---------------------------------------------------------------------------------------
 
   setRoom(room) {
     const began = room.phase === "playing" && this.room?.phase !== "playing";
-    if (began || this.room?.code !== room.code) {
+    const place = room.phase === "replay" ? room.recording : room.code;
+    const entered = this.place !== place;
+    this.place = place;
+    if (entered && this.lesson.room !== room.code) this.lesson.stop();
+    if (began || entered) {
       this.arena.forget();
       this.pen.clear();
       this.pen.before = [];
       this.unseen = [];
+      this.number = 0;
     }
     this.room = room;
     if (room.phase !== "replay") this.arena.own = this.seat ?? 0;
@@ -85,7 +93,7 @@ export class Table {
     this.replay.show(room);
     this.showCover();
     this.showButtons();
-    if (began && this.seat !== null) at("arena").focus({ preventScroll: true });
+    if (began || entered) (at("ready").hidden ? at("arena") : at("ready")).focus({ preventScroll: true });
   }
 
   showCover() {
@@ -100,7 +108,8 @@ export class Table {
     const waiting = free.length
       ? `Room ${room.code}: send this code, or the address of this page, to whom you want to play.`
       : own?.ready ? "Waiting for the other side to be ready." : "Both sides are here.";
-    at("cover-text").textContent = room.phase === "over" ? this.result() : waiting;
+    const text = room.phase === "over" ? this.result() : waiting;
+    requestAnimationFrame(() => { at("cover-text").textContent = text; }); // said once it is shown
   }
 
   // See a recorded game from a side.
@@ -111,14 +120,12 @@ export class Table {
     this.replay.seek();
   }
 
-  startLesson() { this.lesson.start(); }
-
   result() {
     const { outcome, sizes } = this.room, [red, blue] = sizes.at(-1) ?? [0, 0];
     if (outcome === "draw") return `A draw: red ${red}, blue ${blue} when time was up.`;
     if (outcome === "stopped") return "The game was stopped.";
     const won = this.seat === null ? `${outcome === "red" ? "Red" : "Blue"} won` : SIDES[this.seat] === outcome ? "You won" : "You lost";
-    return `${won} after ${clock(this.lastTick ?? 0)}.`;
+    return `${won} after ${clock(Math.max(this.lastTick ?? 0, 30 * (sizes.length - 1)))}.`;
   }
 
   showButtons() {
@@ -130,15 +137,14 @@ export class Table {
 
   sit() {
     const side = SIDES.find((name) => this.room[name].kind === "free" && this.room.settings[name] > 0);
-    if (side) this.link.send({ type: "join", room: this.room.code, seat: side });
+    if (side) this.link.send({ type: "join", room: this.room.code, seat: side, label: at("label").value });
   }
 
   leave() {
     this.link.send({ type: "leave" });
     if (this.seat !== null) this.link.seat = null;
-    this.seat = this.room = null;
-    this.arena.own = 0;
-    this.lesson.stop();
+    this.seat = this.room = this.place = null;
+    this.arena.own = at("take-side").selectedIndex = 0;
     this.arena.forget();
     this.pen.clear();
     this.left();
@@ -149,11 +155,11 @@ export class Table {
   choose(brush) {
     this.pen.brush = brush;
     this.pen.dirty = true;
-    for (const other of BRUSHES) at(other).setAttribute("aria-checked", String(other === brush));
+    for (const other of BRUSHES) at(other).setAttribute("aria-pressed", String(other === brush));
   }
 
   key(event) {
-    if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("input, select")) return;
+    if (event.ctrlKey || event.altKey || event.metaKey || event.repeat || event.target.closest("input, select")) return;
     const onButton = event.target.closest("button, a");
     const wider = (step) => {
       at("width").value = Number(at("width").value) + step;
@@ -174,15 +180,18 @@ export class Table {
   send() {
     if (this.seat === null || this.room?.phase !== "playing") return;
     const input = performance.now(), { strokes, drawingMs } = this.pen.take();
-    this.number += 1;
-    this.link.send({
-      type: "command", number: this.number, strokes,
+    const sent = this.link.send({
+      type: "command", number: this.number + 1, strokes,
       timing: {
         input_ms: input, sent_ms: performance.now(), offset_ms: this.link.offsetMs,
         round_trip_ms: this.link.roundTripMs, drawing_ms: drawingMs,
       },
     });
-    this.lesson.sent(strokes);
+    if (sent) {
+      this.number += 1;
+      this.pen.setSent();
+      this.lesson.sent(strokes);
+    }
     this.showButtons();
   }
 
