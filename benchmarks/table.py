@@ -164,7 +164,7 @@ async def load(seconds: float, learned: str) -> None:
 
 async def soak(seconds: float, rooms: int = 10) -> dict[str, Any]:
     """Play rooms with clients that drop, return, flood and send garbage; return what became of them."""
-    with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, process):
+    with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, _):
         stop = asyncio.Event()
         idle = await asyncio.to_thread(status, address)
         clients, tasks = await fill(address, stop, (["uniform", None] * rooms)[:rooms])
@@ -173,7 +173,6 @@ async def soak(seconds: float, rooms: int = 10) -> dict[str, Any]:
             victims = CHANCE.choice(len(clients), 3, replace=False)
             await asyncio.gather(*[_misbehave(clients[victim]) for victim in victims], return_exceptions=True)
             figures = await asyncio.to_thread(status, address)
-            figures["memory_mb"] = _resident_mb(process.pid)
             readings.append((spent, figures))
             names = ("rooms", "playing", "connections", "tasks", "open_files", "memory_mb", "lateness_ms")
             print(f"{spent:6.0f} s  " + "  ".join(f"{name} {figures[name]}" for name in names), flush=True)
@@ -220,11 +219,6 @@ async def _misbehave(victim: Client) -> None:
         elif what == "oversized":
             await socket.send("x" * 100_000)
         await asyncio.sleep(0.5)
-
-
-def _resident_mb(pid: int) -> float:
-    line = next(line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith("VmRSS"))
-    return int(line.split()[1]) / 1024
 
 
 # --- a page -----------------------------------------------------------------------------------------

@@ -62,7 +62,7 @@ def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(tmp_path, capsys):
 
 
 def test_a_log_says_how_far_a_tournament_is(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("swarm_pz.cli._QUIET", 0.0)
+    monkeypatch.setattr("swarm_pz.cli.report.QUIET", 0.0)
     main(["tournament", "ring", "uniform", "--processes", "1", "--out", str(tmp_path), "--games", "2", *SHORT])
     assert "2 of 2 games" in capsys.readouterr().out
 

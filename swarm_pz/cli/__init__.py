@@ -1,0 +1,50 @@
+"""The command line: ``swarm-pz train | league | evaluate | tournament | play | replay | study | ...``.
+
+The one place that knows every part of the project; each command imports what it needs, so that
+``--help`` is quick and a missing extra is named only where it is wanted.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+
+from swarm_pz.errors import SwarmError
+
+try:
+    import tyro
+except ImportError:  # the entry point is installed even without the extra
+    sys.exit(str(SwarmError("swarm-pz's commands need an extra: pip install 'swarm-pz[cli]'")))
+
+from swarm_pz.cli import compare, learn, machine, report, table
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run a command; errors of this project end it with one line and status 2."""
+    commands: dict[str, Callable[..., None]] = {
+        "train": learn.train,
+        "league": learn.league,
+        "evaluate": compare.evaluate,
+        "tournament": compare.tournament,
+        "play": table.play,
+        "replay": table.replay,
+        "study": table.study,
+        "policies": compare.list_policies,
+        "render": machine.render,
+        "bench": machine.bench,
+        "warmup": machine.warmup,
+    }
+    report.arguments.set(sys.argv[1:] if arguments is None else arguments)
+    try:
+        tyro.extras.subcommand_cli_from_dict(
+            commands,
+            prog="swarm-pz",
+            description="Swarm against swarm: train, measure, watch and play tactics.",
+            args=arguments,
+            config=(tyro.conf.AvoidSubcommands,),
+        )
+    except (SwarmError, OSError) as error:
+        print(f"swarm-pz: {error}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        sys.exit(130)

@@ -1,0 +1,153 @@
+"""Commands that compare: ``evaluate``, ``tournament`` and ``policies``."""
+
+from __future__ import annotations
+
+import functools
+import json as json_module
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from swarm_pz import tables
+from swarm_pz.cli.report import command, progress, write_json
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import require_extra
+from swarm_pz.settings import check
+
+
+def evaluate(
+    policy: Annotated[str, tyro.conf.Positional],
+    /,
+    opponent: str = "uniform",
+    games: int = 200,
+    seed: int = 0,
+    json: Path | None = None,
+    threads: int = 2,
+    held_out: bool = False,
+    exploit: bool = False,
+    exploit_steps: int = 1_000_000,
+    out: Path = Path("runs/exploiter"),
+    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
+) -> None:
+    """Play a policy against an opponent and say how it did.
+
+    Half of the games are played from each side, with the same seeds for both sides.
+
+    Args:
+        policy: Name of a policy, or a folder that training wrote.
+        opponent: Name of a policy, or a folder that training wrote.
+        games: Number of games, even.
+        seed: Seed of the match.
+        json: Write the figures to this file, too.
+        threads: Threads that share the games.
+        held_out: Play every script instead, and a suite of opponents and sizes that nobody trains against.
+        exploit: Train a best response to the policy instead, and say what that wins.
+        exploit_steps: Steps of that training.
+        out: Folder of that training; a run that was stopped goes on.
+        game: The rules.
+    """
+    import policies
+    from swarm_pz.match import play_match
+
+    check(not (held_out and exploit), "held_out and exploit", (held_out, exploit), "asked for one at a time")
+    if held_out or exploit:
+        check(opponent == "uniform", "opponent", opponent, "left out, since held_out and exploit choose their own")
+    if held_out:
+        _evaluate_held_out(policy, games, seed, json, threads, game)
+        return
+    if exploit:
+        _evaluate_exploit(policy, games, seed, json, threads, game, exploit_steps, out)
+        return
+    with progress() as show:
+        match = play_match(
+            policies.load(policy, game),
+            policies.load(opponent, game),
+            games=games,
+            seed=seed,
+            config=game,
+            threads=threads,
+            progress=show,
+        )
+    tables.print_matches([match])
+    if json is not None:
+        match.write(json)
+        print(f"figures: {json}")
+
+
+def _evaluate_held_out(policy: str, games: int, seed: int, json: Path | None, threads: int, game: GameConfig) -> None:
+    from policies.held_out import play_suites
+
+    with progress() as show:
+        suites = play_suites(policy, game, games=games, seed=seed, threads=threads, progress=show)
+    figures = suites.to_dict()
+    tables.print_opponents(suites.known, f"{policy} against the scripts: score {figures['in_suite_score']:.3f}")
+    tables.print_opponents(
+        suites.held_out, f"{policy} against the held-out suite: score {figures['held_out_score']:.3f}"
+    )
+    print(f"generalisation (held-out score less in-suite score): {figures['generalisation']:+.3f}")
+    if json is not None:
+        write_json(figures, json)
+
+
+def _evaluate_exploit(
+    policy: str, games: int, seed: int, json: Path | None, threads: int, game: GameConfig, steps: int, out: Path
+) -> None:
+    for module in ("torch", "stable_baselines3"):
+        require_extra(module, "training")
+    from training.exploit import exploit
+
+    say = functools.partial(print, flush=True)
+    matches = exploit(policy, out, steps=steps, games=games, rules=game, seed=seed, threads=threads, say=say)
+    tables.print_opponents(matches, f"an exploiter of {policy}, trained for {steps:,} steps")
+    if json is not None:
+        write_json({"target": policy, "steps": steps, "matches": [match.summary() for match in matches]}, json)
+
+
+def tournament(
+    players: Annotated[tuple[str, ...], tyro.conf.Positional] = (),
+    /,
+    games: int = 40,
+    seed: int = 0,
+    budget_ms: float = 2000.0,
+    processes: int = 2,
+    out: Path = Path("runs/ladder"),
+    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
+) -> None:
+    """Play every player against every other and write the ladder.
+
+    A tournament that was stopped goes on where it was; more players or games may be added later.
+
+    Args:
+        players: Names of policies, or folders that training wrote; all installed policies if none.
+        games: Games of every two players, even, half from each side.
+        seed: Seed of the tournament; all pairings play the same starts.
+        budget_ms: Milliseconds that a command may take; who takes longer forfeits the game.
+        processes: Processes that share the games.
+        out: Folder of the tournament: games.jsonl, ladder.md, ladder.json and ladder.png.
+        game: The rules.
+    """
+    for module in ("choix", "matplotlib.figure"):
+        require_extra(module, "ladder")
+    import policies
+    from swarm_pz import ladder
+    from swarm_pz.tournament import Tournament, TournamentConfig
+
+    config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
+    field = Tournament(players or policies.names(), config, out, policies.load)
+    with progress() as show:
+        field.play(processes, show)
+    figures = ladder.make_ladder(field)
+    (out / "ladder.json").write_text(json_module.dumps(figures, indent=2) + "\n")
+    (out / "ladder.md").write_text(ladder.to_markdown(figures, command(), "ladder.png"))
+    ladder.plot(figures, out / "ladder.png")
+    tables.print_ladder(figures)
+    print(f"ladder: {out / 'ladder.md'}, {out / 'ladder.json'}, {out / 'ladder.png'}")
+
+
+def list_policies() -> None:
+    """List the installed policies."""
+    from swarm_pz.policy import about, registered
+
+    for name in sorted(registered()):
+        print(f"{name:<12} {about(name)}".rstrip())

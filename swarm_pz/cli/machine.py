@@ -1,0 +1,128 @@
+"""Commands about the simulator: ``render``, ``bench`` and ``warmup``."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import time
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import tyro
+
+from swarm_pz import tables
+from swarm_pz.cli.report import write_json
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.errors import require_extra
+from swarm_pz.settings import check
+
+
+def render(
+    red: Annotated[str, tyro.conf.Positional] = "ring",
+    blue: Annotated[str, tyro.conf.Positional] = "uniform",
+    /,
+    out: Path = Path("game.mp4"),
+    seed: int = 0,
+    seconds: float | None = None,
+    speed: float = 2.0,
+    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
+) -> None:
+    """Play one game between two policies and write it as a film.
+
+    Args:
+        red: Name of a policy, or a folder that training wrote.
+        blue: Name of a policy, or a folder that training wrote.
+        out: File to write, .gif or .mp4.
+        seed: Seed of the game.
+        seconds: Show this much of the game at most.
+        speed: Seconds of game a second of film.
+        game: The rules.
+    """
+    import policies
+    from swarm_pz.film import film_game
+
+    standing = film_game(
+        policies.load(red, game),
+        policies.load(blue, game),
+        out,
+        config=game,
+        seed=seed,
+        seconds=seconds,
+        speed=speed,
+    )
+    print(f"{standing}: {out}")
+
+
+def bench(
+    games: tuple[int, ...] = (1, 16, 64, 256, 1024),
+    drones: tuple[int, ...] = (10, 20, 100, 1000),
+    threads: tuple[int, ...] = (1, 2),
+    grid: int = 50,
+    repeats: int = 3,
+    json: Path | None = None,
+    plot: Path | None = None,
+) -> None:
+    """Measure how fast the simulator and the environments are here.
+
+    Args:
+        games: Numbers of games side by side.
+        drones: Numbers of drones in a game, both teams together, even.
+        threads: Numbers of threads.
+        grid: Cells a side of the observations of both seats; scripted opponents have their own.
+        repeats: Measurements of each, of which the median is shown.
+        json: Write the figures to this file, too.
+        plot: Draw the figures into this file, too.
+    """
+    from swarm_pz import bench as speed
+
+    if plot is not None:
+        require_extra("matplotlib.figure", "training")
+    for name, values in (("games", games), ("drones", drones), ("threads", threads), ("repeats", (repeats,))):
+        check(bool(values) and min(values) >= 1, name, values, "at least 1")
+    check(all(size % 2 == 0 for size in drones), "drones", drones, "even, for two teams alike")
+    faces: dict[str, speed.Face] = {"simulator": speed.simulator_face, "batch_env": speed.batch_env_face}
+    try:
+        from training.vec_env import SwarmVecEnv
+    except ImportError:
+        print("stable-baselines3 is not installed: SwarmVecEnv is left out")
+    else:
+
+        def against(opponent: str) -> speed.Face:
+            def make(config: GameConfig, count: int, workers: int) -> speed.Step:
+                env = SwarmVecEnv(config, count, opponent=opponent, threads=workers, seed=0)
+                env.action_space.seed(0)
+                env.reset()
+                actions = itertools.cycle(
+                    [np.stack([env.action_space.sample() for _ in range(count)]) for _ in range(4)]
+                )
+
+                def step() -> None:
+                    env.step(next(actions))
+
+                return step
+
+            return make
+
+        faces |= {f"SwarmVecEnv, {opponent}": against(opponent) for opponent in ("uniform", "ring")}
+    faces["parallel_env"] = speed.parallel_env_face
+    say = functools.partial(print, flush=True)
+    speeds = speed.measure(faces, games=games, drones=drones, threads=threads, grid=grid, repeats=repeats, say=say)
+    config = GameConfig(observation=ObservationConfig(grid=grid))
+    say("phases")
+    figures = speed.to_dict(speeds, speed.phases(config), config)
+    tables.print_speeds(figures)
+    if json is not None:
+        write_json(figures, json)
+    if plot is not None:
+        speed.plot(speeds, plot)
+        print(f"plot: {plot}")
+
+
+def warmup() -> None:
+    """Compile everything that a game with default numbers of modes and points ahead needs."""
+    from swarm_pz.bench import batch_env_face
+
+    began = time.monotonic()
+    batch_env_face(GameConfig(), 2, 1)()
+    print(f"compiled kernels are ready after {time.monotonic() - began:.1f} s")

@@ -1,0 +1,49 @@
+"""What commands tell while they run and leave behind."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+from typing import Any
+
+from swarm_pz.errors import require_extra
+
+QUIET = 60.0
+"""Seconds without a word that a log may have."""
+arguments: ContextVar[list[str]] = ContextVar("arguments")
+"""What the command line was called with."""
+
+
+def command() -> str:
+    """Return the command that is being run."""
+    return shlex.join(["swarm-pz", *arguments.get()])
+
+
+@contextmanager
+def progress() -> Iterator[Callable[[int, int], None]]:
+    """Show a bar while games are played, or a line now and then in a log; give the function that moves it."""
+    library = require_extra("rich.progress", "cli")
+    with library.Progress(transient=True) as bar:
+        task = bar.add_task("playing", total=None)
+        said = time.monotonic()
+
+        def move(done: int, total: int) -> None:
+            nonlocal said
+            bar.update(task, completed=done, total=total)
+            if not bar.console.is_terminal and time.monotonic() - said > QUIET:
+                said = time.monotonic()
+                print(f"{done:,} of {total:,} games", flush=True)
+
+        yield move
+
+
+def write_json(figures: dict[str, Any], path: Path) -> None:
+    """Write figures to a file and say where they are."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(figures, indent=2) + "\n")
+    print(f"figures: {path}")

@@ -1,0 +1,131 @@
+"""Commands for people at the table: ``play``, ``replay`` and ``study``."""
+
+from __future__ import annotations
+
+import functools
+import io
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from swarm_pz import tables
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import SwarmError, require_extra
+from swarm_pz.settings import check
+
+
+def play(
+    opponent: str | None = None,
+    host: str = "127.0.0.1",
+    port: int = 8000,
+    min_command_interval: float = 0.5,
+    out: Path = Path("runs/games"),
+) -> None:
+    """Serve the table: play in a browser, against a person or a policy; every game is recorded.
+
+    Args:
+        opponent: Go straight into a game against this policy; "none" is a practice arena without opponents.
+        host: Where to listen; 0.0.0.0 lets the local network in.
+        port: Port to listen at; 0 takes any that is free.
+        min_command_interval: Seconds of game between two commands of a team, whoever gives them.
+        out: Folder of the recordings.
+    """
+    _need_play()
+    import policies
+    from swarm_pz.play.serve import serve
+
+    if opponent is not None and opponent != "none":
+        policies.load(opponent, GameConfig())
+    page = f"play={opponent}" if opponent is not None else ""
+    say = functools.partial(print, flush=True)
+    serve(
+        policies.load,
+        host=host,
+        port=port,
+        folder=out,
+        page=page,
+        min_command_interval=min_command_interval,
+        say=say,
+        draw_code=_draw_code,
+    )
+
+
+def replay(
+    recording: Annotated[Path, tyro.conf.Positional],
+    /,
+    verify: bool = False,
+    film: Path | None = None,
+    speed: float = 2.0,
+    host: str = "127.0.0.1",
+    port: int = 8000,
+) -> None:
+    """Watch a recorded game in a browser, and take it over from any moment; or verify or film it.
+
+    Args:
+        recording: File that the table wrote.
+        verify: Only say whether the game comes out as recorded when it is simulated here.
+        film: Only write it as a film, .gif or .mp4.
+        speed: Seconds of game a second of film.
+        host: Where to listen; 0.0.0.0 lets the local network in.
+        port: Port to listen at; 0 takes any that is free.
+    """
+    _need_play()
+    import policies
+    from swarm_pz.play.playback import Playback
+    from swarm_pz.play.recording import Recording, checked_name
+    from swarm_pz.play.serve import serve
+
+    check(speed > 0, "speed", speed, "above 0")
+    playback = Playback(Recording.read(recording))
+    if film is not None:
+        playback.film(film, speed)
+        print(f"film: {film}")
+    if verify:
+        result = playback.verify()
+        if not result.verified:
+            raise SwarmError(
+                f"{recording} plays differently here from tick {result.first_difference} on: it was changed, or "
+                "recorded by another version or on another kind of processor"
+            )
+        print(f"verified: {result.frames} frames of {recording} come out as recorded")
+    if film is None and not verify:
+        page = f"replay={checked_name(recording.name)}"
+        say = functools.partial(print, flush=True)
+        serve(policies.load, host=host, port=port, folder=recording.parent, page=page, say=say, draw_code=_draw_code)
+
+
+def study(
+    folder: Annotated[Path, tyro.conf.Positional],
+    /,
+    out: Path = Path("runs/study"),
+    parquet: bool = False,
+) -> None:
+    """Turn a folder of recorded games into tables.
+
+    Args:
+        folder: Folder of recordings.
+        out: Folder to write seats, summary and their schema to.
+        parquet: Write Parquet instead of CSV.
+    """
+    _need_play()
+    from swarm_pz.play import study as tables_of
+
+    rows, faults = tables_of.read_folder(folder)
+    for fault in faults:
+        print(f"left out: {fault}", file=sys.stderr)
+    for path in tables_of.write_tables(rows, out, parquet=parquet):
+        print(path)
+    tables.print_study(tables_of.summarise(rows))
+
+
+def _need_play() -> None:
+    for module in ("msgspec", "starlette", "uvicorn", "websockets"):
+        require_extra(module, "play")
+
+
+def _draw_code(address: str) -> str:
+    picture = io.StringIO()
+    require_extra("segno", "play").make(address).terminal(picture, compact=True)
+    return picture.getvalue()

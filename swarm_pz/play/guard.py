@@ -1,0 +1,68 @@
+"""Who may come in: only those who ask for a name that is served here, and from a page that is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import PlainTextResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket
+
+_HEADERS = {
+    "content-security-policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cache-control": "no-cache",
+}
+
+
+class Guard:
+    """Lets in only those who ask for a name that is served here, and from a page that is.
+
+    A page elsewhere may make its name point here (DNS rebinding) or open a socket to here; neither its
+    Host nor its Origin is one of ours. Programs send no Origin.
+
+    Parameters
+    ----------
+    app : ASGI application
+    hosts : sequence of str
+        Names with their port.
+    """
+
+    def __init__(self, app: ASGIApp, hosts: Sequence[str]) -> None:
+        self._app, self._hosts = app, {host.lower() for host in hosts}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or refuse it."""
+        if scope["type"] == "lifespan":
+            await self._app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        host, origin = headers.get("host", "").lower(), headers.get("origin")
+        allowed = host in self._hosts and (
+            origin is None or origin.lower() in {f"http://{name}" for name in self._hosts}
+        )
+        if not allowed:
+            if scope["type"] == "websocket":
+                await WebSocket(scope, receive, send).close(code=1008)
+            else:
+                await PlainTextResponse("this server is not known by that name\n", 403)(scope, receive, send)
+            return
+
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message).update(_HEADERS)
+            await send(message)
+
+        await self._app(scope, receive, send_with_headers)
+
+
+def _addressed(scope: Scope) -> set[str]:
+    """Return the address at which a client came in: a name may be pointed elsewhere, an address may not."""
+    server = scope.get("server")
+    if not server or server[1] is None:
+        return set()
+    address = f"[{server[0]}]" if ":" in server[0] else server[0]
+    return {f"{address}:{server[1]}"} | ({address} if server[1] == 80 else set())
