@@ -3,7 +3,9 @@
 import contextlib
 import json
 import math
+import re
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -83,6 +85,13 @@ def test_a_program_of_few_lines_plays_a_game(table):
     assert play(table.address, centre, room=code) in ("red", "blue", "draw")
     room.close()
     watcher.close()
+
+
+def test_the_program_of_the_documentation_plays_a_game(table, capsys):
+    page = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text()
+    (program,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    exec(program.replace("127.0.0.1:8000", table.address), {})  # noqa: S102
+    assert capsys.readouterr().out.strip() in ("red", "blue", "draw")
 
 
 def test_a_lost_connection_comes_back_to_its_seat_and_its_game(table):
