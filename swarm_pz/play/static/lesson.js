@@ -65,6 +65,9 @@ export class Lesson {
     at("lesson-next").hidden = !last;
   }
 
+  // The game ended before the lesson did: another one goes on with it.
+  over() { if (this.running && !this.plan[this.step].last) this.link.send({ type: "ready" }); }
+
   sent(strokes) { if (this.running && strokes.length) this.wasSent = true; }
 
   watch(frame, captured, seat) {

@@ -68,6 +68,7 @@ export class Table {
 
   setRoom(room) {
     const began = room.phase === "playing" && this.room?.phase !== "playing";
+    const ended = room.phase === "over" && this.room?.phase === "playing";
     const place = room.phase === "replay" ? room.recording : room.code;
     const entered = this.place !== place;
     this.place = place;
@@ -93,6 +94,7 @@ export class Table {
     this.replay.show(room);
     this.showCover();
     this.showButtons();
+    if (ended) this.lesson.over();
     if (began || entered) (at("ready").hidden ? at("arena") : at("ready")).focus({ preventScroll: true });
   }
 
