@@ -240,12 +240,12 @@ class RoomState(_Message, tag="room"):
     watchers: int
     sizes: list[tuple[int, int]]
     """Drones of red and blue, once a second since the start."""
+    min_command_interval: float
     outcome: Literal["red", "blue", "draw", "stopped"] | None = None
     recording: str | None = None
     """Of the game that is over, or that is watched."""
     last_tick: int | None = None
     """Of a recorded game."""
-    min_command_interval: float = 0.5
     verified: bool | None = None
     """Whether the recorded game plays here as it did; else it cannot be taken over."""
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import bisect
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from swarm_pz.config import BLUE, RED, TICKS_PER_SECOND
@@ -21,7 +21,7 @@ from swarm_pz.play.playback import Playback
 from swarm_pz.play.recording import Origin, Recording
 from swarm_pz.play.room import settings_of
 from swarm_pz.play.session import Moment
-from swarm_pz.play.views import capture_fields, target_message
+from swarm_pz.play.views import frame_of, target_message
 
 log = logging.getLogger("swarm_pz.play")
 _MOST_BYTES = 64 * 2**20
@@ -147,22 +147,11 @@ class Screening:
     def _show(self) -> None:
         self._sequence += 1
         if self.is_verified:
-            simulator = self._playback.game.simulator
-            positions, velocities = simulator.positions[0], simulator.velocities[0]
-            teams, fields = simulator.teams[0], capture_fields(simulator)
+            shown = frame_of(self._playback.game.simulator, self._sequence, 0.0, fields=True)
         else:
             frame = self._frames[max(bisect.bisect_right(self._ticks, self._tick) - 1, 0)]
-            positions, velocities, teams, fields = frame.positions, frame.velocities, frame.teams, None
-        shown = Frame(
-            sequence=self._sequence,
-            tick=self._tick,
-            server_ms=0.0,
-            positions=positions,
-            velocities=velocities,
-            teams=teams,
-            fields=fields,
-        )
-        self._connection.show(encode_frame(shown), self._sequence)
+            shown = encode_frame(replace(frame, sequence=self._sequence, server_ms=0.0))
+        self._connection.show(shown, self._sequence)
 
     def _sizes(self) -> list[tuple[int, int]]:
         by_second = {frame.tick // TICKS_PER_SECOND: frame for frame in reversed(self._frames)}
@@ -190,6 +179,7 @@ class Screening:
                 blue=seats[1],
                 watchers=1,
                 sizes=self._sizes(),
+                min_command_interval=self.recording.config.min_command_interval,
                 outcome=end.outcome if end is not None else None,
                 recording=self.recording.name,
                 last_tick=self.recording.last_tick,

@@ -16,12 +16,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.errors import SwarmError
-from swarm_pz.play.frames import Frame, encode_frame
 from swarm_pz.play.game import Captured, Command, InForce, LiveGame, TableConfig
 from swarm_pz.play.protocol import StrokeMessage, Timing
 from swarm_pz.play.recording import (
@@ -40,7 +38,7 @@ from swarm_pz.play.recording import (
     frame_line,
 )
 from swarm_pz.play.thinking import PolicySeat, Thinkers
-from swarm_pz.play.views import capture_fields
+from swarm_pz.play.views import frame_of
 
 Outcome = Literal["red", "blue", "draw", "stopped"]
 _FIELD_TICKS = 3
@@ -187,7 +185,7 @@ class Session:
         self._sequence = 0
         self._ended = False
         if moment is None:
-            self.recorder.write(frame_line(self._encode(), 0))
+            self.recorder.write(frame_line(self._frame(), 0))
         else:
             for line in moment.past:
                 self.recorder.write(line)
@@ -289,7 +287,7 @@ class Session:
             self.sizes.append(game.sizes)
         self._tell.show(self.frame(), self._sequence)
         if game.tick % FRAME_TICKS == 0 or game.over:
-            self.recorder.write(frame_line(self._encode(), game.tick))
+            self.recorder.write(frame_line(self._frame(), game.tick))
         if game.tick % _FLUSH_TICKS == 0:
             self.recorder.flush()
             if self.recorder.fault:
@@ -318,23 +316,9 @@ class Session:
     def frame(self, keyframe: bool = False) -> bytes:
         """Return the present moment; a keyframe holds all that a client can be shown."""
         self._sequence += 1
-        simulator = self.game.simulator
-        fields = None
-        if keyframe or self.game.tick % _FIELD_TICKS == 0 or self.game.over:
-            fields = capture_fields(simulator)
-        return self._encode(simulator.altitudes[0] if keyframe else None, fields)
+        fields = keyframe or self.game.tick % _FIELD_TICKS == 0 or self.game.over
+        return self._frame(altitudes=keyframe, fields=fields)
 
-    def _encode(self, altitudes: NDArray[np.float32] | None = None, fields: NDArray[np.uint8] | None = None) -> bytes:
-        simulator = self.game.simulator
-        return encode_frame(
-            Frame(
-                sequence=self._sequence,
-                tick=self.game.tick,
-                server_ms=self._house.now_ms(),
-                positions=simulator.positions[0],
-                velocities=simulator.velocities[0],
-                teams=simulator.teams[0],
-                altitudes=altitudes,
-                fields=fields,
-            )
-        )
+    def _frame(self, *, altitudes: bool = False, fields: bool = False) -> bytes:
+        simulator, now = self.game.simulator, self._house.now_ms()
+        return frame_of(simulator, self._sequence, now, altitudes=altitudes, fields=fields)

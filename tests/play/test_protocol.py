@@ -22,7 +22,7 @@ def test_messages_are_told_apart_by_their_type():
 
 def test_nothing_is_left_out():
     seat = protocol.SeatState()
-    state = protocol.RoomState("ABCD", "waiting", protocol.Settings(), seat, seat, 0, [])
+    state = protocol.RoomState("ABCD", "waiting", protocol.Settings(), seat, seat, 0, [], 0.5)
     plain = json.loads(protocol.encode(state))
     assert plain["red"]["kind"] == "free" and plain["settings"]["blue"] == 10 and plain["outcome"] is None
 
