@@ -121,7 +121,9 @@ def open_film(path: Path, rate: float) -> Iterator[Callable[[NDArray[np.uint8]],
     def append(picture: NDArray[np.uint8]) -> None:
         # GIFs compress so little that half the size and few colours are what makes them usable.
         half = image_module.fromarray(picture).reduce(2)
-        frames.append(half.quantize(48, dither=image_module.Dither.NONE))
+        # An octree keeps the teams' colours, of which there is little; the mean colours of a median cut lose them.
+        octree = image_module.Quantize.FASTOCTREE
+        frames.append(half.quantize(64, method=octree, dither=image_module.Dither.NONE))
 
     yield append
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=round(1000 / rate), loop=0, optimize=True)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from swarm_pz import parallel_env
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import MissingExtraError, RenderError
 from swarm_pz.film import film_game
 from swarm_pz.render import ARENA, HEADER, MARGIN, TEAM_COLOURS, ansi, draw
@@ -86,6 +87,17 @@ def test_films_are_written(tmp_path, suffix):
     standing = film_game("ring", "uniform", path, seconds=2)
     assert "red" in standing
     assert imageio.get_reader(path).get_data(0).ndim == 3
+
+
+def test_animations_keep_the_colours_of_the_teams(tmp_path):
+    import imageio.v2 as imageio
+
+    path = tmp_path / "game.gif"
+    film_game("uniform", "uniform", path, config=GameConfig(drones_per_team=(2, 18)), seconds=10)
+    with imageio.get_reader(path) as reader:
+        *_, last = iter(reader)
+    for colour in TEAM_COLOURS:
+        assert np.abs(last[..., :3].astype(int) - colour).max(axis=2).min() <= 24
 
 
 @pytest.mark.parametrize("options", [{"speed": 0.0}, {"speed": float("nan")}, {"seconds": -1.0}])

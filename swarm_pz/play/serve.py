@@ -124,13 +124,13 @@ def serve(
     shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host
     shown = f"[{shown}]" if ":" in shown else shown
     address = f"http://{shown}:{port}/" + (f"#{page}" if page else "")
+    _warm_up()  # before the address is shown, so that who follows it is answered
     say(f"swarm-pz is at {address}")
     if is_open:
         say("OPEN TO THE NETWORK: whoever reaches this machine can play, and nothing is encrypted")
         if draw_code is not None:
             say(draw_code(address))
     say(f"games are recorded in {folder}; end with Ctrl-C")
-    _warm_up()
     config = uvicorn.Config(
         app,
         log_level="warning",
