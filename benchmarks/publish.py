@@ -49,12 +49,20 @@ def main() -> None:
     parser.add_argument("run", type=Path, help="folder that training wrote")
     parser.add_argument("name", help="what the tactic is called from now on")
     parser.add_argument("--about", required=True, help="one line about it")
+    parser.add_argument("--after", nargs="*", default=[], help="commands that made what it was grown from, in order")
+    parser.add_argument("--note", help="what else to know about how it came to be")
     parser.add_argument("--games", type=int, default=200, help="games of each match")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     trained = LearnedPolicy.read(options.run, GameConfig())
     results = measure(options.run, options.games, options.seed)
     card = trained.card | {"about": options.about, "results": results}
+    if options.note:
+        card["note"] = options.note
+    # Folders are named as seen from here: where this is on the machine concerns nobody.
+    here = f"{Path.cwd()}/"
+    card["command"] = "; ".join([*options.after, card["command"]]).replace(here, "")
+    card["training"] = card["training"] | {"start_from": card["training"]["start_from"].replace(here, "")}
     LearnedPolicy(card, trained.weights(), GameConfig(), options.name).write(ZOO / options.name)
     print(f"{ZOO / options.name} is written; its name needs an entry point in pyproject.toml")
 
