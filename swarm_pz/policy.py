@@ -64,8 +64,9 @@ def registered() -> dict[str, importlib.metadata.EntryPoint]:
 
 
 def about(name: str) -> str:
-    """Return a line about an installed policy, from the first of its factory's docstring."""
-    text = (getattr(registered()[name].load(), "__doc__", None) or "").strip()
+    """Return a line about an installed policy, from the first of its factory's docstring; nothing about others."""
+    point = registered().get(name.split(":", 1)[0])
+    text = (getattr(point.load(), "__doc__", None) or "").strip() if point is not None else ""
     return text.splitlines()[0] if text else ""
 
 

@@ -13,6 +13,7 @@ import tyro
 from swarm_pz import tables
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import SwarmError, require_extra
+from swarm_pz.policy import about
 from swarm_pz.settings import check
 
 
@@ -26,7 +27,8 @@ def play(
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
 
     Args:
-        opponent: Go straight into a game against this policy; "none" is a practice arena without opponents.
+        opponent: Go straight into a game against this policy, or a folder that training wrote; "none" is a
+            practice arena without opponents.
         host: Where to listen; 0.0.0.0 lets the local network in.
         port: Port to listen at; 0 takes any that is free.
         min_command_interval: Seconds of game between two commands of a team, whoever gives them.
@@ -36,12 +38,15 @@ def play(
     import policies
     from swarm_pz.play.serve import serve
 
+    known = {name: about(name) for name in policies.names()}
     if opponent is not None and opponent != "none":
         policies.load(opponent, GameConfig())
+        known |= {opponent: about(opponent)}
     page = f"play={opponent}" if opponent is not None else ""
     say = functools.partial(print, flush=True)
     serve(
         policies.load,
+        known,
         host=host,
         port=port,
         folder=out,
@@ -93,7 +98,9 @@ def replay(
     if film is None and not verify:
         page = f"replay={checked_name(recording.name)}"
         say = functools.partial(print, flush=True)
-        serve(policies.load, host=host, port=port, folder=recording.parent, page=page, say=say, draw_code=_draw_code)
+        known = {name: about(name) for name in policies.names()}
+        folder = recording.parent
+        serve(policies.load, known, host=host, port=port, folder=folder, page=page, say=say, draw_code=_draw_code)
 
 
 def study(

@@ -63,11 +63,12 @@ class Settings(_Message):
 
 
 class Create(_Message, tag="create"):
-    """Open a room and sit down in it, or watch."""
+    """Open a room and sit down in it against an opponent; or watch, the opponent plays blue, and `player` red."""
 
     settings: Settings = msgspec.field(default_factory=Settings)
     seat: Side | Literal["watch"] = "red"
     opponent: Name | None = None
+    player: Name | None = None
     label: Label = ""
 
 
@@ -87,7 +88,7 @@ class Invite(_Message, tag="invite"):
 
 
 class Ready(_Message, tag="ready"):
-    """Say that one is ready, or not yet; also for the next game after one."""
+    """Say that one is ready, or not yet; also for the next game after one, and for two policies that one watches."""
 
     ready: bool = True
 

@@ -218,12 +218,13 @@ class Room:
         self._changed()
 
     def ready(self, connection: Connection, ready: bool) -> None:
-        """Mark a seat as ready; the game begins when both are."""
-        seat = self.seat_of(connection)
+        """Mark a seat as ready; the game begins when both are. Whoever is here begins one of two policies."""
+        playing = [seat for seat in self.seats if self.config.game.team_sizes[seat.team] > 0]
+        own = None if all(seat.kind == "policy" for seat in playing) else self.seat_of(connection)
         if self.phase == "playing":
             raise RefusedError("out_of_turn", "the game is running")
-        seat.ready = ready
-        playing = [seat for seat in self.seats if self.config.game.team_sizes[seat.team] > 0]
+        if own is not None:
+            own.ready = ready
         if all(seat.ready and (seat.kind == "policy" or seat.connection is not None) for seat in playing):
             self._begin()
         else:

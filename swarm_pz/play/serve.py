@@ -5,7 +5,7 @@ from __future__ import annotations
 import ipaddress
 import os
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import uvicorn
@@ -70,6 +70,7 @@ def _warm_up() -> None:
 
 def serve(
     loader: Loader,
+    policies: Mapping[str, str],
     *,
     host: str = "127.0.0.1",
     port: int = 8000,
@@ -85,6 +86,8 @@ def serve(
     ----------
     loader : callable
         From a policy's name and a game to the policy; found again by its name in other processes.
+    policies : mapping of str to str
+        Names that may be given a seat, with a line about each.
     host : str
         Where to listen; loopback is this machine alone.
     port : int
@@ -118,7 +121,7 @@ def serve(
     names = names_of(host, port)
     thinkers = Thinkers(loader, processes=max(1, (os.cpu_count() or 2) - 1))
     house = House(folder=folder, thinkers=thinkers, min_command_interval=min_command_interval)
-    app = Server(house).app(names)
+    app = Server(house, policies).app(names)
     is_open = host not in LOOPBACK
     listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104
     shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host

@@ -9,7 +9,7 @@ import itertools
 import logging
 import secrets
 import time
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +32,6 @@ from swarm_pz.play.room import RefusedError, Room, Seat
 from swarm_pz.play.screening import Film
 from swarm_pz.play.session import House, Moment
 from swarm_pz.play.visit import Visit
-from swarm_pz.policy import about, registered
 
 STATIC = Path(__file__).parent / "static"
 MOST_ROOMS = 100
@@ -52,6 +51,8 @@ class Server:
     Parameters
     ----------
     house : House
+    policies : mapping of str to str
+        What may be given a seat, with a line about each.
 
     Attributes
     ----------
@@ -59,12 +60,12 @@ class Server:
         By code.
     """
 
-    def __init__(self, house: House) -> None:
+    def __init__(self, house: House, policies: Mapping[str, str]) -> None:
         self.house = house
         self.rooms: dict[str, Room] = {}
         self.connections: set[Connection] = set()
         self._reading = asyncio.Lock()
-        self._policies = [protocol.PolicyInfo(name=name, about=about(name)) for name in sorted(registered())]
+        self._policies = [protocol.PolicyInfo(name=name, about=text) for name, text in policies.items()]
 
     def app(self, hosts: Sequence[str]) -> ASGIApp:
         """Return the application, for the names (with port) that it is served by."""
@@ -225,7 +226,7 @@ class Server:
         return self.rooms[code]
 
     def check_policy(self, name: str) -> str:
-        """Return a policy's name, or refuse one that is not installed."""
+        """Return a policy's name, or refuse one that may not be given a seat."""
         if name not in {policy.name for policy in self._policies}:
             raise RefusedError("unknown", f"there is no policy {name[:80]!r} here")
         return name

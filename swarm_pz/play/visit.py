@@ -18,6 +18,11 @@ if TYPE_CHECKING:
 log = logging.getLogger("swarm_pz.play")
 
 
+def _facing(seat: protocol.Side | Literal["watch"]) -> protocol.Side:
+    """Return the opponent's side; it is blue for who only watches."""
+    return "red" if seat == "blue" else "blue"
+
+
 class Visit:
     """What one client does, from its hello on.
 
@@ -124,7 +129,7 @@ class Visit:
         if moment.game.over:
             raise RefusedError("not_valid", "the game is over at this moment; go back to an earlier one")
         room = self._server.open_room(settings_of(moment.game.config), moment)
-        self._enter(room, message.seat, "", opponent)
+        self._enter(room, message.seat, "", {_facing(message.seat): opponent})
 
     def _in_room(self) -> Room:
         if self._room is None:
@@ -143,14 +148,17 @@ class Visit:
             case protocol.Acknowledge():
                 connection.acknowledge(message.sequence)
             case protocol.Create():
-                if message.opponent is not None:
-                    server.check_policy(message.opponent)
-                self._enter(server.open_room(message.settings), message.seat, message.label, message.opponent)
+                if message.player is not None and message.seat != "watch":
+                    raise RefusedError("not_valid", "a player besides oneself has a seat only if one watches")
+                policies = {"red": message.player, _facing(message.seat): message.opponent}
+                for name in filter(None, policies.values()):
+                    server.check_policy(name)
+                self._enter(server.open_room(message.settings), message.seat, message.label, policies)
             case protocol.Join():
                 room = server.rooms.get(message.room)
                 if room is None:
                     raise RefusedError("unknown", f"there is no room {message.room}")
-                self._enter(room, message.seat, message.label, None)
+                self._enter(room, message.seat, message.label, {})
             case protocol.Invite():
                 policy = server.check_policy(message.policy) if message.policy is not None else None
                 self._in_room().invite(connection, message.seat, policy)
@@ -190,11 +198,14 @@ class Visit:
             self._room, seat = place
             self._room.resume(connection, seat)
 
-    def _enter(self, room: Room, side: protocol.Side | Literal["watch"], label: str, opponent: str | None) -> None:
-        """Go into a room; only who is let in leaves where they were."""
+    def _enter(
+        self, room: Room, side: protocol.Side | Literal["watch"], label: str, policies: dict[protocol.Side, str | None]
+    ) -> None:
+        """Go into a room, and give seats there to policies; only who is let in leaves where they were."""
         try:
-            if opponent is not None:
-                room.place_policy("blue" if side == "red" else "red", opponent)
+            for other, policy in policies.items():
+                if policy is not None:
+                    room.place_policy(other, policy)
             if side == "watch":
                 room.watch(self._connection)
             else:

@@ -32,16 +32,17 @@ class Table:
         Of its recordings.
     """
 
-    def __init__(self, folder):
+    def __init__(self, folder, *options):
         self.folder = folder
         self.process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-c", COMMAND, "play", "--port", "0", "--out", str(folder)],
+            [sys.executable, "-c", COMMAND, "play", "--port", "0", "--out", str(folder), *options],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
             env=os.environ | {"PYTHONUNBUFFERED": "1"},
         )
-        self.address = self.process.stdout.readline().split("http://")[1].strip().rstrip("/")
+        line = next(line for line in self.process.stdout if "http://" in line)
+        self.address = line.split("http://")[1].split("/")[0]
 
     def get(self, path, **headers):
         """Return status, headers and text of a page."""
@@ -129,9 +130,9 @@ class Client:
         self.say(message)
         return self.hear(protocol.Refused)
 
-    def play(self, **settings):
-        """Open a room against uniform coverage and begin; return its state."""
-        self.say(protocol.Create(settings=protocol.Settings(**settings), opponent="uniform"))
+    def play(self, opponent="uniform", **settings):
+        """Open a room against a policy and begin; return its state."""
+        self.say(protocol.Create(settings=protocol.Settings(**settings), opponent=opponent))
         self.seated = self.hear(protocol.Seated)
         self.say(protocol.Ready())
         return self.hear(protocol.RoomState, lambda room: room.phase == "playing")

@@ -159,7 +159,7 @@ def test_two_people_play_each_other_to_the_end(open_page, table):
     red = open_page(width=1000, height=700)
     red.select_option("#opponent", "")
     red.click("summary")
-    red.locator("#time-limit").evaluate("field => { field.append(new Option('6', '6')); field.value = '6'; }")
+    red.locator("#time-limit").evaluate("field => { field.append(new Option('15', '15')); field.value = '15'; }")
     red.click("#create button[type=submit]")
     room = room_of(red)
     expect(red.locator("#cover-text")).to_contain_text(room)
@@ -176,7 +176,7 @@ def test_two_people_play_each_other_to_the_end(open_page, table):
         Hand(page).ring(0.5, 0.5, 0.25)
         page.click("#send")
     for page in (red, blue):
-        page.wait_for_selector("#recording", state="visible", timeout=20_000)
+        page.wait_for_selector("#recording", state="visible", timeout=40_000)
         assert re.search("won|lost|draw", page.inner_text("#cover-text"))
     recording = Recording.read(recordings(table, room)[0])
     assert recording.end.outcome in ("red", "blue", "draw") and Playback(recording).verify().verified
@@ -222,6 +222,22 @@ def test_a_replay_is_scrubbed_and_taken_over(open_page, table):
     assert taken.header.origin.tick == 90 and Playback(taken).verify().verified
 
 
+def test_two_policies_are_watched(open_page):
+    page = open_page()
+    page.click("summary")
+    expect(page.locator("#player")).to_be_hidden()
+    page.select_option("#side", "watch")
+    page.select_option("#player", "chase")
+    page.locator("#time-limit").evaluate("field => { field.append(new Option(2, 2)); field.value = 2; }")
+    page.click("#create button[type=submit]")
+    expect(page.locator("#red-who")).to_have_text("chase")
+    page.click("#ready")
+    expect(page.locator("#cover")).to_be_hidden()
+    expect(page.locator("#send")).to_be_disabled()
+    expect(page.locator("#cover-text")).to_contain_text("A draw", timeout=20_000)
+    expect(page.locator("#ready")).to_have_text("Play again")
+
+
 def test_the_lesson_is_completed(open_page):
     page = open_page()
     page.click("#start-lesson")
@@ -250,7 +266,7 @@ def test_the_lesson_is_completed(open_page):
 
 def test_a_whole_game_by_keyboard(open_page, table):
     page = open_page(width=1000, height=700)
-    page.locator("#time-limit").evaluate("field => { field.append(new Option('6', '6')); field.value = '6'; }")
+    page.locator("#time-limit").evaluate("field => { field.append(new Option('15', '15')); field.value = '15'; }")
 
     def tab_to(selector):
         for _ in range(60):

@@ -12,10 +12,12 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from policies import zoo
 from swarm_pz.play import protocol
 from swarm_pz.play.client import play
 from swarm_pz.play.playback import Playback
 from swarm_pz.play.recording import InForceLine, PaintedLine, Recording, SeatLine
+from tests.play.conftest import Table
 
 RING = protocol.StrokeMessage(
     "attract", 0.1, [(0.5 + 0.2 * math.cos(a / 6), 0.5 + 0.2 * math.sin(a / 6)) for a in range(38)]
@@ -152,6 +154,19 @@ def test_handicaps_practice_and_games_without_limit(table):
     practice.close()
 
 
+def test_a_tactic_of_a_folder_is_an_opponent(tmp_path):
+    folder = str(Path(zoo.__file__).parent / "hunter")
+    table = Table(tmp_path, "--opponent", folder)
+    try:
+        client = table.visit()
+        client.play(opponent=folder, time_limit=None)
+        for name in ("policies", f"{folder}/../champion"):
+            assert client.refused(protocol.Create(opponent=name)).code == "unknown"
+        client.close()
+    finally:
+        table.end()
+
+
 def test_another_game_in_the_same_room(table):
     client = table.visit()
     client.play(time_limit=1.0)
@@ -259,6 +274,24 @@ def test_no_game_begins_without_its_players(table):
     blue.hear(protocol.RoomState, lambda state: state.phase == "playing")
     back.close()
     blue.close()
+
+
+def test_two_policies_are_watched(table):
+    client = table.visit()
+    settings = protocol.Settings(time_limit=1.0)
+    assert client.refused(protocol.Create(player="ring")).code == "not_valid"
+    assert client.refused(protocol.Create(seat="watch", player="nobody")).code == "unknown"
+    client.say(protocol.Create(settings=settings, seat="watch", player="ring", opponent="uniform"))
+    state = client.hear(protocol.RoomState)
+    assert (state.red.name, state.blue.name, state.phase) == ("ring", "uniform", "waiting")
+    for _ in range(2):
+        client.say(protocol.Ready())
+        client.hear(protocol.RoomState, lambda state: state.phase == "playing")
+        assert client.hear(protocol.RoomState, lambda state: state.phase == "over").outcome == "draw"
+    assert client.refused(protocol.CommandMessage(1, strokes=[RING])).code == "out_of_turn"
+    header = Recording.read(table.recording(state.code)).header
+    assert (header.red.policy, header.blue.policy) == ("ring", "uniform")
+    client.close()
 
 
 def test_a_token_that_opens_nothing_is_refused(table):

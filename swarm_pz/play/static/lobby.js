@@ -8,6 +8,7 @@ export class Lobby {
     at("create").addEventListener("submit", (event) => this.create(event));
     at("join").addEventListener("submit", (event) => this.join(event));
     at("opponent").addEventListener("change", () => this.describe());
+    at("side").addEventListener("change", () => { at("red-player").hidden = at("side").value !== "watch"; });
     at("start-lesson").addEventListener("click", () => { location.hash = "lesson"; });
     at("return").addEventListener("click", () => {
       location.hash = `room=${link.lastSeat.room}`;
@@ -20,11 +21,13 @@ export class Lobby {
     if (seat) at("return").textContent = `Return to your seat in room ${seat.room}`;
     if (!welcome || at("opponent").options.length) return;
     this.policies = welcome.policies;
-    at("opponent").append(
+    const players = () => [
       new Option("a person, in another window or on another device", ""),
-      new Option("nobody: practise alone", "none"),
       ...welcome.policies.map(({ name }) => new Option(name, name)),
-    );
+    ];
+    at("opponent").append(...players());
+    at("opponent").add(new Option("nobody: practise alone", "none"), 1);
+    at("player").append(...players());
     at("opponent").value = "uniform";
     this.describe();
   }
@@ -45,8 +48,11 @@ export class Lobby {
       speed: Number(at("speed").value),
     };
     if (opponent === "none") settings[seat === "blue" ? "red" : "blue"] = 0;
-    const isPolicy = opponent && opponent !== "none";
-    this.link.send({ type: "create", settings, seat, label: at("label").value, ...(isPolicy ? { opponent } : {}) });
+    const isPolicy = opponent && opponent !== "none", player = seat === "watch" && at("player").value;
+    this.link.send({
+      type: "create", settings, seat, label: at("label").value,
+      ...(isPolicy ? { opponent } : {}), ...(player ? { player } : {}),
+    });
   }
 
   join(event) {

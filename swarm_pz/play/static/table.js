@@ -102,8 +102,9 @@ export class Table {
     const { room } = this, own = this.seat === null ? null : room[SIDES[this.seat]];
     const free = SIDES.filter((side) => room[side].kind === "free" && room.settings[side] > 0);
     at("cover").hidden = room.phase === "playing" || room.phase === "replay";
-    at("ready").hidden = !own || own.ready;
-    at("ready").textContent = room.phase === "over" ? "Play again" : "I am ready";
+    const onlyPolicies = SIDES.every((side) => room[side].kind === "policy" || room.settings[side] === 0);
+    at("ready").hidden = own ? own.ready : !onlyPolicies;
+    at("ready").textContent = room.phase === "over" ? "Play again" : onlyPolicies ? "Begin" : "I am ready";
     at("sit").hidden = own !== null || free.length === 0 || room.phase === "playing";
     at("recording").hidden = room.phase !== "over";
     at("recording").href = `#replay=${room.recording}`;
