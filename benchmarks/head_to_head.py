@@ -1,4 +1,4 @@
-"""Every script against uniform coverage, and how the game itself behaves.
+"""Every script and learned tactic against uniform coverage, and how the game itself behaves.
 
 `swarm-pz tournament` plays everybody against everybody.
 
@@ -12,17 +12,15 @@ import json
 from pathlib import Path
 from typing import Any
 
-from policies.scripted import SCRIPTS
 from swarm_pz.match import paired_difference, play_match
+from swarm_pz.policy import registered
 from training.report import plot_sizes
 
 
 def against_uniform(games: int) -> list[dict[str, Any]]:
-    """Play every script against uniform coverage on the same seeds, with differences of share."""
-    matches = {
-        name: play_match(name, "uniform", games=games, threads=2)
-        for name in sorted(script.__name__ for script in SCRIPTS)
-    }
+    """Play everybody but the planner against uniform coverage on the same seeds, with differences of share."""
+    names = sorted(name for name, point in registered().items() if point.module != "policies.planner")
+    matches = {name: play_match(name, "uniform", games=games, threads=2) for name in names}
     rows = []
     for match in matches.values():
         difference, low, high = paired_difference(match, matches["uniform"])

@@ -40,11 +40,12 @@ def main() -> None:
     parser.add_argument("--games", type=int, default=40)
     parser.add_argument("--drone-steps", type=int, default=PlannerConfig().drone_steps)
     parser.add_argument("--opponents", nargs="*", default=None, help="all scripts and learned tactics if none is given")
+    parser.add_argument("--knowledge", nargs="*", default=KNOWLEDGE, choices=KNOWLEDGE, help="what the planner knows")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("runs/planner"))
     options = parser.parse_args()
     names = options.opponents or sorted(n for n, point in registered().items() if point.module != "policies.planner")
-    pairings = [(name, knowledge) for name in names for knowledge in KNOWLEDGE]
+    pairings = [(name, knowledge) for name in names for knowledge in options.knowledge]
     rows = []
     print("| opponent | planner knows | won | drawn | lost | median | mean, draws 300 s | ms a decision |")
     print("|---|---|---|---|---|---|---|---|", flush=True)
