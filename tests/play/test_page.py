@@ -233,7 +233,8 @@ def test_two_policies_are_watched(open_page):
     expect(page.locator("#red-who")).to_have_text("chase")
     page.click("#ready")
     expect(page.locator("#cover")).to_be_hidden()
-    expect(page.locator("#send")).to_be_disabled()
+    expect(page.locator("#send")).to_be_hidden()
+    expect(page.locator("#leave")).to_be_visible()
     expect(page.locator("#cover-text")).to_contain_text("A draw", timeout=20_000)
     expect(page.locator("#ready")).to_have_text("Play again")
 

@@ -91,6 +91,7 @@ export class Table {
       at(`${side}-who`).textContent = who + you;
     }
     at("controls").hidden = room.phase === "replay";
+    for (const tool of document.querySelectorAll("[data-who=plays]")) tool.hidden = this.seat === null;
     this.replay.show(room);
     this.showCover();
     this.showButtons();
