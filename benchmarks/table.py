@@ -81,7 +81,7 @@ class Client:
         )
 
     async def play(self, first: list[protocol.ClientMessage], stop: asyncio.Event) -> None:
-        """Say some messages, then command at random until told to stop; come back when displaced or dropped."""
+        """Say some messages, command at random until told to stop, and leave; come back when displaced or dropped."""
         while not stop.is_set():
             async with self.connection() as socket:
                 self.socket = socket
@@ -94,6 +94,9 @@ class Client:
                     task.cancel()
                 await asyncio.gather(*tasks, return_exceptions=True)
             await asyncio.sleep(0.5)
+        async with self.connection() as socket:
+            await socket.send(protocol.encode(protocol.Hello(token=self.token)))
+            await socket.send(protocol.encode(protocol.Leave()))
 
     async def _hear(self, socket: Any) -> None:
         async for data in socket:
@@ -166,7 +169,11 @@ async def soak(seconds: float, rooms: int = 10) -> dict[str, Any]:
     """Play rooms with clients that drop, return, flood and send garbage; return what became of them."""
     with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, _):
         stop = asyncio.Event()
+        _, tasks = await fill(address, stop, ["uniform"])
+        await asyncio.sleep(3.0)  # a first game starts what then stays: the process in which policies think
+        await _end(stop, tasks)
         idle = await asyncio.to_thread(status, address)
+        stop = asyncio.Event()
         clients, tasks = await fill(address, stop, (["uniform", None] * rooms)[:rooms])
         began, readings = time.monotonic(), []
         while (spent := time.monotonic() - began) < seconds:
@@ -180,9 +187,7 @@ async def soak(seconds: float, rooms: int = 10) -> dict[str, Any]:
         frames = [client.frames for client in clients]
         await asyncio.sleep(1.0)
         silent = sum(client.frames == before for client, before in zip(clients, frames, strict=True))
-        stop.set()
-        await asyncio.gather(*tasks, return_exceptions=True)
-        await asyncio.sleep(2.0)
+        await _end(stop, tasks)
         after = await asyncio.to_thread(status, address)
         early = next(figures for spent, figures in readings if spent >= seconds / 6)
         paths = list(Path(folder).glob("*.jsonl"))
@@ -191,11 +196,19 @@ async def soak(seconds: float, rooms: int = 10) -> dict[str, Any]:
             "clients_without_frames": silent,
             "memory_ratio": readings[-1][1]["memory_mb"] / early["memory_mb"],
             "tasks_left": after["tasks"] - idle["tasks"],
+            "rooms_left": after["rooms"],
             "connections_left": after["connections"],
             "files_left": after["open_files"] - idle["open_files"],
             "recordings": len([Recording.read(path) for path in paths]),
             "lateness_ms": after["lateness_ms"],
         }
+
+
+async def _end(stop: asyncio.Event, tasks: list[Any]) -> None:
+    """Let clients leave, and their rooms close."""
+    stop.set()
+    await asyncio.gather(*tasks, return_exceptions=True)
+    await asyncio.sleep(2.0)
 
 
 async def _misbehave(victim: Client) -> None:
