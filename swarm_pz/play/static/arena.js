@@ -7,6 +7,7 @@ const GREY = [70, 74, 82], DASHED = "#20242a", TARGET = "#0b6e4f";
 const CAPTURES = 192; // value of a field from which it captures
 const CELLS = 50;
 const TRAIL_TICKS = 150, TRAIL_EVERY = 6;
+const SEGMENTS_AT_ONCE = 5; // of the trails' 25, so that no picture waits for all of them
 const OLDEST_MS = 250; // frames older than this are not shown
 const AHEAD_MS = 100; // how far a frame is carried on by its velocities at most
 const FLASH_MS = 700;
@@ -20,6 +21,8 @@ export class Arena {
     this.own = 0;
     this.shade = document.createElement("canvas");
     this.shade.width = this.shade.height = CELLS;
+    this.past = document.createElement("canvas"); // trails up to a kept frame
+    this.nextPast = document.createElement("canvas"); // those up to the newest, in the making
     this.forget();
   }
 
@@ -28,9 +31,15 @@ export class Arena {
     this.frame = null;
     this.fields = null;
     this.target = null;
-    this.trails = []; // of every drone, places newest last
-    this.flashes = [];
     this.groundDirty = true;
+    this.forgetMotion();
+  }
+
+  forgetMotion() {
+    this.trails = []; // frames now and then, newest last
+    this.pastTick = -1; // up to which `past` shows them
+    this.making = null;
+    this.flashes = [];
   }
 
   // Take a frame in; returns the drones that changed sides.
@@ -39,8 +48,7 @@ export class Arena {
     const changed = [];
     const jumped = last && (frame.tick < last.tick || frame.tick > last.tick + JUMP_TICKS);
     if (jumped) {
-      this.trails = [];
-      this.flashes = [];
+      this.forgetMotion();
     } else if (last && last.teams.length === frame.teams.length) {
       for (let i = 0; i < frame.teams.length; i++) {
         if (frame.teams[i] !== last.teams[i]) {
@@ -171,24 +179,43 @@ export class Arena {
     }
   }
 
-  // One path for all drones of a team of about the same age: few strokes, whatever the number of drones.
+  // The past is painted a few segments at a time, aside, and shown when it is whole; what came since, at once.
   paintTrails(pen, frame, side) {
-    const places = [...this.trails, frame];
+    this.makePast(side);
+    if (this.pastTick >= 0) pen.drawImage(this.past, 0, 0, side, side);
+    const since = [...this.trails.filter(({ tick }) => tick >= this.pastTick), frame];
+    for (let k = 1; k < since.length; k++) this.paintSegment(pen, since[k - 1], since[k], frame, side);
+  }
+
+  makePast(side) {
+    if (!this.making && this.trails.length > 1 && this.trails.at(-1).tick > this.pastTick) {
+      this.nextPast.width = this.nextPast.height = side; // empties it, too
+      this.making = { frames: [...this.trails], k: 1 };
+    }
+    if (!this.making) return;
+    const { frames } = this.making, last = frames.at(-1), pen = this.nextPast.getContext("2d");
+    const end = Math.min(this.making.k + SEGMENTS_AT_ONCE, frames.length);
+    for (; this.making.k < end; this.making.k++) {
+      this.paintSegment(pen, frames[this.making.k - 1], frames[this.making.k], last, side);
+    }
+    if (end < frames.length) return;
+    [this.past, this.nextPast, this.pastTick, this.making] = [this.nextPast, this.past, last.tick, null];
+  }
+
+  // One path for all drones of a team, as they are `now`: few strokes, whatever the number of drones.
+  paintSegment(pen, from, to, now, side) {
+    const fresh = 1 - (now.tick - to.tick) / TRAIL_TICKS;
     pen.lineWidth = side * 0.003;
-    for (let k = 1; k < places.length; k++) {
-      const from = places[k - 1], to = places[k];
-      const fresh = 1 - (frame.tick - to.tick) / TRAIL_TICKS;
-      for (const team of [0, 1]) {
-        pen.strokeStyle = COLOURS[team];
-        pen.globalAlpha = 0.5 * fresh * fresh;
-        pen.beginPath();
-        for (let i = 0; i < frame.teams.length; i++) {
-          if (frame.teams[i] !== team) continue;
-          pen.moveTo(from.positions[2 * i] * side, (1 - from.positions[2 * i + 1]) * side);
-          pen.lineTo(to.positions[2 * i] * side, (1 - to.positions[2 * i + 1]) * side);
-        }
-        pen.stroke();
+    pen.globalAlpha = 0.5 * fresh * fresh;
+    for (const team of [0, 1]) {
+      pen.strokeStyle = COLOURS[team];
+      pen.beginPath();
+      for (let i = 0; i < now.teams.length; i++) {
+        if (now.teams[i] !== team) continue;
+        pen.moveTo(from.positions[2 * i] * side, (1 - from.positions[2 * i + 1]) * side);
+        pen.lineTo(to.positions[2 * i] * side, (1 - to.positions[2 * i + 1]) * side);
       }
+      pen.stroke();
     }
     pen.globalAlpha = 1;
   }
