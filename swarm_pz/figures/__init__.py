@@ -1,0 +1,132 @@
+"""The paper's evidence, made again: one claim, one picture, one verdict each.
+
+Every figure is a module here with a `FIGURE`: `measure` plays the games and says whether the claim
+holds, by a rule that stands there before anybody looks; `draw` shows what was found.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+
+from swarm_pz.errors import CommandError, nearest
+from swarm_pz.figures import (
+    adversary,
+    capture_geometry,
+    comebacks,
+    compactness,
+    ensemble_tactic,
+    team_sizes,
+)
+from swarm_pz.figures.finding import Figure, Finding
+from swarm_pz.figures.page import draw, to_dict, write, write_page
+from swarm_pz.scenario import check_seed
+from swarm_pz.settings import check_count
+from swarm_pz.worker import prepare_process
+
+__all__ = ["FIGURES", "Figure", "Finding", "Made", "make", "make_all"]
+
+FIGURES: dict[str, Figure] = {
+    module.FIGURE.name: module.FIGURE
+    for module in (
+        capture_geometry,
+        ensemble_tactic,
+        team_sizes,
+        adversary,
+        compactness,
+        comebacks,
+    )
+}
+"""All figures by name, in the order of the page."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """A figure that was made: its name, whether its claim holds, and the seconds that it took."""
+
+    name: str
+    supported: bool
+    seconds: float
+
+
+def make(name: str, seed: int, out: Path) -> Made:
+    """Make one figure: NAME.png and NAME.json in a folder.
+
+    Raises
+    ------
+    CommandError
+        If there is no such figure.
+    """
+    figure = _find(name)
+    began = time.monotonic()
+    finding = figure.measure(seed)
+    record = to_dict(figure, finding, seed)
+    write(record, out)
+    draw(figure, record["series"], out)
+    return Made(name, finding.supported, time.monotonic() - began)
+
+
+def make_all(
+    names: Sequence[str],
+    out: Path,
+    *,
+    seed: int = 0,
+    processes: int = 2,
+    done: Callable[[Made], None] | None = None,
+) -> list[Made]:
+    """Make figures, and a page index.md of all that the folder holds.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Figures to make; all of them if empty.
+    out : Path
+    seed : int
+        All games follow from it; the same seed writes the same numbers.
+    processes : int
+        Processes that share the figures; with 1 they are made in this one.
+    done : callable, optional
+        Called with each figure as soon as it is made.
+
+    Raises
+    ------
+    CommandError
+        If there is no figure of a name.
+    """
+    check_count(processes, "processes", 1, 1024)
+    check_seed(seed)
+    chosen = [_find(name) for name in dict.fromkeys(names or FIGURES)]
+    out.mkdir(parents=True, exist_ok=True)
+    # Long ones first, so that no process works alone in the end.
+    ordered = [figure.name for figure in sorted(chosen, key=lambda figure: -figure.seconds)]
+    made: list[Made] = []
+
+    def keep(result: Made) -> None:
+        made.append(result)
+        if done is not None:
+            done(result)
+
+    if processes == 1 or len(ordered) == 1:
+        for name in ordered:
+            keep(make(name, seed, out))
+    else:
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(processes, mp_context=context, initializer=prepare_process) as pool:
+            futures = [pool.submit(make, name, seed, out) for name in ordered]
+            try:
+                for future in as_completed(futures):
+                    keep(future.result())
+            finally:
+                pool.shutdown(cancel_futures=True)
+    write_page(list(FIGURES), out)
+    return made
+
+
+def _find(name: str) -> Figure:
+    if name not in FIGURES:
+        raise CommandError(f"there is no figure {name!r}; {nearest(name, FIGURES)}")
+    return FIGURES[name]

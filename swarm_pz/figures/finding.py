@@ -1,0 +1,86 @@
+"""What a figure is, and what was found when it was made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from swarm_pz.config import GameConfig
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """What the games of a figure say.
+
+    Attributes
+    ----------
+    statistic : dict of str to float
+        Numbers that decide about the claim, by name; infinite ones stand for "never".
+    interval : dict of str to (float, float)
+        95 % intervals of statistics, by the same names.
+    method : str
+        How the intervals were made.
+    supported : bool
+        Whether the claim holds, by the figure's rule.
+    seen : str
+        What we see, in sentences.
+    configs : dict of str to GameConfig
+        The rules that were played, by a name for each.
+    seeds : list of int
+    series : dict
+        What is drawn, as plain values.
+    """
+
+    statistic: dict[str, float]
+    interval: dict[str, Interval]
+    method: str
+    supported: bool
+    seen: str
+    configs: dict[str, GameConfig]
+    seeds: list[int]
+    series: dict[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figure:
+    """A claim of the paper, how it is measured, when it holds, and how it is drawn.
+
+    Attributes
+    ----------
+    name : str
+        Of the files, and of the module that makes it.
+    title : str
+        Stands above the picture.
+    claim : str
+        The sense of the paper's words.
+    paper : str
+        What the paper shows.
+    rule : str
+        When the claim counts as supported, in words; fixed before looking.
+    measure : callable
+        From a seed to a `Finding`.
+    draw : callable
+        Draws `Finding.series` into an empty matplotlib figure.
+    size : (float, float)
+        Of the picture, in inches.
+    seconds : float
+        How long it takes, about: long ones begin first.
+    """
+
+    name: str
+    title: str
+    claim: str
+    paper: str
+    rule: str
+    measure: Callable[[int], Finding]
+    draw: Callable[[Any, dict[str, Any]], None]
+    size: tuple[float, float]
+    seconds: float
+
+
+def game_seeds(seed: int, count: int) -> list[int]:
+    """Return seeds of games that no other figure's seed shares: 0, 1, 2, ... for seed 0."""
+    return [1000 * seed + number for number in range(count)]

@@ -1,0 +1,83 @@
+"""Numbers from few games, with 95 % intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.errors import require_extra
+
+Array = NDArray[np.float64]
+
+RESAMPLES = 2000
+LEVEL = 0.95
+_TAILS = ((1 - LEVEL) / 2, (1 + LEVEL) / 2)
+
+
+def wilson(successes: int, trials: int) -> tuple[float, float]:
+    """Return Wilson's interval of a share (Wilson, J. Am. Stat. Assoc. 22, 1927)."""
+    stats = require_extra("scipy.stats", "cli")
+    interval = stats.binomtest(int(successes), int(trials)).proportion_ci(LEVEL, method="wilson")
+    return float(interval.low), float(interval.high)
+
+
+def bootstrap(values: ArrayLike, statistic: Callable[[Any], Any] | None = None) -> tuple[Array, Array, Array]:
+    """Return a statistic of samples along the first axis, and the ends of its interval.
+
+    Percentiles over resamples of the samples (Efron, Annals of Statistics 7, 1979), always the same ones.
+
+    Parameters
+    ----------
+    values : array_like (n, ...)
+        One sample a game or seed.
+    statistic : callable, optional
+        From samples (n, ...) to a number or array; their mean if not given.
+    """
+    samples = np.asarray(values, np.float64)
+    compute = statistic if statistic is not None else (lambda drawn: drawn.mean(axis=0))
+    generator = np.random.default_rng(0)
+    drawn = [compute(samples[generator.integers(len(samples), size=len(samples))]) for _ in range(RESAMPLES)]
+    low, high = np.quantile(np.asarray(drawn), _TAILS, axis=0)
+    return np.asarray(compute(samples)), np.asarray(low), np.asarray(high)
+
+
+def mean_with_interval(values: ArrayLike) -> tuple[float, tuple[float, float]]:
+    """Return the mean of samples (n,) and its bootstrap interval."""
+    mean, low, high = bootstrap(values)
+    return float(mean), (float(low), float(high))
+
+
+def rank_correlation(groups: Sequence[Array]) -> tuple[float, tuple[float, float]]:
+    """Return Spearman's rank correlation of pairs, and its interval from a bootstrap over groups.
+
+    Parameters
+    ----------
+    groups : sequence of float64 array (n, 2)
+        Pairs of numbers, those of one game together: they are not independent of each other.
+    """
+    stats = require_extra("scipy.stats", "cli")
+    kept = [group for group in groups if len(group)]
+    ranks = stats.rankdata(np.concatenate(kept), axis=0)
+    ranks -= ranks.mean(axis=0)
+    first = np.cumsum([0, *(len(group) for group in kept)])
+    # Of each group: number, sums, and sums of products, which is all that a correlation needs.
+    columns = np.stack([np.ones(len(ranks)), *ranks.T, *(ranks**2).T, ranks[:, 0] * ranks[:, 1]], axis=1)
+    sums = np.stack([columns[start:stop].sum(axis=0) for start, stop in zip(first[:-1], first[1:], strict=True)])
+
+    def correlation(drawn: Array) -> float:
+        count, x, y, xx, yy, xy = drawn.sum(axis=0)
+        return float((xy - x * y / count) / np.sqrt((xx - x * x / count) * (yy - y * y / count)))
+
+    value, low, high = bootstrap(sums, correlation)
+    return float(value), (float(low), float(high))
+
+
+def rounded(values: ArrayLike, digits: int = 4) -> Any:
+    """Return numbers as plain lists with so many significant digits."""
+    array = np.asarray(values, np.float64)
+    safe = np.where((array == 0) | ~np.isfinite(array), 1.0, np.abs(array))
+    scale = 10.0 ** (digits - 1 - np.floor(np.log10(safe)))
+    return (np.where(np.isfinite(array), np.round(array * scale) / scale, array)).tolist()

@@ -1,0 +1,122 @@
+"""What a figure leaves behind: its picture, its numbers, and its part of the page."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import swarm_pz
+from swarm_pz.errors import require_extra
+from swarm_pz.figures.finding import Figure, Finding
+from swarm_pz.figures.intervals import LEVEL
+from swarm_pz.figures.style import RC
+
+PAGE = "index.md"
+
+
+def to_dict(figure: Figure, finding: Finding, seed: int) -> dict[str, Any]:
+    """Return everything about a figure as plain values, ready for JSON."""
+    return {
+        "name": figure.name,
+        "title": figure.title,
+        "claim": figure.claim,
+        "paper": figure.paper,
+        "rule": figure.rule,
+        "statistic": {name: _plain(value) for name, value in finding.statistic.items()},
+        "interval": {
+            "level": LEVEL,
+            "method": finding.method,
+            **{name: [_plain(end) for end in ends] for name, ends in finding.interval.items()},
+        },
+        "supported": bool(finding.supported),
+        "caption": f"{figure.paper} {finding.seen}",
+        "config_hash": {name: config.hash for name, config in finding.configs.items()},
+        "seed": seed,
+        "seeds": finding.seeds,
+        "swarm_pz": swarm_pz.__version__,
+        "series": finding.series,
+    }
+
+
+def _plain(value: float) -> float | None:
+    """Return a number as JSON holds it: None for what never happens."""
+    return float(f"{value:.6g}") if math.isfinite(value) else None
+
+
+def write(record: dict[str, Any], out: Path) -> None:
+    """Write a figure's NAME.json."""
+    text = {name: value for name, value in record.items() if name != "series"}
+    series = json.dumps(record["series"], separators=(",", ":"), allow_nan=False)
+    # The long rows of numbers on one line, so that the rest can be read.
+    body = json.dumps(text, indent=2, allow_nan=False).removesuffix("\n}")
+    (out / f"{record['name']}.json").write_text(f'{body},\n  "series": {series}\n}}\n')
+
+
+def draw(figure: Figure, series: dict[str, Any], out: Path) -> None:
+    """Draw a figure's NAME.png."""
+    matplotlib = require_extra("matplotlib", "ladder")
+    figure_class = require_extra("matplotlib.figure", "ladder").Figure
+    with matplotlib.rc_context(RC):
+        canvas = figure_class(figsize=figure.size, layout="constrained")
+        canvas.suptitle(figure.title, x=0.01, ha="left")
+        figure.draw(canvas, series)
+        # No version of matplotlib in the file: the same numbers give the same picture.
+        canvas.savefig(out / f"{figure.name}.png", metadata={"Software": None})
+
+
+def write_page(names: Sequence[str], out: Path) -> None:
+    """Write the page of all figures that a folder holds, in the order of `names`."""
+    records = [json.loads(path.read_text()) for name in names if (path := out / f"{name}.json").exists()]
+    (out / PAGE).write_text(to_markdown(records))
+
+
+def to_markdown(records: Sequence[dict[str, Any]]) -> str:
+    """Return the page: a table of verdicts, then each figure with claim, caption and numbers."""
+    holding = sum(record["supported"] for record in records)
+    lines = [
+        "# The paper's evidence, made again",
+        "",
+        f"`swarm-pz figures` plays the games, draws these pictures and decides each claim by a rule that was fixed before "
+        f"looking. {holding} of {len(records)} claims hold here. Intervals are 95 %. NAME.json beside each picture holds the "
+        "numbers, the hash of the rules, the seeds and what is drawn.",
+        "",
+        "| figure | claim | holds |",
+        "|---|---|---|",
+    ]
+    lines += [
+        f"| [{record['name']}](#{record['name']}) | {record['claim']} | {verdict(record)} |" for record in records
+    ]
+    for record in records:
+        lines += [
+            "",
+            f"## {record['name']}",
+            "",
+            f"![{record['title']}]({record['name']}.png)",
+            "",
+            record["caption"],
+            "",
+            f"- **Claim**: {record['claim']}",
+            f"- **Rule**: {record['rule']}",
+            f"- **Holds**: {verdict(record)}",
+            "",
+            "| number | value | 95 % |",
+            "|---|---|---|",
+        ]
+        for name, value in record["statistic"].items():
+            ends = record["interval"].get(name)
+            spread = f"{_show(ends[0])} to {_show(ends[1])}" if ends else ""
+            lines.append(f"| {name.replace('_', ' ')} | {_show(value)} | {spread} |")
+        lines += ["", f"Intervals: {record['interval']['method']}."]
+    return "\n".join(lines) + "\n"
+
+
+def verdict(record: dict[str, Any]) -> str:
+    """Return whether a claim holds, in a word."""
+    return "yes" if record["supported"] else "**no**"
+
+
+def _show(value: float | None) -> str:
+    return "never" if value is None else f"{value:.3g}"

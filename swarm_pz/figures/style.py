@@ -1,0 +1,120 @@
+"""How figures look: colours, labels, and the square with its drones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import BLUE, GRID_CELLS, RED
+from swarm_pz.errors import require_extra
+from swarm_pz.render import INK, SHADE_COLOURS, TEAM_COLOURS
+
+DPI = 150
+TEAMS = tuple(tuple(value / 255 for value in colour) for colour in TEAM_COLOURS)
+"""Colours of red and blue."""
+GROUND = tuple(tuple(value / 255 for value in colour) for colour in SHADE_COLOURS)
+DARK = tuple(value / 255 for value in INK)
+GREY = "#868e96"
+SERIES = ("#0b7a75", "#d9822b", "#6a4c93", "#4d6b1f")
+"""Colours of what belongs to no team; lines differ in their dashes, too."""
+DASHES = ("-", "--", ":", "-.")
+_MARKERS = ("o", "D")
+
+RC = {
+    "axes.edgecolor": DARK,
+    "axes.grid": True,
+    "axes.labelcolor": DARK,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10,
+    "figure.dpi": DPI,
+    "figure.titlesize": 12,
+    "figure.titleweight": "bold",
+    "font.size": 9,
+    "grid.alpha": 0.25,
+    "hatch.linewidth": 0.6,
+    "legend.frameon": False,
+    "savefig.dpi": DPI,
+    "text.color": DARK,
+}
+"""matplotlib's settings while figures are drawn."""
+
+
+def band(axes: Any, x: Any, series: dict[str, Any], colour: Any, dash: str = "-", label: str | None = None) -> None:
+    """Draw a mean as a line and its interval as a band; `series` holds `mean`, `low` and `high`."""
+    axes.fill_between(x, series["low"], series["high"], color=colour, alpha=0.2, linewidth=0)
+    axes.plot(x, series["mean"], dash, color=colour, linewidth=1.6, label=label)
+
+
+def whisker(axes: Any, x: Any, value: Any, low: Any, high: Any, **style: Any) -> None:
+    """Draw values with intervals, upright; all of them arrays or all of them numbers."""
+    reach = [np.maximum(np.subtract(value, low), 0), np.maximum(np.subtract(high, value), 0)]
+    axes.errorbar(x, value, yerr=np.reshape(reach, (2, -1)), capsize=3, **style)
+
+
+def mark(axes: Any, value: float, text: str, *, upright: bool = False) -> None:
+    """Draw a line across the axes that a number is compared with, and say what it is."""
+    if upright:
+        axes.axvline(value, color=GREY, linewidth=0.9)
+        axes.text(value, 1.0, text, transform=axes.get_xaxis_transform(), color=GREY, fontsize=8, ha="center")
+    else:
+        axes.axhline(value, color=GREY, linewidth=0.9)
+        axes.text(
+            0.995, value, text, transform=axes.get_yaxis_transform(), color=GREY, fontsize=8, ha="right", va="bottom"
+        )
+
+
+def arena(axes: Any, title: str) -> None:
+    """Make axes the square, in map widths."""
+    axes.set(xlim=(0, 1), ylim=(0, 1), aspect="equal", title=title)
+    axes.set_xlabel("x (map widths)")
+    axes.set_ylabel("y (map widths)")
+    axes.grid(visible=False)
+    for side in axes.spines.values():
+        side.set_visible(True)
+
+
+def captured_ground(axes: Any, cells: NDArray[np.bool_], team: int) -> None:
+    """Hatch the cells (G, G) in which a team captures, upwards for red and downwards for blue."""
+    matplotlib = require_extra("matplotlib.collections", "ladder"), require_extra("matplotlib.patches", "ladder")
+    side = 1 / GRID_CELLS
+    squares = [matplotlib[1].Rectangle((side * column, side * row), side, side) for row, column in np.argwhere(cells)]
+    hatch = "/////" if team == RED else "\\\\\\\\\\"
+    axes.add_collection(
+        matplotlib[0].PatchCollection(
+            squares, hatch=hatch, facecolor=(*GROUND[team], 0.3), edgecolor=GROUND[team], linewidth=0, zorder=1
+        )
+    )
+
+
+def drones(axes: Any, positions: NDArray[np.float64], teams: NDArray[np.int64], size: float = 34.0) -> None:
+    """Draw drones (N, 2): red discs and blue diamonds."""
+    for team in (RED, BLUE):
+        own = positions[teams == team]
+        axes.scatter(
+            *own.T, s=size, marker=_MARKERS[team], color=TEAMS[team], edgecolor="white", linewidth=0.7, zorder=3
+        )
+
+
+def rectangle(corner: tuple[float, float], width: float, height: float, **look: Any) -> Any:
+    """Make a rectangle to be added to axes."""
+    return require_extra("matplotlib.patches", "ladder").Rectangle(corner, width, height, **look)
+
+
+def swatch(
+    text: str, colour: Any, *, marker: str = "none", line: float = 0.0, dash: str = "-", hollow: bool = False
+) -> Any:
+    """Make a legend's entry."""
+    return require_extra("matplotlib.lines", "ladder").Line2D(
+        [], [], color=colour, marker=marker, linewidth=line, linestyle=dash if line else "none",
+        markerfacecolor="none" if hollow else colour, markersize=7, label=text,
+    )  # fmt: skip
+
+
+def legend_below(figure: Any, handles: list[Any] | None = None, columns: int = 4) -> None:
+    """Put a legend under the whole figure."""
+    given = {} if handles is None else {"handles": handles}
+    figure.legend(loc="outside lower center", ncols=columns, fontsize=9, **given)
