@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import CaptureConfig, GameConfig
+from swarm_pz.ergodicity import ErgodicMetric
 from swarm_pz.simulator import Simulator
-from swarm_pz.target import make_target
 
 SIZES = (6, 12, 24)
 TIMES = (1, 10, 30, 60)
@@ -33,29 +33,19 @@ TARGETS = {
 
 
 def ergodic_metric(size: int, command: NDArray[np.float64], config: GameConfig, seeds: int) -> NDArray[np.float64]:
-    """Return the metric (seeds, times) of a lone team from the corners.
-
-    sum_k (1 + |k|^2)^(-3/2) (c_k - phi_k)^2 with c the mean of F_k over all drones and all ticks
-    since the start.
-    """
+    """Return the metric (seeds, times) of a lone team from the corners, over all ticks since the start."""
     simulator = Simulator(
         config.replace(drones_per_team=(size, 0), capture=CaptureConfig(enabled=False)), num_games=seeds, threads=2
     )
     simulator.reset(range(seeds))
-    command = command / command.max()
-    simulator.command(0, np.broadcast_to(command, (seeds, 10, 10)))
-    k = np.arange(10)
-    phi = make_target(command, 10)[1]
-    weights = (1.0 + k[:, None] ** 2 + k**2) ** -1.5
-    sums = np.zeros((seeds, 10, 10))
+    simulator.command(0, np.broadcast_to(command / command.max(), (seeds, 10, 10)))
+    past = ErgodicMetric(simulator, team=0)
     metric = []
     for tick in range(1, 30 * max(TIMES) + 1):
         simulator.advance(1)
-        places = simulator.positions.astype(np.float64)
-        cos_x, cos_y = (np.cos(np.pi * places[..., axis, None] * k) for axis in range(2))
-        sums += np.einsum("ena,enb->eab", cos_x, cos_y)
+        past.observe()
         if tick in {30 * seconds for seconds in TIMES}:
-            metric.append((weights * (sums / (tick * size) - phi) ** 2).sum(axis=(1, 2)))
+            metric.append(past.value())
     return np.stack(metric, axis=1)
 
 

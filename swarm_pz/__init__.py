@@ -8,6 +8,8 @@ import pettingzoo
 from swarm_pz.config import (
     CaptureConfig,
     ControllerConfig,
+    DynamicsConfig,
+    FlockingConfig,
     GameConfig,
     MemoryConfig,
     ObservationConfig,
@@ -15,10 +17,14 @@ from swarm_pz.config import (
     SpawnConfig,
 )
 from swarm_pz.parallel_env import env, parallel_env
+from swarm_pz.target import FlockingCommand
 
 __all__ = [
     "CaptureConfig",
     "ControllerConfig",
+    "DynamicsConfig",
+    "FlockingCommand",
+    "FlockingConfig",
     "GameConfig",
     "MemoryConfig",
     "ObservationConfig",

@@ -6,12 +6,13 @@ therefore constants: the tick, the control period, the grid and the two teams.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from swarm_pz.errors import ConfigError, nearest
-from swarm_pz.settings import Config, check, check_count, check_number
+from swarm_pz.settings import Config, check, check_choice, check_count, check_number, later
 
 TICKS_PER_SECOND = 30
 TICKS_PER_CONTROL_PERIOD = 3
@@ -33,6 +34,12 @@ CHANNELS = (
     "time_left",
 )
 """What grid observations can show; see `swarm_pz.observation`."""
+Controller = Literal["ergodic", "flocking"]
+"""Who can fly a team."""
+Occasion = Literal["capture", "command"]
+"""When something can be forgotten: a drone is captured, or its team gets a new command."""
+LONGEST_TRAIL = 3000.0
+"""Seconds of trail that there is room for."""
 RED, BLUE = 0, 1
 AGENTS = ("red_0", "blue_0")
 TEAM_NAMES = ("red", "blue")
@@ -40,22 +47,31 @@ TEAM_NAMES = ("red", "blue")
 
 @dataclass(frozen=True, kw_only=True)
 class SpawnConfig(Config):
-    """Where drones start: at rest, within `radius` of a corner point of their own drawing.
+    """Where drones start, at rest.
 
     Attributes
     ----------
     inset : float
-        Distance of the four corner points from the walls, in map widths.
+        Distance of the four corner points, or of the squares, from the walls, in map widths.
     radius : float
         Largest distance of a drone from its corner point, in map widths; not above `inset`.
+    layout : {"corners", "squares"}
+        Each drone near a corner point of its own drawing, or each team in a square of its own: red at
+        the lower left, blue at the upper right.
+    side : float
+        Side of these squares, in map widths.
     """
 
     inset: float = 0.1
     radius: float = 0.08
+    layout: Literal["corners", "squares"] = later("corners")
+    side: float = later(0.1)
 
     def __post_init__(self) -> None:
         check_number(self.inset, "spawn.inset", 0.0, 0.5)
         check_number(self.radius, "spawn.radius", 0.0, self.inset)
+        check_choice(self.layout, "spawn.layout", ("corners", "squares"))
+        check_number(self.side, "spawn.side", 0.0, 1.0 - self.inset)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,25 +80,33 @@ class MemoryConfig(Config):
 
     Attributes
     ----------
-    trail : float
-        Seconds that a cell stays on a drone's trail; whole ticks.
-    controller : float
-        Time constant tau of the controller's decaying memory, in seconds.
+    trail : float, optional
+        Seconds that a cell stays on a drone's trail; whole ticks. None: until the time limit.
+    controller : float, optional
+        Time constant tau of the controller's decaying memory, in seconds. None: nothing decays.
+    trail_forgotten_on : tuple of {"capture", "command"}
+        When a drone's trail is emptied. What is not forgotten on a capture moves to the new team.
+    controller_forgotten_on : tuple of {"capture", "command"}
+        When the controller's memory of a drone is emptied.
     """
 
-    trail: float = 5.0
-    controller: float = 4.0
+    trail: float | None = 5.0
+    controller: float | None = 4.0
+    trail_forgotten_on: tuple[Occasion, ...] = later(())
+    controller_forgotten_on: tuple[Occasion, ...] = later(("capture",))
 
     def __post_init__(self) -> None:
-        check_number(self.trail, "memory.trail", 1 / TICKS_PER_SECOND, 100.0)
-        ticks = self.trail * TICKS_PER_SECOND
-        check(abs(ticks - round(ticks)) < 1e-6, "memory.trail", self.trail, "a whole number of ticks of 1/30 s")
-        check_number(self.controller, "memory.controller", 0.0, 1e6, open_low=True)
-
-    @property
-    def trail_ticks(self) -> int:
-        """Length of a trail, in ticks."""
-        return round(self.trail * TICKS_PER_SECOND)
+        if self.trail is not None:
+            check_number(self.trail, "memory.trail", 1 / TICKS_PER_SECOND, LONGEST_TRAIL)
+            ticks = self.trail * TICKS_PER_SECOND
+            check(abs(ticks - round(ticks)) < 1e-6, "memory.trail", self.trail, "a whole number of ticks of 1/30 s")
+        if self.controller is not None:
+            check_number(self.controller, "memory.controller", 0.0, 1e6, open_low=True)
+        for name in ("trail_forgotten_on", "controller_forgotten_on"):
+            occasions, known = getattr(self, name), get_args(Occasion)
+            fits = isinstance(occasions, (tuple, list)) and all(occasion in known for occasion in occasions)
+            check(fits, f"memory.{name}", occasions, f"a tuple of any of {', '.join(known)}")
+            object.__setattr__(self, name, tuple(occasion for occasion in known if occasion in occasions))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,20 +119,25 @@ class CaptureConfig(Config):
         Whether captures happen at all; without them no game is ever won.
     threshold : float
         A drone is captured where the opposing capture field exceeds this fraction of its maximum.
+    field : {"occupancy", "reconstruction"}
+        What the ring averages are taken of: the team's trails, or the density that its controller
+        believes to cover, with the averages rescaled to [0, 1]; see `swarm_pz.kernels.reconstruction`.
     """
 
     enabled: bool = True
     threshold: float = 0.75
+    field: Literal["occupancy", "reconstruction"] = later("occupancy")
 
     def __post_init__(self) -> None:
         check(isinstance(self.enabled, bool), "capture.enabled", self.enabled, "True or False")
         check_number(self.threshold, "capture.threshold", 0.0, 1.0, open_low=True)
         check(self.threshold < 1.0, "capture.threshold", self.threshold, "strictly between 0 and 1")
+        check_choice(self.field, "capture.field", ("occupancy", "reconstruction"))
 
 
 @dataclass(frozen=True, kw_only=True)
 class ControllerConfig(Config):
-    """The decentralized ergodic controller, the same for both teams.
+    """The decentralized ergodic controller, the same for every team that it flies.
 
     Attributes
     ----------
@@ -125,7 +154,13 @@ class ControllerConfig(Config):
     wall_margin : float
         Distance from the walls, in map widths, at which the wall cost begins.
     max_acceleration : float
-        Largest magnitude of an acceleration, in map widths per second squared.
+        Largest magnitude of an acceleration, in map widths per second squared; of any controller.
+    spectrum : {"sobolev", "exponential"}
+        Weights Lambda_k of the modes: (1 + |k|^2)^(-3/2), or exp(-0.8 |k|).
+    communication_radius : float, optional
+        Drones average over the team-mates within this distance, in map widths; None: over all.
+    message_loss : float
+        Share of the messages between two drones that are lost, each on its own.
     """
 
     modes: int = 10
@@ -135,6 +170,9 @@ class ControllerConfig(Config):
     wall_weight: float = 100.0
     wall_margin: float = 0.05
     max_acceleration: float = 1.0
+    spectrum: Literal["sobolev", "exponential"] = later("sobolev")
+    communication_radius: float | None = later(None)
+    message_loss: float = later(0.0)
 
     def __post_init__(self) -> None:
         check_count(self.modes, "controller.modes", 2, MAX_MODES)
@@ -144,6 +182,78 @@ class ControllerConfig(Config):
         check_number(self.wall_weight, "controller.wall_weight", 0.0, 1e6)
         check_number(self.wall_margin, "controller.wall_margin", 0.0, 0.5)
         check_number(self.max_acceleration, "controller.max_acceleration", 0.0, 100.0, open_low=True)
+        check_choice(self.spectrum, "controller.spectrum", ("sobolev", "exponential"))
+        if self.communication_radius is not None:
+            check_number(self.communication_radius, "controller.communication_radius", 0.0, 2.0)
+        check_number(self.message_loss, "controller.message_loss", 0.0, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlockingConfig(Config):
+    """Flocking, the other controller; see `swarm_pz.kernels.flocking` for what the numbers weigh.
+
+    Attributes
+    ----------
+    alignment, cohesion, separation : float
+        Weights of the neighbours' mean velocity, of their mean position, and of keeping apart.
+    migration : (float, float)
+        Least and largest weight of an attractor.
+    communication_radius : float
+        Distance up to which team-mates are neighbours, in map widths.
+    separation_radius : float
+        Distance below which they push each other away, in map widths.
+    max_turn : float
+        Largest turn in one control period, in radians.
+    speed : float
+        Speed that drones aim at, in map widths per second.
+    """
+
+    alignment: float = 0.1
+    cohesion: float = 0.1
+    separation: float = 0.15
+    migration: tuple[float, float] = (50.0, 100.0)
+    communication_radius: float = 0.15
+    separation_radius: float = 0.05
+    max_turn: float = math.pi / 10
+    speed: float = 0.25
+
+    def __post_init__(self) -> None:
+        for name in ("alignment", "cohesion", "separation"):
+            check_number(getattr(self, name), f"flocking.{name}", 0.0, 1e6)
+        is_pair = isinstance(self.migration, (tuple, list)) and len(self.migration) == 2
+        check(is_pair, "flocking.migration", self.migration, "a pair (least, largest)")
+        object.__setattr__(self, "migration", tuple(self.migration))
+        check_number(self.migration[0], "flocking.migration[0]", 0.0, 1e6)
+        check_number(self.migration[1], "flocking.migration[1]", self.migration[0], 1e6)
+        check_number(self.communication_radius, "flocking.communication_radius", 0.0, 2.0)
+        check_number(self.separation_radius, "flocking.separation_radius", 0.0, 2.0)
+        check_number(self.max_turn, "flocking.max_turn", 0.0, math.pi, open_low=True)
+        check_number(self.speed, "flocking.speed", 0.0, 10.0, open_low=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DynamicsConfig(Config):
+    """How drones move, and how they fail.
+
+    Attributes
+    ----------
+    speed_factor : float
+        Map widths travelled per unit of velocity: p' = speed_factor v. The controller knows it.
+    failure_rate : float
+        Failures of a working drone per second. A failed one stands still, says and hears nothing and
+        leaves no trail; it can be captured where it stands.
+    repair_rate : float
+        Returns of a failed drone to work, with an empty memory, per second.
+    """
+
+    speed_factor: float = 1.0
+    failure_rate: float = 0.0
+    repair_rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_number(self.speed_factor, "dynamics.speed_factor", 0.0, 10.0, open_low=True)
+        check_number(self.failure_rate, "dynamics.failure_rate", 0.0, 1e3)
+        check_number(self.repair_rate, "dynamics.repair_rate", 0.0, 1e3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -209,10 +319,12 @@ class GameConfig(Config):
         Seconds that one environment step holds a command; whole control periods.
     command_cells : int
         Cells a side of a command.
-    spawn, memory, capture, controller, reward
+    spawn, memory, capture, controller, reward, flocking, dynamics
         The parts of the rules; see their own classes.
     observation : ObservationConfig or (ObservationConfig, ObservationConfig)
         What the agents see; a pair (red, blue) gives each seat its own.
+    controllers : {"ergodic", "flocking"} or a pair of them
+        Who flies the teams; a pair (red, blue) gives each team its own.
 
     Examples
     --------
@@ -234,6 +346,9 @@ class GameConfig(Config):
         default_factory=ObservationConfig
     )
     reward: RewardConfig = field(default_factory=RewardConfig)
+    controllers: Controller | tuple[Controller, Controller] = later("ergodic")
+    flocking: FlockingConfig = later(FlockingConfig())
+    dynamics: DynamicsConfig = later(DynamicsConfig())
 
     def __post_init__(self) -> None:
         sizes = self.drones_per_team
@@ -268,8 +383,14 @@ class GameConfig(Config):
             ("memory", MemoryConfig),
             ("controller", ControllerConfig),
             ("reward", RewardConfig),
+            ("flocking", FlockingConfig),
+            ("dynamics", DynamicsConfig),
         ):
             check(isinstance(getattr(self, name), kind), name, getattr(self, name), f"a {kind.__name__}")
+        fits = len(self.team_controllers) == 2 and all(one in get_args(Controller) for one in self.team_controllers)
+        check(fits, "controllers", self.controllers, "'ergodic', 'flocking' or a pair of them")
+        has_room = self.memory.trail is not None or self.time_limit <= LONGEST_TRAIL
+        check(has_room, "memory.trail", None, f"a number, since time_limit is above {LONGEST_TRAIL:g} s")
 
     @classmethod
     def preset(cls, name: str) -> GameConfig:
@@ -302,6 +423,17 @@ class GameConfig(Config):
         return seats if isinstance(seats, tuple) else (seats, seats)
 
     @property
+    def team_controllers(self) -> tuple[Controller, Controller]:
+        """Who flies (red, blue)."""
+        both = self.controllers
+        return both if isinstance(both, tuple) else (both, both)
+
+    @property
+    def trail_ticks(self) -> int:
+        """Length of a trail, in ticks."""
+        return self.limit_ticks if self.memory.trail is None else round(self.memory.trail * TICKS_PER_SECOND)
+
+    @property
     def step_ticks(self) -> int:
         """Ticks of one environment step."""
         return round(self.command_period / CONTROL_PERIOD) * TICKS_PER_CONTROL_PERIOD
@@ -319,4 +451,20 @@ def resolve(config: GameConfig | None, overrides: Mapping[str, Any]) -> GameConf
     return config.replace(**overrides)
 
 
-PRESETS: dict[str, GameConfig] = {"paper": GameConfig()}
+PRESETS: dict[str, GameConfig] = {
+    "paper": GameConfig(),
+    # The authors' published variant, without two slips: its code looks the field up with x and y swapped,
+    # and adds a negative minimum instead of subtracting it.
+    "released": GameConfig(
+        spawn=SpawnConfig(layout="squares"),
+        memory=MemoryConfig(
+            trail=None,
+            controller=None,
+            trail_forgotten_on=("capture", "command"),
+            controller_forgotten_on=("capture", "command"),
+        ),
+        capture=CaptureConfig(field="reconstruction"),
+        controller=ControllerConfig(spectrum="exponential", ergodic_weight=1.0, control_weight=1.0),
+        dynamics=DynamicsConfig(speed_factor=0.8),
+    ),
+}

@@ -82,7 +82,7 @@ def observe(
         return _entities(simulator, teams, rows, time_left)
     observations = np.empty((len(rows), len(seat.channels), seat.grid, seat.grid), np.uint8)
     config = simulator.config
-    coarse_cells, brightness = _coarse_cells(seat.grid), _brightness(config.memory.trail_ticks)
+    coarse_cells, brightness = _coarse_cells(seat.grid), _brightness(config.trail_ticks)
     interpolation = _coarse_interpolation(seat.grid, config.command_cells)
     channels = np.array([CHANNELS.index(channel) for channel in seat.channels])
 

@@ -36,6 +36,8 @@ INK = (33, 37, 41)
 ARENA = 600
 """Pixels a side of the arena in a picture."""
 MARGIN, HEADER = 20, 56
+LONGEST_LINE = 300
+"""Ticks of a trail that are drawn at most: lines of a whole game would hide it."""
 _SCALE = 2  # drawn twice as large and averaged, which smooths edges
 
 
@@ -95,8 +97,10 @@ def _draw_trail(pen: Any, simulator: Simulator, row: int, drone: int, side: int)
     """Draw a drone's trail as a line that fades with age."""
     trail = simulator.games.trails[row, :, drone]
     tick, length = int(simulator.games.ticks[row]), len(trail)
-    ages = np.arange(min(tick, length))[::-1]
+    ages = np.arange(min(tick, length, LONGEST_LINE))[::-1]
     cells = trail[(tick - 1 - ages) % length].astype(np.int64)
+    gaps = np.flatnonzero(cells < 0)  # what was forgotten, or left while the drone had failed
+    cells = cells[gaps[-1] + 1 :] if len(gaps) else cells
     if len(cells) < 2:
         return
     places = np.stack([cells % GRID_CELLS, cells // GRID_CELLS], axis=1) + 0.5

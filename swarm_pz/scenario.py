@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import RED, GameConfig
 from swarm_pz.errors import CommandError
 
 Seed = int | np.random.SeedSequence
@@ -30,14 +30,26 @@ def check_seed(seed: Seed) -> np.random.SeedSequence:
 
 
 def random_start(config: GameConfig, generator: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Draw positions (N, 2) near the corner points and distinct altitudes (N,)."""
+    """Draw positions (N, 2), red drones first, and distinct altitudes (N,)."""
+    draw = _near_corners if config.spawn.layout == "corners" else _in_squares
+    positions = draw(config, generator)
+    altitudes = (generator.permutation(config.num_drones) + 1.0) / config.num_drones
+    return np.clip(positions, 0.0, 1.0), altitudes
+
+
+def _near_corners(config: GameConfig, generator: np.random.Generator) -> NDArray[np.float64]:
     count, spawn = config.num_drones, config.spawn
     corners = np.where(generator.integers(2, size=(count, 2)) == 1, 1.0 - spawn.inset, spawn.inset)
     angle = generator.uniform(0.0, 2.0 * np.pi, count)
     distance = spawn.radius * np.sqrt(generator.uniform(0.0, 1.0, count))
-    positions = corners + distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    altitudes = (generator.permutation(count) + 1.0) / count
-    return np.clip(positions, 0.0, 1.0), altitudes
+    return np.asarray(corners + distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+
+
+def _in_squares(config: GameConfig, generator: np.random.Generator) -> NDArray[np.float64]:
+    spawn, red = config.spawn, config.team_sizes[RED]
+    positions = spawn.inset + spawn.side * generator.uniform(0.0, 1.0, (config.num_drones, 2))
+    positions[red:] = 1.0 - positions[red:]
+    return positions
 
 
 def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dict[str, NDArray[Any]]:

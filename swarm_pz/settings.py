@@ -34,6 +34,19 @@ def check_count(value: object, name: str, low: int, high: int) -> None:
     check(holds, name, value, f"a whole number in [{low}, {high}]")
 
 
+def check_choice(value: object, name: str, choices: tuple[str, ...]) -> None:
+    """Check that a value is one of some names."""
+    check(value in choices, name, value, " or ".join(map(repr, choices)))
+
+
+def later(default: Any) -> Any:
+    """Declare a field that came after files with hashes had been written.
+
+    At its default it does not count in the hash, so those files keep theirs.
+    """
+    return dataclasses.field(default=default, metadata={"later": True})
+
+
 class Config:
     """Refuses unknown names with the nearest known one; reads and writes plain dicts."""
 
@@ -77,7 +90,7 @@ class Config:
     @property
     def hash(self) -> str:
         """Sixteen hexadecimal digits that are the same for equal configurations, on every machine."""
-        plain = json.dumps(_canonical(self.to_dict()), sort_keys=True, separators=(",", ":"))
+        plain = json.dumps(_canonical(self), sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(plain.encode()).hexdigest()[:16]
 
 
@@ -100,7 +113,14 @@ def _from_plain(hint: Any, value: Any) -> Any:
 
 
 def _canonical(value: Any) -> Any:
-    """Write whole floats and integers alike, so that 1 and 1.0 hash the same."""
+    """Write whole floats and integers alike, so that 1 and 1.0 hash the same, and leave out later fields at rest."""
+    if isinstance(value, Config):
+        fields = [(entry, getattr(value, entry.name)) for entry in dataclasses.fields(value)]  # type: ignore[arg-type]
+        return {
+            entry.name: _canonical(held)
+            for entry, held in fields
+            if not ("later" in entry.metadata and held == entry.default)
+        }
     if isinstance(value, dict):
         return {name: _canonical(entry) for name, entry in value.items()}
     if isinstance(value, (list, tuple)):

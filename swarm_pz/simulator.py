@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -22,11 +23,20 @@ from swarm_pz.config import (
 )
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES, ring_weights
+from swarm_pz.kernels.communication import Talk
 from swarm_pz.kernels.ergodic import ErgodicParameters
+from swarm_pz.kernels.flocking import FlockingParameters, make_attractors
 from swarm_pz.kernels.fourier import make_targets
 from swarm_pz.kernels.game import Games, RuleParameters, advance_games
 from swarm_pz.scenario import Seed, check_scenario, check_seed, random_start
-from swarm_pz.target import check_densities, coefficient_matrix, make_target
+from swarm_pz.target import (
+    FlockingCommand,
+    check_attractors,
+    check_densities,
+    coefficient_matrix,
+    density_around,
+    make_target,
+)
 
 _NEVER = -(10**9)
 
@@ -64,15 +74,7 @@ class Simulator:
         self.num_games = num_games
         self.threads = min(threads, os.cpu_count() or 1, num_games)
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
-        trail_ticks = self.config.memory.trail_ticks
-        self._rules = RuleParameters(
-            tick=np.float32(1 / TICKS_PER_SECOND),
-            ticks_per_control_period=TICKS_PER_CONTROL_PERIOD,
-            ticks_per_second=TICKS_PER_SECOND,
-            capture_enabled=self.config.capture.enabled,
-            capture_threshold=self.config.capture.threshold,
-            ring_weights=ring_weights(self.config.num_drones * trail_ticks),
-        )
+        self._rules = _rule_parameters(self.config)
         self.controller = _controller_parameters(self.config)
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
@@ -82,6 +84,8 @@ class Simulator:
         e, n, cells = self.num_games, self.config.num_drones, self.config.command_cells
         modes = self.config.controller.modes
         side = FRAMED_CELLS if n >= MANY_DRONES else 0
+        followed = cells if any(self._rules.command_forgets) else 0
+        grid = GRID_CELLS if self._rules.reconstructs else 0
         return Games(
             ticks=np.zeros(e, np.int64),
             positions=np.zeros((e, n, 2), np.float32),
@@ -89,7 +93,7 @@ class Simulator:
             accelerations=np.zeros((e, n, 2), np.float32),
             altitudes=np.zeros((e, n), np.float32),
             teams=np.zeros((e, n), np.int8),
-            trails=np.zeros((e, self.config.memory.trail_ticks, n), np.int16),
+            trails=np.zeros((e, self.config.trail_ticks, n), np.int16),
             fields=np.zeros((e, 2, FRAMED_CELLS, FRAMED_CELLS), self._rules.ring_weights.dtype),
             occupancy=np.zeros((e, 2, side, side), self._rules.ring_weights.dtype),
             memory=np.zeros((e, modes, modes, n), np.float32),
@@ -99,6 +103,11 @@ class Simulator:
             capture_ticks=np.zeros((e, n), np.int64),
             captures=np.zeros((e, 2), np.int64),
             recaptures=np.zeros((e, 2), np.int64),
+            seeds=np.zeros(e, np.uint64),
+            failed=np.zeros((e, n), np.bool_),
+            attractors=np.zeros((e, 2, 3), np.float32),
+            followed=np.zeros((e, 2, followed, followed), np.float64),
+            reconstruction=np.zeros((e, 2, grid, grid), np.float32),
         )
 
     # --- what happens -------------------------------------------------------------------------
@@ -142,35 +151,54 @@ class Simulator:
         games.capture_ticks[chosen] = _NEVER
         games.targets[chosen] = uniform
         games.coefficients[chosen] = coefficients
+        games.attractors[chosen] = (0.5, 0.5, self.config.flocking.migration[0])
+        if games.followed.size:
+            games.followed[chosen] = uniform
         games.teams[chosen, self.config.team_sizes[RED] :] = 1
         for row, generator in zip(chosen, generators, strict=True):
             games.positions[row], games.altitudes[row] = random_start(self.config, generator)
+            games.seeds[row] = generator.integers(2**64, dtype=np.uint64)
         for name, values in start.items():
             getattr(games, name)[chosen] = values
 
-    def command(self, team: int, densities: ArrayLike, rows: ArrayLike | None = None) -> None:
+    def command(
+        self, team: int, commands: ArrayLike | Sequence[FlockingCommand], rows: ArrayLike | None = None
+    ) -> None:
         """Give a team its target from the next solve on.
 
         Parameters
         ----------
         team : int
             0 red, 1 blue.
-        densities : array_like (E, A, A)
-            One command a game in `rows`, values in [0, 1].
+        commands : array_like (E, A, A) or sequence of FlockingCommand (E,)
+            One command a game in `rows`: densities with values in [0, 1], or attractors for a team that
+            flocks. It flies to the strongest mode of a density.
         rows : sequence of int, optional
             Games commanded; all of them if not given.
 
         Raises
         ------
         CommandError
-            If the team or the densities are not valid; no game is changed.
+            If the team or the commands are not valid; no game is changed.
         """
-        if team not in (0, 1):
+        if team not in (RED, BLUE):
             raise CommandError(f"team must be 0 (red) or 1 (blue), got {team!r}")
         chosen = self.rows(rows)
-        cells = self.config.command_cells
-        values = check_densities(densities, (len(chosen), cells, cells), f"{TEAM_NAMES[team]}'s command")
+        cells, name = self.config.command_cells, TEAM_NAMES[team]
+        attractors = None
+        if isinstance(commands, (list, tuple)) and any(isinstance(one, FlockingCommand) for one in commands):
+            if self.config.team_controllers[team] != "flocking":
+                raise CommandError(
+                    f"{name} is flown by the ergodic controller, which takes densities {(cells, cells)}: a "
+                    f"FlockingCommand needs controllers='flocking'"
+                )
+            attractors = check_attractors(commands, len(chosen), self.config.flocking)
+            values = density_around(attractors, cells)
+        else:
+            values = check_densities(commands, (len(chosen), cells, cells), f"{name}'s command")  # type: ignore[arg-type]
         self._aim(values[:, None], np.arange(len(chosen)), chosen, np.array([team]))
+        if attractors is not None:
+            self.games.attractors[chosen, team] = attractors
 
     def _aim(
         self,
@@ -179,8 +207,11 @@ class Simulator:
         rows: NDArray[np.int64],
         teams: NDArray[np.int64],
     ) -> None:
+        games = self.games
         matrix = coefficient_matrix(self.config.controller.modes, self.config.command_cells)
-        make_targets(densities, places, rows, teams, matrix, self.games.targets, self.games.coefficients)
+        make_targets(densities, places, rows, teams, matrix, games.targets, games.coefficients)
+        if any(self._rules.flocking.flies):
+            make_attractors(places, rows, teams, games.targets, self.config.flocking.migration, games.attractors)
 
     def advance(self, ticks: ArrayLike = TICKS_PER_SECOND, commands: NDArray[np.float64] | None = None) -> None:
         """Advance every game, or until the tick in which one team owns every drone.
@@ -314,12 +345,16 @@ class Simulator:
 
     @property
     def capture_field(self) -> NDArray[np.float64]:
-        """(E, 2, G, G) each team's occupancy averaged over the ring around each cell."""
+        """(E, 2, G, G) each team's occupancy, or rescaled density, averaged over the ring around each cell."""
+        if self._rules.reconstructs:
+            return self.games.reconstruction.astype(np.float64)
         return np.asarray(self._fields / FIELD_UNIT)
 
     @property
     def captures_here(self) -> NDArray[np.bool_]:
         """(E, 2, G, G) where each team would capture an opposing drone."""
+        if self._rules.reconstructs:
+            return np.asarray(self.games.reconstruction >= np.float32(self.config.capture.threshold))
         fields = self._fields
         return np.asarray(fields > self.config.capture.threshold * fields.max(axis=(2, 3), keepdims=True))
 
@@ -368,16 +403,63 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
     return view
 
 
+def _rule_parameters(config: GameConfig) -> RuleParameters:
+    memory, dynamics, flocking = config.memory, config.dynamics, config.flocking
+    tick = 1 / TICKS_PER_SECOND
+    forgets = {
+        occasion: (occasion in memory.trail_forgotten_on, occasion in memory.controller_forgotten_on)
+        for occasion in ("capture", "command")
+    }
+    can_fail = dynamics.failure_rate > 0.0
+    radius, loss = config.controller.communication_radius, config.controller.message_loss
+    red, blue = (controller == "flocking" for controller in config.team_controllers)
+    return RuleParameters(
+        tick=np.float32(tick),
+        drift=np.float32(tick * dynamics.speed_factor),
+        ticks_per_control_period=TICKS_PER_CONTROL_PERIOD,
+        ticks_per_second=TICKS_PER_SECOND,
+        capture_enabled=config.capture.enabled,
+        capture_threshold=config.capture.threshold,
+        ring_weights=ring_weights(config.num_drones * config.trail_ticks),
+        reconstructs=config.capture.field == "reconstruction",
+        capture_forgets=forgets["capture"],
+        command_forgets=forgets["command"],
+        can_fail=can_fail,
+        failure_chance=-math.expm1(-dynamics.failure_rate * CONTROL_PERIOD),
+        repair_chance=-math.expm1(-dynamics.repair_rate * CONTROL_PERIOD),
+        talk=Talk(
+            is_local=can_fail or radius is not None or loss > 0.0,
+            radius=math.inf if radius is None else float(radius),
+            loss=float(loss),
+        ),
+        flocking=FlockingParameters(
+            flies=(red, blue),
+            alignment=float(flocking.alignment),
+            cohesion=float(flocking.cohesion),
+            separation=float(flocking.separation),
+            communication_radius=float(flocking.communication_radius),
+            separation_radius=float(flocking.separation_radius),
+            max_turn=float(flocking.max_turn),
+            speed=float(flocking.speed),
+            period=CONTROL_PERIOD,
+        ),
+    )
+
+
 def _controller_parameters(config: GameConfig) -> ErgodicParameters:
-    controller = config.controller
+    controller, factor = config.controller, config.dynamics.speed_factor
     k = np.arange(controller.modes)
-    spectrum = controller.ergodic_weight * (1.0 + k[:, None] ** 2 + k**2) ** -1.5
+    squares = k[:, None] ** 2 + k**2
+    spectrum = (1.0 + squares) ** -1.5 if controller.spectrum == "sobolev" else np.exp(-0.8 * np.sqrt(squares))
+    decay = 1.0 if config.memory.controller is None else np.exp(-CONTROL_PERIOD / config.memory.controller)
+    # A velocity moves a drone by the speed factor: points ahead lie that much further, while the costate,
+    # which multiplies two of these times, wants the factor only once.
     return ErgodicParameters(
         modes=tuple(range(controller.modes)),
-        times=tuple(np.float32(CONTROL_PERIOD * h) for h in range(controller.horizon + 1)),
-        decay=np.float32(np.exp(-CONTROL_PERIOD / config.memory.controller)),
-        spectrum=spectrum.astype(np.float32),
-        inverse_control_weight=np.float32(1.0 / controller.control_weight),
+        times=tuple(np.float32(CONTROL_PERIOD * h * factor) for h in range(controller.horizon + 1)),
+        decay=np.float32(decay),
+        spectrum=(controller.ergodic_weight * spectrum).astype(np.float32),
+        inverse_control_weight=np.float32(1.0 / (controller.control_weight * factor)),
         wall_weight=np.float32(controller.wall_weight),
         wall_margin=np.float32(controller.wall_margin),
         max_acceleration=np.float32(controller.max_acceleration),

@@ -6,17 +6,69 @@ interpolation, constant beyond the outer centres, normalised to integrate to 1.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from swarm_pz.config import FlockingConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.fourier import make_targets
 
 TOLERANCE = 1e-6
 """Values this far outside their range are taken for rounding and clipped."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlockingCommand:
+    """A command to a team that flocks: everybody to one place.
+
+    Attributes
+    ----------
+    position : (float, float)
+        The attractor x, y, in map widths.
+    weight : float
+        How strongly it draws, within the range of `FlockingConfig.migration`.
+    """
+
+    position: tuple[float, float]
+    weight: float
+
+
+def check_attractors(commands: Sequence[FlockingCommand], count: int, config: FlockingConfig) -> NDArray[np.float32]:
+    """Return flocking commands as an array (count, 3) of x, y and weight.
+
+    Raises
+    ------
+    CommandError
+        If there are not so many, or one names a place outside the square or a weight out of range.
+    """
+    if len(commands) != count or not all(isinstance(command, FlockingCommand) for command in commands):
+        raise CommandError(f"expected a FlockingCommand for each of {count} games, got {_describe(commands)}")
+    least, largest = config.migration
+    for command in commands:
+        try:
+            x, y = map(float, command.position)
+            weight = float(command.weight)
+        except (TypeError, ValueError) as error:
+            raise CommandError(f"a FlockingCommand has a position (x, y) and a weight, got {command!r}") from error
+        fits = 0.0 <= x <= 1.0 and 0.0 <= y <= 1.0 and math.isfinite(weight) and least <= weight <= largest
+        if not fits:
+            raise CommandError(
+                f"a FlockingCommand's position must lie in [0, 1] x [0, 1] and its weight in [{least:g}, {largest:g}], "
+                f"got {command!r}"
+            )
+    return np.array([(*command.position, command.weight) for command in commands], np.float32)
+
+
+def density_around(attractors: NDArray[np.float32], cells: int) -> NDArray[np.float64]:
+    """Return densities (n, cells, cells) whose mass lies in the cells nearest to attractors (n, 3)."""
+    hats = [_hats(np.clip(attractors[:, axis] * cells - 0.5, 0.0, cells - 1.0), cells) for axis in range(2)]
+    return np.asarray(hats[1][:, :, None] * hats[0][:, None, :])
 
 
 def check_densities(densities: ArrayLike, shape: tuple[int, ...], name: str = "command") -> NDArray[np.float64]:

@@ -219,14 +219,19 @@ def move(
     velocities: NDArray[np.floating],
     accelerations: NDArray[np.floating],
     dt: float = 1 / 30,
+    speed_factor: float = 1.0,
 ) -> tuple[Floats, Floats]:
-    """One tick of semi-implicit Euler: v' = v + u dt, then p' = p + v' dt, then the walls.
+    """One tick of semi-implicit Euler: v' = v + u dt, then p' = p + g v' dt, then the walls.
 
     A position that would leave the unit interval stops at its end, and that component of the velocity becomes 0.
 
     Parameters
     ----------
     positions, velocities, accelerations : (N, 2) arrays
+    dt : float
+        Length of a tick in seconds.
+    speed_factor : float
+        The factor g.
 
     Returns
     -------
@@ -238,7 +243,7 @@ def move(
     for drone in range(len(new_positions)):
         for axis in (0, 1):
             velocity = new_velocities[drone, axis] + float(accelerations[drone, axis]) * dt
-            position = new_positions[drone, axis] + velocity * dt
+            position = new_positions[drone, axis] + speed_factor * velocity * dt
             if position < 0.0:
                 position, velocity = 0.0, 0.0
             elif position > 1.0:
@@ -294,6 +299,15 @@ def sobolev_weights(modes: int = 10) -> Floats:
     for k1 in range(modes):
         for k2 in range(modes):
             weights[k1, k2] = (1.0 + k1 * k1 + k2 * k2) ** -1.5
+    return weights
+
+
+def exponential_weights(modes: int = 10) -> Floats:
+    """Lambda_k = exp(-0.8 |k|), a (modes, modes) float64 array."""
+    weights = np.zeros((modes, modes))
+    for k1 in range(modes):
+        for k2 in range(modes):
+            weights[k1, k2] = math.exp(-0.8 * math.hypot(k1, k2))
     return weights
 
 
@@ -374,26 +388,32 @@ class ControllerReference:
         Fourier modes a side, K.
     horizon : int
         Points of the rollout, H.
-    tau : float
-        Time constant of the memory, in seconds.
+    tau : float or None
+        Time constant of the memory, in seconds; None remembers for ever.
     q, r : float
         Weights of the ergodic term and of the control.
     wall_weight, wall_margin : float
         Weight of the wall penalty, and the width of the border where it acts.
     period : float
         Control period, and the spacing of the rollout's points, in seconds.
+    speed_factor : float
+        The factor g of p' = g v, which the controller's model knows.
+    spectrum : {"sobolev", "exponential"}
+        Which Lambda_k weigh the ergodic term.
     """
 
     def __init__(
         self,
         modes: int = 10,
         horizon: int = 10,
-        tau: float = 4.0,
+        tau: float | None = 4.0,
         q: float = 200.0,
         r: float = 0.1,
         wall_weight: float = 100.0,
         wall_margin: float = 0.05,
         period: float = 0.1,
+        speed_factor: float = 1.0,
+        spectrum: str = "sobolev",
     ) -> None:
         self.modes = modes
         self.horizon = horizon
@@ -403,6 +423,8 @@ class ControllerReference:
         self.wall_weight = wall_weight
         self.wall_margin = wall_margin
         self.period = period
+        self.speed_factor = speed_factor
+        self.spectrum = {"sobolev": sobolev_weights, "exponential": exponential_weights}[spectrum](modes)
 
     def solve(
         self,
@@ -412,6 +434,8 @@ class ControllerReference:
         memory: NDArray[np.floating],
         memory_weight: NDArray[np.floating],
         targets: NDArray[np.floating],
+        heard: Booleans | None = None,
+        failed: Booleans | None = None,
     ) -> tuple[Floats, Floats, Floats]:
         """One solve for every drone; the inputs stay as they are.
 
@@ -425,6 +449,11 @@ class ControllerReference:
             Decayed numbers of the points in those sums.
         targets : (2, K, K) array
             phi_k of each team.
+        heard : (N, N) bool array, optional
+            Whether i hears j, `heard[i, j]`, where j is a working team-mate of i; everybody hears all of these if
+            not given. A drone always hears itself.
+        failed : (N,) bool array, optional
+            Drones that neither steer nor talk, and whose memory is empty; none if not given.
 
         Returns
         -------
@@ -436,47 +465,65 @@ class ControllerReference:
         drones = len(positions)
         starts = np.array(positions, dtype=np.float64)
         speeds = np.array(velocities, dtype=np.float64)
-        sums: Floats = np.array(memory, dtype=np.float64)
-        weights: Floats = np.array(memory_weight, dtype=np.float64)
         phi = np.array(targets, dtype=np.float64)
+        heard = np.ones((drones, drones), dtype=np.bool_) if heard is None else heard
+        failed = np.zeros(drones, dtype=np.bool_) if failed is None else failed
 
-        # 1. Memory.
-        decay = math.exp(-self.period / self.tau)
-        for i in range(drones):
-            sums[i] = decay * sums[i] + basis(starts[i], self.modes)
-            weights[i] = decay * weights[i] + 1.0
-
-        # 2. Rollout: rollouts[i, h - 1] is the point at h. It may leave the square.
-        rollouts = np.zeros((drones, self.horizon, 2))
-        for i in range(drones):
-            for h in range(1, self.horizon + 1):
-                rollouts[i, h - 1] = starts[i] + h * self.period * speeds[i]
-
-        # 3. Coefficients of every drone over its memory and its rollout.
-        coefficients = np.zeros((drones, self.modes, self.modes))
-        for i in range(drones):
-            ahead = np.zeros((self.modes, self.modes))
-            for h in range(1, self.horizon + 1):
-                ahead += basis(rollouts[i, h - 1], self.modes)
-            coefficients[i] = (sums[i] + ahead) / (weights[i] + self.horizon)
+        # 1. Memory, 2. rollout and 3. coefficients.
+        sums, weights = self.remember(starts, memory, memory_weight, failed)
+        rollouts = self.look_ahead(starts, speeds)
+        coefficients = self.coefficients(rollouts, sums, weights)
 
         # 4. Share, then 5. and 6. for every drone of the team.
         accelerations = np.zeros((drones, 2))
         for team in (0, 1):
-            members = [i for i in range(drones) if teams[i] == team]
-            if not members:
-                continue
-            shared = sum(coefficients[i] for i in members) / len(members)
+            members = [i for i in range(drones) if teams[i] == team and not failed[i]]
             for i in members:
+                known = [j for j in members if j == i or heard[i, j]]
+                shared = sum(coefficients[j] for j in known) / len(known)
                 accelerations[i] = self._control(rollouts[i], shared - phi[team])
         return accelerations, sums, weights
+
+    def remember(
+        self,
+        positions: NDArray[np.floating],
+        memory: NDArray[np.floating],
+        memory_weight: NDArray[np.floating],
+        failed: Booleans,
+    ) -> tuple[Floats, Floats]:
+        """Step 1: the (N, K, K) sums and (N,) weights, decayed and with the present in them; of failed drones, 0."""
+        decay = 1.0 if self.tau is None else math.exp(-self.period / self.tau)
+        sums: Floats = np.array(memory, dtype=np.float64)
+        weights: Floats = np.array(memory_weight, dtype=np.float64)
+        for i in range(len(positions)):
+            sums[i] = 0.0 if failed[i] else decay * sums[i] + basis(positions[i], self.modes)
+            weights[i] = 0.0 if failed[i] else decay * weights[i] + 1.0
+        return sums, weights
+
+    def look_ahead(self, positions: NDArray[np.floating], velocities: NDArray[np.floating]) -> Floats:
+        """Step 2: the (N, H, 2) rollouts; [i, h - 1] is drone i's point at h. It may leave the square."""
+        rollouts = np.zeros((len(positions), self.horizon, 2))
+        for i in range(len(positions)):
+            for h in range(1, self.horizon + 1):
+                rollouts[i, h - 1] = positions[i] + h * self.period * self.speed_factor * velocities[i]
+        return rollouts
+
+    def coefficients(self, rollouts: Floats, sums: Floats, weights: Floats) -> Floats:
+        """Step 3: the (N, K, K) coefficients c of every drone over its memory and its rollout."""
+        coefficients = np.zeros_like(sums)
+        for i in range(len(rollouts)):
+            ahead = np.zeros((self.modes, self.modes))
+            for point in rollouts[i]:
+                ahead += basis(point, self.modes)
+            coefficients[i] = (sums[i] + ahead) / (weights[i] + self.horizon)
+        return coefficients
 
     def _control(self, rollout: Floats, difference: Floats) -> Floats:
         """Costate backwards along one (H, 2) rollout for one (K, K) cbar - phi; the (2,) control at its first point."""
         zero, one = np.zeros((2, 2)), np.eye(2)
-        a = np.block([[zero, one], [zero, zero]])
+        a = np.block([[zero, self.speed_factor * one], [zero, zero]])
         b = np.block([[zero], [one]])
-        weighted = sobolev_weights(self.modes) * difference
+        weighted = self.spectrum * difference
         rho = np.zeros(4)
         for h in range(self.horizon, 0, -1):
             point = rollout[h - 1]

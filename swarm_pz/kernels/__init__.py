@@ -1,15 +1,19 @@
 """The rules of the game as plain functions over the arrays of ONE game, compiled by numba.
 
-============  ==============================================================
-`fourier`     cosine and sine tables of a drone's path
-`ergodic`     the ergodic controller: targets and past -> accelerations
-`dynamics`    motion of the point masses
-`capture`     capture field and who is captured
-`trails`      trails, and what they add to the capture field
-`game`        one game's tick in the order of the rules, and a loop over games
-`grids`       one seat's grid observation
-`phases`      parts of a control period, for measuring
-============  ==============================================================
+================  ==========================================================
+`fourier`         cosine and sine tables of a drone's path
+`ergodic`         the ergodic controller: targets and past -> accelerations
+`communication`   the same where not everybody hears everybody
+`flocking`        the flocking controller: attractors -> accelerations
+`dynamics`        motion of the point masses
+`capture`         capture field and who is captured
+`reconstruction`  the capture field of the preset `released`
+`trails`          trails, and what they add to the capture field
+`chance`          random numbers within a game
+`game`            one game's tick in the order of the rules, and a loop over games
+`grids`           one seat's grid observation
+`phases`          parts of a control period, for measuring
+================  ==========================================================
 
 Change a rule by changing its function: the compiled code is rebuilt whenever any file of this
 package changes.

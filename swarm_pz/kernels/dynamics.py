@@ -1,4 +1,4 @@
-"""Second-order point masses in a square box: p' = v, v' = u, semi-implicit Euler."""
+"""Second-order point masses in a square box: p' = g v, v' = u, semi-implicit Euler."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ def move(
     velocities: NDArray[np.float32],
     accelerations: NDArray[np.float32],
     tick: np.float32,
+    drift: np.float32,
 ) -> None:
     """Move every drone of one game by one tick; a wall stops it and takes its normal velocity.
 
@@ -25,11 +26,13 @@ def move(
         Map widths per second squared, already saturated.
     tick : float32
         Length of a tick in seconds.
+    drift : float32
+        Map widths travelled in a tick per unit of velocity: g times the tick.
     """
     for i in range(positions.shape[0]):
         for axis in range(2):
             velocities[i, axis] += accelerations[i, axis] * tick
-            positions[i, axis] += velocities[i, axis] * tick
+            positions[i, axis] += velocities[i, axis] * drift
             if positions[i, axis] < 0.0:
                 positions[i, axis] = 0.0
                 velocities[i, axis] = 0.0

@@ -9,9 +9,16 @@ from numpy.typing import NDArray
 
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.capture import Boards, add_up, find_captured
+from swarm_pz.kernels.chance import FAILURE, draw
+from swarm_pz.kernels.communication import Talk, ergodic_among_heard
 from swarm_pz.kernels.dynamics import move
 from swarm_pz.kernels.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
-from swarm_pz.kernels.trails import extend_trails, hand_over_trail
+from swarm_pz.kernels.flocking import FlockingParameters, flocking
+from swarm_pz.kernels.reconstruction import find_captured_by_density, rebuild_field
+from swarm_pz.kernels.trails import cell_of, extend_trails, forget_trail, hand_over_trail, take_back_newest
+
+SAME_TARGET = 1e-9
+"""Targets whose cells differ by no more are the same command."""
 
 
 class Games(NamedTuple):
@@ -49,18 +56,43 @@ class Games(NamedTuple):
     """(E, 2) drones that each team has captured since the start."""
     recaptures: NDArray[np.int64]
     """(E, 2) of these, drones that it had itself lost within the last second."""
+    seeds: NDArray[np.uint64]
+    """(E,) of what happens by chance during the game; see `swarm_pz.kernels.chance`."""
+    failed: NDArray[np.bool_]
+    """(E, N) drones that do not work now."""
+    attractors: NDArray[np.float32]
+    """(E, 2, 3) x, y and weight of each team's attractor, if it flocks."""
+    followed: NDArray[np.float64]
+    """(E, 2, A, A) each team's target at the last solve, if new ones make it forget; else (E, 2, 0, 0)."""
+    reconstruction: NDArray[np.float32]
+    """(E, 2, G, G) each team's capture field, if it is made of densities; else (E, 2, 0, 0)."""
 
 
 class RuleParameters(NamedTuple):
     """Numbers of the rules, ready for the kernels."""
 
     tick: np.float32
+    drift: np.float32
+    """Map widths travelled in a tick per unit of velocity."""
     ticks_per_control_period: int
     ticks_per_second: int
     capture_enabled: bool
     capture_threshold: float
     ring_weights: NDArray[np.integer]
     """(G + 4, G + 4) see `swarm_pz.kernels.capture`."""
+    reconstructs: bool
+    """Whether capture fields are made of densities, and not of trails."""
+    capture_forgets: tuple[bool, bool]
+    """Whether a capture empties the drone's trail, and the controller's memory of it."""
+    command_forgets: tuple[bool, bool]
+    """Whether a new command empties those of the team's drones."""
+    can_fail: bool
+    failure_chance: float
+    """Of a working drone in a control period."""
+    repair_chance: float
+    """Of a failed one."""
+    talk: Talk
+    flocking: FlockingParameters
 
 
 @kernel
@@ -73,14 +105,163 @@ def has_loser(teams: NDArray[np.int8]) -> bool:
 
 
 @kernel
+def forget(games: Games, e: int, drone: int, team: int, what: tuple[bool, bool], boards: Boards) -> None:
+    """Empty a drone's trail and the controller's memory of it, as far as asked; `add_up` has to follow."""
+    if what[0]:
+        forget_trail(games.trails[e], drone, team, boards)
+    if what[1]:
+        games.memory[e, :, :, drone] = 0.0
+        games.memory_weight[e, drone] = 0.0
+
+
+@kernel
+def take_up_commands(games: Games, e: int, rules: RuleParameters, boards: Boards) -> None:
+    """Forget what a new command makes a team forget. Targets are compared, so an image and its double are the same."""
+    for team in range(2):
+        target, followed = games.targets[e, team], games.followed[e, team]
+        change = 0.0
+        for row in range(target.shape[0]):
+            for column in range(target.shape[1]):
+                change = max(change, abs(target[row, column] - followed[row, column]))
+        if change > SAME_TARGET:
+            followed[:] = target
+            for i in range(games.teams.shape[1]):
+                if games.teams[e, i] == team:
+                    forget(games, e, i, team, rules.command_forgets, boards)
+    add_up(boards)
+
+
+@kernel
+def fail_and_repair(games: Games, e: int, rules: RuleParameters) -> None:
+    """Let drones fail, at rest and with an empty memory, and let others return to work."""
+    for i in range(games.teams.shape[1]):
+        chance = draw(games.seeds[e], FAILURE, games.ticks[e], i, 0)
+        if games.failed[e, i]:
+            games.failed[e, i] = chance >= rules.repair_chance
+        elif chance < rules.failure_chance:
+            games.failed[e, i] = True
+            games.velocities[e, i] = 0.0
+            games.accelerations[e, i] = 0.0
+            games.memory[e, :, :, i] = 0.0
+            games.memory_weight[e, i] = 0.0
+
+
+@kernel
+def at_work(teams: NDArray[np.int8], failed: NDArray[np.bool_]) -> NDArray[np.int8]:
+    """Return each drone's team, -1 for those that have failed."""
+    crew = teams.copy()
+    for i in range(teams.shape[0]):
+        if failed[i]:
+            crew[i] = -1
+    return crew
+
+
+@kernel
+def solve_game(
+    games: Games, e: int, rules: RuleParameters, controller: ErgodicParameters, scratch: Scratch, boards: Boards
+) -> None:
+    """Let the controllers choose all accelerations, until the next solve.
+
+    The ergodic controller always runs, since memories and coefficients are kept of whoever is flown by
+    another one, too.
+    """
+    positions, velocities, teams = games.positions[e], games.velocities[e], games.teams[e]
+    memory, memory_weight, accelerations = games.memory[e], games.memory_weight[e], games.accelerations[e]
+    if rules.command_forgets[0] or rules.command_forgets[1]:
+        take_up_commands(games, e, rules, boards)
+    if rules.can_fail:
+        fail_and_repair(games, e, rules)
+    if rules.talk.is_local:
+        crew = at_work(teams, games.failed[e])
+        ergodic_among_heard(
+            positions,
+            velocities,
+            crew,
+            memory,
+            memory_weight,
+            games.coefficients[e],
+            controller,
+            scratch,
+            accelerations,
+            rules.talk,
+            games.seeds[e],
+            games.ticks[e],
+        )
+    else:
+        crew = teams
+        ergodic(
+            positions,
+            velocities,
+            teams,
+            memory,
+            memory_weight,
+            games.coefficients[e],
+            controller,
+            scratch,
+            accelerations,
+        )
+    if rules.flocking.flies[0] or rules.flocking.flies[1]:
+        flocking(
+            positions,
+            velocities,
+            crew,
+            memory,
+            memory_weight,
+            games.attractors[e],
+            rules.flocking,
+            scratch,
+            accelerations,
+        )
+    for i in range(teams.shape[0]):
+        saturate(accelerations[i], controller.max_acceleration)
+    if rules.reconstructs:
+        for team in range(2):
+            rebuild_field(scratch.means[team], games.reconstruction[e, team])
+
+
+@kernel
+def test_drones(
+    games: Games,
+    e: int,
+    rules: RuleParameters,
+    slot: int,
+    boards: Boards,
+    peaks: NDArray[np.int64],
+    captured: NDArray[np.bool_],
+) -> bool:
+    """Test every drone against the opposing capture field; mark those captured and return whether there are any."""
+    cells, teams = games.trails[e, slot], games.teams[e]
+    if rules.can_fail:  # those that have failed leave no trail
+        cells = np.empty(teams.shape[0], np.int16)
+        for i in range(teams.shape[0]):
+            cells[i] = cell_of(games.positions[e, i, 0], games.positions[e, i, 1])
+    if rules.reconstructs:
+        return find_captured_by_density(cells, teams, games.reconstruction[e], rules.capture_threshold, captured)
+    return find_captured(cells, teams, boards.fields, rules.capture_threshold, peaks, captured)
+
+
+@kernel
+def change_team(games: Games, e: int, drone: int, rules: RuleParameters, boards: Boards) -> None:
+    """Let a captured drone join the other team, with its trail unless that is forgotten; `add_up` has to follow."""
+    loser = games.teams[e, drone]
+    winner = 1 - loser
+    forget(games, e, drone, loser, rules.capture_forgets, boards)
+    if not rules.capture_forgets[0]:
+        hand_over_trail(games.trails[e], drone, loser, winner, boards)
+    games.teams[e, drone] = winner
+    games.captures[e, winner] += 1
+    if games.ticks[e] - games.capture_ticks[e, drone] <= rules.ticks_per_second:
+        games.recaptures[e, winner] += 1
+    games.capture_ticks[e, drone] = games.ticks[e]
+
+
+@kernel
 def advance_game(
     games: Games, e: int, ticks: int, rules: RuleParameters, controller: ErgodicParameters, scratch: Scratch
 ) -> None:
     """Advance game `e` by some ticks, or to the tick that decides it."""
-    positions, velocities, accelerations = games.positions[e], games.velocities[e], games.accelerations[e]
-    teams, trails = games.teams[e], games.trails[e]
+    positions, teams, trails = games.positions[e], games.teams[e], games.trails[e]
     boards = Boards(games.fields[e], games.occupancy[e], rules.ring_weights)
-    memory, memory_weight = games.memory[e], games.memory_weight[e]
     num_drones = teams.shape[0]
     captured, peaks = np.empty(num_drones, np.bool_), np.zeros(2, np.int64)
 
@@ -88,39 +269,18 @@ def advance_game(
         if rules.capture_enabled and has_loser(teams):
             return
         if games.ticks[e] % rules.ticks_per_control_period == 0:
-            ergodic(
-                positions,
-                velocities,
-                teams,
-                memory,
-                memory_weight,
-                games.coefficients[e],
-                controller,
-                scratch,
-                accelerations,
-            )
-            for i in range(num_drones):
-                saturate(accelerations[i], controller.max_acceleration)
-        move(positions, velocities, accelerations, rules.tick)
+            solve_game(games, e, rules, controller, scratch, boards)
+        move(positions, games.velocities[e], games.accelerations[e], rules.tick, rules.drift)
         slot = games.ticks[e] % trails.shape[0]
         extend_trails(positions, teams, slot, trails, boards)
+        if rules.can_fail:
+            take_back_newest(games.failed[e], teams, slot, trails, boards)
         games.ticks[e] += 1
-        if not rules.capture_enabled:
-            continue
-        if not find_captured(trails[slot], teams, boards.fields, rules.capture_threshold, peaks, captured):
+        if not rules.capture_enabled or not test_drones(games, e, rules, slot, boards, peaks, captured):
             continue
         for i in range(num_drones):
             if captured[i]:
-                loser = teams[i]
-                winner = 1 - loser
-                teams[i] = winner
-                hand_over_trail(trails, i, loser, winner, boards)
-                memory[:, :, i] = 0.0
-                memory_weight[i] = 0.0
-                games.captures[e, winner] += 1
-                if games.ticks[e] - games.capture_ticks[e, i] <= rules.ticks_per_second:
-                    games.recaptures[e, winner] += 1
-                games.capture_ticks[e, i] = games.ticks[e]
+                change_team(games, e, i, rules, boards)
         add_up(boards)
 
 

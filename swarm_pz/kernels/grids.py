@@ -43,12 +43,14 @@ def paint_trail_age(
     brightness: NDArray[np.uint8],
     plane: NDArray[np.uint8],
 ) -> None:
-    """Paint when members were last in each cell of a black plane (grid * grid)."""
+    """Paint when members were last in each cell of a black plane (grid * grid); trails may have gaps."""
     length = trails.shape[0]
     for age in range(min(length, tick) - 1, -1, -1):  # the newer over the older
         cells, shade = trails[(tick - 1 - age) % length], brightness[age]
         for i in members:
-            plane[coarse_cells[np.uint16(cells[np.uint64(i)])]] = shade
+            cell = cells[np.uint64(i)]
+            if cell >= 0:
+                plane[coarse_cells[np.uint16(cell)]] = shade
 
 
 @kernel
@@ -78,6 +80,21 @@ def paint_capture_field(field: NDArray[np.integer], threshold: float, plane: NDA
         for column in range(grid):
             brightness = np.int32(255.0 * np.float64(highest[column]) / np.float64(maximum) + 0.5)
             captures = highest[column] > limit
+            line[column] = max(brightness, CAPTURES_FROM) if captures else min(brightness, CAPTURES_FROM - 1)
+
+
+@kernel
+def paint_density_field(field: NDArray[np.float32], threshold: float, plane: NDArray[np.uint8]) -> None:
+    """Paint 255 * value of a field (G, G) in [0, 1], kept on the side of 192 that says whether the cell captures."""
+    grid = plane.shape[0]
+    block = GRID_CELLS // grid
+    for row in range(grid):
+        for column in range(grid):
+            first_row, first_column = row * block, column * block
+            value = field[first_row : first_row + block, first_column : first_column + block].max()
+            brightness = np.int32(255.0 * np.float64(value) + 0.5)
+            captures = value >= np.float32(threshold)
+            line = plane[row]
             line[column] = max(brightness, CAPTURES_FROM) if captures else min(brightness, CAPTURES_FROM - 1)
 
 
@@ -160,6 +177,8 @@ def paint_grids(
                 paint_positions(games.positions[e], drones, coarse_cells, plane.ravel())
             elif channel < OWN_CAPTURE_FIELD:
                 paint_trail_age(trails, drones, tick, coarse_cells, brightness, plane.ravel())
+            elif channel < OWN_TARGET and games.reconstruction.shape[2]:
+                paint_density_field(games.reconstruction[e, team], threshold, plane)
             elif channel < OWN_TARGET:
                 paint_capture_field(games.fields[e, team], threshold, plane)
             elif channel == OWN_TARGET:

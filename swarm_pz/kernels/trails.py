@@ -65,6 +65,27 @@ def extend_trails(
 
 
 @kernel
+def take_back_newest(
+    failed: NDArray[np.bool_], teams: NDArray[np.int8], slot: int, trails: NDArray[np.int16], boards: Boards
+) -> None:
+    """Undo this tick's entry of drones that have failed: they leave no trail."""
+    for i in range(failed.shape[0]):
+        if failed[i]:
+            count(boards, teams[i], trails[slot, i], -1)
+            trails[slot, i] = -1
+    add_up(boards)
+
+
+@kernel
+def count(boards: Boards, team: int, cell: int, ticks: int) -> None:
+    """Add ticks spent in one cell to what a team's field is made of; `add_up` has to follow."""
+    if boards.occupancy.size:
+        add_to_occupancy(boards.occupancy[team], cell, ticks)
+    else:
+        add_to_field(boards.fields[team], boards.ring_weights, cell, ticks)
+
+
+@kernel
 def hand_over_trail(trails: NDArray[np.int16], drone: int, loser: int, winner: int, boards: Boards) -> None:
     """Move the ticks of one drone's trail from the loser to the winner; `add_up` has to follow."""
     length = trails.shape[0]
@@ -75,10 +96,15 @@ def hand_over_trail(trails: NDArray[np.int16], drone: int, loser: int, winner: i
             last += 1
         if cell >= 0:
             ticks = last - first + 1
-            if boards.occupancy.size:
-                add_to_occupancy(boards.occupancy[loser], cell, -ticks)
-                add_to_occupancy(boards.occupancy[winner], cell, ticks)
-            else:
-                add_to_field(boards.fields[loser], boards.ring_weights, cell, -ticks)
-                add_to_field(boards.fields[winner], boards.ring_weights, cell, ticks)
+            count(boards, loser, cell, -ticks)
+            count(boards, winner, cell, ticks)
         first = last + 1
+
+
+@kernel
+def forget_trail(trails: NDArray[np.int16], drone: int, team: int, boards: Boards) -> None:
+    """Empty the trail of one drone of a team; `add_up` has to follow."""
+    for place in range(trails.shape[0]):
+        if trails[place, drone] >= 0:
+            count(boards, team, trails[place, drone], -1)
+            trails[place, drone] = -1

@@ -1,0 +1,96 @@
+"""The capture field of the preset `released`: from what a team's controller believes to cover.
+
+The team's mean coefficients c_k give a density on the grid, sum_k c_k F_k at the cells' centres; at
+each cell it is averaged over those of the 16 outer cells of the 5x5 sub-grid around it that lie
+inside the square; and the averages are rescaled so that the least is 0 and the largest 1.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import GRID_CELLS, MAX_MODES
+from swarm_pz.kernels import kernel
+from swarm_pz.kernels.capture import BORDER, FRAMED_CELLS, RING_COUNTS
+
+_CENTRE_COSINES = np.array(
+    [[math.cos(math.pi * k * (cell + 0.5) / GRID_CELLS) for cell in range(GRID_CELLS)] for k in range(MAX_MODES)]
+)
+"""(modes, G) cos(pi k x) at the centres of the cells."""
+
+
+@kernel
+def reconstruct(coefficients: NDArray[np.float32], density: NDArray[np.float64]) -> None:
+    """Write sum_k c_k F_k at the cells' centres into `density` (G, G)."""
+    modes = coefficients.shape[0]
+    density[:] = 0.0
+    for k2 in range(modes):
+        for column in range(GRID_CELLS):
+            along_x = 0.0
+            for k1 in range(modes):
+                along_x += coefficients[k1, k2] * _CENTRE_COSINES[k1, column]
+            for row in range(GRID_CELLS):
+                density[row, column] += along_x * _CENTRE_COSINES[k2, row]
+
+
+@kernel
+def rebuild_field(coefficients: NDArray[np.float32], field: NDArray[np.float32]) -> None:
+    """Compute a team's capture field (G, G) from its mean coefficients (K, K).
+
+    A field that is the same everywhere captures nothing: it becomes 0.
+    """
+    framed = np.zeros((FRAMED_CELLS, FRAMED_CELLS), np.float64)
+    reconstruct(coefficients, framed[BORDER:-BORDER, BORDER:-BORDER])
+    averages = np.empty((GRID_CELLS, GRID_CELLS), np.float64)
+    for row in range(GRID_CELLS):
+        for column in range(GRID_CELLS):
+            total = 0.0
+            for step in range(5):
+                total += framed[row, column + step] + framed[row + 4, column + step]
+            for step in range(1, 4):
+                total += framed[row + step, column] + framed[row + step, column + 4]
+            averages[row, column] = total / RING_COUNTS[row, column]
+    lowest, highest = averages.min(), averages.max()
+    spread = highest - lowest
+    if spread < 1e-12:  # rounding alone
+        field[:] = np.float32(0.0)
+        return
+    for row in range(GRID_CELLS):
+        for column in range(GRID_CELLS):
+            field[row, column] = (averages[row, column] - lowest) / spread
+
+
+@kernel
+def find_captured_by_density(
+    cells: NDArray[np.int16],
+    teams: NDArray[np.int8],
+    fields: NDArray[np.float32],
+    threshold: float,
+    captured: NDArray[np.bool_],
+) -> bool:
+    """Test every drone of one game against the opposing field: captured where it is at least the threshold.
+
+    Parameters
+    ----------
+    cells : int16 array (drones,)
+        Where they are, row * G + column.
+    teams : int8 array (drones,)
+    fields : float32 array (2, G, G)
+    threshold : float
+    captured : bool array (drones,)
+        Overwritten.
+
+    Returns
+    -------
+    bool
+        Whether any drone is captured.
+    """
+    found = False
+    for i in range(cells.shape[0]):
+        row, column = divmod(cells[i], GRID_CELLS)
+        captured[i] = fields[1 - teams[i], row, column] >= np.float32(threshold)
+        found |= captured[i]
+    return found

@@ -1,0 +1,313 @@
+"""The slow mirror, continued: what the rules' options change, and the other controller.
+
+Float64 NumPy and plain Python like `tests.reference`, and in its words and orders of axes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.reference import GRID, RING, Booleans, Floats, RuleReference, captures_where, cell_of
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The reconstruction field
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def reconstruct(coefficients: NDArray[np.floating]) -> Floats:
+    """Cosine sum of coefficients at the centres of the grid's cells.
+
+    Parameters
+    ----------
+    coefficients : (K, K) array
+        Indexed [k1 (x), k2 (y)].
+
+    Returns
+    -------
+    (50, 50) float64 array
+        sum_k c_k cos(pi k1 x) cos(pi k2 y), without any normalisation.
+    """
+    given = np.asarray(coefficients, dtype=np.float64)
+    centres = (np.arange(GRID) + 0.5) / GRID
+    total = np.zeros((GRID, GRID))
+    for k1 in range(given.shape[0]):
+        for k2 in range(given.shape[1]):
+            total += given[k1, k2] * np.outer(np.cos(np.pi * k2 * centres), np.cos(np.pi * k1 * centres))
+    return total
+
+
+def ring_means(values: Floats) -> Floats:
+    """Mean of (50, 50) values over the ring cells around every cell that lie inside the square."""
+    framed = np.full((GRID + 4, GRID + 4), np.nan)
+    framed[2 : 2 + GRID, 2 : 2 + GRID] = values
+    neighbours = [framed[2 + dy : 2 + dy + GRID, 2 + dx : 2 + dx + GRID] for dy, dx in RING]
+    return np.asarray(np.nanmean(neighbours, axis=0))
+
+
+def reconstruction_field(coefficients: NDArray[np.floating]) -> Floats:
+    """Capture field of a team with these mean coefficients.
+
+    Parameters
+    ----------
+    coefficients : (K, K) array
+
+    Returns
+    -------
+    (50, 50) float64 array
+        Ring means of the reconstruction, rescaled to [0, 1]; all 0 where they are constant but for rounding.
+    """
+    means = ring_means(reconstruct(coefficients))
+    low, high = means.min(), means.max()
+    if high - low <= 1e-12 * max(abs(low), abs(high)):
+        return np.zeros_like(means)
+    return np.asarray((means - low) / (high - low))
+
+
+def reconstruction_captures(field: Floats, threshold: float = 0.75) -> Booleans:
+    """Cells of a (50, 50) reconstruction field where it captures: at the threshold or above."""
+    return np.asarray(field >= threshold)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# The rules
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+class VariantRules(RuleReference):
+    """Rules whose trails may last for ever or be forgotten, for drones that may fail.
+
+    Parameters
+    ----------
+    teams : (N,) int array
+    trail_ticks : int or None
+        Number of ticks that a trail reaches back; None for ever.
+    threshold : float
+    forgotten_on_capture : bool
+        Whether a captured drone's trail is forgotten instead of handed over.
+    """
+
+    def __init__(
+        self,
+        teams: NDArray[np.integer],
+        trail_ticks: int | None = 150,
+        threshold: float = 0.75,
+        forgotten_on_capture: bool = False,
+    ) -> None:
+        super().__init__(teams, 0, threshold)
+        # None on a trail: no past, because the drone had failed.
+        self.pasts: list[deque[tuple[int, int] | None]] = [deque(maxlen=trail_ticks) for _ in range(len(self.teams))]
+        self.forgotten_on_capture = forgotten_on_capture
+
+    @property
+    def occupancy(self) -> NDArray[np.int64]:
+        """The teams' trails summed on the grid, (2, 50, 50) int64; counted afresh."""
+        occupancy = np.zeros((2, GRID, GRID), dtype=np.int64)
+        for team, past in zip(self.teams, self.pasts, strict=True):
+            for cell in past:
+                if cell is not None:
+                    occupancy[team, cell[0], cell[1]] += 1
+        return occupancy
+
+    def command(self, team: int) -> None:
+        """Forget the trails of a team that got another target; call it before the tick of the solve."""
+        for drone in np.flatnonzero(self.teams == team):
+            self.pasts[drone].clear()
+
+    def tick(
+        self,
+        positions: NDArray[np.float32],
+        failed: Booleans | None = None,
+        captures: Booleans | None = None,
+    ) -> list[int]:
+        """Extend the trails, test every drone and apply all captures at once.
+
+        Parameters
+        ----------
+        positions : (N, 2) float32 array
+            Where the drones are after this tick's move.
+        failed : (N,) bool array, optional
+            Drones that write no trail; none if not given.
+        captures : (2, 50, 50) bool array, optional
+            Where each team captures; as its occupancy says if not given.
+
+        Returns
+        -------
+        list of int
+            Indices of the captured drones, ascending.
+        """
+        self.ticks += 1
+        cells = [cell_of(position) for position in positions]
+        for drone, cell in enumerate(cells):
+            self.pasts[drone].append(None if failed is not None and failed[drone] else cell)
+        if captures is None:
+            captures = np.stack([captures_where(occupancy, self.threshold) for occupancy in self.occupancy])
+        captured = [drone for drone, cell in enumerate(cells) if captures[1 - self.teams[drone]][cell]]
+        for drone in captured:
+            self._change_team(drone)
+        return captured
+
+    def _change_team(self, drone: int) -> None:
+        super()._change_team(drone)  # the trail needs no handing over: occupancy is counted afresh
+        if self.forgotten_on_capture:
+            self.pasts[drone].clear()
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Who hears whom
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def heard_within(positions: NDArray[np.floating], radius: float) -> Booleans:
+    """Whether drones are at most a radius apart, `[i, j]`, for (N, 2) positions; of whatever team."""
+    places = np.asarray(positions, dtype=np.float64)
+    return np.asarray(np.linalg.norm(places[:, None] - places[None], axis=-1) <= radius)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Flocking
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def strongest_mode(target: NDArray[np.floating], low: float = 50.0, high: float = 100.0) -> tuple[float, float, float]:
+    """Attractor that serves a density.
+
+    The 3x3 block, of the cells inside the square, with the largest sum; the first in row-major order among equals.
+
+    Parameters
+    ----------
+    target : (A, A) array
+        Not negative, row = y, column = x; of any sum above 0.
+    low, high : float
+        Least and largest weight of an attractor.
+
+    Returns
+    -------
+    x, y, weight : float
+        Centre of mass of the block, and the weight that its share of the mass earns. A uniform target attracts to the
+        centre, with the least weight.
+    """
+    mass = np.array(target, dtype=np.float64)
+    mass /= mass.sum()
+    cells = len(mass)
+    if (mass == mass[0, 0]).all():
+        return 0.5, 0.5, low
+    best, block = -1.0, (0, 0)
+    for row in range(cells):
+        for column in range(cells):
+            total = mass[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2].sum()
+            if total > best:
+                best, block = total, (row, column)
+    x, y = 0.0, 0.0
+    for row in range(max(block[0] - 1, 0), min(block[0] + 2, cells)):
+        for column in range(max(block[1] - 1, 0), min(block[1] + 2, cells)):
+            x += mass[row, column] / best * (column + 0.5) / cells
+            y += mass[row, column] / best * (row + 0.5) / cells
+    return x, y, low + (high - low) * best
+
+
+class FlockingReference:
+    """The flocking controller of one game, in float64.
+
+    Parameters
+    ----------
+    alignment, cohesion, separation : float
+        Weights of the three urges among team-mates.
+    communication_radius, separation_radius : float
+        How far off the neighbours are, and those to keep away from, in map widths.
+    max_turn : float
+        Largest turn in a control period, in radians.
+    speed : float
+        Wanted speed, in map widths per second.
+    period : float
+        Control period in seconds.
+    """
+
+    def __init__(
+        self,
+        alignment: float = 0.1,
+        cohesion: float = 0.1,
+        separation: float = 0.15,
+        communication_radius: float = 0.15,
+        separation_radius: float = 0.05,
+        max_turn: float = math.pi / 10,
+        speed: float = 0.25,
+        period: float = 0.1,
+    ) -> None:
+        self.alignment = alignment
+        self.cohesion = cohesion
+        self.separation = separation
+        self.communication_radius = communication_radius
+        self.separation_radius = separation_radius
+        self.max_turn = max_turn
+        self.speed = speed
+        self.period = period
+
+    def solve(
+        self,
+        positions: NDArray[np.floating],
+        velocities: NDArray[np.floating],
+        teams: NDArray[np.integer],
+        attractors: NDArray[np.floating],
+        failed: Booleans | None = None,
+    ) -> Floats:
+        """Accelerations of all drones, (N, 2) float64, not saturated; of failed drones 0.
+
+        Parameters
+        ----------
+        positions, velocities : (N, 2) arrays
+        teams : (N,) int array
+        attractors : (2, 3) array
+            x, y and weight of each team's attractor.
+        failed : (N,) bool array, optional
+        """
+        accelerations = np.zeros((len(positions), 2))
+        now = np.asarray(velocities, dtype=np.float64)
+        urges = self.urges(positions, velocities, teams, attractors, failed)
+        for i, urge in enumerate(urges):
+            strength = math.hypot(urge[0], urge[1])
+            if (failed is not None and failed[i]) or strength < 1e-6:
+                continue
+            accelerations[i] = (self.speed * self._heading(now[i], urge / strength) - now[i]) / self.period
+        return accelerations
+
+    def urges(
+        self,
+        positions: NDArray[np.floating],
+        velocities: NDArray[np.floating],
+        teams: NDArray[np.integer],
+        attractors: NDArray[np.floating],
+        failed: Booleans | None = None,
+    ) -> Floats:
+        """Where drones want to go, the (N, 2) float64 vectors F; parameters as of `solve`."""
+        p, v = np.asarray(positions, dtype=np.float64), np.asarray(velocities, dtype=np.float64)
+        drones = len(p)
+        down = np.zeros(drones, dtype=np.bool_) if failed is None else failed
+        urges = np.zeros((drones, 2))
+        for i in range(drones):
+            mates = [j for j in range(drones) if j != i and teams[j] == teams[i]]
+            distance = {j: math.hypot(*(p[i] - p[j])) for j in mates}
+            near = [j for j in mates if distance[j] <= self.communication_radius and not down[j]]
+            align = sum(v[j] for j in near) / len(near) - v[i] if near else np.zeros(2)
+            cohere = sum(p[j] for j in near) / len(near) - p[i] if near else np.zeros(2)
+            separate = np.zeros(2)
+            for j in mates:
+                if distance[j] < self.separation_radius:
+                    separate += (p[i] - p[j]) / max(distance[j], 0.001) ** 2
+            x, y, weight = (float(value) for value in attractors[teams[i]])
+            migrate = np.array([x, y]) - p[i]
+            urges[i] = self.alignment * align + self.cohesion * cohere + self.separation * separate + weight * migrate
+        return urges
+
+    def _heading(self, velocity: Floats, wanted: Floats) -> Floats:
+        """The (2,) unit vector towards `wanted` that the turn limit allows."""
+        if math.hypot(velocity[0], velocity[1]) < 0.001:
+            return wanted
+        present = math.atan2(velocity[1], velocity[0])
+        cross = velocity[0] * wanted[1] - velocity[1] * wanted[0]
+        turn = math.atan2(cross, float(velocity @ wanted))
+        heading = present + min(max(turn, -self.max_turn), self.max_turn)
+        return np.array([math.cos(heading), math.sin(heading)])

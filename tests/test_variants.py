@@ -1,0 +1,102 @@
+"""Every preset with every controller plays whole games on every face."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from pettingzoo.test import parallel_api_test
+
+from swarm_pz import GameConfig, ObservationConfig, parallel_env
+from swarm_pz.cli import main
+from swarm_pz.config import PRESETS
+from training.vec_env import SwarmVecEnv
+
+CONTROLLERS = ["ergodic", "flocking", ("ergodic", "flocking")]
+
+
+@pytest.fixture(params=sorted(PRESETS))
+def preset(request):
+    return GameConfig.preset(request.param)
+
+
+@pytest.fixture(params=CONTROLLERS, ids=str)
+def config(request, preset):
+    return preset.replace(controllers=request.param, time_limit=5.0, drones_per_team=4)
+
+
+def test_a_game_is_played_to_its_end(config):
+    environment = parallel_env(config)
+    assert environment.max_cycles == 5
+    observations, _ = environment.reset(seed=0)
+    generator, steps = np.random.default_rng(0), 0
+    while environment.agents:
+        actions = {agent: generator.random((10, 10)).astype(np.float32) ** 4 for agent in environment.agents}
+        observations, rewards, _, _, infos = environment.step(actions)
+        steps += 1
+        assert rewards["red_0"] == -rewards["blue_0"]
+        for agent, observation in observations.items():
+            assert environment.observation_space(agent).contains(observation)
+        assert environment.state_space.contains(environment.state())
+    assert infos["red_0"]["outcome"] in ("win", "loss", "draw")
+    assert 1 <= steps <= 5
+
+
+@pytest.mark.parametrize("controllers", CONTROLLERS, ids=str)
+def test_conformance_of_the_released_variant(controllers):
+    parallel_api_test(
+        parallel_env(GameConfig.preset("released"), controllers=controllers, time_limit=30.0), num_cycles=100
+    )
+
+
+def test_learners_play_it(config):
+    env = SwarmVecEnv(config.replace(observation=ObservationConfig(grid=10)), 4, opponent="ring", seed=0)
+    env.reset()
+    generator, ended = np.random.default_rng(0), 0
+    for _ in range(5):
+        observations, rewards, dones, _ = env.step(generator.uniform(-1, 1, (4, 10, 10)))
+        assert env.observation_space.shape == observations.shape[1:]
+        assert np.isfinite(rewards).all()
+        ended += dones.sum()
+    assert ended >= 4
+    env.close()
+
+
+def arguments_of(config: GameConfig) -> list[str]:
+    """Return the command line's arguments for what a preset changes."""
+    arguments = []
+    default = GameConfig().to_dict()
+    for part, values in config.to_dict().items():
+        if isinstance(values, dict):
+            for name, value in values.items():
+                if value != default[part][name]:
+                    words = value if isinstance(value, (tuple, list)) else [value]
+                    option = f"--game.{part}.{name}".replace("_", "-")
+                    arguments += [option, *(str(word) for word in words)]
+    return arguments
+
+
+@pytest.mark.parametrize("controllers", CONTROLLERS, ids=str)
+def test_policies_are_compared_on_the_command_line(preset, controllers, tmp_path, capsys):
+    words = [controllers] if isinstance(controllers, str) else [*controllers]
+    short = ["--games", "2", "--game.time-limit", "5", "--game.drones-per-team", "4", "--json", "e.json"]
+    main(["evaluate", "ring", *short, "--game.controllers", *words, *arguments_of(preset)])
+    assert "against uniform" in capsys.readouterr().out
+    figures = json.loads((tmp_path / "e.json").read_text())
+    assert figures["games"] == 2
+    expected = preset.replace(controllers=controllers, time_limit=5.0, drones_per_team=4)
+    assert figures["config_hash"] == expected.hash
+
+
+def test_games_of_every_variant_repeat(config):
+    def play():
+        environment = parallel_env(config)
+        environment.reset(seed=3)
+        generator = np.random.default_rng(3)
+        while environment.agents:
+            environment.step({agent: generator.random((10, 10)) ** 4 for agent in environment.agents})
+        return environment.batch.simulator.snapshot()
+
+    for one, other in zip(play(), play(), strict=True):
+        np.testing.assert_array_equal(one, other)
