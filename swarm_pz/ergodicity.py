@@ -140,7 +140,8 @@ class ErgodicMetric:
 
     E = sum_k (1 + |k|^2)^(-3/2) (c_k - phi_k)^2: 0 where the past is spread exactly as the target
     asks. c is the mean of F_k over all places of the team's drones at the moments observed; whoever
-    changes sides counts for the team that it was of at each moment. phi is the target in force now.
+    changes sides counts for the team that it was of at each moment, and a failed drone for none. phi is
+    the target in force now.
 
     Parameters
     ----------
@@ -172,7 +173,7 @@ class ErgodicMetric:
     def observe(self) -> None:
         """Add where the team's drones are now."""
         games = self._simulator.games
-        members = games.teams == self._team
+        members = (games.teams == self._team) & ~games.failed
         along_x, along_y = _cosines(games.positions, len(self._weights))
         seen = np.einsum("ena,enb->eab", along_x * members[..., None], along_y)
         counts = members.sum(axis=1)

@@ -18,8 +18,13 @@ from swarm_pz.figures import (
     adversary,
     capture_geometry,
     comebacks,
+    communication,
     compactness,
+    dropout,
     ensemble_tactic,
+    flocking_comparison,
+    permutation_invariance,
+    scale_invariance,
     team_sizes,
 )
 from swarm_pz.figures.finding import Figure, Finding
@@ -34,11 +39,16 @@ FIGURES: dict[str, Figure] = {
     module.FIGURE.name: module.FIGURE
     for module in (
         capture_geometry,
+        scale_invariance,
+        permutation_invariance,
         ensemble_tactic,
         team_sizes,
+        flocking_comparison,
         adversary,
         compactness,
         comebacks,
+        communication,
+        dropout,
     )
 }
 """All figures by name, in the order of the page."""

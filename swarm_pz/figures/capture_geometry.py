@@ -25,7 +25,7 @@ def ring_around(centre: Cell) -> list[Cell]:
     """Return the cells (column, row) inside the square that are two away from a cell."""
     reach = range(-2, 3)
     around = [(centre[0] + x, centre[1] + y) for x in reach for y in reach if max(abs(x), abs(y)) == 2]
-    return [cell for cell in around if 0 <= min(cell) and max(cell) < GRID_CELLS]
+    return [cell for cell in around if min(cell) >= 0 and max(cell) < GRID_CELLS]
 
 
 CENTRES = ((9, 9), (9, 0), (0, 0))
@@ -63,7 +63,7 @@ def probe(drones: list[Cell]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     return field / field.max(), captured
 
 
-def measure(seed: int) -> Finding:
+def measure(_: int) -> Finding:
     """Probe every cell of every scene; nothing here is random."""
     series, wrong = {}, 0
     for name, (drones, expected) in SCENES.items():
@@ -83,10 +83,10 @@ def measure(seed: int) -> Finding:
         interval={"cells_that_differ": wilson(wrong, probes)},
         method=f"Wilson, {probes} games, one for each cell of each scene",
         supported=wrong == 0,
-        seen=f"Of {probes:,} games, each with an opposing drone in another cell, {wrong} differ from what the rule says. One "
-        "drone captures on the ring around it and not where it is; two capture what lies between them; a ring captures its "
-        "middle; and 9 drones at a wall or 5 in a corner do what takes 16 on open ground, because the field is an average "
-        "over the cells inside the square: the hollow net, closed by walls.",
+        seen=f"Of {probes:,} games, each with an opposing drone in another cell, {wrong} differ from what the rule "
+        "says. One drone captures on the ring around it and not where it is; two capture what lies between them; a "
+        "ring captures its middle; and 9 drones at a wall or 5 in a corner do what takes 16 on open ground, because "
+        "the field is an average over the cells inside the square: the hollow net, closed by walls.",
         configs={"paper": RULES},
         seeds=[],
         series=series,
@@ -110,6 +110,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         wrapped = name.replace(", ", ",\n")
         axes.set(title=f"{wrapped}\ncaptures in {len(scene['captured'])} cells", xlim=(0, WINDOW), ylim=(0, WINDOW))
         axes.set_xlabel("x (cells of 1/50 map width)")
+        axes.set(xticks=range(0, WINDOW + 1, 2), yticks=range(0, WINDOW + 1, 2))
         axes.grid(visible=False)
         for side in axes.spines.values():
             side.set_visible(False)
@@ -134,8 +135,8 @@ FIGURE = Figure(
     name="capture_geometry",
     title="What standing drones capture",
     claim="A drone is captured where opposing drones surround it; walls help to surround.",
-    paper="The paper's rules average a swarm's occupancy over the outer cells of the 5x5 cells around each cell; its pictures "
-    "show Go-like structures, a circle of drones capturing what passes through.",
+    paper="The paper's rules average a swarm's occupancy over the outer cells of the 5x5 cells around each cell; its "
+    "pictures show Go-like structures, a circle of drones capturing what passes through.",
     rule="In every cell of every scene a drone is captured exactly if the hand-made expectation says so.",
     measure=measure,
     draw=draw,

@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import RED, GameConfig
 from swarm_pz.figures import style
 from swarm_pz.figures.finding import Figure, Finding, game_seeds
 from swarm_pz.figures.intervals import wilson
-from swarm_pz.figures.playing import outcomes, play
+from swarm_pz.figures.playing import Sizes, outcomes, play
 
 GAMES = 100
 STRONGEST = "champion"
@@ -35,13 +33,8 @@ def measure(seed: int) -> Finding:
     rows, shown, statistic, interval = [], {}, {}, {}
     for handicap, config in configs.items():
         for player in PLAYERS:
-            histories: list[list[int]] = [[] for _ in seeds]
-
-            def watch(batch: BatchEnv, running: NDArray[np.int64], into: list[list[int]] = histories) -> None:
-                for row in running:
-                    into[row].append(int(batch.simulator.sizes[row, RED]))
-
-            results = outcomes(play(player, OPPONENT, seeds, config, watch))
+            sizes = Sizes(GAMES)
+            results = outcomes(play(player, OPPONENT, seeds, config, sizes))
             wins, draws = results.count("win"), results.count("draw")
             rows.append(
                 {
@@ -56,8 +49,8 @@ def measure(seed: int) -> Finding:
             if player == STRONGEST:
                 name = "win_rate_from_" + handicap.replace(" ", "_")
                 statistic[name], interval[name] = wins / GAMES, wilson(wins, GAMES)
-                number = longest_behind(histories, results, config.num_drones)
-                shown[handicap] = None if number is None else histories[number]
+                number = longest_behind(sizes.red, results, config.num_drones)
+                shown[handicap] = None if number is None else sizes.red[number]
     supported = all(low > LEAST for low, _ in interval.values())
     best = {handicap: [row for row in rows if row["handicap"] == handicap] for handicap in configs}
     seen = " ".join(
@@ -89,16 +82,8 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     won, drawn = (np.array([row[key] / row["games"] for row in rows]) for key in ("wins", "draws"))
     low, high = np.array([row["win_interval"] for row in rows]).T
     left.barh(places, won, color=style.TEAMS[RED], height=0.6, label="won")
-    left.barh(places, drawn, left=won, color="#dee2e6", height=0.6, label="drawn")
-    left.errorbar(
-        won,
-        places,
-        xerr=[np.maximum(won - low, 0), np.maximum(high - won, 0)],
-        fmt="none",
-        ecolor=style.DARK,
-        capsize=3,
-        label="won, 95 %",
-    )
+    left.barh(places, drawn, left=won, color=style.PALE, height=0.6, label="drawn")
+    style.whisker(left, places, won, low, high, sideways=True, fmt="none", ecolor=style.DARK, label="won, 95 %")
     for place, share in zip(places, won, strict=True):
         left.text(1.01, place, f"{100 * share:.0f} %", va="center")
     left.set_yticks(places, labels, fontsize=8)
@@ -106,7 +91,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         xlim=(0, 1), ylim=(len(rows) - 0.4, -0.6), xlabel=f"share of games against {OPPONENT}", title="won from behind"
     )
     left.grid(visible=False)
-    left.legend(loc="lower right", fontsize=8, frameon=True)
+    left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
     for (handicap, sizes), colour, dash in zip(series["games"].items(), style.SERIES, style.DASHES, strict=False):
         if sizes:
             right.step(
@@ -125,7 +110,8 @@ FIGURE = Figure(
     name="comebacks",
     title="From 1 against 19 and 3 against 17",
     claim="A game is not over before the last drone is captured: a team that is far behind can still win.",
-    paper="The paper's team sizes fluctuate so rapidly that players must reckon with both teams' sizes at every moment.",
+    paper="The paper's team sizes fluctuate so rapidly that players must reckon with both teams' sizes at every "
+    "moment.",
     rule=f"From both handicaps {STRONGEST} wins more than {100 * LEAST:.0f} % of its games, with the whole interval.",
     measure=measure,
     draw=draw,

@@ -35,45 +35,55 @@ class Watcher:
 
     def __init__(self, games: int) -> None:
         self.samples: list[list[tuple[float, float]]] = [[] for _ in range(games)]
-        self._before: dict[tuple[int, int], tuple[float, int, int]] = {}
+        self._before: dict[tuple[int, int], tuple[float, NDArray[np.bool_], int]] = {}
         self._steps = 0
 
     def __call__(self, batch: BatchEnv, rows: NDArray[np.int64]) -> None:
         """Look at the running games, every few seconds and at their ends."""
         looks = self._steps % AHEAD == 0
         self._steps += 1
-        simulator = batch.simulator
+        games = batch.simulator.games
         for row, team in itertools.product(rows.tolist(), (RED, BLUE)):
             ended = not batch.running[row]
             if not looks and not ended:
                 continue
-            lost = int(simulator.games.captures[row, 1 - team])
             before = self._before.pop((row, team), None)
             if before is not None:
-                spread, size, lost_before = before
-                self.samples[row].append((spread, (lost - lost_before) / size))
-            members = simulator.teams[row] == team
+                spread, members, tick = before
+                self.samples[row].append((spread, float((games.capture_ticks[row, members] > tick).mean())))
+            members = games.teams[row] == team
             if not ended and members.sum() >= FEWEST:
-                self._before[row, team] = (spread_of(simulator.positions[row], members), int(members.sum()), lost)
+                self._before[row, team] = (spread_of(games.positions[row], members), members, int(games.ticks[row]))
 
 
 def binned(games: list[NDArray[np.float64]]) -> dict[str, Any]:
-    """Return mean losses in bins of spread that hold equally many samples, with intervals over games."""
+    """Return what teams lose in bins of spread that hold equally many looks, with intervals over games.
+
+    Returns
+    -------
+    dict
+        ``spread``, the median in each bin; ``lost``, the mean share of drones, and ``half``, the share of
+        looks after which at least half of the team is lost, each with ``mean``, ``low`` and ``high``.
+    """
     spreads = np.concatenate([game[:, 0] for game in games])
     edges = np.quantile(spreads, np.linspace(0, 1, BINS + 1))
     edges[-1] += 1e-9
-    totals = np.zeros((len(games), BINS, 2))
+    totals = np.zeros((len(games), BINS, 3))
     for number, game in enumerate(games):
         places = np.clip(np.searchsorted(edges, game[:, 0], side="right") - 1, 0, BINS - 1)
-        np.add.at(totals[number], places, np.stack([game[:, 1], np.ones(len(game))], axis=1))
+        np.add.at(totals[number], places, np.stack([game[:, 1], game[:, 1] >= 0.5, np.ones(len(game))], axis=1))
 
     def means(drawn: NDArray[np.float64]) -> NDArray[np.float64]:
-        lost, count = drawn.sum(axis=0).T
-        return np.asarray(lost / np.maximum(count, 1))
+        *sums, count = drawn.sum(axis=0).T
+        return np.asarray(sums / np.maximum(count, 1))
 
-    mean, low, high = bootstrap(totals, means)
     middle = [float(np.median(spreads[(spreads >= a) & (spreads < b)])) for a, b in itertools.pairwise(edges)]
-    return {"spread": rounded(middle), "mean": rounded(mean), "low": rounded(low), "high": rounded(high)}
+    found = [rounded(part) for part in bootstrap(totals, means)]
+    parts = {
+        name: dict(zip(("mean", "low", "high"), (part[place] for part in found), strict=True))
+        for place, name in enumerate(("lost", "half"))
+    }
+    return {"spread": rounded(middle), **parts}
 
 
 def measure(seed: int) -> Finding:
@@ -88,52 +98,66 @@ def measure(seed: int) -> Finding:
     bins = binned(games)
     supported = interval[1] < 0
     count = sum(map(len, games))
-    compact, loose = bins["mean"][0], bins["mean"][-1]
-    seen = (
-        f"In {len(games)} games of {len(PLAYERS)} scripts, everybody against everybody, {count:,} looks at a team of at least "
-        f"{FEWEST}: the most compact eighth loses {100 * compact:.0f} % of its drones within {AHEAD} s, the most spread eighth "
-        f"{100 * loose:.0f} %; the rank correlation of losses with spread is {correlation:+.2f}. "
-    )
-    seen += (
-        "A correlation over games of different tactics, not an experiment: spread comes with the tactic."
-        if supported
-        else "So bunching is not what costs drones in this field: who is compact also owns a strong field where it stands, and "
-        "what costs drones is to pass through ground that others surround."
-    )
     return Finding(
-        statistic={"rank_correlation": correlation, "lost_by_most_compact": compact, "lost_by_most_spread": loose},
-        interval={
-            "rank_correlation": interval,
-            "lost_by_most_compact": (bins["low"][0], bins["high"][0]),
-            "lost_by_most_spread": (bins["low"][-1], bins["high"][-1]),
-        },
+        statistic={"rank_correlation": correlation} | {name: bins[key]["mean"][place] for name, key, place in _ENDS},
+        interval={"rank_correlation": interval}
+        | {name: (bins[key]["low"][place], bins[key]["high"][place]) for name, key, place in _ENDS},
         method="bootstrap over games",
         supported=supported,
-        seen=seen,
+        seen=_describe(bins, correlation, len(games), count, supported),
         configs={"paper": config},
         seeds=seeds,
         series={**bins, "looks": count, "games": len(games)},
     )
 
 
-def draw(figure: Any, series: dict[str, Any]) -> None:
-    """Draw losses against spread."""
-    axes = figure.subplots()
-    spread = np.array(series["spread"])
-    values = [100 * np.array(series[key]) for key in ("mean", "low", "high")]
-    style.whisker(axes, spread, *values, fmt="o-", color=style.SERIES[2], label="mean and 95 % interval over games")
-    uniform = np.sqrt(1 / 6)
-    style.mark(axes, uniform, "spread of an even cover", upright=True)
-    axes.set(
-        xlabel="spread of the team now: rms distance from its mean position (map widths)",
-        ylabel=f"drones lost in the next {AHEAD} s (% of the team)",
-        xlim=(0, max(0.5, spread[-1] + 0.03)),
-        ylim=(0, None),
+_ENDS = (
+    ("lost_by_most_compact", "lost", 0),
+    ("lost_by_most_spread", "lost", -1),
+    ("half_lost_by_most_compact", "half", 0),
+    ("half_lost_by_most_spread", "half", -1),
+)
+
+
+def _describe(bins: dict[str, Any], correlation: float, games: int, looks: int, supported: bool) -> str:
+    compact, loose, compact_half, loose_half = (100 * bins[key]["mean"][place] for _, key, place in _ENDS)
+    return (
+        f"In {games} games of {len(PLAYERS)} scripts, everybody against everybody, {looks:,} looks at a team of at "
+        f"least {FEWEST}: within {AHEAD} s the most compact eighth loses {compact:.0f} % of its drones and the most "
+        f"spread eighth {loose:.0f} %; after {compact_half:.0f} % and {loose_half:.0f} % of these looks at least half "
+        f"of the team is gone. The rank correlation of losses with spread is {correlation:+.2f}"
+        + (
+            ": the more compact, the more is lost. "
+            if supported
+            else ", so it is not so that the more compact a team is, the more it loses. "
+        )
+        + (
+            "What does hold is that it loses half of its drones at once more often. "
+            if bins["half"]["low"][0] > bins["half"]["high"][-1] and not supported
+            else ""
+        )
+        + "This is a field of tactics, not an experiment: spread comes with the tactic."
     )
-    axes.annotate("compact", (0.01, 0.02), xycoords="axes fraction", color=style.GREY)
-    axes.annotate("spread out", (0.99, 0.02), xycoords="axes fraction", color=style.GREY, ha="right")
-    axes.set_title(f"{series['looks']:,} looks in {series['games']} games, in eight bins of equally many\n")
-    style.legend_below(figure)
+
+
+def draw(figure: Any, series: dict[str, Any]) -> None:
+    """Draw against spread what is lost, and how often half of the team is."""
+    panels = figure.subplots(1, 2)
+    texts = (
+        ("lost", f"drones captured in the next {AHEAD} s (% of the team)", "mean loss"),
+        ("half", f"looks with half of the team lost in {AHEAD} s (%)", "how often it is a disaster"),
+    )
+    spread = np.array(series["spread"])
+    for axes, (name, label, title) in zip(panels, texts, strict=True):
+        values = [100 * np.array(series[name][key]) for key in ("mean", "low", "high")]
+        style.whisker(axes, spread, *values, fmt="o-", color=style.SERIES[2], label="mean of a bin, 95 % over games")
+        axes.set(ylabel=label, title=f"{title}\n", xlim=(0, max(0.5, spread[-1] + 0.03)), ylim=(0, None))
+        axes.set_xlabel("spread now: rms distance from the team's mean position (map widths)")
+        style.mark(axes, np.sqrt(1 / 6), "an even cover", upright=True)
+        axes.annotate("compact", (0.01, 0.02), xycoords="axes fraction", color=style.GREY)
+        axes.annotate("spread out", (0.99, 0.02), xycoords="axes fraction", color=style.GREY, ha="right")
+    note = f"mean of an eighth of {series['looks']:,} looks at teams in {series['games']} games, 95 % over games"
+    style.legend_below(figure, [style.swatch(note, style.SERIES[2], marker="o", line=1.5)])
 
 
 FIGURE = Figure(
@@ -141,9 +165,10 @@ FIGURE = Figure(
     title="Losses against compactness",
     claim="Bunching up is a risk: a compact team loses more drones.",
     paper="The paper warns that drones which bunch up are captured together.",
-    rule="The rank correlation of spread with the share of drones lost in the next 5 s is negative, with its whole interval.",
+    rule="The rank correlation of spread with the share of drones lost in the next 5 s is negative, with its whole "
+    "interval.",
     measure=measure,
     draw=draw,
-    size=(7.5, 4.6),
+    size=(11.0, 4.4),
     seconds=35,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -50,6 +51,20 @@ def mean_with_interval(values: ArrayLike) -> tuple[float, tuple[float, float]]:
     return float(mean), (float(low), float(high))
 
 
+def median_with_interval(values: ArrayLike) -> tuple[float, tuple[float, float]]:
+    """Return the median of samples (n,) and its interval between order statistics.
+
+    The number of samples below the median is binomial, whatever their distribution, so infinite ones
+    (never) are as good as others (Thompson, Annals of Mathematical Statistics 7, 1936).
+    """
+    stats = require_extra("scipy.stats", "cli")
+    ordered = np.sort(np.asarray(values, np.float64))
+    count = len(ordered)
+    below = max(int(stats.binom.ppf(_TAILS[0], count, 0.5)) - 1, 0)
+    median = np.nan if count == 0 else (ordered[(count - 1) // 2] + ordered[count // 2]) / 2
+    return float(median), (float(ordered[below]), float(ordered[count - 1 - below]))
+
+
 def rank_correlation(groups: Sequence[Array]) -> tuple[float, tuple[float, float]]:
     """Return Spearman's rank correlation of pairs, and its interval from a bootstrap over groups.
 
@@ -65,7 +80,7 @@ def rank_correlation(groups: Sequence[Array]) -> tuple[float, tuple[float, float
     first = np.cumsum([0, *(len(group) for group in kept)])
     # Of each group: number, sums, and sums of products, which is all that a correlation needs.
     columns = np.stack([np.ones(len(ranks)), *ranks.T, *(ranks**2).T, ranks[:, 0] * ranks[:, 1]], axis=1)
-    sums = np.stack([columns[start:stop].sum(axis=0) for start, stop in zip(first[:-1], first[1:], strict=True)])
+    sums = np.stack([columns[start:stop].sum(axis=0) for start, stop in itertools.pairwise(first)])
 
     def correlation(drawn: Array) -> float:
         count, x, y, xx, yy, xy = drawn.sum(axis=0)

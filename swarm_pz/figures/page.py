@@ -79,9 +79,9 @@ def to_markdown(records: Sequence[dict[str, Any]]) -> str:
     lines = [
         "# The paper's evidence, made again",
         "",
-        f"`swarm-pz figures` plays the games, draws these pictures and decides each claim by a rule that was fixed before "
-        f"looking. {holding} of {len(records)} claims hold here. Intervals are 95 %. NAME.json beside each picture holds the "
-        "numbers, the hash of the rules, the seeds and what is drawn.",
+        "`swarm-pz figures` plays the games, draws these pictures and decides each claim by a rule that was fixed "
+        f"before looking. {holding} of {len(records)} claims hold here. Intervals are 95 %. NAME.json beside each "
+        "picture holds the numbers, the hash of the rules, the seeds and what is drawn.",
         "",
         "| figure | claim | holds |",
         "|---|---|---|",

@@ -62,6 +62,18 @@ def play(
     return batch
 
 
+class Sizes:
+    """Keeps the number of red's drones at the start and after every step, a list a game; for `play` to call."""
+
+    def __init__(self, games: int) -> None:
+        self.red: list[list[int]] = [[] for _ in range(games)]
+
+    def __call__(self, batch: BatchEnv, rows: NDArray[np.int64]) -> None:
+        """Keep the present sizes."""
+        for row, size in zip(rows.tolist(), batch.simulator.sizes[rows, RED].tolist(), strict=True):
+            self.red[row].append(size)
+
+
 def outcomes(batch: BatchEnv, team: int = RED) -> list[str]:
     """Return how each game ended for a team: "win", "draw" or "loss"."""
     return [batch.outcome(row, team) or "draw" for row in range(batch.num_games)]

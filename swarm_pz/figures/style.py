@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ TEAMS = tuple(tuple(value / 255 for value in colour) for colour in TEAM_COLOURS)
 """Colours of red and blue."""
 GROUND = tuple(tuple(value / 255 for value in colour) for colour in SHADE_COLOURS)
 DARK = tuple(value / 255 for value in INK)
-GREY = "#868e96"
+GREY, PALE = "#868e96", "#dee2e6"
 SERIES = ("#0b7a75", "#d9822b", "#6a4c93", "#4d6b1f")
 """Colours of what belongs to no team; lines differ in their dashes, too."""
 DASHES = ("-", "--", ":", "-.")
@@ -43,27 +44,28 @@ RC = {
 """matplotlib's settings while figures are drawn."""
 
 
-def band(axes: Any, x: Any, series: dict[str, Any], colour: Any, dash: str = "-", label: str | None = None) -> None:
+def band(axes: Any, x: Any, series: dict[str, Any], colour: Any, dash: Any = "-", label: str | None = None) -> None:
     """Draw a mean as a line and its interval as a band; `series` holds `mean`, `low` and `high`."""
     axes.fill_between(x, series["low"], series["high"], color=colour, alpha=0.2, linewidth=0)
-    axes.plot(x, series["mean"], dash, color=colour, linewidth=1.6, label=label)
+    axes.plot(x, series["mean"], linestyle=dash, color=colour, linewidth=1.6, label=label)
 
 
-def whisker(axes: Any, x: Any, value: Any, low: Any, high: Any, **style: Any) -> None:
-    """Draw values with intervals, upright; all of them arrays or all of them numbers."""
+def whisker(axes: Any, x: Any, value: Any, low: Any, high: Any, *, sideways: bool = False, **look: Any) -> None:
+    """Draw values at places x with intervals, upright or sideways; all of them arrays or all of them numbers."""
     reach = [np.maximum(np.subtract(value, low), 0), np.maximum(np.subtract(high, value), 0)]
-    axes.errorbar(x, value, yerr=np.reshape(reach, (2, -1)), capsize=3, **style)
+    places = (value, x) if sideways else (x, value)
+    axes.errorbar(*places, **{"xerr" if sideways else "yerr": np.reshape(reach, (2, -1))}, capsize=3, **look)
 
 
-def mark(axes: Any, value: float, text: str, *, upright: bool = False) -> None:
-    """Draw a line across the axes that a number is compared with, and say what it is."""
+def mark(axes: Any, value: float, text: str, *, upright: bool = False, at: float = 0.995) -> None:
+    """Draw a line across the axes that a number is compared with, and say what it is, left of a place `at`."""
     if upright:
         axes.axvline(value, color=GREY, linewidth=0.9)
         axes.text(value, 1.0, text, transform=axes.get_xaxis_transform(), color=GREY, fontsize=8, ha="center")
     else:
         axes.axhline(value, color=GREY, linewidth=0.9)
         axes.text(
-            0.995, value, text, transform=axes.get_yaxis_transform(), color=GREY, fontsize=8, ha="right", va="bottom"
+            at, value, text, transform=axes.get_yaxis_transform(), color=GREY, fontsize=8, ha="right", va="bottom"
         )
 
 
@@ -77,17 +79,19 @@ def arena(axes: Any, title: str) -> None:
         side.set_visible(True)
 
 
-def captured_ground(axes: Any, cells: NDArray[np.bool_], team: int) -> None:
-    """Hatch the cells (G, G) in which a team captures, upwards for red and downwards for blue."""
-    matplotlib = require_extra("matplotlib.collections", "ladder"), require_extra("matplotlib.patches", "ladder")
+def captured_ground(axes: Any, cells: Sequence[Sequence[int]], team: int) -> None:
+    """Hatch the cells (column, row) in which a team captures, upwards for red and downwards for blue."""
     side = 1 / GRID_CELLS
-    squares = [matplotlib[1].Rectangle((side * column, side * row), side, side) for row, column in np.argwhere(cells)]
-    hatch = "/////" if team == RED else "\\\\\\\\\\"
-    axes.add_collection(
-        matplotlib[0].PatchCollection(
-            squares, hatch=hatch, facecolor=(*GROUND[team], 0.3), edgecolor=GROUND[team], linewidth=0, zorder=1
-        )
+    squares = [rectangle((side * column, side * row), side, side) for column, row in cells]
+    collection = require_extra("matplotlib.collections", "ladder").PatchCollection(
+        squares,
+        hatch="/////" if team == RED else "\\\\\\\\\\",
+        facecolor=(*GROUND[team], 0.3),
+        edgecolor=GROUND[team],
+        linewidth=0,
+        zorder=1,
     )
+    axes.add_collection(collection)
 
 
 def drones(axes: Any, positions: NDArray[np.float64], teams: NDArray[np.int64], size: float = 34.0) -> None:
@@ -102,6 +106,11 @@ def drones(axes: Any, positions: NDArray[np.float64], teams: NDArray[np.int64], 
 def rectangle(corner: tuple[float, float], width: float, height: float, **look: Any) -> Any:
     """Make a rectangle to be added to axes."""
     return require_extra("matplotlib.patches", "ladder").Rectangle(corner, width, height, **look)
+
+
+def circle(centre: tuple[float, float], radius: float, **look: Any) -> Any:
+    """Make a circle to be added to axes."""
+    return require_extra("matplotlib.patches", "ladder").Circle(centre, radius, **look)
 
 
 def swatch(

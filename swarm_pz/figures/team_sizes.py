@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.figures import style
 from swarm_pz.figures.finding import Figure, Finding, game_seeds
 from swarm_pz.figures.intervals import mean_with_interval
-from swarm_pz.figures.playing import outcomes, play
+from swarm_pz.figures.playing import Sizes, outcomes, play
 
 GAMES = 20
 RED_PLAYER, BLUE_PLAYER = "ring", "uniform"
@@ -29,30 +27,25 @@ def turns_of_lead(sizes: list[int], total: int) -> int:
 def measure(seed: int) -> Finding:
     """Play and count captures."""
     config, seeds = GameConfig(), game_seeds(seed, GAMES)
-    histories: list[list[int]] = [[] for _ in seeds]
-
-    def watch(batch: BatchEnv, rows: NDArray[np.int64]) -> None:
-        for row in rows:
-            histories[row].append(int(batch.simulator.sizes[row, RED]))
-
-    batch = play(RED_PLAYER, BLUE_PLAYER, seeds, config, watch)
+    sizes = Sizes(GAMES)
+    batch = play(RED_PLAYER, BLUE_PLAYER, seeds, config, sizes)
     seconds, captures = batch.simulator.time_s, batch.simulator.games.captures.sum(axis=1)
     rate, interval = mean_with_interval(captures / seconds)
-    turns, turns_interval = mean_with_interval([turns_of_lead(sizes, config.num_drones) for sizes in histories])
+    turns, turns_interval = mean_with_interval([turns_of_lead(history, config.num_drones) for history in sizes.red])
     results = outcomes(batch)
     return Finding(
         statistic={"captures_a_second": rate, "turns_of_the_lead_a_game": turns},
         interval={"captures_a_second": interval, "turns_of_the_lead_a_game": turns_interval},
         method=f"bootstrap over {GAMES} games",
         supported=interval[0] >= LEAST_RATE,
-        seen=f"In {GAMES} games of `{RED_PLAYER}` against `{BLUE_PLAYER}` a drone changes sides every {1 / rate:.1f} s, and the "
-        f"lead turns {turns:.1f} times a game. `{RED_PLAYER}` wins {results.count('win')}, loses {results.count('loss')} and "
-        f"draws {results.count('draw')}. The bold line is the game of median length.",
+        seen=f"In {GAMES} games of `{RED_PLAYER}` against `{BLUE_PLAYER}` a drone changes sides every {1 / rate:.1f} "
+        f"s, and the lead turns {turns:.1f} times a game. `{RED_PLAYER}` wins {results.count('win')}, loses "
+        f"{results.count('loss')} and draws {results.count('draw')}. The bold line is the game of median length.",
         configs={"paper": config},
         seeds=seeds,
         series={
             "seconds": [round(float(value), 2) for value in seconds],
-            "red_sizes": histories,
+            "red_sizes": sizes.red,
             "outcomes": results,
             "bold": int(np.argsort(seconds, kind="stable")[GAMES // 2]),
         },
@@ -80,11 +73,16 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         axes.plot(times[-1], sizes[-1], marks[outcome], color=colour, zorder=4, clip_on=False)
     times, bold = series["seconds"], series["bold"]
     axes.annotate(
-        f"game of median length, {times[bold]:.0f} s", (times[bold], series["red_sizes"][bold][-1]), (4, -14),
-        textcoords="offset points", color=style.DARK,
-    )  # fmt: skip
+        f"game of median length: {times[bold]:.0f} s",
+        (times[bold], series["red_sizes"][bold][-1]),
+        (14, 22 if series["red_sizes"][bold][-1] == 0 else -26),
+        textcoords="offset points",
+        arrowprops={"arrowstyle": "-", "color": style.DARK},
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8},
+        zorder=5,
+    )
     total = 2 * series["red_sizes"][0][0]
-    style.mark(axes, total / 2, "equal teams")
+    style.mark(axes, total / 2, "equal teams", at=0.08)
     axes.set(xlabel="time (s)", ylabel=f"drones of red, of {total}", ylim=(-0.3, total + 0.3), xlim=(0, None))
     axes.set_yticks(range(0, total + 1, 5))
     names = {
@@ -107,8 +105,10 @@ FIGURE = Figure(
     name="team_sizes",
     title=f"Team sizes over {GAMES} games of {RED_PLAYER} against {BLUE_PLAYER}",
     claim="Team sizes fluctuate rapidly: the game is one of high cadence.",
-    paper="The paper says that its capture rules make team sizes fluctuate rapidly, which is what makes the game's cadence high.",
-    rule=f"At least {LEAST_RATE:g} drones a second change sides (one every 5 s): the lower end of the interval of the mean.",
+    paper="The paper says that its capture rules make team sizes fluctuate rapidly, which is what makes the game's "
+    "cadence high.",
+    rule=f"At least {LEAST_RATE:g} drones a second change sides (one every 5 s): the lower end of the interval of the "
+    "mean.",
     measure=measure,
     draw=draw,
     size=(8.5, 4.8),

@@ -1,0 +1,90 @@
+"""A team alone: targets to cover, and how well it does over time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, CaptureConfig, GameConfig
+from swarm_pz.ergodicity import ErgodicMetric
+from swarm_pz.figures.intervals import bootstrap, rounded
+from swarm_pz.simulator import Simulator
+
+Array = NDArray[np.float64]
+
+SECONDS = 60
+"""How long a team is watched."""
+JUDGED = 30
+"""Second at which coverage is judged."""
+COVERED = 0.001
+"""Ergodic metric below which a target counts as covered by then."""
+BIMODAL = ((0.25, 0.25, 0.12), (0.75, 0.75, 0.08))
+"""x, y and sigma of the two modes, of equal mass."""
+
+
+def gaussian(x0: float, y0: float, sigma: float, cells: int = 10) -> Array:
+    """Return a Gaussian of unit mass, up to a factor, at the centres of cells (cells, cells)."""
+    centres = (np.arange(cells) + 0.5) / cells
+    squares = (centres[None, :] - x0) ** 2 + (centres[:, None] - y0) ** 2
+    return np.asarray(np.exp(-squares / (2 * sigma**2)) / sigma**2)
+
+
+def _scaled(density: Array) -> Array:
+    return np.asarray(density / density.max())
+
+
+TARGETS: dict[str, Array] = {
+    "uniform": np.ones((10, 10)),
+    "centre": _scaled(gaussian(0.5, 0.5, 0.1)),
+    "bimodal": _scaled(gaussian(*BIMODAL[0]) + gaussian(*BIMODAL[1])),
+}
+"""Commands: an even cover, a Gaussian in the middle, and two modes of different width."""
+
+
+def lone_team(size: int, config: GameConfig | None = None) -> GameConfig:
+    """Return rules with one team, which nobody can capture."""
+    config = config if config is not None else GameConfig()
+    return config.replace(drones_per_team=(size, 0), capture=CaptureConfig(enabled=False))
+
+
+def start(config: GameConfig, seeds: Sequence[int], command: ArrayLike) -> Simulator:
+    """Start one game a seed and give the same command to all."""
+    simulator = Simulator(config, len(seeds))
+    simulator.reset(list(seeds))
+    give(simulator, command)
+    return simulator
+
+
+def give(simulator: Simulator, command: ArrayLike) -> None:
+    """Give the same density (A, A) to the team in all games."""
+    density = np.asarray(command)
+    simulator.command(RED, np.broadcast_to(density, (simulator.num_games, *density.shape)))
+
+
+def periods(simulator: Simulator, seconds: int, after: Callable[[int], Any]) -> None:
+    """Advance by control periods and call a function after each, with its number from 1 on."""
+    for number in range(1, seconds * TICKS_PER_SECOND // TICKS_PER_CONTROL_PERIOD + 1):
+        simulator.advance(TICKS_PER_CONTROL_PERIOD)
+        after(number)
+
+
+def metric_over_time(simulator: Simulator, seconds: int = SECONDS) -> Array:
+    """Advance and return the ergodic metric (E, seconds) after each second, over all of the past."""
+    metric, values = ErgodicMetric(simulator, RED), []
+
+    def observe(number: int) -> None:
+        metric.observe()
+        if number % 10 == 0:
+            values.append(metric.value())
+
+    periods(simulator, seconds, observe)
+    return np.stack(values, axis=1)
+
+
+def over_seeds(values: Array) -> dict[str, Any]:
+    """Return the mean (T,) over seeds of values (seeds, T), and the ends of its interval, as plain lists."""
+    mean, low, high = bootstrap(values)
+    return {"mean": rounded(mean), "low": rounded(low), "high": rounded(high)}

@@ -1,0 +1,67 @@
+"""The picture of the comparison with flocking."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from swarm_pz.figures import style
+from swarm_pz.figures.coverage import BIMODAL, SECONDS
+from swarm_pz.figures.flocking_flights import NEAR, REACHED
+
+
+def draw(figure: Any, series: dict[str, Any]) -> None:
+    """Draw where drones were, the metric, who reached the target, and how the modes were filled."""
+    top, bottom = figure.subfigures(2, 1, height_ratios=[1, 1.05])
+    _draw_maps(top, series)
+    left, middle, right = bottom.subplots(1, 3, width_ratios=[1.2, 1, 1])
+    times = np.arange(1, SECONDS + 1)
+    for (name, flight), colour, dash in zip(series["flights"].items(), style.SERIES, style.DASHES, strict=False):
+        commands = flight["commands"]
+        style.band(left, times, flight["metric"], colour, dash, f"{name} ({commands} command{'s' * (commands > 1)})")
+        seconds = np.sort([np.inf if value is None else value for value in flight["seconds"]])
+        reached = [np.searchsorted(seconds, time, side="right") / len(seconds) for time in [0, *times]]
+        middle.step([0, *times], reached, dash, where="post", color=colour, linewidth=2)
+    style.mark(left, REACHED, f"reached: {REACHED:g}", at=0.8)
+    left.set(yscale="log", xlabel="time (s)", ylabel="ergodic metric E (no unit)", xlim=(0, SECONDS))
+    left.set_title("mean over seeds, band 95 %")
+    middle.set(xlabel="time (s)", ylabel="share of seeds that reached it", ylim=(-0.03, 1.03), xlim=(0, SECONDS))
+    middle.set_title(f"first time at E = {REACHED:g}; the rest never in {SECONDS} s")
+    _draw_modes(right, series)
+    style.legend_below(figure, left.get_legend_handles_labels()[0], columns=3)
+
+
+def _draw_maps(figure: Any, series: dict[str, Any]) -> None:
+    maps = {"asked for": series["target"]} | {name: flight["map"] for name, flight in series["flights"].items()}
+    panels = figure.subplots(1, len(maps), sharey=True)
+    image = None
+    for axes, (name, cells) in zip(panels, maps.items(), strict=True):
+        style.arena(axes, name)
+        image = axes.imshow(cells, origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=8)
+        for x, y, _ in BIMODAL:
+            axes.add_patch(style.circle((x, y), NEAR, fill=False, edgecolor=style.DARK, linestyle="--"))
+        axes.label_outer()
+    figure.colorbar(image, ax=panels, label=f"density in {SECONDS} s / even cover", extend="max")
+
+
+def _draw_modes(axes: Any, series: dict[str, Any]) -> None:
+    asked = series["asked"]
+    for mode in range(2):
+        wanted = asked["share"][mode]
+        axes.plot([mode - 0.4, mode + 0.4], [wanted, wanted], color=style.DARK, linewidth=2)
+        text = f"asked: {wanted:.2f}, rms {asked['reach'][mode]:.2f}"
+        axes.annotate(text, (mode, 0.99), ha="center", va="top", fontsize=8)
+        for place, (flight, colour) in enumerate(zip(series["flights"].values(), style.SERIES, strict=False)):
+            x, reach = mode + 0.26 * (place - 1), flight["reach"][mode]
+            value, low, high = (flight["share"][key][mode] for key in ("mean", "low", "high"))
+            axes.bar(x, value, 0.22, color=colour, alpha=0.75)
+            style.whisker(axes, [x], value, low, high, fmt="none", ecolor=style.DARK)
+            text = "never there" if reach is None else f"rms {reach:.2f}"
+            look = {"color": "white" if value > 0.3 else style.DARK, "fontsize": 8}
+            axes.annotate(
+                text, (x, 0.02 if value > 0.3 else value + 0.02), rotation=90, ha="center", va="bottom", **look
+            )
+    axes.set_xticks([0, 1], [f"mode at ({x:g}, {y:g}),\nsigma {sigma:g}" for x, y, sigma in BIMODAL])
+    axes.set(ylabel=f"share of time within {NEAR:g} of a mode", ylim=(0, 1.05))
+    axes.set_title("time near each mode; rms: distance from it")
