@@ -16,7 +16,7 @@ try:
 except ImportError:  # the entry point is installed even without the extra
     sys.exit(str(SwarmError("swarm-pz's commands need an extra: pip install 'swarm-pz[cli]'")))
 
-from swarm_pz.cli import compare, learn, machine, report, table
+from swarm_pz.cli import compare, evidence, learn, machine, report, table
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -29,6 +29,7 @@ def main(arguments: list[str] | None = None) -> None:
         "play": table.play,
         "replay": table.replay,
         "study": table.study,
+        "figures": evidence.figures,
         "policies": compare.list_policies,
         "render": machine.render,
         "bench": machine.bench,

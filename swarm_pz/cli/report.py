@@ -25,7 +25,7 @@ def command() -> str:
 
 
 @contextmanager
-def progress() -> Iterator[Callable[[int, int], None]]:
+def progress(what: str = "games") -> Iterator[Callable[[int, int], None]]:
     """Show a bar while games are played, or a line now and then in a log; give the function that moves it."""
     library = require_extra("rich.progress", "cli")
     with library.Progress(transient=True) as bar:
@@ -37,7 +37,7 @@ def progress() -> Iterator[Callable[[int, int], None]]:
             bar.update(task, completed=done, total=total)
             if not bar.console.is_terminal and time.monotonic() - said > QUIET:
                 said = time.monotonic()
-                print(f"{done:,} of {total:,} games", flush=True)
+                print(f"{done:,} of {total:,} {what}", flush=True)
 
         yield move
 
