@@ -94,6 +94,7 @@ def observe(
             teams,
             time_left,
             config.capture.threshold,
+            bool(config.memory.trail_forgotten_on) or config.dynamics.failure_rate > 0.0,
             coarse_cells,
             brightness,
             interpolation,
