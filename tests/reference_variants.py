@@ -288,9 +288,10 @@ class FlockingReference:
         down = np.zeros(drones, dtype=np.bool_) if failed is None else failed
         urges = np.zeros((drones, 2))
         for i in range(drones):
-            mates = [j for j in range(drones) if j != i and teams[j] == teams[i]]
+            # A failed drone says nothing: nobody knows where it is.
+            mates = [j for j in range(drones) if j != i and teams[j] == teams[i] and not down[j]]
             distance = {j: math.hypot(*(p[i] - p[j])) for j in mates}
-            near = [j for j in mates if distance[j] <= self.communication_radius and not down[j]]
+            near = [j for j in mates if distance[j] <= self.communication_radius]
             align = sum(v[j] for j in near) / len(near) - v[i] if near else np.zeros(2)
             cohere = sum(p[j] for j in near) / len(near) - p[i] if near else np.zeros(2)
             separate = np.zeros(2)

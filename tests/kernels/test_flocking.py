@@ -84,7 +84,7 @@ def test_every_weight_radius_and_limit_matches_the_reference():
     assert compared > 0.9 * drones
 
 
-def test_failed_team_mates_are_kept_away_from_but_not_followed():
+def test_failed_team_mates_are_neither_followed_nor_kept_away_from():
     generator = np.random.default_rng(2)
     numbers = {"alignment": 3.0, "cohesion": 3.0, "separation": 0.05}
     config = FlockingConfig(migration=(0.5, 2.0), **numbers)
