@@ -193,6 +193,7 @@ def test_a_density_does_what_the_attractor_of_its_strongest_mode_does():
         (np.zeros((10, 10)), (0.5, 0.5, 50.0)),
         (np.full((10, 10), 0.7), (0.5, 0.5, 50.0)),
         (np.eye(10)[:, :1] @ np.eye(10)[:1], (0.05, 0.05, 100.0)),
+        (np.fliplr(np.diag([0, 1.0, 0, 0, 0, 0, 0, 0, 1, 0])), (0.85, 0.15, 75.0)),  # of equals, the lower row
     ],
 )
 def test_attractors_of_known_densities(command, expected):
