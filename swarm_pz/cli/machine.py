@@ -1,4 +1,4 @@
-"""Commands about the simulator: ``render``, ``bench`` and ``warmup``."""
+"""Commands about one game and the simulator: ``render``, ``diagnose``, ``bench`` and ``warmup``."""
 
 from __future__ import annotations
 
@@ -60,6 +60,41 @@ def render(
         overlays=make_overlays(overlay, teams),
     )
     print(f"{standing}: {out}")
+
+
+def diagnose(
+    red: Annotated[str, tyro.conf.Positional] = "ring",
+    blue: Annotated[str, tyro.conf.Positional] = "uniform",
+    /,
+    out: Path = Path("game.png"),
+    json: Path | None = None,
+    seed: int = 0,
+    seconds: float | None = None,
+    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
+) -> None:
+    """Play one game between two policies and plot sizes, captures, coverage and commands over time.
+
+    Args:
+        red: Name of a policy, or a folder that training wrote.
+        blue: Name of a policy, or a folder that training wrote.
+        out: File to write, .png, .pdf or .svg.
+        json: Write the curves to this file, too.
+        seed: Seed of the game.
+        seconds: Play this much of the game at most.
+        game: The rules.
+    """
+    import policies
+    from swarm_pz import diagnosis
+
+    require_extra("matplotlib.figure", "ladder")
+    check(out.suffix in (".png", ".pdf", ".svg"), "out", str(out), "a file .png, .pdf or .svg")
+    found = diagnosis.diagnose(
+        policies.load(red, game), policies.load(blue, game), config=game, seed=seed, seconds=seconds
+    )
+    diagnosis.plot(found, out)
+    print(f"{found.title}: {out}")
+    if json is not None:
+        write_json(found.to_dict(), json)
 
 
 def bench(
