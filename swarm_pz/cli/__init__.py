@@ -31,6 +31,7 @@ def main(arguments: list[str] | None = None) -> None:
         "study": table.study,
         "policies": compare.list_policies,
         "render": machine.render,
+        "diagnose": machine.diagnose,
         "bench": machine.bench,
         "warmup": machine.warmup,
     }
