@@ -12,7 +12,7 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files, InclusionLevel
 from mkdocs.structure.pages import Page
 
-_LINK = re.compile(r"\]\((\.\.?/[^)#\s]+)((?:#[^)\s]*)?)\)")
+_LINK = re.compile(r"\]\(([\w./-]+)((?:#[^)\s]*)?)\)")
 _LANGUAGES = {".py": "python", ".toml": "toml", ".json": "json", ".md": "markdown", "": "bash"}
 _shown: dict[str, str] = {}
 """Files of the repository that are shown as pages: path from its root -> path of the page."""
@@ -30,7 +30,7 @@ def _as_mathml(source: str, *_: Any, **__: Any) -> str:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Make a page of every file outside of the site that a page of it links to."""
+    """Make a page of every file of the repository that is none itself and that a page links to."""
     root = Path(config.config_file_path).parent
     for page in list(files.documentation_pages()):
         for target, _ in _LINK.findall(page.content_string):
@@ -59,6 +59,6 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def _outside(page: str, target: str) -> str | None:
-    """Return the path from the repository's root of what a page links to, or None within the site."""
+    """Return the path from the repository's root of a file that a page links to, or None of what the site has."""
     path = posixpath.normpath(posixpath.join("docs", posixpath.dirname(page), target))
-    return None if path.startswith(("docs/", "..")) else path
+    return None if path.startswith("..") or (path.startswith("docs/") and not path.endswith(".py")) else path

@@ -83,9 +83,9 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
     ----------
     config : GameConfig, optional
         The rules; preset `paper` if not given.
-    render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
-        ``human`` and ``rgb_array_list`` show every control period (0.1 s); the others the board as
-        it is.
+    render_mode : str, optional
+        ``human`` and ``rgb_array_list`` show every control period (0.1 s); ``rgb_array`` and ``ansi``
+        the board as it is.
     max_cycles : int, optional
         Steps until a draw; follows from the time limit if not given.
     **overrides
