@@ -32,6 +32,7 @@ def _as_mathml(source: str, *_: Any, **__: Any) -> str:
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Make a page of every file of the repository that is none itself and that a page links to."""
     root = Path(config.config_file_path).parent
+    _shown.clear()
     for page in list(files.documentation_pages()):
         for target, _ in _LINK.findall(page.content_string):
             path = _outside(page.src_uri, target)
