@@ -69,7 +69,7 @@ class SpawnConfig(Config):
 
     def __post_init__(self) -> None:
         check_number(self.inset, "spawn.inset", 0.0, 0.5)
-        check_number(self.radius, "spawn.radius", 0.0, self.inset)
+        check_number(self.radius, "spawn.radius", 0.0, self.inset if self.layout == "corners" else 0.5)
         check_choice(self.layout, "spawn.layout", ("corners", "squares"))
         check_number(self.side, "spawn.side", 0.0, 1.0 - self.inset)
 

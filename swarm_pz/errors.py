@@ -1,18 +1,18 @@
 """What can go wrong, and what each error is called.
 
-::
-
-    SwarmError
-    ├── ConfigError (ValueError)         a configuration is out of range, or names an unknown field
-    ├── CommandError (ValueError)        a command, scenario or seed is not one the game can take
-    ├── GameOverError (RuntimeError)     a step was asked of a game that has ended or not begun
-    ├── PolicyError (ValueError)         a policy is unknown, cannot be loaded, or answered nonsense
-    ├── CheckpointError (ValueError)     a file of a training run is corrupt, foreign or does not fit
-    ├── ResultsError (ValueError)        a folder of results is corrupt, or of another tournament
-    ├── RenderError (RuntimeError)       a picture cannot be shown here
-    ├── ProtocolError (ValueError)       a message or frame is not one of the protocol
-    ├── RecordingError (ValueError)      a recorded game is corrupt, foreign or unfinished
-    └── MissingExtraError (ImportError)  an optional dependency is not installed
+```text
+SwarmError
+├── ConfigError (ValueError)         a configuration is out of range, or names an unknown field
+├── CommandError (ValueError)        a command, scenario or seed is not one the game can take
+├── GameOverError (RuntimeError)     a step was asked of a game that has ended or not begun
+├── PolicyError (ValueError)         a policy is unknown, cannot be loaded, or answered nonsense
+├── CheckpointError (ValueError)     a file of a training run is corrupt, foreign or does not fit
+├── ResultsError (ValueError)        a folder of results is corrupt, or of another tournament
+├── RenderError (RuntimeError)       a picture cannot be shown here
+├── ProtocolError (ValueError)       a message or frame is not one of the protocol
+├── RecordingError (ValueError)      a recorded game is corrupt, foreign or unfinished
+└── MissingExtraError (ImportError)  an optional dependency is not installed
+```
 """
 
 from __future__ import annotations

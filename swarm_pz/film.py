@@ -1,23 +1,23 @@
-"""Films: a game as pictures, written as an animated GIF or an MP4."""
+"""Films: a game as pictures, written as an animated GIF or an MP4; and stills, as PNG."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.batch_env import BatchEnv
-from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, GameConfig
+from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.errors import RenderError, require_extra
-from swarm_pz.policy import Player, ask, load_players
-from swarm_pz.render import draw
-from swarm_pz.scenario import check_seed
+from swarm_pz.exhibition import Exhibition
+from swarm_pz.policy import Player
+from swarm_pz.render import Overlay, draw
 
 FORMATS = (".gif", ".mp4")
+STILL = ".png"
 FILM_RATE = 20
 """Pictures a second of film, about."""
 
@@ -31,21 +31,24 @@ def film_game(
     seed: int = 0,
     seconds: float | None = None,
     speed: float = 2.0,
+    overlays: Sequence[Overlay] = (),
     progress: Callable[[float], None] | None = None,
 ) -> str:
-    """Play one game and write it as a film.
+    """Play one game and write it as a film, or the board at one moment as a picture.
 
     Parameters
     ----------
     red, blue : str or Policy
     path : Path
-        Where to; its suffix, .gif or .mp4, chooses the format.
+        Where to; its suffix chooses the format: .gif or .mp4, or .png for a picture.
     config : GameConfig, optional
     seed : int
     seconds : float, optional
-        Show this much of the game at most; all of it if not given.
+        Show this much of the game at most; all of it if not given. The moment of a picture.
     speed : float
         Seconds of game a second of film.
+    overlays : sequence of Overlay, optional
+        What to show on the ground; see `swarm_pz.overlays`.
     progress : callable, optional
         Called with the seconds of game shown so far.
 
@@ -59,45 +62,67 @@ def film_game(
     RenderError
         If the suffix names no format that can be written, or seconds or speed are not above 0.
     """
-    check_film(path)
+    if path.suffix not in (*FORMATS, STILL):
+        raise RenderError(
+            f"the file's name must end in {' or '.join(FORMATS)} for a film, or in {STILL} for a picture, "
+            f"got {str(path)!r}"
+        )
     for name, value in (("seconds", seconds), ("speed", speed)):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise RenderError(f"{name} must be a number above 0, got {value!r}")
-    check_seed(seed)
-    config = config if config is not None else GameConfig()
-    batch = BatchEnv(config)
-    players = load_players(red, blue, config)
-    streams = [np.random.SeedSequence(seed, spawn_key=(place,)) for place in range(2)]
-    row = np.zeros(1, np.int64)
-    batch.reset([seed])
-    for player, stream in zip(players, streams, strict=True):
-        player.reset([stream], row)
-    end = batch.limit_s if seconds is None else seconds
-    simulator = batch.simulator
+    game = Exhibition(red, blue, config=config, seed=seed)
+
+    def report() -> None:
+        if progress is not None:
+            progress(float(game.simulator.time_s[0]))
+
+    if path.suffix == STILL:
+        standing = _write_still(game, path, seconds, overlays, report)
+    else:
+        _write_film(game, path, seconds, speed, overlays, report)
+        standing = game.standing
+    game.close()
+    return standing
+
+
+def _write_film(
+    game: Exhibition,
+    path: Path,
+    seconds: float | None,
+    speed: float,
+    overlays: Sequence[Overlay],
+    report: Callable[[], None],
+) -> None:
     every = max(1, round(speed / CONTROL_PERIOD / FILM_RATE))
     count = 0
     with open_film(path, speed / CONTROL_PERIOD / every) as film:
 
         def show() -> None:
             nonlocal count
-            if count % every == 0 or simulator.decided[0]:
-                film(draw(simulator))
+            if count % every == 0 or game.simulator.decided[0]:
+                film(draw(game.simulator, overlays=overlays))
             count += 1
 
         show()
-        while batch.running[0] and simulator.time_s[0] < end:
-            commands = [
-                ask(player, batch, np.array([team]), row)[0] for team, player in zip((RED, BLUE), players, strict=True)
-            ]
-            batch.step([commands], show)
-            if progress is not None:
-                progress(float(simulator.time_s[0]))
-    outcome = batch.outcome(0, RED)
-    red_size, blue_size = simulator.sizes[0]
-    standing = f"{simulator.time_s[0]:.1f} s, red {red_size}, blue {blue_size}"
-    result = {None: "unfinished", "win": "red won", "loss": "blue won", "draw": "a draw"}[outcome]
-    batch.close()
-    return f"{result} ({standing})"
+        game.play(seconds, after_control_period=show, after_step=report)
+
+
+def _write_still(
+    game: Exhibition, path: Path, seconds: float | None, overlays: Sequence[Overlay], report: Callable[[], None]
+) -> str:
+    """Write the board at the first control period that ends no earlier than `seconds`, or at the end."""
+    seen: tuple[NDArray[np.uint8], str] | None = None
+
+    def look() -> None:
+        nonlocal seen
+        if seen is None and seconds is not None and game.simulator.time_s[0] >= seconds - 1e-9:
+            seen = draw(game.simulator, overlays=overlays), game.standing
+
+    game.play(seconds, after_control_period=look, after_step=report)
+    picture, standing = seen if seen is not None else (draw(game.simulator, overlays=overlays), game.standing)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    require_extra("PIL.Image", "render").fromarray(picture).save(path)
+    return standing
 
 
 def check_film(path: Path) -> None:

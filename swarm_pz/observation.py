@@ -3,19 +3,17 @@
 Grid observations are images, channel first, of brightness 0 to 255, `[channel, row = y, column = x]`.
 Which of these channels a seat sees, and in which order, says its `ObservationConfig`:
 
-=======================  =========================================================  ==========
-channel                  shows                                                      coarsening
-=======================  =========================================================  ==========
-own_positions            64 for each drone in the cell, up to 255                   sum
-opposing_positions       the same of the other team                                 sum
-own_trail_age            255 where a drone is now, falling to 0 with the trail      maximum
-opposing_trail_age       the same of the other team                                 maximum
-own_capture_field        255 value / maximum; at least 192 exactly where captures   maximum
-opposing_capture_field   the same of the other team                                 maximum
-own_target               the density asked for, over its largest command cell       mean
-own_share                255 times the own share of all drones, everywhere          -
-time_left                255 times the fraction of time left, everywhere            -
-=======================  =========================================================  ==========
+| channel                  | shows                                                    | coarsening |
+|--------------------------|----------------------------------------------------------|------------|
+| `own_positions`          | 64 for each drone in the cell, up to 255                 | sum        |
+| `opposing_positions`     | the same of the other team                               | sum        |
+| `own_trail_age`          | 255 where a drone is now, falling to 0 with the trail    | maximum    |
+| `opposing_trail_age`     | the same of the other team                               | maximum    |
+| `own_capture_field`      | 255 value / maximum; at least 192 exactly where captures | maximum    |
+| `opposing_capture_field` | the same of the other team                               | maximum    |
+| `own_target`             | the density asked for, over its largest command cell     | mean       |
+| `own_share`              | 255 times the own share of all drones, everywhere        | -          |
+| `time_left`              | 255 times the fraction of time left, everywhere          | -          |
 """
 
 from __future__ import annotations
@@ -94,6 +92,7 @@ def observe(
             teams,
             time_left,
             config.capture.threshold,
+            bool(config.memory.trail_forgotten_on) or config.dynamics.failure_rate > 0.0,
             coarse_cells,
             brightness,
             interpolation,

@@ -40,17 +40,17 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
     enters ground the other swarm surrounds is captured and changes sides. A team that owns every
     drone wins.
 
-    =================  ==============================================================
-    Import             ``from swarm_pz import parallel_env``
-    Registered as      ``swarm_pz/Capture-v0`` (PettingZoo parallel and AEC, Gymnasium)
-    Agents             ``red_0``, ``blue_0``
-    Actions            continuous, parallel
-    Action space       ``Box(0, 1, (10, 10), float32)``
-    Observation space  ``Box(0, 255, (9, 50, 50), uint8)``
-    State space        ``Box(0, 255, (10, 50, 50), uint8)``
-    Reward             zero-sum; range ``[-3, 3]`` a step from equal teams
-    Episode            300 steps of 1 s, or until a team owns every drone
-    =================  ==============================================================
+    |                   |                                                                |
+    |-------------------|----------------------------------------------------------------|
+    | Import            | `from swarm_pz import parallel_env`                            |
+    | Registered as     | `swarm_pz/Capture-v0` (PettingZoo parallel and AEC, Gymnasium) |
+    | Agents            | `red_0`, `blue_0`                                              |
+    | Actions           | continuous, parallel                                           |
+    | Action space      | `Box(0, 1, (10, 10), float32)`                                 |
+    | Observation space | `Box(0, 255, (9, 50, 50), uint8)`                              |
+    | State space       | `Box(0, 255, (10, 50, 50), uint8)`                             |
+    | Reward            | zero-sum; range `[-3, 3]` a step from equal teams              |
+    | Episode           | 300 steps of 1 s, or until a team owns every drone             |
 
     **Action.** A density over the square, `[row = y, column = x]`, row 0 at the bottom. Only its
     shape counts: an image and its double are the same command, and all zeros mean uniform. It is
@@ -83,9 +83,9 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
     ----------
     config : GameConfig, optional
         The rules; preset `paper` if not given.
-    render_mode : {"human", "rgb_array", "rgb_array_list", "ansi"}, optional
-        ``human`` and ``rgb_array_list`` show every control period (0.1 s); the others the board as
-        it is.
+    render_mode : str, optional
+        ``human`` and ``rgb_array_list`` show every control period (0.1 s); ``rgb_array`` and ``ansi``
+        the board as it is.
     max_cycles : int, optional
         Steps until a draw; follows from the time limit if not given.
     **overrides

@@ -7,7 +7,8 @@ ones are diamonds on ground hatched downwards. Row 0 of every grid is drawn at t
 from __future__ import annotations
 
 from collections import deque
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,11 +39,30 @@ ARENA = 600
 MARGIN, HEADER = 20, 56
 LONGEST_LINE = 300
 """Ticks of a trail that are drawn at most: lines of a whole game would hide it."""
+ENTRY_WIDTH, ENTRY_HEIGHT = ARENA // 2, 28
+"""Pixels that an overlay's entry in the legend has."""
 _SCALE = 2  # drawn twice as large and averaged, which smooths edges
 
 
-def draw(simulator: Simulator, row: int = 0) -> NDArray[np.uint8]:
+class Overlay(Protocol):
+    """Something to see on the ground, beneath trails and drones, with an entry in a legend below the arena."""
+
+    def paint(self, arena: Any, simulator: Simulator, row: int) -> None:
+        """Paint one game onto a square image (of Pillow) in which y = 1 is at the top."""
+
+    def explain(self, picture: Any, x: int, y: int) -> None:
+        """Draw the entry into a picture (of Pillow), within ENTRY_WIDTH x ENTRY_HEIGHT pixels from (x, y)."""
+
+
+def draw(simulator: Simulator, row: int = 0, overlays: Sequence[Overlay] = ()) -> NDArray[np.uint8]:
     """Draw one game.
+
+    Parameters
+    ----------
+    simulator : Simulator
+    row : int
+    overlays : sequence of Overlay, optional
+        What to show on the ground, the lowest first, in place of the ground where teams capture.
 
     Returns
     -------
@@ -56,18 +76,27 @@ def draw(simulator: Simulator, row: int = 0) -> NDArray[np.uint8]:
     image_module = require_extra("PIL.Image", "render")
     draw_module = require_extra("PIL.ImageDraw", "render")
     side = ARENA * _SCALE
-    arena = image_module.fromarray(_shading(simulator, row)).resize((side, side), image_module.Resampling.NEAREST)
+    if overlays:
+        arena = image_module.new("RGB", (side, side), "white")
+        for overlay in overlays:
+            overlay.paint(arena, simulator, row)
+    else:
+        arena = image_module.fromarray(_shading(simulator, row)).resize((side, side), image_module.Resampling.NEAREST)
     pen = draw_module.Draw(arena, "RGBA")
     for drone in range(simulator.config.num_drones):
         _draw_trail(pen, simulator, row, drone, side)
     for drone in range(simulator.config.num_drones):
         _draw_drone(pen, simulator.positions[row, drone], int(simulator.teams[row, drone]), side)
     arena = arena.reduce(_SCALE)
-    picture = image_module.new("RGB", (ARENA + 2 * MARGIN, ARENA + HEADER + MARGIN), "white")
+    legend = -(-len(overlays) // 2) * ENTRY_HEIGHT
+    picture = image_module.new("RGB", (ARENA + 2 * MARGIN, ARENA + HEADER + MARGIN + legend), "white")
     picture.paste(arena, (MARGIN, HEADER))
     pen = draw_module.Draw(picture)
     pen.rectangle((MARGIN - 1, HEADER - 1, MARGIN + ARENA, HEADER + ARENA), outline=INK)
     _draw_header(pen, simulator, row)
+    for number, overlay in enumerate(overlays):
+        line, column = divmod(number, 2)
+        overlay.explain(picture, MARGIN + column * ENTRY_WIDTH, HEADER + ARENA + 10 + line * ENTRY_HEIGHT)
     return np.asarray(picture)
 
 

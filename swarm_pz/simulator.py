@@ -27,7 +27,7 @@ from swarm_pz.kernels.communication import Talk
 from swarm_pz.kernels.ergodic import ErgodicParameters
 from swarm_pz.kernels.flocking import FlockingParameters, make_attractors
 from swarm_pz.kernels.fourier import make_targets
-from swarm_pz.kernels.game import Games, RuleParameters, advance_games
+from swarm_pz.kernels.game import Games, Options, RuleParameters, advance_games
 from swarm_pz.scenario import Seed, check_scenario, check_seed, random_start
 from swarm_pz.target import (
     FlockingCommand,
@@ -74,7 +74,7 @@ class Simulator:
         self.num_games = num_games
         self.threads = min(threads, os.cpu_count() or 1, num_games)
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
-        self._rules = _rule_parameters(self.config)
+        self._rules, self._options = _rule_parameters(self.config), _option_parameters(self.config)
         self.controller = _controller_parameters(self.config)
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
@@ -84,8 +84,9 @@ class Simulator:
         e, n, cells = self.num_games, self.config.num_drones, self.config.command_cells
         modes = self.config.controller.modes
         side = FRAMED_CELLS if n >= MANY_DRONES else 0
-        followed = cells if any(self._rules.command_forgets) else 0
-        grid = GRID_CELLS if self._rules.reconstructs else 0
+        options = self._options
+        followed = cells if options is not None and any(options.command_forgets) else 0
+        grid = GRID_CELLS if self._reconstructs else 0
         return Games(
             ticks=np.zeros(e, np.int64),
             positions=np.zeros((e, n, 2), np.float32),
@@ -210,7 +211,7 @@ class Simulator:
         games = self.games
         matrix = coefficient_matrix(self.config.controller.modes, self.config.command_cells)
         make_targets(densities, places, rows, teams, matrix, games.targets, games.coefficients)
-        if any(self._rules.flocking.flies):
+        if "flocking" in self.config.team_controllers:
             make_attractors(places, rows, teams, games.targets, self.config.flocking.migration, games.attractors)
 
     def advance(self, ticks: ArrayLike = TICKS_PER_SECOND, commands: NDArray[np.float64] | None = None) -> None:
@@ -246,7 +247,7 @@ class Simulator:
         def work(part: NDArray[np.int64]) -> None:
             if commands is not None:
                 self._aim(commands, part, all_rows, teams)
-            advance_games(self.games, part, per_game, self._rules, self.controller)
+            advance_games(self.games, part, per_game, self._rules, self.controller, self._options)
 
         self.for_rows(rows, work)
 
@@ -346,17 +347,21 @@ class Simulator:
     @property
     def capture_field(self) -> NDArray[np.float64]:
         """(E, 2, G, G) each team's occupancy, or rescaled density, averaged over the ring around each cell."""
-        if self._rules.reconstructs:
+        if self._reconstructs:
             return self.games.reconstruction.astype(np.float64)
         return np.asarray(self._fields / FIELD_UNIT)
 
     @property
     def captures_here(self) -> NDArray[np.bool_]:
         """(E, 2, G, G) where each team would capture an opposing drone."""
-        if self._rules.reconstructs:
+        if self._reconstructs:
             return np.asarray(self.games.reconstruction >= np.float32(self.config.capture.threshold))
         fields = self._fields
         return np.asarray(fields > self.config.capture.threshold * fields.max(axis=(2, 3), keepdims=True))
+
+    @property
+    def _reconstructs(self) -> bool:
+        return self.config.capture.field == "reconstruction"
 
     @property
     def _fields(self) -> NDArray[np.integer]:
@@ -404,34 +409,41 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _rule_parameters(config: GameConfig) -> RuleParameters:
-    memory, dynamics, flocking = config.memory, config.dynamics, config.flocking
     tick = 1 / TICKS_PER_SECOND
-    forgets = {
-        occasion: (occasion in memory.trail_forgotten_on, occasion in memory.controller_forgotten_on)
-        for occasion in ("capture", "command")
-    }
-    can_fail = dynamics.failure_rate > 0.0
-    radius, loss = config.controller.communication_radius, config.controller.message_loss
-    red, blue = (controller == "flocking" for controller in config.team_controllers)
     return RuleParameters(
         tick=np.float32(tick),
-        drift=np.float32(tick * dynamics.speed_factor),
+        drift=np.float32(tick * config.dynamics.speed_factor),
         ticks_per_control_period=TICKS_PER_CONTROL_PERIOD,
         ticks_per_second=TICKS_PER_SECOND,
         capture_enabled=config.capture.enabled,
         capture_threshold=config.capture.threshold,
         ring_weights=ring_weights(config.num_drones * config.trail_ticks),
-        reconstructs=config.capture.field == "reconstruction",
-        capture_forgets=forgets["capture"],
-        command_forgets=forgets["command"],
+    )
+
+
+def _option_parameters(config: GameConfig) -> Options | None:
+    """Return what differs from the preset `paper` in kind, None if nothing does."""
+    memory, dynamics, flocking = config.memory, config.dynamics, config.flocking
+    capture_forgets, command_forgets = (
+        (occasion in memory.trail_forgotten_on, occasion in memory.controller_forgotten_on)
+        for occasion in ("capture", "command")
+    )
+    can_fail = dynamics.failure_rate > 0.0
+    radius, loss = config.controller.communication_radius, config.controller.message_loss
+    red, blue = (controller == "flocking" for controller in config.team_controllers)
+    reconstructs = config.capture.field == "reconstruction"
+    is_local = can_fail or radius is not None or loss > 0.0
+    forgets_as_usual = capture_forgets == (False, True) and not any(command_forgets)
+    if forgets_as_usual and not (reconstructs or is_local or red or blue):
+        return None
+    return Options(
+        reconstructs=reconstructs,
+        capture_forgets=capture_forgets,
+        command_forgets=command_forgets,
         can_fail=can_fail,
         failure_chance=-math.expm1(-dynamics.failure_rate * CONTROL_PERIOD),
         repair_chance=-math.expm1(-dynamics.repair_rate * CONTROL_PERIOD),
-        talk=Talk(
-            is_local=can_fail or radius is not None or loss > 0.0,
-            radius=math.inf if radius is None else float(radius),
-            loss=float(loss),
-        ),
+        talk=Talk(is_local=is_local, radius=math.inf if radius is None else float(radius), loss=float(loss)),
         flocking=FlockingParameters(
             flies=(red, blue),
             alignment=float(flocking.alignment),

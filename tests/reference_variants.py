@@ -33,10 +33,11 @@ def reconstruct(coefficients: NDArray[np.floating]) -> Floats:
     """
     given = np.asarray(coefficients, dtype=np.float64)
     centres = (np.arange(GRID) + 0.5) / GRID
+    waves = [np.cos(np.pi * k * centres) for k in range(max(given.shape))]
     total = np.zeros((GRID, GRID))
     for k1 in range(given.shape[0]):
         for k2 in range(given.shape[1]):
-            total += given[k1, k2] * np.outer(np.cos(np.pi * k2 * centres), np.cos(np.pi * k1 * centres))
+            total += given[k1, k2] * np.outer(waves[k2], waves[k1])
     return total
 
 
@@ -77,6 +78,10 @@ def reconstruction_captures(field: Floats, threshold: float = 0.75) -> Booleans:
 # ---------------------------------------------------------------------------------------------------------------------
 
 
+NO_PAST = GRID * GRID
+"""What stands on a trail in place of a cell's number, counted row by row, while its drone had failed."""
+
+
 class VariantRules(RuleReference):
     """Rules whose trails may last for ever or be forgotten, for drones that may fail.
 
@@ -98,19 +103,16 @@ class VariantRules(RuleReference):
         forgotten_on_capture: bool = False,
     ) -> None:
         super().__init__(teams, 0, threshold)
-        # None on a trail: no past, because the drone had failed.
-        self.pasts: list[deque[tuple[int, int] | None]] = [deque(maxlen=trail_ticks) for _ in range(len(self.teams))]
+        self.pasts: list[deque[int]] = [deque(maxlen=trail_ticks) for _ in range(len(self.teams))]
         self.forgotten_on_capture = forgotten_on_capture
 
     @property
     def occupancy(self) -> NDArray[np.int64]:
         """The teams' trails summed on the grid, (2, 50, 50) int64; counted afresh."""
-        occupancy = np.zeros((2, GRID, GRID), dtype=np.int64)
+        counts = np.zeros((2, NO_PAST + 1), dtype=np.int64)
         for team, past in zip(self.teams, self.pasts, strict=True):
-            for cell in past:
-                if cell is not None:
-                    occupancy[team, cell[0], cell[1]] += 1
-        return occupancy
+            counts[team] += np.bincount(np.array(past, dtype=np.int64), minlength=NO_PAST + 1)
+        return counts[:, :NO_PAST].reshape(2, GRID, GRID)
 
     def command(self, team: int) -> None:
         """Forget the trails of a team that got another target; call it before the tick of the solve."""
@@ -142,7 +144,7 @@ class VariantRules(RuleReference):
         self.ticks += 1
         cells = [cell_of(position) for position in positions]
         for drone, cell in enumerate(cells):
-            self.pasts[drone].append(None if failed is not None and failed[drone] else cell)
+            self.pasts[drone].append(NO_PAST if failed is not None and failed[drone] else GRID * cell[0] + cell[1])
         if captures is None:
             captures = np.stack([captures_where(occupancy, self.threshold) for occupancy in self.occupancy])
         captured = [drone for drone, cell in enumerate(cells) if captures[1 - self.teams[drone]][cell]]
@@ -288,9 +290,10 @@ class FlockingReference:
         down = np.zeros(drones, dtype=np.bool_) if failed is None else failed
         urges = np.zeros((drones, 2))
         for i in range(drones):
-            mates = [j for j in range(drones) if j != i and teams[j] == teams[i]]
+            # A failed drone says nothing: nobody knows where it is.
+            mates = [j for j in range(drones) if j != i and teams[j] == teams[i] and not down[j]]
             distance = {j: math.hypot(*(p[i] - p[j])) for j in mates}
-            near = [j for j in mates if distance[j] <= self.communication_radius and not down[j]]
+            near = [j for j in mates if distance[j] <= self.communication_radius]
             align = sum(v[j] for j in near) / len(near) - v[i] if near else np.zeros(2)
             cohere = sum(p[j] for j in near) / len(near) - p[i] if near else np.zeros(2)
             separate = np.zeros(2)

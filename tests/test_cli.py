@@ -33,6 +33,22 @@ def test_render_writes_a_film(tmp_path, capsys):
     assert "film.mp4" in capsys.readouterr().out
 
 
+def test_render_writes_a_picture_with_overlays(tmp_path, capsys):
+    picture = tmp_path / "board.png"
+    overlays = ["--overlay", "target", "captures", "--overlay-team", "both"]
+    main(["render", "ring", "noise", "--out", str(picture), "--seconds", "2.5", *overlays, *SHORT])
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert "2.5 s" in capsys.readouterr().out
+
+
+def test_diagnose_draws_a_game_over_time_and_writes_json(tmp_path, capsys):
+    picture, figures = tmp_path / "game.png", tmp_path / "game.json"
+    main(["diagnose", "ring", "noise", "--out", str(picture), "--json", str(figures), "--seconds", "2", *SHORT])
+    assert picture.stat().st_size > 1000
+    assert len(json.loads(figures.read_text())["times_s"]) == 21
+    assert "ring (red) and noise (blue) had not finished after 2.0 s" in capsys.readouterr().out
+
+
 def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(tmp_path, capsys):
     out = tmp_path / "run"
     tiny = [
@@ -122,7 +138,10 @@ def test_league_writes_a_policy(tmp_path, capsys):
         (["bench", "--drones", "5"], "drones must be even"),
         (["bench", "--drones", "1000000"], "nothing to measure"),
         (["render", "--speed", "0"], "speed must be a number above 0"),
+        (["diagnose", "--out", "game.txt"], "out must be a file .png, .pdf or .svg"),
+        (["diagnose", "--seconds", "0"], "seconds must be a number above 0"),
         (["render", "--out", "film.avi"], "must end in .gif or .mp4"),
+        (["render", "--overlay", "potential", "--overlay-team", "both"], "one team at a time"),
     ],
 )
 def test_errors_are_one_line_and_status_2(arguments, message, capsys):

@@ -193,6 +193,9 @@ def test_the_strongest_mode_of_known_densities():
     corner = np.zeros((10, 10))
     corner[9, 0] = 1.0
     assert strongest_mode(corner) == pytest.approx((0.05, 0.95, 100.0))
+    equals = np.zeros((10, 10))
+    equals[8, 1] = equals[1, 8] = 1.0  # the lower row comes first
+    assert strongest_mode(equals) == pytest.approx((0.85, 0.15, 75.0))
     two = np.zeros((10, 10))
     two[1, 1], two[1, 2], two[8, 8] = 1.0, 1.0, 1.0
     assert strongest_mode(two) == pytest.approx((0.2, 0.15, 50 + 50 * 2 / 3))

@@ -89,6 +89,17 @@ def test_films_are_written(tmp_path, suffix):
     assert imageio.get_reader(path).get_data(0).ndim == 3
 
 
+def test_a_still_shows_the_board_at_its_moment(tmp_path):
+    from PIL import Image
+
+    path = tmp_path / "stills" / "game.png"
+    assert "(1.5 s" in film_game("ring", "uniform", path, seconds=1.5)
+    with Image.open(path) as picture:
+        assert picture.size == draw(Simulator()).shape[1::-1]
+    end = film_game("ring", "uniform", path, config=GameConfig(time_limit=2.0))
+    assert end.startswith("a draw (2.0 s")
+
+
 def test_animations_keep_the_colours_of_the_teams(tmp_path):
     import imageio.v2 as imageio
 

@@ -32,6 +32,7 @@ def main(arguments: list[str] | None = None) -> None:
         "figures": evidence.figures,
         "policies": compare.list_policies,
         "render": machine.render,
+        "diagnose": machine.diagnose,
         "bench": machine.bench,
         "warmup": machine.warmup,
     }

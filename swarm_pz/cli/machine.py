@@ -1,4 +1,4 @@
-"""Commands about the simulator: ``render``, ``bench`` and ``warmup``."""
+"""Commands about one game and the simulator: ``render``, ``diagnose``, ``bench`` and ``warmup``."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import functools
 import itertools
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import tyro
 
 from swarm_pz import tables
 from swarm_pz.cli.report import write_json
-from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig, ObservationConfig
 from swarm_pz.errors import require_extra
 from swarm_pz.settings import check
 
@@ -26,22 +26,29 @@ def render(
     seed: int = 0,
     seconds: float | None = None,
     speed: float = 2.0,
+    overlay: tuple[Literal["target", "coverage", "captures", "potential"], ...] = (),
+    overlay_team: Literal["red", "blue", "both"] = "red",
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
-    """Play one game between two policies and write it as a film.
+    """Play one game between two policies and write it as a film, or one moment of it as a picture.
 
     Args:
         red: Name of a policy, or a folder that training wrote.
         blue: Name of a policy, or a folder that training wrote.
-        out: File to write, .gif or .mp4.
+        out: File to write: .gif or .mp4, or .png for a picture.
         seed: Seed of the game.
-        seconds: Show this much of the game at most.
+        seconds: Show this much of the game at most; the moment of a picture, its end if not given.
         speed: Seconds of game a second of film.
+        overlay: What to show on the ground: the density that a team was asked for, the one that its controller
+            sees it cover, where it captures, the potential that pushes its drones.
+        overlay_team: Whose.
         game: The rules.
     """
     import policies
     from swarm_pz.film import film_game
+    from swarm_pz.overlays import make_overlays
 
+    teams = (RED, BLUE) if overlay_team == "both" else (TEAM_NAMES.index(overlay_team),)
     standing = film_game(
         policies.load(red, game),
         policies.load(blue, game),
@@ -50,8 +57,44 @@ def render(
         seed=seed,
         seconds=seconds,
         speed=speed,
+        overlays=make_overlays(overlay, teams),
     )
     print(f"{standing}: {out}")
+
+
+def diagnose(
+    red: Annotated[str, tyro.conf.Positional] = "ring",
+    blue: Annotated[str, tyro.conf.Positional] = "uniform",
+    /,
+    out: Path = Path("game.png"),
+    json: Path | None = None,
+    seed: int = 0,
+    seconds: float | None = None,
+    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
+) -> None:
+    """Play one game between two policies and plot sizes, captures, coverage and commands over time.
+
+    Args:
+        red: Name of a policy, or a folder that training wrote.
+        blue: Name of a policy, or a folder that training wrote.
+        out: File to write, .png, .pdf or .svg.
+        json: Write the curves to this file, too.
+        seed: Seed of the game.
+        seconds: Play this much of the game at most.
+        game: The rules.
+    """
+    import policies
+    from swarm_pz import diagnosis
+
+    require_extra("matplotlib.figure", "ladder")
+    check(out.suffix in (".png", ".pdf", ".svg"), "out", str(out), "a file .png, .pdf or .svg")
+    found = diagnosis.diagnose(
+        policies.load(red, game), policies.load(blue, game), config=game, seed=seed, seconds=seconds
+    )
+    diagnosis.plot(found, out)
+    print(f"{found.title}: {out}")
+    if json is not None:
+        write_json(found.to_dict(), json)
 
 
 def bench(

@@ -74,7 +74,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         axes.annotate(
             name,
             (SECONDS, values["mean"][-1]),
-            (4, -3),
+            (4, -12 if name == FEWER else -3),
             annotation_clip=False,
             textcoords="offset points",
             color=colour,

@@ -51,7 +51,7 @@ def _draw_modes(axes: Any, series: dict[str, Any]) -> None:
         wanted = asked["share"][mode]
         axes.plot([mode - 0.4, mode + 0.4], [wanted, wanted], color=style.DARK, linewidth=2)
         text = f"asked: {wanted:.2f}, rms {asked['reach'][mode]:.2f}"
-        axes.annotate(text, (mode, 0.99), ha="center", va="top", fontsize=8)
+        axes.annotate(text, (mode, 1.16), ha="center", va="top", fontsize=8)
         for place, (flight, colour) in enumerate(zip(series["flights"].values(), style.SERIES, strict=False)):
             x, reach = mode + 0.26 * (place - 1), flight["reach"][mode]
             value, low, high = (flight["share"][key][mode] for key in ("mean", "low", "high"))
@@ -63,5 +63,5 @@ def _draw_modes(axes: Any, series: dict[str, Any]) -> None:
                 text, (x, 0.02 if value > 0.3 else value + 0.02), rotation=90, ha="center", va="bottom", **look
             )
     axes.set_xticks([0, 1], [f"mode at ({x:g}, {y:g}),\nsigma {sigma:g}" for x, y, sigma in BIMODAL])
-    axes.set(ylabel=f"share of time within {NEAR:g} of a mode", ylim=(0, 1.05))
+    axes.set(ylabel=f"share of time within {NEAR:g} of a mode", ylim=(0, 1.18))
     axes.set_title("time near each mode; rms: distance from it")

@@ -80,6 +80,14 @@ class RuleParameters(NamedTuple):
     capture_threshold: float
     ring_weights: NDArray[np.integer]
     """(G + 4, G + 4) see `swarm_pz.kernels.capture`."""
+
+
+class Options(NamedTuple):
+    """What differs from the rules of the preset `paper`, ready for the kernels.
+
+    Where nothing does, None stands in its place, and what it is for is not even compiled.
+    """
+
     reconstructs: bool
     """Whether capture fields are made of densities, and not of trails."""
     capture_forgets: tuple[bool, bool]
@@ -115,7 +123,7 @@ def forget(games: Games, e: int, drone: int, team: int, what: tuple[bool, bool],
 
 
 @kernel
-def take_up_commands(games: Games, e: int, rules: RuleParameters, boards: Boards) -> None:
+def take_up_commands(games: Games, e: int, options: Options, boards: Boards) -> None:
     """Forget what a new command makes a team forget. Targets are compared, so an image and its double are the same."""
     for team in range(2):
         target, followed = games.targets[e, team], games.followed[e, team]
@@ -127,19 +135,20 @@ def take_up_commands(games: Games, e: int, rules: RuleParameters, boards: Boards
             followed[:] = target
             for i in range(games.teams.shape[1]):
                 if games.teams[e, i] == team:
-                    forget(games, e, i, team, rules.command_forgets, boards)
+                    forget(games, e, i, team, options.command_forgets, boards)
     add_up(boards)
 
 
 @kernel
-def fail_and_repair(games: Games, e: int, rules: RuleParameters) -> None:
+def fail_and_repair(games: Games, e: int, options: Options) -> None:
     """Let drones fail, at rest and with an empty memory, and let others return to work."""
     for i in range(games.teams.shape[1]):
         chance = draw(games.seeds[e], FAILURE, games.ticks[e], i, 0)
         if games.failed[e, i]:
-            games.failed[e, i] = chance >= rules.repair_chance
-        elif chance < rules.failure_chance:
-            games.failed[e, i] = True
+            games.failed[e, i] = chance >= options.repair_chance
+        else:
+            games.failed[e, i] = chance < options.failure_chance
+        if games.failed[e, i]:
             games.velocities[e, i] = 0.0
             games.accelerations[e, i] = 0.0
             games.memory[e, :, :, i] = 0.0
@@ -157,21 +166,21 @@ def at_work(teams: NDArray[np.int8], failed: NDArray[np.bool_]) -> NDArray[np.in
 
 
 @kernel
-def solve_game(
-    games: Games, e: int, rules: RuleParameters, controller: ErgodicParameters, scratch: Scratch, boards: Boards
+def solve_with_options(
+    games: Games, e: int, options: Options, controller: ErgodicParameters, scratch: Scratch, boards: Boards
 ) -> None:
-    """Let the controllers choose all accelerations, until the next solve.
+    """Let the controllers choose all accelerations, where options have a say.
 
     The ergodic controller always runs, since memories and coefficients are kept of whoever is flown by
     another one, too.
     """
     positions, velocities, teams = games.positions[e], games.velocities[e], games.teams[e]
     memory, memory_weight, accelerations = games.memory[e], games.memory_weight[e], games.accelerations[e]
-    if rules.command_forgets[0] or rules.command_forgets[1]:
-        take_up_commands(games, e, rules, boards)
-    if rules.can_fail:
-        fail_and_repair(games, e, rules)
-    if rules.talk.is_local:
+    if options.command_forgets[0] or options.command_forgets[1]:
+        take_up_commands(games, e, options, boards)
+    if options.can_fail:
+        fail_and_repair(games, e, options)
+    if options.talk.is_local:
         crew = at_work(teams, games.failed[e])
         ergodic_among_heard(
             positions,
@@ -183,7 +192,7 @@ def solve_game(
             controller,
             scratch,
             accelerations,
-            rules.talk,
+            options.talk,
             games.seeds[e],
             games.ticks[e],
         )
@@ -200,7 +209,7 @@ def solve_game(
             scratch,
             accelerations,
         )
-    if rules.flocking.flies[0] or rules.flocking.flies[1]:
+    if options.flocking.flies[0] or options.flocking.flies[1]:
         flocking(
             positions,
             velocities,
@@ -208,45 +217,47 @@ def solve_game(
             memory,
             memory_weight,
             games.attractors[e],
-            rules.flocking,
+            options.flocking,
             scratch,
             accelerations,
         )
-    for i in range(teams.shape[0]):
-        saturate(accelerations[i], controller.max_acceleration)
-    if rules.reconstructs:
+    if options.reconstructs:
         for team in range(2):
             rebuild_field(scratch.means[team], games.reconstruction[e, team])
 
 
 @kernel
-def test_drones(
+def find_captured_with_options(
     games: Games,
     e: int,
-    rules: RuleParameters,
-    slot: int,
+    threshold: float,
+    options: Options,
     boards: Boards,
     peaks: NDArray[np.int64],
     captured: NDArray[np.bool_],
 ) -> bool:
-    """Test every drone against the opposing capture field; mark those captured and return whether there are any."""
-    cells, teams = games.trails[e, slot], games.teams[e]
-    if rules.can_fail:  # those that have failed leave no trail
-        cells = np.empty(teams.shape[0], np.int16)
-        for i in range(teams.shape[0]):
-            cells[i] = cell_of(games.positions[e, i, 0], games.positions[e, i, 1])
-    if rules.reconstructs:
-        return find_captured_by_density(cells, teams, games.reconstruction[e], rules.capture_threshold, captured)
-    return find_captured(cells, teams, boards.fields, rules.capture_threshold, peaks, captured)
+    """Mark the drones that are captured, where options have a say, and return whether there are any."""
+    positions, teams = games.positions[e], games.teams[e]
+    cells = np.empty(teams.shape[0], np.int16)  # not from the trails: those that have failed leave none
+    for i in range(teams.shape[0]):
+        cells[i] = cell_of(positions[i, 0], positions[i, 1])
+    if options.reconstructs:
+        return find_captured_by_density(cells, teams, games.reconstruction[e], threshold, captured)
+    return find_captured(cells, teams, boards.fields, threshold, peaks, captured)
 
 
 @kernel
-def change_team(games: Games, e: int, drone: int, rules: RuleParameters, boards: Boards) -> None:
+def change_team(
+    games: Games, e: int, drone: int, rules: RuleParameters, boards: Boards, options: Options | None
+) -> None:
     """Let a captured drone join the other team, with its trail unless that is forgotten; `add_up` has to follow."""
     loser = games.teams[e, drone]
     winner = 1 - loser
-    forget(games, e, drone, loser, rules.capture_forgets, boards)
-    if not rules.capture_forgets[0]:
+    forgets = (False, True)
+    if options is not None:
+        forgets = options.capture_forgets
+    forget(games, e, drone, loser, forgets, boards)
+    if not forgets[0]:
         hand_over_trail(games.trails[e], drone, loser, winner, boards)
     games.teams[e, drone] = winner
     games.captures[e, winner] += 1
@@ -257,10 +268,18 @@ def change_team(games: Games, e: int, drone: int, rules: RuleParameters, boards:
 
 @kernel
 def advance_game(
-    games: Games, e: int, ticks: int, rules: RuleParameters, controller: ErgodicParameters, scratch: Scratch
+    games: Games,
+    e: int,
+    ticks: int,
+    rules: RuleParameters,
+    controller: ErgodicParameters,
+    scratch: Scratch,
+    options: Options | None,
 ) -> None:
     """Advance game `e` by some ticks, or to the tick that decides it."""
-    positions, teams, trails = games.positions[e], games.teams[e], games.trails[e]
+    positions, velocities, accelerations = games.positions[e], games.velocities[e], games.accelerations[e]
+    teams, trails = games.teams[e], games.trails[e]
+    memory, memory_weight = games.memory[e], games.memory_weight[e]
     boards = Boards(games.fields[e], games.occupancy[e], rules.ring_weights)
     num_drones = teams.shape[0]
     captured, peaks = np.empty(num_drones, np.bool_), np.zeros(2, np.int64)
@@ -269,18 +288,42 @@ def advance_game(
         if rules.capture_enabled and has_loser(teams):
             return
         if games.ticks[e] % rules.ticks_per_control_period == 0:
-            solve_game(games, e, rules, controller, scratch, boards)
-        move(positions, games.velocities[e], games.accelerations[e], rules.tick, rules.drift)
+            if options is None:
+                ergodic(
+                    positions,
+                    velocities,
+                    teams,
+                    memory,
+                    memory_weight,
+                    games.coefficients[e],
+                    controller,
+                    scratch,
+                    accelerations,
+                )
+            else:
+                solve_with_options(games, e, options, controller, scratch, boards)
+            for i in range(num_drones):
+                saturate(accelerations[i], controller.max_acceleration)
+        move(positions, velocities, accelerations, rules.tick, rules.drift)
         slot = games.ticks[e] % trails.shape[0]
         extend_trails(positions, teams, slot, trails, boards)
-        if rules.can_fail:
-            take_back_newest(games.failed[e], teams, slot, trails, boards)
+        # Not in one line: only a test for None alone is decided when compiling.
+        if options is not None:  # noqa: SIM102
+            if options.can_fail:
+                take_back_newest(games.failed[e], teams, slot, trails, boards)
         games.ticks[e] += 1
-        if not rules.capture_enabled or not test_drones(games, e, rules, slot, boards, peaks, captured):
+        if not rules.capture_enabled:
+            continue
+        threshold = rules.capture_threshold
+        if options is None:
+            found = find_captured(trails[slot], teams, boards.fields, threshold, peaks, captured)
+        else:
+            found = find_captured_with_options(games, e, threshold, options, boards, peaks, captured)
+        if not found:
             continue
         for i in range(num_drones):
             if captured[i]:
-                change_team(games, e, i, rules, boards)
+                change_team(games, e, i, rules, boards, options)
         add_up(boards)
 
 
@@ -291,8 +334,9 @@ def advance_games(
     ticks: NDArray[np.int64],
     rules: RuleParameters,
     controller: ErgodicParameters,
+    options: Options | None,
 ) -> None:
     """Advance the games `rows`, each by its own number of ticks (indexed by game)."""
     scratch = make_scratch(games.teams.shape[1], controller)
     for row in rows:
-        advance_game(games, row, ticks[row], rules, controller, scratch)
+        advance_game(games, row, ticks[row], rules, controller, scratch, options)

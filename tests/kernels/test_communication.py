@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from swarm_pz.config import ControllerConfig, DynamicsConfig, GameConfig
+from swarm_pz.config import CaptureConfig, ControllerConfig, DynamicsConfig, GameConfig
 from swarm_pz.simulator import Simulator
 from tests.kernels.states import PEACE, SOFT, assert_mirrored, put, random_state, solved
 from tests.reference import ControllerReference, basis
@@ -198,13 +198,15 @@ def test_drones_fail_and_return_at_their_rates_each_by_itself():
 
 
 def test_a_failed_drone_stands_still_writes_no_trail_and_returns_with_an_empty_memory():
-    config = GameConfig(dynamics=DynamicsConfig(failure_rate=0.5, repair_rate=2.0))
+    config = GameConfig(
+        capture=CaptureConfig(threshold=0.5), dynamics=DynamicsConfig(failure_rate=0.5, repair_rate=2.0)
+    )
     returned, captured, captured_failed = 0, 0, 0
     for seed in range(4):
         simulator, generator = Simulator(config), np.random.default_rng(seed)
         simulator.reset([seed])
         games = simulator.games
-        rules = VariantRules(simulator.teams[0])
+        rules = VariantRules(simulator.teams[0], threshold=0.5)
         for tick in range(300):
             if tick % 30 == 0:
                 for team in range(2):
@@ -257,10 +259,11 @@ def test_a_team_of_which_every_drone_has_failed_stands(config):
     simulator = Simulator(config.replace(dynamics=dynamics, capture=config.capture.replace(enabled=False)))
     simulator.reset([0])
     simulator.advance(60)
-    simulator.games.failed[0] = simulator.teams[0] == 1
+    games = simulator.games
+    games.failed[0, 10:], games.velocities[0, 10:], games.accelerations[0, 10:] = True, 0.0, 0.0
     there = simulator.positions[0, 10:].copy()
     simulator.advance(90)
-    np.testing.assert_array_equal(simulator.games.failed[0], simulator.teams[0] == 1)
+    np.testing.assert_array_equal(games.failed[0], simulator.teams[0] == 1)
     np.testing.assert_array_equal(simulator.positions[0, 10:], there)
-    for array in (simulator.positions, simulator.capture_field, simulator.games.memory):
+    for array in (simulator.positions, simulator.capture_field, games.memory):
         assert np.isfinite(array).all()

@@ -84,7 +84,7 @@ def test_every_weight_radius_and_limit_matches_the_reference():
     assert compared > 0.9 * drones
 
 
-def test_failed_team_mates_are_kept_away_from_but_not_followed():
+def test_failed_team_mates_are_neither_followed_nor_kept_away_from():
     generator = np.random.default_rng(2)
     numbers = {"alignment": 3.0, "cohesion": 3.0, "separation": 0.05}
     config = FlockingConfig(migration=(0.5, 2.0), **numbers)
@@ -193,6 +193,7 @@ def test_a_density_does_what_the_attractor_of_its_strongest_mode_does():
         (np.zeros((10, 10)), (0.5, 0.5, 50.0)),
         (np.full((10, 10), 0.7), (0.5, 0.5, 50.0)),
         (np.eye(10)[:, :1] @ np.eye(10)[:1], (0.05, 0.05, 100.0)),
+        (np.fliplr(np.diag([0, 1.0, 0, 0, 0, 0, 0, 0, 1, 0])), (0.85, 0.15, 75.0)),  # of equals, the lower row
     ],
 )
 def test_attractors_of_known_densities(command, expected):

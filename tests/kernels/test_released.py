@@ -288,6 +288,23 @@ def test_trails_are_forgotten_as_asked(memory):
     assert captured > 0
 
 
+@pytest.mark.parametrize("second_thoughts", [False, True])
+def test_a_command_is_a_new_one_if_it_is_new_at_the_solve(second_thoughts):
+    simulator = Simulator(RELEASED.replace(capture=CaptureConfig(enabled=False)))
+    simulator.reset([0])
+    first, other = np.random.default_rng(0).random((2, 1, 10, 10))
+    simulator.command(0, first)
+    simulator.advance(30)
+    simulator.command(0, other)
+    if second_thoughts:
+        simulator.command(0, first / 2)
+    simulator.advance(1)
+    kept = 11.0 if second_thoughts else 1.0
+    np.testing.assert_array_equal(simulator.games.memory_weight[0], [kept] * 10 + [11.0] * 10)
+    kept = 31 if second_thoughts else 1
+    np.testing.assert_array_equal(simulator.occupancy[0].sum(axis=(1, 2)), [10 * kept, 310])
+
+
 @pytest.mark.parametrize("tau", [4.0, None])
 @pytest.mark.parametrize("forgotten_on", [(), ("capture",), ("command",), ("capture", "command")])
 def test_the_controllers_memory_is_forgotten_as_asked(tau, forgotten_on):
@@ -350,9 +367,8 @@ def test_motion_with_a_speed_factor_matches_the_reference(factor):
 
 @pytest.mark.parametrize(("inset", "side"), [(0.1, 0.1), (0.05, 0.3)])
 def test_teams_start_in_squares_of_their_own(inset, side):
-    simulator = Simulator(
-        GameConfig(drones_per_team=(8, 12), spawn=SpawnConfig(layout="squares", inset=inset, side=side)), num_games=100
-    )
+    spawn = SpawnConfig(layout="squares", inset=inset, side=side, radius=0.0)
+    simulator = Simulator(GameConfig(drones_per_team=(8, 12), spawn=spawn), num_games=100)
     simulator.reset(range(100))
     red, blue = simulator.positions[:, :8].reshape(-1, 2), 1.0 - simulator.positions[:, 8:].reshape(-1, 2)
     for places in (red, blue):

@@ -1,0 +1,65 @@
+"""What the site does beyond MkDocs: formulas as MathML, and pages for files of the repository that pages link to."""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from pathlib import Path
+from typing import Any
+
+from latex2mathml.converter import convert
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files, InclusionLevel
+from mkdocs.structure.pages import Page
+
+_LINK = re.compile(r"\]\(([\w./-]+)((?:#[^)\s]*)?)\)")
+_LANGUAGES = {".py": "python", ".toml": "toml", ".json": "json", ".md": "markdown", "": "bash"}
+_shown: dict[str, str] = {}
+"""Files of the repository that are shown as pages: path from its root -> path of the page."""
+
+
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Set fences called ``math`` as MathML, which browsers draw without a script; forges draw them, too."""
+    fence = {"name": "math", "class": "math", "format": _as_mathml}
+    config.mdx_configs.setdefault("pymdownx.superfences", {})["custom_fences"] = [fence]
+    return config
+
+
+def _as_mathml(source: str, *_: Any, **__: Any) -> str:
+    return f'<div class="formula">{convert(source.strip(), display="block")}</div>'
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Make a page of every file of the repository that is none itself and that a page links to."""
+    root = Path(config.config_file_path).parent
+    _shown.clear()
+    for page in list(files.documentation_pages()):
+        for target, _ in _LINK.findall(page.content_string):
+            path = _outside(page.src_uri, target)
+            if path is None or path in _shown or not (root / path).is_file():
+                continue
+            language = _LANGUAGES.get(Path(path).suffix, "text")
+            text = (root / path).read_text()
+            shown = f"source/{path}.md"
+            content = f"---\nsearch:\n  exclude: true\n---\n# {path}\n\n`````{language}\n{text}`````\n"
+            files.append(File.generated(config, shown, content=content, inclusion=InclusionLevel.NOT_IN_NAV))
+            _shown[path] = shown
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Point links to such files at their pages; a link to nowhere stays one, and the build refuses it."""
+
+    def point(match: re.Match[str]) -> str:
+        path = _outside(page.file.src_uri, match[1])
+        if path not in _shown:
+            return match[0]
+        return f"]({posixpath.relpath(_shown[path], posixpath.dirname(page.file.src_uri))}{match[2]})"
+
+    return _LINK.sub(point, markdown)
+
+
+def _outside(page: str, target: str) -> str | None:
+    """Return the path from the repository's root of a file that a page links to, or None of what the site has."""
+    path = posixpath.normpath(posixpath.join("docs", posixpath.dirname(page), target))
+    return None if path.startswith("..") or (path.startswith("docs/") and not path.endswith(".py")) else path

@@ -1,0 +1,153 @@
+"""The pages keep their word: commands exist, snippets run, the site builds without a warning."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import swarm_pz.play.client
+from swarm_pz import GameConfig
+from swarm_pz.cli import compare, learn, machine, main, table
+from swarm_pz.play.frames import Frame
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+COMMANDS = {
+    learn: ("train", "league"),
+    compare: ("evaluate", "tournament", "list_policies"),
+    table: ("play", "replay", "study"),
+    machine: ("render", "bench", "warmup"),
+}
+
+
+def snippets(language):
+    """Return (page, text) of every fenced block of a language."""
+    found = []
+    for page in PAGES:
+        name = str(page.relative_to(ROOT))
+        found += [(name, text) for text in re.findall(rf"^```{language}\n(.*?)^```", page.read_text(), re.M | re.S)]
+    return found
+
+
+def command_lines():
+    """Return (page, line) of every line of a bash block, without comments."""
+    lines = [(page, line) for page, text in snippets("bash") for line in text.splitlines()]
+    return [(page, line) for page, line in lines if shlex.split(line, comments=True)]
+
+
+@pytest.mark.parametrize(("page", "line"), command_lines())
+def test_commands_of_the_pages_exist(page, line, monkeypatch):
+    called = []
+    for module, names in COMMANDS.items():
+        for name in names:
+            function = getattr(module, name)
+            monkeypatch.setattr(module, name, functools.wraps(function)(lambda *_, **__: called.append(True)))
+    program, *arguments = shlex.split(line, comments=True)
+    if Path(program).name == "swarm-pz":
+        main(arguments)
+        assert called
+    elif program == "python":
+        path = f"{arguments[1].replace('.', '/')}.py" if arguments[0] == "-m" else arguments[0]
+        assert (ROOT / path).is_file()
+        options = [argument for argument in arguments if argument.startswith("--")]
+        assert all(f'"{option}"' in (ROOT / path).read_text() for option in options)
+    else:
+        assert program.startswith("scripts/"), f"{page} calls {program}, which this test cannot check"
+        assert (ROOT / program).stat().st_mode & 0o100
+
+
+def test_commands_named_in_the_text_exist(monkeypatch, capsys):
+    named = {name for page in PAGES for name in re.findall(r"`swarm-pz ([a-z]+)", page.read_text())}
+    assert {"train", "play", "evaluate"} <= named
+    for name in named:
+        with pytest.raises(SystemExit) as stopped:
+            main([name, "--help"])
+        assert stopped.value.code == 0, name
+
+
+def test_scripts_named_in_the_text_exist():
+    for page in PAGES:
+        for name in re.findall(r"`(scripts/[a-z]+)", page.read_text()):
+            assert (ROOT / name).is_file(), f"{page.name} names {name}"
+        for name in re.findall(r"`python -m (benchmarks\.[a-z_]+)", page.read_text()):
+            assert (ROOT / f"{name.replace('.', '/')}.py").is_file(), f"{page.name} names {name}"
+
+
+def test_every_python_snippet_is_run(monkeypatch, capsys):
+    """Doctests run by themselves; the others are programs at a table, which is played by a stand-in here."""
+
+    def stand_in(address, tactic, **how):
+        generator = np.random.default_rng(0)
+        positions, teams = generator.random((20, 2)), np.arange(20) // 10
+        frame = Frame(sequence=1, tick=0, server_ms=0.0, positions=positions, velocities=np.zeros((20, 2)), teams=teams)
+        density = np.array(tactic(frame, 0), float)
+        assert density.shape == (10, 10)
+        assert density.min() >= 0
+        assert density.max() <= 1
+        return "red"
+
+    monkeypatch.setattr(swarm_pz.play.client, "play", stand_in)
+    programs = [(page, text) for page, text in snippets("python") if ">>>" not in text and "--8<--" not in text]
+    for page, text in programs:
+        assert "swarm_pz.play.client" in text, f"a snippet of {page} is run by no test: make it a doctest"
+        exec(compile(text, page, "exec"), {})  # noqa: S102  (our own pages)
+    assert capsys.readouterr().out == "red\n" * len(programs)
+
+
+def test_toml_snippets_are_toml():
+    for _, text in snippets("toml"):
+        assert tomllib.loads(text)["project"]["entry-points"]["swarm_pz.policies"]
+
+
+def load_ppo():
+    """Import the tutorial's file."""
+    spec = importlib.util.spec_from_file_location("ppo_tutorial", ROOT / "docs/tutorials/ppo.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_ppo_in_one_file_runs(tmp_path, capsys, monkeypatch):
+    few = {"steps": 64, "games": 4, "rollout": 8, "threads": 1, "evaluation-games": 2, "out": tmp_path / "ppo.pt"}
+    options = [text for name, value in few.items() for text in (f"--{name}", str(value))]
+    ppo = load_ppo()
+    monkeypatch.setattr(ppo, "play_match", functools.partial(ppo.play_match, config=GameConfig(time_limit=5.0)))
+    monkeypatch.setattr(sys, "argv", ["ppo.py", *options])
+    ppo.main()
+    assert len(re.findall(r"steps  share", capsys.readouterr().out)) == 2
+    assert (tmp_path / "ppo.pt").stat().st_size > 0
+    assert len((ROOT / "docs/tutorials/ppo.py").read_text().splitlines()) <= 200
+
+
+def test_ppo_values_time_outs_and_leaves_out_restarts():
+    import torch
+
+    ppo = load_ppo()
+    rewards, values, after = torch.zeros(2, 2), torch.zeros(2, 2), torch.ones(2, 2)
+    over = torch.tensor([[True, True], [False, False]])
+    ended = torch.tensor([[True, False], [False, False]])
+    estimates = ppo.advantages(rewards, values, after, ended, over)
+    assert estimates[0].tolist() == pytest.approx([0.0, ppo.GAMMA])
+
+
+def test_the_site_builds_without_a_warning_and_fetches_nothing(tmp_path):
+    if importlib.util.find_spec("mkdocs") is None:
+        pytest.skip("NO SITE: mkdocs is not installed, pip install 'swarm-pz[docs]' brings it; pages are not checked")
+    site = tmp_path / "site"
+    build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--config-file", str(ROOT / "mkdocs.yml")]
+    done = subprocess.run([*build, "--site-dir", str(site)], capture_output=True, text=True, cwd=ROOT, check=False)  # noqa: S603
+    assert done.returncode == 0, done.stderr
+    for path in site.rglob("*.html"):
+        loaded = re.findall(r'<(?:script|img|link|iframe)\b[^>]*?(?:src|href)="(https?:)?//', path.read_text())
+        assert not loaded, f"{path.relative_to(site)} fetches from another host"
+    assert "<math" in (site / "controller/index.html").read_text()
+    assert "add_potential_gradient" in (site / "source/swarm_pz/kernels/ergodic.py/index.html").read_text()
