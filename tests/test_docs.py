@@ -16,7 +16,7 @@ import pytest
 
 import swarm_pz.play.client
 from swarm_pz import GameConfig
-from swarm_pz.cli import compare, learn, machine, main, table
+from swarm_pz.cli import compare, evidence, learn, machine, main, table
 from swarm_pz.play.frames import Frame
 
 ROOT = Path(__file__).parents[1]
@@ -26,6 +26,7 @@ COMMANDS = {
     compare: ("evaluate", "tournament", "list_policies"),
     table: ("play", "replay", "study"),
     machine: ("render", "bench", "warmup"),
+    evidence: ("figures",),
 }
 
 

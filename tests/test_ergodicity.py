@@ -128,6 +128,15 @@ def test_the_metric_counts_every_drone_for_the_team_it_was_of():
         assert one.value()[0] == pytest.approx(expected, rel=1e-9)
 
 
+def test_a_failed_drone_counts_for_nobody():
+    simulator = Simulator(GameConfig(drones_per_team=(2, 0), capture=CaptureConfig(enabled=False)))
+    simulator.reset([0])
+    simulator.games.failed[0, 1] = True
+    metric = ErgodicMetric(simulator, team=0)
+    metric.observe()
+    np.testing.assert_allclose(metric.coefficients[0], basis(simulator.positions[0, 0], 10))
+
+
 def test_a_team_without_drones_has_no_coefficients():
     simulator = Simulator(GameConfig(drones_per_team=(2, 0), capture=CaptureConfig(enabled=False)))
     metric = ErgodicMetric(simulator, team=1)

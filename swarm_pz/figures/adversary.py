@@ -70,9 +70,9 @@ def _describe(series: dict[str, Any], statistic: dict[str, float]) -> str:
         )
     if RESENT in winners["released"] and RESENT not in winners["paper"]:
         sentences.append(
-            "Under `released` every new command empties what drones remember, so sending anything anew beats an "
-            f"opponent that never does: `{RESENT}`, uniform coverage with a trace of noise, wins. So the claim holds "
-            "for the rules that this benchmark plays by, and not for the published ones."
+            f"`{RESENT}`, which is uniform coverage sent anew with a trace of noise, wins under `released`, because "
+            "there every new command empties what drones remember. So the claim holds for the rules that this "
+            "benchmark plays by, and not for the published ones."
         )
     return " ".join(sentences)
 

@@ -75,7 +75,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
             style.band(axes, times, values, colour, dash, name)
             if axes is panels[0]:
                 end = (SECONDS, values["mean"][-1])
-                axes.annotate(name, end, (-4, 4), textcoords="offset points", ha="right", color=colour)
+                axes.annotate(name, end, (-4, -12), textcoords="offset points", ha="right", color=colour)
         axes.plot([JUDGED, JUDGED], [1e-5, COVERED], color=style.DARK, linewidth=0.8)
         axes.plot([JUDGED, SECONDS], [COVERED, COVERED], color=style.DARK, linewidth=0.8)
         axes.annotate(

@@ -61,7 +61,8 @@ def mark(axes: Any, value: float, text: str, *, upright: bool = False, at: float
     """Draw a line across the axes that a number is compared with, and say what it is, left of a place `at`."""
     if upright:
         axes.axvline(value, color=GREY, linewidth=0.9)
-        axes.text(value, 1.0, text, transform=axes.get_xaxis_transform(), color=GREY, fontsize=8, ha="center", va="bottom")
+        place, look = axes.get_xaxis_transform(), {"ha": "center", "va": "bottom"}
+        axes.text(value, 1.0, text, transform=place, color=GREY, fontsize=8, **look)
     else:
         axes.axhline(value, color=GREY, linewidth=0.9)
         axes.text(

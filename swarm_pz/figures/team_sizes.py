@@ -83,7 +83,8 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     )
     total = 2 * series["red_sizes"][0][0]
     axes.axhline(total / 2, color=style.GREY, linewidth=0.9)
-    axes.set(xlabel="time (s)", ylabel=f"drones of red, of {total} (equal teams: {total / 2:g})", ylim=(-0.3, total + 0.3), xlim=(0, None))
+    axes.set(xlabel="time (s)", ylim=(-0.3, total + 0.3), xlim=(0, None))
+    axes.set_ylabel(f"drones of red, of {total} (equal teams: {total / 2:g})")
     axes.set_yticks(range(0, total + 1, 5))
     names = {
         "win": f"won by red ({RED_PLAYER})",
