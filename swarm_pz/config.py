@@ -81,7 +81,8 @@ class MemoryConfig(Config):
     Attributes
     ----------
     trail : float, optional
-        Seconds that a cell stays on a drone's trail; whole ticks. None: until the time limit.
+        Seconds that a cell stays on a drone's trail; whole ticks. None: until the time limit, or
+        as long as there is room for.
     controller : float, optional
         Time constant tau of the controller's decaying memory, in seconds. None: nothing decays.
     trail_forgotten_on : tuple of {"capture", "command"}
@@ -389,8 +390,6 @@ class GameConfig(Config):
             check(isinstance(getattr(self, name), kind), name, getattr(self, name), f"a {kind.__name__}")
         fits = len(self.team_controllers) == 2 and all(one in get_args(Controller) for one in self.team_controllers)
         check(fits, "controllers", self.controllers, "'ergodic', 'flocking' or a pair of them")
-        has_room = self.memory.trail is not None or self.time_limit <= LONGEST_TRAIL
-        check(has_room, "memory.trail", None, f"a number, since time_limit is above {LONGEST_TRAIL:g} s")
 
     @classmethod
     def preset(cls, name: str) -> GameConfig:
@@ -431,7 +430,8 @@ class GameConfig(Config):
     @property
     def trail_ticks(self) -> int:
         """Length of a trail, in ticks."""
-        return self.limit_ticks if self.memory.trail is None else round(self.memory.trail * TICKS_PER_SECOND)
+        seconds = min(self.time_limit, LONGEST_TRAIL) if self.memory.trail is None else self.memory.trail
+        return round(seconds * TICKS_PER_SECOND)
 
     @property
     def step_ticks(self) -> int:

@@ -1,11 +1,14 @@
 from __future__ import annotations
 
+import inspect
 import json
 import sys
 
 import pytest
 
-from swarm_pz.cli import main
+from swarm_pz.cli import learn, main, presets
+from swarm_pz.config import GameConfig
+from training.config import TrainConfig
 
 SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
 
@@ -25,6 +28,25 @@ def test_evaluate_prints_a_table_and_writes_json(tmp_path, capsys):
         "restricted_mean_seconds", "unique_games", "config_hash",
     }  # fmt: skip
     assert figures["games"] == 4
+
+
+def test_a_preset_is_where_the_rules_of_a_command_begin(tmp_path):
+    out = tmp_path / "e.json"
+    main(["evaluate", "ring", "--preset", "released", "--games", "2", "--json", str(out), *SHORT])
+    rules = GameConfig.preset("released").replace(time_limit=5.0, drones_per_team=2)
+    assert json.loads(out.read_text())["config_hash"] == rules.hash
+
+
+def test_an_unknown_preset_is_refused_with_the_nearest(capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(["evaluate", "ring", "--preset", "releasd"])
+    assert "did you mean 'released'" in capsys.readouterr().err
+
+
+def test_training_keeps_what_it_sees_under_a_preset():
+    rules, _ = presets.take(["--preset", "released"])
+    learner = inspect.signature(presets.begin_with(rules, learn.train)).parameters["config"].default
+    assert learner.game == rules.replace(observation=TrainConfig().game.observation)
 
 
 def test_render_writes_a_film(tmp_path, capsys):

@@ -25,7 +25,7 @@ COMMANDS = {
     learn: ("train", "league"),
     compare: ("evaluate", "tournament", "list_policies"),
     table: ("play", "replay", "study"),
-    machine: ("render", "bench", "warmup"),
+    machine: ("render", "diagnose", "bench", "warmup"),
     evidence: ("figures",),
 }
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 
+from swarm_pz.config import PRESETS
 from swarm_pz.errors import SwarmError
 
 try:
@@ -16,7 +17,7 @@ try:
 except ImportError:  # the entry point is installed even without the extra
     sys.exit(str(SwarmError("swarm-pz's commands need an extra: pip install 'swarm-pz[cli]'")))
 
-from swarm_pz.cli import compare, evidence, learn, machine, report, table
+from swarm_pz.cli import compare, evidence, learn, machine, presets, report, table
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -36,13 +37,16 @@ def main(arguments: list[str] | None = None) -> None:
         "bench": machine.bench,
         "warmup": machine.warmup,
     }
-    report.arguments.set(sys.argv[1:] if arguments is None else arguments)
+    arguments = sys.argv[1:] if arguments is None else arguments
+    report.arguments.set(arguments)
     try:
+        preset, rest = presets.take(arguments)
         tyro.extras.subcommand_cli_from_dict(
-            commands,
+            {name: presets.begin_with(preset, function) for name, function in commands.items()},
             prog="swarm-pz",
-            description="Swarm against swarm: train, measure, watch and play tactics.",
-            args=arguments,
+            description="Swarm against swarm: train, measure, watch and play tactics. With --preset NAME, a command's "
+            f"rules begin with those of a preset: {', '.join(PRESETS)}.",
+            args=rest,
             config=(tyro.conf.AvoidSubcommands,),
         )
     except (SwarmError, OSError) as error:

@@ -23,6 +23,7 @@ def play(
     port: int = 8000,
     min_command_interval: float = 0.5,
     out: Path = Path("runs/games"),
+    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
 
@@ -33,14 +34,16 @@ def play(
         port: Port to listen at; 0 takes any that is free.
         min_command_interval: Seconds of game between two commands of a team, whoever gives them.
         out: Folder of the recordings.
+        game: The rules; sizes and time limit are each room's own.
     """
     _need_play()
     import policies
+    from swarm_pz.play.game import TableConfig
     from swarm_pz.play.serve import serve
 
     known = {name: about(name) for name in policies.names()}
     if opponent is not None and opponent != "none":
-        policies.load(opponent, GameConfig())
+        policies.load(opponent, game)
         known |= {opponent: about(opponent)}
     page = f"play={opponent}" if opponent is not None else ""
     say = functools.partial(print, flush=True)
@@ -51,7 +54,7 @@ def play(
         port=port,
         folder=out,
         page=page,
-        min_command_interval=min_command_interval,
+        table=TableConfig(game=game, min_command_interval=min_command_interval),
         say=say,
         draw_code=_draw_code,
     )

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from swarm_pz.config import RED, TEAM_NAMES, CaptureConfig, GameConfig
+from swarm_pz.config import RED, TEAM_NAMES
 from swarm_pz.errors import CommandError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.connection import Connection
@@ -77,8 +77,8 @@ class Seat:
         )
 
 
-def table_config(settings: protocol.Settings, min_command_interval: float) -> TableConfig:
-    """Return the table that a room's settings ask for; one side without drones makes a practice arena.
+def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig:
+    """Return a table with a room's settings; one side without drones makes a practice arena.
 
     Raises
     ------
@@ -86,14 +86,13 @@ def table_config(settings: protocol.Settings, min_command_interval: float) -> Ta
         If there is no such game.
     """
     sizes = (settings.red, settings.blue)
-    game = GameConfig(
+    rules = table.game
+    game = rules.replace(
         drones_per_team=sizes,
         time_limit=settings.time_limit if settings.time_limit is not None else _UNTIMED,
-        capture=CaptureConfig(enabled=min(sizes) > 0),
+        capture=rules.capture.replace(enabled=rules.capture.enabled and min(sizes) > 0),
     )
-    return TableConfig(
-        game=game, min_command_interval=min_command_interval, mapping=settings.mapping, speed=settings.speed
-    )
+    return table.replace(game=game, mapping=settings.mapping, speed=settings.speed)
 
 
 def settings_of(config: TableConfig) -> protocol.Settings:
@@ -123,7 +122,7 @@ class Room:
 
     def __init__(self, code: str, settings: protocol.Settings, house: House, moment: Moment | None = None) -> None:
         self.code, self.settings, self._house, self._moment = code, settings, house, moment
-        self.config = moment.game.config if moment is not None else table_config(settings, house.min_command_interval)
+        self.config = moment.game.config if moment is not None else table_config(settings, house.table)
         self.seats = (Seat(0), Seat(1))
         self.watchers: set[Connection] = set()
         self.session: Session | None = None

@@ -60,9 +60,9 @@ def _own_addresses() -> set[str]:
     return addresses
 
 
-def _warm_up() -> None:
+def _warm_up(table: TableConfig) -> None:
     """Load what is compiled, so that the first game does not wait for it."""
-    game = LiveGame(TableConfig(), 0)
+    game = LiveGame(table, 0)
     game.advance(TICKS_PER_SECOND)
     capture_fields(game.simulator)
     target_message(RED, 0, game.simulator.games.coefficients[0, RED])
@@ -76,7 +76,7 @@ def serve(
     port: int = 8000,
     folder: Path = Path("runs/games"),
     page: str = "",
-    min_command_interval: float = TableConfig.min_command_interval,
+    table: TableConfig = TableConfig(),  # noqa: B008  (frozen)
     say: Callable[[str], None] = print,
     draw_code: Callable[[str], str] | None = None,
 ) -> None:
@@ -94,8 +94,8 @@ def serve(
         0 takes any free one.
     folder : Path
         Of the recordings.
-    min_command_interval : float
-        See `TableConfig`.
+    table : TableConfig
+        What rooms start from; their settings replace parts of it.
     page : str
         What the printed address leads to, after its ``#``.
     say : callable
@@ -108,7 +108,6 @@ def serve(
     CommandError
         If it cannot listen there.
     """
-    TableConfig(min_command_interval=min_command_interval)
     listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
@@ -120,14 +119,14 @@ def serve(
     port = listening.getsockname()[1]
     names = names_of(host, port)
     thinkers = Thinkers(loader, processes=max(1, (os.cpu_count() or 2) - 1))
-    house = House(folder=folder, thinkers=thinkers, min_command_interval=min_command_interval)
+    house = House(folder=folder, thinkers=thinkers, table=table)
     app = Server(house, policies).app(names)
     is_open = host not in LOOPBACK
     listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104
     shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host
     shown = f"[{shown}]" if ":" in shown else shown
     address = f"http://{shown}:{port}/" + (f"#{page}" if page else "")
-    _warm_up()  # before the address is shown, so that who follows it is answered
+    _warm_up(table)  # before the address is shown, so that who follows it is answered
     say(f"swarm-pz is at {address}")
     if is_open:
         say("OPEN TO THE NETWORK: whoever reaches this machine can play, and nothing is encrypted")

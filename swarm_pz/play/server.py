@@ -22,7 +22,6 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError, RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.connection import Connection
@@ -236,8 +235,8 @@ class Server:
         return protocol.Welcome(
             version=importlib.metadata.version("swarm-pz"),
             policies=self._policies,
-            min_command_interval=self.house.min_command_interval,
-            command_cells=GameConfig().command_cells,
+            min_command_interval=self.house.table.min_command_interval,
+            command_cells=self.house.table.game.command_cells,
             server_ms=self.house.now_ms(),
         )
 

@@ -66,7 +66,8 @@ class House:
 
     folder: Path
     thinkers: Thinkers
-    min_command_interval: float = TableConfig.min_command_interval
+    table: TableConfig = field(default_factory=TableConfig)
+    """What rooms start from; their settings replace parts of it."""
     punctuality: Punctuality = field(default_factory=Punctuality)
     began: float = field(default_factory=time.monotonic)
 

@@ -6,7 +6,9 @@ import time
 import numpy as np
 import pytest
 
+from swarm_pz.config import GameConfig
 from swarm_pz.play import protocol
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.playback import Playback
 from swarm_pz.play.recording import Recording, SeatLine
 from swarm_pz.play.room import RefusedError, Room, settings_of, table_config
@@ -123,10 +125,16 @@ def test_frames_are_numbered_and_show_fields_at_every_solve(tmp_path):
     assert [sum(with_fields[i : i + 3]) for i in range(0, 12, 3)] == [1, 1, 1, 1]
 
 
+def test_settings_leave_the_rules_of_the_house_alone():
+    released = GameConfig.preset("released")
+    table = table_config(protocol.Settings(red=3, time_limit=60.0), TableConfig(game=released))
+    assert table.game == released.replace(drones_per_team=(3, 10), time_limit=60.0)
+
+
 def test_settings_come_back_from_the_table():
     settings = protocol.Settings(red=1, blue=19, time_limit=None, mapping="paper", speed=0.5)
-    assert settings_of(table_config(settings, 0.5)) == settings
-    assert not table_config(protocol.Settings(blue=0), 0.5).game.capture.enabled
+    assert settings_of(table_config(settings, TableConfig())) == settings
+    assert not table_config(protocol.Settings(blue=0), TableConfig()).game.capture.enabled
 
 
 def test_seats_are_not_given_away(tmp_path):
