@@ -13,6 +13,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
+from swarm_pz.config import PRESETS, GameConfig
 from swarm_pz.errors import CommandError, nearest
 from swarm_pz.figures import (
     adversary,
@@ -29,6 +30,7 @@ from swarm_pz.figures import (
 )
 from swarm_pz.figures.finding import Figure, Finding
 from swarm_pz.figures.page import draw, to_dict, write, write_page
+from swarm_pz.figures.playing import play
 from swarm_pz.scenario import check_seed
 from swarm_pz.settings import check_count
 from swarm_pz.worker import prepare_process
@@ -126,6 +128,8 @@ def make_all(
     else:
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(processes, mp_context=context, initializer=prepare_process) as pool:
+            # Two figures that find nothing compiled would both compile all of it.
+            list(pool.map(_compile, PRESETS))
             futures = [pool.submit(make, name, seed, out) for name in ordered]
             try:
                 for future in as_completed(futures):
@@ -134,6 +138,11 @@ def make_all(
                 pool.shutdown(cancel_futures=True)
     write_page(list(FIGURES), out)
     return made
+
+
+def _compile(preset: str) -> None:
+    """Compile what games of a preset need, unless that has been done."""
+    play("noise", "uniform", [0], GameConfig.preset(preset).replace(time_limit=1.0))
 
 
 def _find(name: str) -> Figure:

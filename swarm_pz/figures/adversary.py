@@ -111,5 +111,5 @@ FIGURE = Figure(
     measure=measure,
     draw=draw,
     size=(10.5, 4.8),
-    seconds=60,
+    seconds=90,
 )

@@ -141,5 +141,5 @@ FIGURE = Figure(
     measure=measure,
     draw=draw,
     size=(11.5, 4.2),
-    seconds=4,
+    seconds=3,
 )

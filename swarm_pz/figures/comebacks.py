@@ -134,5 +134,5 @@ FIGURE = Figure(
     measure=measure,
     draw=draw,
     size=(11.0, 4.8),
-    seconds=25,
+    seconds=18,
 )

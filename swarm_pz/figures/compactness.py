@@ -170,5 +170,5 @@ FIGURE = Figure(
     measure=measure,
     draw=draw,
     size=(11.0, 4.4),
-    seconds=35,
+    seconds=18,
 )

@@ -103,5 +103,5 @@ FIGURE = Figure(
     measure=measure,
     draw=draw,
     size=(8.0, 4.6),
-    seconds=10,
+    seconds=5,
 )

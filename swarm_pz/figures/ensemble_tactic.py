@@ -168,5 +168,5 @@ FIGURE = Figure(
     measure=measure,
     draw=draw,
     size=(13.0, 4.3),
-    seconds=16,
+    seconds=8,
 )

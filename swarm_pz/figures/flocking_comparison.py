@@ -95,5 +95,5 @@ FIGURE = Figure(
     measure=measure,
     draw=draw,
     size=(13.0, 7.6),
-    seconds=10,
+    seconds=4,
 )

@@ -141,5 +141,5 @@ FIGURE = Figure(
     measure=measure,
     draw=draw,
     size=(10.5, 4.2),
-    seconds=8,
+    seconds=2,
 )

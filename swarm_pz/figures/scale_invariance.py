@@ -100,5 +100,5 @@ FIGURE = Figure(
     measure=measure,
     draw=draw,
     size=(11.5, 4.3),
-    seconds=15,
+    seconds=5,
 )

@@ -113,5 +113,5 @@ FIGURE = Figure(
     measure=measure,
     draw=draw,
     size=(8.5, 4.8),
-    seconds=3,
+    seconds=2,
 )
