@@ -12,6 +12,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import CommandError
 from swarm_pz.simulator import Simulator
 
@@ -40,11 +41,18 @@ def sobolev_weights(modes: int) -> NDArray[np.float64]:
     return np.asarray((1.0 + k[:, None] ** 2 + k**2) ** -1.5)
 
 
+def at_work(simulator: Simulator, row: int, team: int) -> NDArray[np.int64]:
+    """Return the numbers of a team's drones that have not failed."""
+    games = simulator.games
+    return np.flatnonzero((games.teams[row] == team) & ~games.failed[row])
+
+
 def shared_coefficients(simulator: Simulator, row: int, team: int) -> NDArray[np.float64]:
     """Return what a solve would take for a team's coverage if it came now: steps 1 to 4 of the controller.
 
     Every drone's memory, decayed once and extended by the present, and the points that it coasts to,
-    c_k = (m_k + sum_h F_k(x_h)) / (w + H); the mean over the team's drones. Nothing is changed.
+    c_k = (m_k + sum_h F_k(x_h)) / (w + H); the mean over the team's drones at work, also where each of
+    them hears only some. Nothing is changed.
 
     Returns
     -------
@@ -54,12 +62,12 @@ def shared_coefficients(simulator: Simulator, row: int, team: int) -> NDArray[np
     Raises
     ------
     CommandError
-        If the team has no drones.
+        If the team has no drones at work.
     """
     games, controller = simulator.games, simulator.controller
-    members = np.flatnonzero(games.teams[row] == team)
+    members = at_work(simulator, row, team)
     if not len(members):
-        raise CommandError(f"team {team} of game {row} must have drones to have coefficients, but it has lost them all")
+        raise CommandError(f"team {team} of game {row} must have drones at work to have coefficients, but it has none")
     modes, times = len(controller.modes), np.asarray(controller.times, np.float64)
     places = games.positions[row, members].astype(np.float64)
     decay = float(controller.decay)
@@ -124,8 +132,10 @@ def potential(simulator: Simulator, row: int, team: int, cells: int) -> tuple[ND
     Raises
     ------
     CommandError
-        If the team has no drones.
+        If the team has no drones at work, or another controller flies it.
     """
+    if simulator.config.team_controllers[team] != "ergodic":
+        raise CommandError(f"the potential is the ergodic controller's, and {TEAM_NAMES[team]} is flown by flocking")
     difference = shared_coefficients(simulator, row, team) - simulator.games.coefficients[row, team]
     error = simulator.controller.spectrum.astype(np.float64) * difference
     k = np.arange(len(error))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import BLUE, RED, TEAM_NAMES
-from swarm_pz.ergodicity import potential, reconstruct, shared_coefficients
+from swarm_pz.ergodicity import at_work, potential, reconstruct, shared_coefficients
 from swarm_pz.errors import RenderError, nearest, require_extra
 from swarm_pz.render import ARENA, ENTRY_HEIGHT, INK, SHADE_COLOURS, TEAM_COLOURS, Overlay
 from swarm_pz.simulator import Simulator
@@ -59,7 +59,7 @@ class Coverage:
 
     def paint(self, arena: Any, simulator: Simulator, row: int) -> None:
         """Draw a line at each level, the wider the denser."""
-        if simulator.sizes[row, self.team] == 0:
+        if not len(at_work(simulator, row, self.team)):
             return
         density = reconstruct(shared_coefficients(simulator, row, self.team), ARENA, smooth=True)
         _lay(arena, SHADE_COLOURS[self.team], _lines(density, LEVELS, _WIDTHS))
@@ -120,7 +120,7 @@ class Potential:
 
     def paint(self, arena: Any, simulator: Simulator, row: int) -> None:
         """Draw the landscape, and arrows along its falling gradient, the longer the steeper."""
-        if simulator.sizes[row, self.team] == 0:
+        if not len(at_work(simulator, row, self.team)):
             return
         heights, _ = potential(simulator, row, self.team, ARENA)
         low, high = float(heights.min()), float(heights.max())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -13,21 +12,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import (
     BLUE,
-    CONTROL_PERIOD,
     GRID_CELLS,
     RED,
     TEAM_NAMES,
-    TICKS_PER_CONTROL_PERIOD,
     TICKS_PER_SECOND,
     GameConfig,
 )
 from swarm_pz.errors import CommandError
-from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES, ring_weights
-from swarm_pz.kernels.communication import Talk
-from swarm_pz.kernels.ergodic import ErgodicParameters
-from swarm_pz.kernels.flocking import FlockingParameters, make_attractors
+from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES
+from swarm_pz.kernels.flocking import make_attractors
 from swarm_pz.kernels.fourier import make_targets
-from swarm_pz.kernels.game import Games, Options, RuleParameters, advance_games
+from swarm_pz.kernels.game import Games, advance_games
+from swarm_pz.parameters import controller_parameters, option_parameters, rule_parameters
 from swarm_pz.scenario import Seed, check_scenario, check_seed, random_start
 from swarm_pz.target import (
     FlockingCommand,
@@ -74,8 +70,8 @@ class Simulator:
         self.num_games = num_games
         self.threads = min(threads, os.cpu_count() or 1, num_games)
         self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
-        self._rules, self._options = _rule_parameters(self.config), _option_parameters(self.config)
-        self.controller = _controller_parameters(self.config)
+        self._rules, self._options = rule_parameters(self.config), option_parameters(self.config)
+        self.controller = controller_parameters(self.config)
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
         self.reset()
@@ -406,73 +402,3 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
     view = array.view()
     view.flags.writeable = False
     return view
-
-
-def _rule_parameters(config: GameConfig) -> RuleParameters:
-    tick = 1 / TICKS_PER_SECOND
-    return RuleParameters(
-        tick=np.float32(tick),
-        drift=np.float32(tick * config.dynamics.speed_factor),
-        ticks_per_control_period=TICKS_PER_CONTROL_PERIOD,
-        ticks_per_second=TICKS_PER_SECOND,
-        capture_enabled=config.capture.enabled,
-        capture_threshold=config.capture.threshold,
-        ring_weights=ring_weights(config.num_drones * config.trail_ticks),
-    )
-
-
-def _option_parameters(config: GameConfig) -> Options | None:
-    """Return what differs from the preset `paper` in kind, None if nothing does."""
-    memory, dynamics, flocking = config.memory, config.dynamics, config.flocking
-    capture_forgets, command_forgets = (
-        (occasion in memory.trail_forgotten_on, occasion in memory.controller_forgotten_on)
-        for occasion in ("capture", "command")
-    )
-    can_fail = dynamics.failure_rate > 0.0
-    radius, loss = config.controller.communication_radius, config.controller.message_loss
-    red, blue = (controller == "flocking" for controller in config.team_controllers)
-    reconstructs = config.capture.field == "reconstruction"
-    is_local = can_fail or radius is not None or loss > 0.0
-    forgets_as_usual = capture_forgets == (False, True) and not any(command_forgets)
-    if forgets_as_usual and not (reconstructs or is_local or red or blue):
-        return None
-    return Options(
-        reconstructs=reconstructs,
-        capture_forgets=capture_forgets,
-        command_forgets=command_forgets,
-        can_fail=can_fail,
-        failure_chance=-math.expm1(-dynamics.failure_rate * CONTROL_PERIOD),
-        repair_chance=-math.expm1(-dynamics.repair_rate * CONTROL_PERIOD),
-        talk=Talk(is_local=is_local, radius=math.inf if radius is None else float(radius), loss=float(loss)),
-        flocking=FlockingParameters(
-            flies=(red, blue),
-            alignment=float(flocking.alignment),
-            cohesion=float(flocking.cohesion),
-            separation=float(flocking.separation),
-            communication_radius=float(flocking.communication_radius),
-            separation_radius=float(flocking.separation_radius),
-            max_turn=float(flocking.max_turn),
-            speed=float(flocking.speed),
-            period=CONTROL_PERIOD,
-        ),
-    )
-
-
-def _controller_parameters(config: GameConfig) -> ErgodicParameters:
-    controller, factor = config.controller, config.dynamics.speed_factor
-    k = np.arange(controller.modes)
-    squares = k[:, None] ** 2 + k**2
-    spectrum = (1.0 + squares) ** -1.5 if controller.spectrum == "sobolev" else np.exp(-0.8 * np.sqrt(squares))
-    decay = 1.0 if config.memory.controller is None else np.exp(-CONTROL_PERIOD / config.memory.controller)
-    # A velocity moves a drone by the speed factor: points ahead lie that much further, while the costate,
-    # which multiplies two of these times, wants the factor only once.
-    return ErgodicParameters(
-        modes=tuple(range(controller.modes)),
-        times=tuple(np.float32(CONTROL_PERIOD * h * factor) for h in range(controller.horizon + 1)),
-        decay=np.float32(decay),
-        spectrum=(controller.ergodic_weight * spectrum).astype(np.float32),
-        inverse_control_weight=np.float32(1.0 / (controller.control_weight * factor)),
-        wall_weight=np.float32(controller.wall_weight),
-        wall_margin=np.float32(controller.wall_margin),
-        max_acceleration=np.float32(controller.max_acceleration),
-    )

@@ -144,3 +144,17 @@ def test_a_team_without_drones_has_no_coefficients():
     assert np.isnan(metric.value()).all()
     with pytest.raises(CommandError, match="team 1 of game 0 must have drones"):
         shared_coefficients(simulator, 0, 1)
+
+
+def test_who_has_failed_does_not_count(game):
+    game.games.failed[1, :4] = True  # of red's ten
+    coefficients = shared_coefficients(game, 1, 0)
+    game.games.teams[1, :4] = 1
+    game.games.failed[1] = False
+    np.testing.assert_array_equal(coefficients, shared_coefficients(game, 1, 0))
+
+
+def test_a_flock_has_no_potential():
+    simulator = Simulator(GameConfig(controllers=("ergodic", "flocking")))
+    with pytest.raises(CommandError, match="blue is flown by flocking"):
+        potential(simulator, 0, 1, cells=5)
