@@ -26,7 +26,7 @@ FIELDS = {
 SMALL = {
     "adversary": {"GAMES": 2, "scripts": lambda: ["noise", "ring"]},
     "comebacks": {"GAMES": 2, "PLAYERS": ("ring",)},
-    "communication": {"SEEDS": 3, "RADII": (0.0, 0.4, 1.5), "LOSSES": (0.0, 1.0)},
+    "communication": {"SEEDS": 3, "RADII": (1.5, 0.4, 0.0), "LOSSES": (0.0, 1.0)},
     "compactness": {"GAMES": 2, "PLAYERS": ("centre", "uniform", "ring")},
     "dropout": {"SEEDS": 2},
     "ensemble_tactic": {"GAMES": 4},
