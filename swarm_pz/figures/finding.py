@@ -59,7 +59,9 @@ class Figure:
     paper : str
         What the paper shows.
     rule : str
-        When the claim counts as supported, in words; fixed before looking.
+        When the claim counts as supported, in words.
+    revised : str
+        What was changed in the claim or the rule after the first look, and why; empty if nothing was.
     measure : callable
         From a seed to a `Finding`.
     draw : callable
@@ -79,6 +81,7 @@ class Figure:
     draw: Callable[[Any, dict[str, Any]], None]
     size: tuple[float, float]
     seconds: float
+    revised: str = ""
 
 
 def game_seeds(seed: int, count: int) -> list[int]:

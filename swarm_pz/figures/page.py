@@ -26,6 +26,7 @@ def to_dict(figure: Figure, finding: Finding, seed: int) -> dict[str, Any]:
         "claim": figure.claim,
         "paper": figure.paper,
         "rule": figure.rule,
+        "revised": figure.revised,
         "statistic": {name: _plain(value) for name, value in finding.statistic.items()},
         "interval": {
             "level": LEVEL,
@@ -90,8 +91,8 @@ def to_markdown(records: Sequence[dict[str, Any]]) -> str:
         "swarm-pz figures",
         "```",
         "",
-        "This command plays the games, draws these pictures and decides each claim by a rule that stood in the code "
-        "before anybody looked. Of "
+        "This command plays the games, draws these pictures and decides each claim by a rule that stands in the code. "
+        "Rules were fixed before the first look; where one was set right after it, that is said. Of "
         f"{len(records)} claims {holding} hold here; those that do not are discussed. Intervals are 95 %. In the "
         "folder that it writes, NAME.json holds the numbers, the hashes of the rules, the seeds and what is drawn "
         f"({'; '.join(versions)}).",
@@ -115,6 +116,7 @@ def to_markdown(records: Sequence[dict[str, Any]]) -> str:
             "",
             f"Rule: {record['rule']}",
             "",
+            *([f"Set right after the first look: {record['revised']}", ""] if record["revised"] else []),
             "| number | value | 95 % |",
             "|---|---|---|",
         ]

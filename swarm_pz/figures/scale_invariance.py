@@ -94,4 +94,5 @@ FIGURE = Figure(
     draw=draw,
     size=(11.5, 4.3),
     seconds=5,
+    revised="the rule also asked that sizes differ by at most 0.0005, which they do not; that was nobody's claim.",
 )

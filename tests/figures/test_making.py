@@ -20,7 +20,7 @@ from swarm_pz.figures.page import to_dict, to_markdown
 from swarm_pz.figures.style import RC
 
 FIELDS = {
-    "name", "title", "claim", "paper", "rule", "statistic", "interval", "supported", "caption", "config_hash", "seed",
+    "name", "title", "claim", "paper", "rule", "revised", "statistic", "interval", "supported", "caption", "config_hash", "seed",
     "seeds", "swarm_pz", "series",
 }  # fmt: skip
 SMALL = {
