@@ -20,8 +20,8 @@ from swarm_pz.figures.page import to_dict, to_markdown
 from swarm_pz.figures.style import RC
 
 FIELDS = {
-    "name", "title", "claim", "paper", "rule", "revised", "statistic", "interval", "supported", "caption", "config_hash", "seed",
-    "seeds", "swarm_pz", "series",
+    "name", "title", "claim", "paper", "rule", "revised", "statistic", "interval", "supported", "caption",
+    "config_hash", "seed", "seeds", "swarm_pz", "series",
 }  # fmt: skip
 SMALL = {
     "adversary": {"GAMES": 2, "scripts": lambda: ["noise", "ring"]},
