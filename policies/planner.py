@@ -239,6 +239,7 @@ class Planner:
         """Hold each candidate in a copy of the game to the horizon; return what each is worth (n,)."""
         simulator = self._trials.simulator
         simulator.restore(game)
+        simulator.games.seeds[:] = 0  # what will happen by chance is not to be known
         simulator.command(team, np.exp(candidates))
         if model is None:
             simulator.advance(self._ticks)

@@ -38,7 +38,7 @@ Controller = Literal["ergodic", "flocking"]
 """Who can fly a team."""
 Occasion = Literal["capture", "command"]
 """When something can be forgotten: a drone is captured, or its team gets a new command."""
-LONGEST_TRAIL = 3000.0
+LONGEST_TRAIL = 600.0
 """Seconds of trail that there is room for."""
 RED, BLUE = 0, 1
 AGENTS = ("red_0", "blue_0")
@@ -81,8 +81,8 @@ class MemoryConfig(Config):
     Attributes
     ----------
     trail : float, optional
-        Seconds that a cell stays on a drone's trail; whole ticks. None: until the time limit, or
-        as long as there is room for.
+        Seconds that a cell stays on a drone's trail; whole ticks. None: as long as `time_limit`, and
+        at most as long as there is room for.
     controller : float, optional
         Time constant tau of the controller's decaying memory, in seconds. None: nothing decays.
     trail_forgotten_on : tuple of {"capture", "command"}
@@ -206,7 +206,7 @@ class FlockingConfig(Config):
     max_turn : float
         Largest turn in one control period, in radians.
     speed : float
-        Speed that drones aim at, in map widths per second.
+        Velocity that drones aim at; map widths per second where the speed factor is 1.
     """
 
     alignment: float = 0.1
@@ -223,9 +223,10 @@ class FlockingConfig(Config):
             check_number(getattr(self, name), f"flocking.{name}", 0.0, 1e6)
         is_pair = isinstance(self.migration, (tuple, list)) and len(self.migration) == 2
         check(is_pair, "flocking.migration", self.migration, "a pair (least, largest)")
-        object.__setattr__(self, "migration", tuple(self.migration))
-        check_number(self.migration[0], "flocking.migration[0]", 0.0, 1e6)
-        check_number(self.migration[1], "flocking.migration[1]", self.migration[0], 1e6)
+        least, largest = self.migration
+        check_number(least, "flocking.migration[0]", 0.0, 1e6)
+        check_number(largest, "flocking.migration[1]", least, 1e6)
+        object.__setattr__(self, "migration", (float(least), float(largest)))
         check_number(self.communication_radius, "flocking.communication_radius", 0.0, 2.0)
         check_number(self.separation_radius, "flocking.separation_radius", 0.0, 2.0)
         check_number(self.max_turn, "flocking.max_turn", 0.0, math.pi, open_low=True)
@@ -325,7 +326,8 @@ class GameConfig(Config):
     observation : ObservationConfig or (ObservationConfig, ObservationConfig)
         What the agents see; a pair (red, blue) gives each seat its own.
     controllers : {"ergodic", "flocking"} or a pair of them
-        Who flies the teams; a pair (red, blue) gives each team its own.
+        Who flies the teams; a pair (red, blue) gives each team its own. It goes with the colour: in a match
+        that swaps sides both policies play with both controllers.
 
     Examples
     --------
@@ -388,6 +390,8 @@ class GameConfig(Config):
             ("dynamics", DynamicsConfig),
         ):
             check(isinstance(getattr(self, name), kind), name, getattr(self, name), f"a {kind.__name__}")
+        if isinstance(self.controllers, (tuple, list)):
+            object.__setattr__(self, "controllers", tuple(self.controllers))
         fits = len(self.team_controllers) == 2 and all(one in get_args(Controller) for one in self.team_controllers)
         check(fits, "controllers", self.controllers, "'ergodic', 'flocking' or a pair of them")
 
@@ -400,8 +404,8 @@ class GameConfig(Config):
         ConfigError
             If there is no such preset.
         """
-        if name not in PRESETS:
-            raise ConfigError(f"there is no preset {name!r}; {nearest(name, PRESETS)}")
+        if not isinstance(name, str) or name not in PRESETS:
+            raise ConfigError(f"there is no preset {name!r}; {nearest(str(name), PRESETS)}")
         return PRESETS[name]
 
     @property
@@ -426,6 +430,11 @@ class GameConfig(Config):
         """Who flies (red, blue)."""
         both = self.controllers
         return both if isinstance(both, tuple) else (both, both)
+
+    @property
+    def trails_have_gaps(self) -> bool:
+        """Whether there may be places without a past in trails, after the first ticks."""
+        return bool(self.memory.trail_forgotten_on) or self.dynamics.failure_rate > 0.0
 
     @property
     def trail_ticks(self) -> int:

@@ -52,7 +52,7 @@ def shared_coefficients(simulator: Simulator, row: int, team: int) -> NDArray[np
 
     Every drone's memory, decayed once and extended by the present, and the points that it coasts to,
     c_k = (m_k + sum_h F_k(x_h)) / (w + H); the mean over the team's drones at work, also where each of
-    them hears only some. Nothing is changed.
+    them hears only some, and before a new command makes them forget. Nothing is changed.
 
     Returns
     -------
@@ -200,8 +200,10 @@ class ErgodicMetric:
     @property
     def coefficients(self) -> NDArray[np.float64]:
         """(E, K, K) c_k of the past; NaN for a team that had no drones."""
-        with np.errstate(invalid="ignore"):
-            return np.asarray(self._sums / self._counts[:, None, None])
+        known = np.full_like(self._sums, np.nan)
+        some = self._counts > 0
+        known[some] = self._sums[some] / self._counts[some, None, None]
+        return known
 
     def value(self) -> NDArray[np.float64]:
         """Return the metric (E,) of every game against the target in force; NaN for a team that had no drones."""

@@ -92,7 +92,7 @@ def observe(
             teams,
             time_left,
             config.capture.threshold,
-            bool(config.memory.trail_forgotten_on) or config.dynamics.failure_rate > 0.0,
+            config.trails_have_gaps,
             coarse_cells,
             brightness,
             interpolation,

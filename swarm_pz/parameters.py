@@ -13,10 +13,14 @@ from swarm_pz.kernels.ergodic import ErgodicParameters
 from swarm_pz.kernels.flocking import FlockingParameters
 from swarm_pz.kernels.game import Options, RuleParameters
 
+_ENDLESS = 2**40
+
 
 def rule_parameters(config: GameConfig) -> RuleParameters:
     """Return what a tick needs."""
     tick = 1 / TICKS_PER_SECOND
+    # What is compiled must not depend on a game's length, so trails as long as it count as the longest.
+    trail_ticks = config.trail_ticks if config.memory.trail is not None else _ENDLESS
     return RuleParameters(
         tick=np.float32(tick),
         drift=np.float32(tick * config.dynamics.speed_factor),
@@ -24,7 +28,7 @@ def rule_parameters(config: GameConfig) -> RuleParameters:
         ticks_per_second=TICKS_PER_SECOND,
         capture_enabled=config.capture.enabled,
         capture_threshold=config.capture.threshold,
-        ring_weights=ring_weights(config.num_drones * config.trail_ticks),
+        ring_weights=ring_weights(config.num_drones * trail_ticks),
     )
 
 

@@ -36,7 +36,7 @@ def check_count(value: object, name: str, low: int, high: int) -> None:
 
 def check_choice(value: object, name: str, choices: tuple[str, ...]) -> None:
     """Check that a value is one of some names."""
-    check(value in choices, name, value, " or ".join(map(repr, choices)))
+    check(isinstance(value, str) and value in choices, name, value, " or ".join(map(repr, choices)))
 
 
 def later(default: Any) -> Any:
@@ -96,7 +96,8 @@ class Config:
 
 def _from_plain(hint: Any, value: Any) -> Any:
     """Turn a plain value into what a field of type `hint` holds."""
-    options = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+    is_union = isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union
+    options = typing.get_args(hint) if is_union else (hint,)
     if isinstance(value, Mapping):
         for option in options:
             if isinstance(option, type) and issubclass(option, Config):

@@ -183,6 +183,8 @@ class Simulator:
         chosen = self.rows(rows)
         cells, name = self.config.command_cells, TEAM_NAMES[team]
         attractors = None
+        if isinstance(commands, FlockingCommand):
+            raise CommandError(f"expected a list with a FlockingCommand for each of {len(chosen)} games, got one alone")
         if isinstance(commands, (list, tuple)) and any(isinstance(one, FlockingCommand) for one in commands):
             if self.config.team_controllers[team] != "flocking":
                 raise CommandError(
@@ -312,8 +314,18 @@ class Simulator:
 
     @property
     def velocities(self) -> NDArray[np.float32]:
-        """(E, N, 2) velocities in map widths per second; read-only view."""
+        """(E, N, 2) velocities; drones move at `dynamics.speed_factor` times them; read-only view."""
         return _read_only(self.games.velocities)
+
+    @property
+    def speeds(self) -> NDArray[np.float32]:
+        """(E, N, 2) how drones move, in map widths per second."""
+        return self.games.velocities * np.float32(self.config.dynamics.speed_factor)
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """(E, N) drones that have failed and not returned to work; read-only view."""
+        return _read_only(self.games.failed)
 
     @property
     def altitudes(self) -> NDArray[np.float32]:

@@ -52,9 +52,8 @@ def check_attractors(commands: Sequence[FlockingCommand], count: int, config: Fl
     least, largest = config.migration
     for command in commands:
         try:
-            x, y = map(float, command.position)
-            weight = float(command.weight)
-        except (TypeError, ValueError) as error:
+            x, y, weight = map(float, (*command.position, command.weight))
+        except (TypeError, ValueError, OverflowError) as error:
             raise CommandError(f"a FlockingCommand has a position (x, y) and a weight, got {command!r}") from error
         fits = 0.0 <= x <= 1.0 and 0.0 <= y <= 1.0 and math.isfinite(weight) and least <= weight <= largest
         if not fits:

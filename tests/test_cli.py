@@ -43,6 +43,19 @@ def test_an_unknown_preset_is_refused_with_the_nearest(capsys):
     assert "did you mean 'released'" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["policies", "--preset", "released"], "this command has no rules"),
+        (["evaluate", "ring", "--preset"], "--preset expects one of paper, released"),
+    ],
+)
+def test_a_preset_that_cannot_be_is_refused(arguments, message, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(arguments)
+    assert message in capsys.readouterr().err
+
+
 def test_training_keeps_what_it_sees_under_a_preset():
     rules, _ = presets.take(["--preset", "released"])
     learner = inspect.signature(presets.begin_with(rules, learn.train)).parameters["config"].default

@@ -5,11 +5,14 @@ import pickle
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from swarm_pz import (
     CaptureConfig,
     ControllerConfig,
+    DynamicsConfig,
+    FlockingConfig,
     GameConfig,
     MemoryConfig,
     ObservationConfig,
@@ -17,6 +20,7 @@ from swarm_pz import (
     SpawnConfig,
 )
 from swarm_pz.errors import ConfigError
+from swarm_pz.parameters import rule_parameters
 
 
 def test_defaults_are_the_preset_paper():
@@ -113,3 +117,31 @@ def test_replace_checks_what_it_is_given():
     assert GameConfig().replace(drones_per_team=3).team_sizes == (3, 3)
     with pytest.raises(ConfigError, match="no field"):
         GameConfig().replace(drones=3)
+
+
+OPTIONS = [
+    GameConfig.preset("released"),
+    GameConfig(controllers="flocking"),
+    GameConfig(controllers=("ergodic", "flocking"), flocking=FlockingConfig(migration=(1, 2))),
+    GameConfig(memory=MemoryConfig(trail=None, controller=None, trail_forgotten_on=("command",))),
+    GameConfig(controller=ControllerConfig(spectrum="exponential", communication_radius=0.2, message_loss=0.1)),
+    GameConfig(dynamics=DynamicsConfig(speed_factor=0.5, failure_rate=0.1, repair_rate=0.2)),
+    GameConfig(spawn=SpawnConfig(layout="squares", side=0.3), drones_per_team=(1, 19)),
+]
+
+
+@pytest.mark.parametrize("config", OPTIONS)
+def test_options_come_back_from_json(config):
+    again = GameConfig.from_dict(json.loads(json.dumps(config.to_dict())))
+    assert again == config and again.hash == config.hash
+
+
+def test_options_at_rest_leave_the_hash_alone():
+    assert GameConfig().hash == "6c87a3d2c1f6ff12"  # of files that were written before there were options
+    assert len({config.hash for config in [GameConfig(), *OPTIONS]}) == 1 + len(OPTIONS)
+
+
+def test_what_is_compiled_for_endless_trails_does_not_depend_on_sizes():
+    released = GameConfig.preset("released")
+    rooms = [released.replace(drones_per_team=size, time_limit=limit) for size, limit in ((1, 60.0), (20, 1e6))]
+    assert {rule_parameters(room).ring_weights.dtype for room in rooms} == {np.dtype(np.int64)}

@@ -158,3 +158,14 @@ def test_a_flock_has_no_potential():
     simulator = Simulator(GameConfig(controllers=("ergodic", "flocking")))
     with pytest.raises(CommandError, match="blue is flown by flocking"):
         potential(simulator, 0, 1, cells=5)
+
+
+def test_a_window_in_which_everybody_had_failed_has_no_metric():
+    simulator = Simulator(GameConfig(drones_per_team=2))
+    metric = ErgodicMetric(simulator, 0, window=2)
+    metric.observe()
+    simulator.games.failed[:] = True
+    for _ in range(2):
+        assert np.isfinite(metric.value()).all()
+        metric.observe()
+    assert np.isnan(metric.value()).all()

@@ -42,10 +42,10 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         preset, rest = presets.take(arguments)
         tyro.extras.subcommand_cli_from_dict(
-            {name: presets.begin_with(preset, function) for name, function in commands.items()},
+            commands if preset is None else {name: presets.begin_with(preset, commands[name]) for name in commands},
             prog="swarm-pz",
-            description="Swarm against swarm: train, measure, watch and play tactics. With --preset NAME, a command's "
-            f"rules begin with those of a preset: {', '.join(PRESETS)}.",
+            description="Swarm against swarm: train, measure, watch and play tactics. With --preset NAME, the "
+            f"rules of a command that has any begin with those of a preset: {', '.join(PRESETS)}.",
             args=rest,
             config=(tyro.conf.AvoidSubcommands,),
         )

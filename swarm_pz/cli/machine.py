@@ -162,10 +162,16 @@ def bench(
         print(f"plot: {plot}")
 
 
-def warmup() -> None:
-    """Compile everything that a game with default numbers of modes and points ahead needs."""
+def warmup(
+    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
+) -> None:
+    """Compile everything that a game needs.
+
+    Args:
+        game: The rules; what they use is compiled.
+    """
     from swarm_pz.bench import batch_env_face
 
     began = time.monotonic()
-    batch_env_face(GameConfig(), 2, 1)()
+    batch_env_face(game, 2, 1)()
     print(f"compiled kernels are ready after {time.monotonic() - began:.1f} s")

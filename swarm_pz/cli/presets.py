@@ -8,35 +8,48 @@ import inspect
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import PRESETS, GameConfig
+from swarm_pz.errors import ConfigError
 from swarm_pz.settings import Config
 
 
-def take(arguments: Sequence[str]) -> tuple[GameConfig, list[str]]:
-    """Take ``--preset NAME`` out of a command line; return its rules, those of `paper` if there is none, and the rest.
+def take(arguments: Sequence[str]) -> tuple[GameConfig | None, list[str]]:
+    """Take ``--preset NAME`` out of a command line; return its rules, None if there is none, and the rest.
 
     Raises
     ------
     ConfigError
         If there is no such preset.
     """
-    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    parser.add_argument("--preset", default="paper")
-    known, rest = parser.parse_known_args(arguments)
-    return GameConfig.preset(known.preset), rest
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    parser.add_argument("--preset")
+    try:
+        known, rest = parser.parse_known_args(arguments)
+    except argparse.ArgumentError as error:
+        raise ConfigError(f"--preset expects one of {', '.join(PRESETS)}") from error
+    return GameConfig.preset(known.preset) if known.preset is not None else None, rest
 
 
 def begin_with(preset: GameConfig, function: Callable[..., None]) -> Callable[..., None]:
-    """Return a command whose rules are, unless options say otherwise, those of a preset."""
+    """Return a command whose rules are, unless options say otherwise, those of a preset.
+
+    Raises
+    ------
+    ConfigError
+        When it is called, if the command has no rules.
+    """
     signature = inspect.signature(function)
-
-    @functools.wraps(function)
-    def command(*given: Any, **named: Any) -> None:
-        function(*given, **named)
-
     parameters = [
         parameter.replace(default=_with_rules(parameter.default, preset)) for parameter in signature.parameters.values()
     ]
+    has_rules = any(isinstance(parameter.default, Config) for parameter in parameters)
+
+    @functools.wraps(function)
+    def command(*given: Any, **named: Any) -> None:
+        if not has_rules:
+            raise ConfigError("this command has no rules that a preset could begin: leave out --preset")
+        function(*given, **named)
+
     command.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
     return command
 

@@ -29,12 +29,14 @@ class ErgodicParameters(NamedTuple):
     modes: tuple[int, ...]
     """0, 1, ..., K - 1. A tuple, since the compiler knows its length and unrolls loops over it."""
     times: tuple[np.float32, ...]
-    """Seconds from now to the points 0, 1, ..., H of the look-ahead; a tuple for the same reason."""
+    """Seconds from now to the points 0, 1, ..., H of the look-ahead, times the speed factor: map widths that a
+    unit of velocity carries by then. A tuple for the same reason."""
     decay: np.float32
     """Factor of the memory from one solve to the next: exp(-period / tau)."""
     spectrum: NDArray[np.float32]
-    """(K, K): q (1 + |k|^2)^(-3/2)."""
+    """(K, K): q Lambda_k, with (1 + |k|^2)^(-3/2) or exp(-0.8 |k|) for Lambda_k."""
     inverse_control_weight: np.float32
+    """R^-1, over the speed factor: products of two times hold it twice."""
     wall_weight: np.float32
     wall_margin: np.float32
     max_acceleration: np.float32
@@ -371,7 +373,8 @@ def ergodic(
     4. The team's coefficients are the mean over its drones.
     5. Costate, backwards from rho = 0: rho <- rho + dt (g_h + A' rho), with
        g_h = sum_k q Lambda_k (c_k - phi_k) grad F_k(x_h) + grad Phi(x_h). A point mass's A is
-       nilpotent, so the velocity part comes out as dt^2 sum_h (h - 1) g_h, which is what is summed.
+       nilpotent, so the velocity part comes out as dt^2 sum_h (h - 1) g_h, times the speed factor, which is
+       what is summed.
     6. u = -R^-1 B' rho, which is that sum over -R.
 
     Accelerations are not yet saturated. A team without drones is skipped.

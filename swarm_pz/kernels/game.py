@@ -29,7 +29,7 @@ class Games(NamedTuple):
     positions: NDArray[np.float32]
     """(E, N, 2) map widths."""
     velocities: NDArray[np.float32]
-    """(E, N, 2) map widths per second."""
+    """(E, N, 2) map widths per second, over the speed factor."""
     accelerations: NDArray[np.float32]
     """(E, N, 2) map widths per second squared, held between solves."""
     altitudes: NDArray[np.float32]
@@ -136,7 +136,7 @@ def take_up_commands(games: Games, e: int, options: Options, boards: Boards) -> 
             for i in range(games.teams.shape[1]):
                 if games.teams[e, i] == team:
                     forget(games, e, i, team, options.command_forgets, boards)
-    add_up(boards)
+            add_up(boards)
 
 
 @kernel

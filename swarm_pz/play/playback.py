@@ -125,7 +125,7 @@ class Playback:
     def _shows(self, frame: Frame) -> bool:
         simulator = self.game.simulator
         positions = np.abs(frame.positions - simulator.positions[0]).max(initial=0.0)
-        velocities = np.abs(np.clip(simulator.velocities[0], -FASTEST, FASTEST) - frame.velocities).max(initial=0.0)
+        velocities = np.abs(np.clip(simulator.speeds[0], -FASTEST, FASTEST) - frame.velocities).max(initial=0.0)
         return (
             self.game.tick == frame.tick
             and positions <= 0.51 * _POSITION_STEP

@@ -30,7 +30,7 @@ def frame_of(
             tick=int(simulator.games.ticks[0]),
             server_ms=server_ms,
             positions=simulator.positions[0],
-            velocities=simulator.velocities[0],
+            velocities=simulator.speeds[0],
             teams=simulator.teams[0],
             altitudes=simulator.altitudes[0] if altitudes else None,
             fields=capture_fields(simulator) if fields else None,

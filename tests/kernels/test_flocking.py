@@ -302,3 +302,9 @@ def test_symmetries_of_the_square(state, flip_x, flip_y, transpose):
     np.testing.assert_allclose(turn(one[0], 0.5), other[0], atol=1e-5)
     np.testing.assert_allclose(turn(one[1], 0.0), other[1], atol=1e-4)
     np.testing.assert_array_equal(one[2], other[2])
+
+
+def test_one_flocking_command_alone_is_refused():
+    simulator = Simulator(GameConfig(controllers="flocking"))
+    with pytest.raises(CommandError, match="a list with a FlockingCommand for each of 1 games"):
+        simulator.command(0, FlockingCommand(position=(0.5, 0.5), weight=60.0))

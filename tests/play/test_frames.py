@@ -5,8 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from swarm_pz.config import DynamicsConfig, GameConfig
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play.frames import FASTEST, Frame, decode_frame, encode_frame, encode_target
+from swarm_pz.play.views import frame_of
+from swarm_pz.simulator import Simulator
 
 # Written out by hand from docs/protocol.md; tests/play/test_page.py decodes the same bytes in the page.
 GOLDEN = bytes.fromhex(
@@ -68,3 +71,13 @@ def test_what_is_written_is_read(count, keyframe, with_fields, seed):
 def test_what_is_no_frame_is_refused(data):
     with pytest.raises(ProtocolError):
         decode_frame(data)
+
+
+def test_velocities_of_frames_carry_drones_on_whatever_the_speed_factor():
+    simulator = Simulator(GameConfig(dynamics=DynamicsConfig(speed_factor=0.5)))
+    simulator.reset([0])
+    simulator.advance(10)
+    frame, before = decode_frame(frame_of(simulator, 0, 0.0)), simulator.positions[0].copy()
+    simulator.games.accelerations[:] = 0.0
+    simulator.advance(1)
+    np.testing.assert_allclose(before + frame.velocities / 30, simulator.positions[0], atol=1e-4)
