@@ -5,17 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from swarm_pz.config import GameConfig
 from swarm_pz.simulator import Simulator
 
 
-def one_period(positions, velocities, teams, commands):
-    """Return (positions, velocities, teams) after a control period."""
-    simulator = Simulator()
-    simulator.reset([0], scenario={"positions": positions, "velocities": velocities, "teams": teams})
-    simulator.command(0, commands[None, 0])
-    simulator.command(1, commands[None, 1])
-    simulator.advance(3)
-    return simulator.positions[0].copy(), simulator.velocities[0].copy(), simulator.teams[0].copy()
+@pytest.fixture(params=["ergodic", "flocking"])
+def one_period(request):
+    simulator = Simulator(GameConfig(controllers=request.param))
+
+    def advance(positions, velocities, teams, commands):
+        """Return (positions, velocities, teams) after a control period."""
+        simulator.reset([0], scenario={"positions": positions, "velocities": velocities, "teams": teams})
+        simulator.command(0, commands[None, 0])
+        simulator.command(1, commands[None, 1])
+        simulator.advance(3)
+        return simulator.positions[0].copy(), simulator.velocities[0].copy(), simulator.teams[0].copy()
+
+    return advance
 
 
 @pytest.fixture(params=range(5))
@@ -29,7 +35,7 @@ def state(request):
     )
 
 
-def test_team_swap(state):
+def test_team_swap(one_period, state):
     positions, velocities, teams, commands = state
     one = one_period(positions, velocities, teams, commands)
     other = one_period(positions, velocities, 1 - teams, commands[::-1])
@@ -37,7 +43,7 @@ def test_team_swap(state):
     np.testing.assert_array_equal(one[2], 1 - other[2])
 
 
-def test_drone_permutation(state):
+def test_drone_permutation(one_period, state):
     positions, velocities, teams, commands = state
     order = np.random.default_rng(9).permutation(20)
     one = one_period(positions, velocities, teams, commands)
@@ -49,7 +55,7 @@ def test_drone_permutation(state):
 @pytest.mark.parametrize("flip_x", [False, True])
 @pytest.mark.parametrize("flip_y", [False, True])
 @pytest.mark.parametrize("transpose", [False, True])
-def test_symmetries_of_the_square(state, flip_x, flip_y, transpose):
+def test_symmetries_of_the_square(one_period, state, flip_x, flip_y, transpose):
     positions, velocities, teams, commands = state
 
     def turn_points(points, is_position):
