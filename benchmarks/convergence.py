@@ -10,35 +10,17 @@ import argparse
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import CaptureConfig, GameConfig
+from swarm_pz.config import GameConfig
 from swarm_pz.ergodicity import ErgodicMetric
-from swarm_pz.simulator import Simulator
+from swarm_pz.figures.coverage import TARGETS, lone_team, start
 
 SIZES = (6, 12, 24)
 TIMES = (1, 10, 30, 60)
 
 
-def _gaussian(x0: float, y0: float, sigma: float) -> NDArray[np.float64]:
-    """Return a Gaussian of unit mass at the centres of a command's cells."""
-    centres = (np.arange(10) + 0.5) / 10
-    squares = (centres[None, :] - x0) ** 2 + (centres[:, None] - y0) ** 2
-    return np.asarray(np.exp(-squares / (2 * sigma**2)) / sigma**2)
-
-
-TARGETS = {
-    "uniform": np.ones((10, 10)),
-    "centre": _gaussian(0.5, 0.5, 0.1),
-    "bimodal": _gaussian(0.25, 0.25, 0.12) + _gaussian(0.75, 0.75, 0.08),
-}
-
-
 def ergodic_metric(size: int, command: NDArray[np.float64], config: GameConfig, seeds: int) -> NDArray[np.float64]:
     """Return the metric (seeds, times) of a lone team from the corners, over all ticks since the start."""
-    simulator = Simulator(
-        config.replace(drones_per_team=(size, 0), capture=CaptureConfig(enabled=False)), num_games=seeds, threads=2
-    )
-    simulator.reset(range(seeds))
-    simulator.command(0, np.broadcast_to(command / command.max(), (seeds, 10, 10)))
+    simulator = start(lone_team(size, config), range(seeds), command)
     past = ErgodicMetric(simulator, team=0)
     metric = []
     for tick in range(1, 30 * max(TIMES) + 1):

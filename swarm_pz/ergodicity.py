@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import CommandError
+from swarm_pz.parameters import sobolev_weights
 from swarm_pz.simulator import Simulator
 
 
@@ -33,12 +34,6 @@ def basis(places: ArrayLike, modes: int) -> NDArray[np.float64]:
     """
     along_x, along_y = _cosines(places, modes)
     return along_x[..., :, None] * along_y[..., None, :]
-
-
-def sobolev_weights(modes: int) -> NDArray[np.float64]:
-    """Return (1 + |k|^2)^(-3/2), the weights (K, K) of the ergodic metric: coarse differences count most."""
-    k = np.arange(modes)
-    return np.asarray((1.0 + k[:, None] ** 2 + k**2) ** -1.5)
 
 
 def at_work(simulator: Simulator, row: int, team: int) -> NDArray[np.int64]:

@@ -19,7 +19,8 @@ import numpy as np
 
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import RED, TEAM_NAMES, GameConfig
-from swarm_pz.errors import CommandError, PolicyError, require_extra
+from swarm_pz.errors import CommandError, PolicyError
+from swarm_pz.intervals import wilson
 from swarm_pz.policy import Player, PrivilegedPolicy, ask, load_players, name_of
 from swarm_pz.scenario import check_seed
 
@@ -123,12 +124,10 @@ class MatchResult:
         Wilson's where all pairs are two different games, or where all or none are won; a bootstrap
         over pairs otherwise.
         """
-        stats = require_extra("scipy.stats", "cli")
         games = self.unique
         # Where all games or none are won, a bootstrap has nothing to draw from.
         if len(games) == len(self.games) or self.count("win") in (0, len(games)):
-            interval = stats.binomtest(self.count("win"), len(games)).proportion_ci(0.95, method="wilson")
-            return float(interval.low), float(interval.high)
+            return wilson(self.count("win"), len(games))
         wins: dict[int, list[float]] = {}
         for game in games:
             wins.setdefault(game.pair, []).append(float(game.outcome == "win"))

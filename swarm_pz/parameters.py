@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
 from swarm_pz.kernels.capture import ring_weights
@@ -69,12 +70,18 @@ def option_parameters(config: GameConfig) -> Options | None:
     )
 
 
+def sobolev_weights(modes: int) -> NDArray[np.float64]:
+    """Return (1 + |k|^2)^(-3/2), (K, K): coarse differences count most, in control and in the ergodic metric."""
+    k = np.arange(modes)
+    return np.asarray((1.0 + k[:, None] ** 2 + k**2) ** -1.5)
+
+
 def controller_parameters(config: GameConfig) -> ErgodicParameters:
     """Return what a solve of the ergodic controller needs."""
     controller, factor = config.controller, config.dynamics.speed_factor
     k = np.arange(controller.modes)
-    squares = k[:, None] ** 2 + k**2
-    spectrum = (1.0 + squares) ** -1.5 if controller.spectrum == "sobolev" else np.exp(-0.8 * np.sqrt(squares))
+    exponential = np.exp(-0.8 * np.sqrt(k[:, None] ** 2 + k**2))
+    spectrum = sobolev_weights(controller.modes) if controller.spectrum == "sobolev" else exponential
     decay = 1.0 if config.memory.controller is None else np.exp(-CONTROL_PERIOD / config.memory.controller)
     # A velocity moves a drone by the speed factor: points ahead lie that much further, while the costate,
     # which multiplies two of these times, wants the factor only once.

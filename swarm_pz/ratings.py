@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.errors import CommandError, require_extra
+from swarm_pz.intervals import wilson
 
 Array = NDArray[np.float64]
 
@@ -166,7 +167,6 @@ def intransitivity(results: Results) -> Intransitivity:
     r_i = mean_j L_ij; the rest is cyclic (the combinatorial Hodge decomposition; Balduzzi et al.,
     "Re-evaluating evaluation", NeurIPS 2018).
     """
-    stats = require_extra("scipy.stats", "cli")
     points, games = results.payoffs()
     n = len(results.players)
     ratings = strengths(_with_prior(points))
@@ -180,7 +180,7 @@ def intransitivity(results: Results) -> Intransitivity:
     for i, j in itertools.permutations(range(n), 2):
         played, won = round(games[i, j]), round(points[i, j])
         if played:
-            lowest[i, j] = stats.binomtest(min(won, played), played).proportion_ci(0.95, method="wilson").low
+            lowest[i, j] = wilson(min(won, played), played)[0]
     beats = lowest > 0.5
     cycles: list[tuple[float, tuple[int, int, int]]] = []
     decided = 0

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import CaptureConfig, GameConfig
-from swarm_pz.ergodicity import ErgodicMetric, basis, potential, reconstruct, shared_coefficients, sobolev_weights
+from swarm_pz.ergodicity import ErgodicMetric, basis, potential, reconstruct, shared_coefficients
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.ergodic import ergodic, make_scratch
+from swarm_pz.parameters import sobolev_weights
 from swarm_pz.simulator import Simulator
 from swarm_pz.target import make_target
 from tests import reference

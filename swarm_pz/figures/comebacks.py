@@ -11,8 +11,8 @@ from swarm_pz.config import RED, GameConfig
 from swarm_pz.errors import MissingExtraError
 from swarm_pz.figures import style
 from swarm_pz.figures.finding import Figure, Finding, game_seeds
-from swarm_pz.figures.intervals import wilson
 from swarm_pz.figures.playing import Sizes, outcomes, play
+from swarm_pz.intervals import wilson
 from swarm_pz.policy import load
 
 GAMES = 100

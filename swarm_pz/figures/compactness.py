@@ -12,8 +12,8 @@ from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.figures import style
 from swarm_pz.figures.finding import Figure, Finding, game_seeds
-from swarm_pz.figures.intervals import bootstrap, rank_correlation, rounded
 from swarm_pz.figures.playing import play
+from swarm_pz.intervals import bootstrap, rank_correlation, rounded
 
 GAMES = 24
 PLAYERS = ("centre", "chase", "halo", "noise", "ring", "uniform", "wavefront")

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, CaptureConfig, GameConfig
 from swarm_pz.ergodicity import ErgodicMetric
-from swarm_pz.figures.intervals import bootstrap, rounded
+from swarm_pz.intervals import bootstrap, rounded
 from swarm_pz.simulator import Simulator
 
 Array = NDArray[np.float64]

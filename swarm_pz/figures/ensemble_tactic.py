@@ -12,8 +12,8 @@ from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, GameConfig, ObservationConfig
 from swarm_pz.figures import style
 from swarm_pz.figures.finding import Figure, Finding, game_seeds
-from swarm_pz.figures.intervals import mean_with_interval, wilson
 from swarm_pz.figures.playing import Sizes, outcomes, play
+from swarm_pz.intervals import mean_with_interval, wilson
 from swarm_pz.scenario import Seed
 
 GAMES = 100

@@ -20,7 +20,7 @@ from swarm_pz.figures.flocking_flights import (
     target_map,
 )
 from swarm_pz.figures.flocking_picture import draw
-from swarm_pz.figures.intervals import mean_with_interval, median_with_interval, rounded, wilson
+from swarm_pz.intervals import mean_with_interval, median_with_interval, rounded, wilson
 
 SEEDS = 20
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from swarm_pz.config import RED, GameConfig
 from swarm_pz.ergodicity import ErgodicMetric
 from swarm_pz.figures.coverage import BIMODAL, SECONDS, TARGETS, gaussian, lone_team, over_seeds, periods, start
-from swarm_pz.figures.intervals import rounded
+from swarm_pz.intervals import rounded
 from swarm_pz.simulator import Simulator
 from swarm_pz.target import FlockingCommand
 

@@ -12,8 +12,8 @@ from typing import Any
 import swarm_pz
 from swarm_pz.errors import require_extra
 from swarm_pz.figures.finding import Figure, Finding
-from swarm_pz.figures.intervals import LEVEL
 from swarm_pz.figures.style import DPI, RC
+from swarm_pz.intervals import LEVEL
 
 PAGE = "index.md"
 

@@ -12,7 +12,7 @@ from swarm_pz.ergodicity import ErgodicMetric
 from swarm_pz.figures import style
 from swarm_pz.figures.coverage import JUDGED, TARGETS, give, lone_team, over_seeds, periods, start
 from swarm_pz.figures.finding import Figure, Finding, game_seeds
-from swarm_pz.figures.intervals import mean_with_interval, rounded
+from swarm_pz.intervals import mean_with_interval, rounded
 from swarm_pz.kernels.game import Games
 from swarm_pz.simulator import Simulator
 

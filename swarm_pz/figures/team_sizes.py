@@ -9,8 +9,8 @@ import numpy as np
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.figures import style
 from swarm_pz.figures.finding import Figure, Finding, game_seeds
-from swarm_pz.figures.intervals import mean_with_interval
 from swarm_pz.figures.playing import Sizes, outcomes, play
+from swarm_pz.intervals import mean_with_interval
 
 GAMES = 20
 RED_PLAYER, BLUE_PLAYER = "ring", "uniform"

@@ -13,14 +13,13 @@ from swarm_pz.config import RED, TEAM_NAMES
 from swarm_pz.errors import CommandError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.connection import Connection
-from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recording import PaintedLine, RecordedSeat, SeatEvent, SeatLine
+from swarm_pz.play.room_settings import table_config
 from swarm_pz.play.session import Callbacks, House, Moment, Outcome, Session
 from swarm_pz.play.strokes import Stroke, density_of
 from swarm_pz.play.views import target_message
 from swarm_pz.target import make_target
 
-_UNTIMED = 1e6
 AWAY_S = 60.0
 """Seconds that a seat waits between games for who has left without saying so."""
 
@@ -75,37 +74,6 @@ class Seat:
             connected=self.kind == "policy" or self.connection is not None,
             ready=self.ready,
         )
-
-
-def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig:
-    """Return a table with a room's settings; one side without drones makes a practice arena.
-
-    Raises
-    ------
-    ConfigError
-        If there is no such game.
-    """
-    sizes = (settings.red, settings.blue)
-    rules = table.game
-    game = rules.replace(
-        drones_per_team=sizes,
-        time_limit=settings.time_limit if settings.time_limit is not None else _UNTIMED,
-        capture=rules.capture.replace(enabled=rules.capture.enabled and min(sizes) > 0),
-    )
-    return table.replace(game=game, mapping=settings.mapping, speed=settings.speed)
-
-
-def settings_of(config: TableConfig) -> protocol.Settings:
-    """Return a table's settings as clients know them."""
-    red, blue = config.game.team_sizes
-    limit = config.game.time_limit
-    return protocol.Settings(
-        red=red,
-        blue=blue,
-        time_limit=limit if limit < _UNTIMED else None,
-        mapping="paper" if config.mapping == "paper" else "bold",
-        speed=config.speed,
-    )
 
 
 class Room:

@@ -19,7 +19,7 @@ from swarm_pz.play.connection import Connection
 from swarm_pz.play.frames import Frame, encode_frame
 from swarm_pz.play.playback import Playback
 from swarm_pz.play.recording import Origin, Recording
-from swarm_pz.play.room import settings_of
+from swarm_pz.play.room_settings import settings_of
 from swarm_pz.play.session import Moment
 from swarm_pz.play.views import frame_of, target_message
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import RecordingError, require_extra
+from swarm_pz.intervals import wilson
 from swarm_pz.play.recording import (
     SUFFIX,
     CapturedLine,
@@ -260,7 +261,6 @@ def kaplan_meier(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[flo
 
 def summarise(rows: Sequence[SeatRow]) -> list[SummaryRow]:
     """Return the summary of the games that two sides played from their start to their end."""
-    stats = require_extra("scipy.stats", "cli")
     groups: dict[tuple[str, ...], list[SeatRow]] = {}
     for row in rows:
         if row.outcome != "stopped" and not row.taken_over and row.opponent_kind != "free":
@@ -270,7 +270,7 @@ def summarise(rows: Sequence[SeatRow]) -> list[SummaryRow]:
     for (kind, player, opponent_kind, opponent, config_hash), group in sorted(groups.items()):
         outcomes = [row.outcome for row in group]
         wins = outcomes.count("win")
-        interval = stats.binomtest(wins, len(group)).proportion_ci(0.95, method="wilson")
+        low, high = wilson(wins, len(group))
         median, mean = kaplan_meier([row.seconds for row in group], [row.outcome != "draw" for row in group])
         summary.append(
             SummaryRow(
@@ -285,8 +285,8 @@ def summarise(rows: Sequence[SeatRow]) -> list[SummaryRow]:
                 draws=outcomes.count("draw"),
                 losses=outcomes.count("loss"),
                 win_rate=wins / len(group),
-                win_rate_low=float(interval.low),
-                win_rate_high=float(interval.high),
+                win_rate_low=low,
+                win_rate_high=high,
                 median_s=median,
                 restricted_mean_s=mean,
                 final_share=float(np.mean([row.final_share for row in group])),

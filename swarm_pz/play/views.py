@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GRID_CELLS, RED, ObservationConfig
+from swarm_pz.ergodicity import reconstruct
 from swarm_pz.observation import observe
 from swarm_pz.play.frames import Frame, encode_frame, encode_target
 from swarm_pz.simulator import Simulator
@@ -40,11 +41,7 @@ def frame_of(
 
 def target_picture(coefficients: NDArray[np.floating[Any]]) -> NDArray[np.uint8]:
     """Return a target as its Fourier coefficients (K, K) hold it: (G, G), 255 value / maximum."""
-    modes = np.arange(len(coefficients))
-    centres = (np.arange(GRID_CELLS) + 0.5) / GRID_CELLS
-    # Cosines but the first have a mean square of 1/2, and the modes are not normalised.
-    waves = np.cos(np.pi * modes * centres[:, None]) * np.where(modes == 0, 1.0, 2.0)
-    density = np.maximum(waves @ coefficients.T.astype(np.float64) @ waves.T, 0.0)
+    density = np.maximum(reconstruct(coefficients, GRID_CELLS), 0.0)
     return np.asarray(np.rint(255.0 * density / density.max()), np.uint8)
 
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Literal
 from swarm_pz.errors import PolicyError, ProtocolError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.connection import Connection
-from swarm_pz.play.room import RefusedError, Room, settings_of
+from swarm_pz.play.room import RefusedError, Room
+from swarm_pz.play.room_settings import settings_of
 from swarm_pz.play.screening import Screening
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.playback import Playback
 from swarm_pz.play.recording import Recording, SeatLine
-from swarm_pz.play.room import RefusedError, Room, settings_of, table_config
+from swarm_pz.play.room import RefusedError, Room
+from swarm_pz.play.room_settings import settings_of, table_config
 from swarm_pz.play.session import House
 from swarm_pz.play.thinking import Thinkers
 from tests.play.faulty import FAULTS, loader

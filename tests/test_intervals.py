@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.figures.intervals import (
+from swarm_pz.intervals import (
     bootstrap,
     mean_with_interval,
     median_with_interval,
