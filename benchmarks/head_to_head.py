@@ -14,12 +14,12 @@ from typing import Any
 
 from swarm_pz.match import paired_difference, play_match
 from swarm_pz.policy import registered
-from training.report import plot_sizes
+from swarm_pz.training.report import plot_sizes
 
 
 def against_uniform(games: int) -> list[dict[str, Any]]:
     """Play everybody but the planner against uniform coverage on the same seeds, with differences of share."""
-    names = sorted(name for name, point in registered().items() if point.module != "policies.planner")
+    names = sorted(name for name, point in registered().items() if point.module != "swarm_pz.policies.planner")
     matches = {name: play_match(name, "uniform", games=games, threads=2) for name in names}
     rows = []
     for match in matches.values():

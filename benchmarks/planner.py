@@ -15,10 +15,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import policies
-from policies.planner import GUESS, Planner, PlannerConfig
+from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.match import play_match
+from swarm_pz.policies.planner import GUESS, Planner, PlannerConfig
 from swarm_pz.policy import registered
 
 KNOWLEDGE = ("told", GUESS, "none")
@@ -44,7 +44,9 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("runs/planner"))
     options = parser.parse_args()
-    names = options.opponents or sorted(n for n, point in registered().items() if point.module != "policies.planner")
+    names = options.opponents or sorted(
+        n for n, point in registered().items() if point.module != "swarm_pz.policies.planner"
+    )
     pairings = [(name, knowledge) for name in names for knowledge in options.knowledge]
     rows = []
     print("| opponent | planner knows | won | drawn | lost | median | mean, draws 300 s | ms a decision |")

@@ -9,11 +9,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-import policies
-from policies.learned import LearnedPolicy
-from policies.scripted import SCRIPTS
+from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.match import play_match
+from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.policies.scripted import SCRIPTS
 
 ZOO = Path(policies.__file__).parent / "zoo"
 SIZES = (5, 10, 20, 40)

@@ -43,7 +43,7 @@ def load(name: str | Path, config: GameConfig | None = None) -> Player:
     config = config if config is not None else GameConfig()
     if str(name) not in registered() and Path(name).is_dir():
         require_extra("torch", "training")
-        from policies.learned import LearnedPolicy
+        from swarm_pz.policies.learned import LearnedPolicy
 
         return LearnedPolicy.read(Path(name), config)
     return _load(str(name), config)

@@ -11,8 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-import policies
-from policies.scripted import (
+from swarm_pz import policies
+from swarm_pz.config import GameConfig
+from swarm_pz.match import MatchResult, play_match
+from swarm_pz.policies.scripted import (
     CLOCK,
     OPPONENTS,
     SCRIPTS,
@@ -26,8 +28,6 @@ from policies.scripted import (
     uniform,
     wavefront,
 )
-from swarm_pz.config import GameConfig
-from swarm_pz.match import MatchResult, play_match
 
 Array = NDArray[np.float64]
 

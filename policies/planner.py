@@ -275,7 +275,7 @@ class Planner:
 
 def _known() -> list[str]:
     """Return the names of the project's own scripts and learned tactics, best explanations first."""
-    modules = ("policies.zoo", "policies.scripted")
+    modules = ("swarm_pz.policies.zoo", "swarm_pz.policies.scripted")
     return [name for module in modules for name, point in sorted(registered().items()) if point.module == module]
 
 

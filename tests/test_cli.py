@@ -8,7 +8,7 @@ import pytest
 
 from swarm_pz.cli import learn, main, presets
 from swarm_pz.config import GameConfig
-from training.config import TrainConfig
+from swarm_pz.training.config import TrainConfig
 
 SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-import policies
+from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CommandError, PolicyError
 from swarm_pz.match import _MATCH, paired_difference, play_match
@@ -76,7 +76,7 @@ def test_a_policy_may_play_against_itself():
 
 def test_matches_do_not_begin_like_training_games():
     from swarm_pz.simulator import Simulator
-    from training.vec_env import SwarmVecEnv
+    from swarm_pz.training.vec_env import SwarmVecEnv
 
     env = SwarmVecEnv(SHORT, 8, seed=0)
     env.reset()

@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import policies
-from swarm_pz import ladder
+from swarm_pz import ladder, policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CommandError, PolicyError, ResultsError
 from swarm_pz.match import play_match

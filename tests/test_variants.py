@@ -11,7 +11,7 @@ from pettingzoo.test import parallel_api_test
 from swarm_pz import GameConfig, ObservationConfig, parallel_env
 from swarm_pz.cli import main
 from swarm_pz.config import PRESETS
-from training.vec_env import SwarmVecEnv
+from swarm_pz.training.vec_env import SwarmVecEnv
 
 CONTROLLERS = ["ergodic", "flocking", ("ergodic", "flocking")]
 

@@ -1,3 +1,3 @@
 """Training of tactics with Stable-Baselines3."""
 
-import policies  # noqa: F401  (before torch: see there)
+from swarm_pz import policies  # noqa: F401  (before torch: see there)

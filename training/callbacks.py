@@ -15,11 +15,11 @@ import numpy as np
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
 
-import policies
+from swarm_pz import policies
 from swarm_pz.match import play_match
 
 if TYPE_CHECKING:
-    from training.ppo import Training
+    from swarm_pz.training.ppo import Training
 
 _RECENT = 256
 """Finished games over which the running figures are taken."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from policies import scripted
 from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.policies import scripted
 from swarm_pz.settings import Config, check, check_count, check_number
 
 SCRIPTS = tuple(script.__name__ for script in scripted.SCRIPTS)

@@ -7,7 +7,7 @@ from typing import Any
 from stable_baselines3.common.policies import ActorCriticPolicy
 from torch import Tensor, nn
 
-from policies.network import Actor, Critic
+from swarm_pz.policies.network import Actor, Critic
 
 _CRITIC_FEATURES = 16
 

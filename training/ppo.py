@@ -16,15 +16,22 @@ from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 from stable_baselines3.common.vec_env import VecMonitor
 
-import policies
-from policies.learned import CARD, FORMAT, WEIGHTS, LearnedPolicy, write_atomically
+from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
+from swarm_pz.policies.learned import CARD, FORMAT, WEIGHTS, LearnedPolicy, write_atomically
 from swarm_pz.policy import Player
-from training.callbacks import Checkpoint, CriticFirst, FadingExploration, History, PeriodicEvaluation, Progress
-from training.config import TrainConfig
-from training.networks import GridPolicy
-from training.vec_env import StackedVecEnv, SwarmVecEnv
+from swarm_pz.training.callbacks import (
+    Checkpoint,
+    CriticFirst,
+    FadingExploration,
+    History,
+    PeriodicEvaluation,
+    Progress,
+)
+from swarm_pz.training.config import TrainConfig
+from swarm_pz.training.networks import GridPolicy
+from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 CHECKPOINT, HISTORY = "checkpoint.pt", "history.json"
 

@@ -9,11 +9,11 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
-import policies
-from policies.learned import LearnedPolicy
+from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.match import MatchResult, paired_difference, play_match
-from training.callbacks import History
+from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.training.callbacks import History
 
 matplotlib.use("Agg")
 

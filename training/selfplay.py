@@ -21,15 +21,15 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
-import policies
-from policies.learned import LearnedPolicy, write_atomically
+from swarm_pz import policies
 from swarm_pz.errors import CheckpointError
 from swarm_pz.match import POINTS
+from swarm_pz.policies.learned import LearnedPolicy, write_atomically
 from swarm_pz.ratings import rate
 from swarm_pz.tournament import Tournament, TournamentConfig
-from training.config import LeagueConfig
-from training.exploit import exploit
-from training.ppo import Training
+from swarm_pz.training.config import LeagueConfig
+from swarm_pz.training.exploit import exploit
+from swarm_pz.training.ppo import Training
 
 STATE = "league.json"
 _PRIOR_GAMES = 10.0

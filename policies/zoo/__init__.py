@@ -13,7 +13,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
 
 if TYPE_CHECKING:
-    from policies.learned import LearnedPolicy
+    from swarm_pz.policies.learned import LearnedPolicy
 
 _HERE = Path(__file__).parent
 
@@ -37,7 +37,7 @@ class Shipped:
             If PyTorch is not installed.
         """
         require_extra("torch", "training")
-        from policies.learned import LearnedPolicy
+        from swarm_pz.policies.learned import LearnedPolicy
 
         return LearnedPolicy.read(self.folder, config)
 

@@ -47,7 +47,7 @@ def evaluate(
         out: Folder of that training; a run that was stopped goes on.
         game: The rules.
     """
-    import policies
+    from swarm_pz import policies
     from swarm_pz.match import play_match
 
     check(not (held_out and exploit), "held_out and exploit", (held_out, exploit), "asked for one at a time")
@@ -76,7 +76,7 @@ def evaluate(
 
 
 def _evaluate_held_out(policy: str, games: int, seed: int, json: Path | None, threads: int, game: GameConfig) -> None:
-    from policies.held_out import play_suites
+    from swarm_pz.policies.held_out import play_suites
 
     with progress() as show:
         suites = play_suites(policy, game, games=games, seed=seed, threads=threads, progress=show)
@@ -95,7 +95,7 @@ def _evaluate_exploit(
 ) -> None:
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "training")
-    from training.exploit import exploit
+    from swarm_pz.training.exploit import exploit
 
     say = functools.partial(print, flush=True)
     matches = exploit(policy, out, steps=steps, games=games, rules=game, seed=seed, threads=threads, say=say)
@@ -129,8 +129,7 @@ def tournament(
     """
     for module in ("choix", "matplotlib.figure"):
         require_extra(module, "ladder")
-    import policies
-    from swarm_pz import ladder
+    from swarm_pz import ladder, policies
     from swarm_pz.tournament import Tournament, TournamentConfig
 
     config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)

@@ -12,7 +12,7 @@ from swarm_pz import tables
 from swarm_pz.cli.report import command
 from swarm_pz.errors import require_extra
 from swarm_pz.settings import check
-from training.config import LeagueConfig, TrainConfig
+from swarm_pz.training.config import LeagueConfig, TrainConfig
 
 
 def train(
@@ -32,8 +32,8 @@ def train(
     for module in ("torch", "stable_baselines3", "matplotlib"):
         require_extra(module, "training")
     from swarm_pz.film import film_game
-    from training.ppo import Training
-    from training.report import compare, plot_learning_curve
+    from swarm_pz.training.ppo import Training
+    from swarm_pz.training.report import compare, plot_learning_curve
 
     check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
     run = Training(config, out, resume=resume, say=functools.partial(print, flush=True), command=command())
@@ -72,10 +72,10 @@ def league(
     """
     for module in ("torch", "stable_baselines3", "choix"):
         require_extra(module, "training")
-    import policies
-    from policies.scripted import SCRIPTS
+    from swarm_pz import policies
     from swarm_pz.match import play_match
-    from training.selfplay import League
+    from swarm_pz.policies.scripted import SCRIPTS
+    from swarm_pz.training.selfplay import League
 
     check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
     run = League(config, out, resume=resume, say=functools.partial(print, flush=True), command=command())

@@ -44,7 +44,7 @@ def render(
         overlay_team: Whose.
         game: The rules.
     """
-    import policies
+    from swarm_pz import policies
     from swarm_pz.film import film_game
     from swarm_pz.overlays import make_overlays
 
@@ -83,8 +83,7 @@ def diagnose(
         seconds: Play this much of the game at most.
         game: The rules.
     """
-    import policies
-    from swarm_pz import diagnosis
+    from swarm_pz import diagnosis, policies
 
     require_extra("matplotlib.figure", "ladder")
     check(out.suffix in (".png", ".pdf", ".svg"), "out", str(out), "a file .png, .pdf or .svg")
@@ -126,7 +125,7 @@ def bench(
     check(all(size % 2 == 0 for size in drones), "drones", drones, "even, for two teams alike")
     faces: dict[str, speed.Face] = {"simulator": speed.simulator_face, "batch_env": speed.batch_env_face}
     try:
-        from training.vec_env import SwarmVecEnv
+        from swarm_pz.training.vec_env import SwarmVecEnv
     except ImportError:
         print("stable-baselines3 is not installed: SwarmVecEnv is left out")
     else:

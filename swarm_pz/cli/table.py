@@ -37,7 +37,7 @@ def play(
         game: The rules; sizes and time limit are each room's own.
     """
     _need_play()
-    import policies
+    from swarm_pz import policies
     from swarm_pz.play.game import TableConfig
     from swarm_pz.play.serve import serve
 
@@ -80,7 +80,7 @@ def replay(
         port: Port to listen at; 0 takes any that is free.
     """
     _need_play()
-    import policies
+    from swarm_pz import policies
     from swarm_pz.play.playback import Playback
     from swarm_pz.play.recording import Recording, checked_name
     from swarm_pz.play.serve import serve

@@ -14,7 +14,7 @@ from swarm_pz.match import play_match
 from swarm_pz.policy import registered
 
 GAMES = 60
-SCRIPTS, ADVERSARY = "policies.scripted", "uniform"
+SCRIPTS, ADVERSARY = "swarm_pz.policies.scripted", "uniform"
 RESENT = "restless"
 VARIANTS = ("paper", "released")
 

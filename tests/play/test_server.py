@@ -12,11 +12,11 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from policies import zoo
 from swarm_pz.play import protocol
 from swarm_pz.play.client import play
 from swarm_pz.play.playback import Playback
 from swarm_pz.play.recording import InForceLine, PaintedLine, Recording, SeatLine
+from swarm_pz.policies import zoo
 from tests.play.conftest import Table
 
 RING = protocol.StrokeMessage(

@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import policies
-from policies.held_out import SUITE, play_suites
-from policies.scripted import SCRIPTS
+from swarm_pz import policies
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig
+from swarm_pz.policies.held_out import SUITE, play_suites
+from swarm_pz.policies.scripted import SCRIPTS
 from swarm_pz.policy import ask
 
 

@@ -5,8 +5,8 @@ import pytest
 import torch
 from torch import Tensor
 
-from policies.network import ORIENTATIONS, Actor, Critic, GroupConv, turn
 from swarm_pz.errors import ConfigError
+from swarm_pz.policies.network import ORIENTATIONS, Actor, Critic, GroupConv, turn
 
 
 def turned(images: Tensor, orientation: int) -> Tensor:

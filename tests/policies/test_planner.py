@@ -5,12 +5,12 @@ import time
 import numpy as np
 import pytest
 
-import policies
-from policies.planner import Planner, PlannerConfig
+from swarm_pz import policies
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError, PolicyError
 from swarm_pz.match import play_match
+from swarm_pz.policies.planner import Planner, PlannerConfig
 from swarm_pz.policy import PrivilegedPolicy, ask
 
 SMALL = PlannerConfig(drone_steps=3_000, horizon=2.0)

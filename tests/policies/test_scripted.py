@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import policies
-from policies.scripted import SCRIPTS
+from swarm_pz import policies
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError
+from swarm_pz.policies.scripted import SCRIPTS
 from swarm_pz.policy import Policy, ask
 
 NAMES = sorted(script.__name__ for script in SCRIPTS)

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import policies
-from policies import zoo
-from policies.learned import LearnedPolicy
+from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
 from swarm_pz.match import play_match
-from training.config import TrainConfig
+from swarm_pz.policies import zoo
+from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.training.config import TrainConfig
 
 FOLDER = Path(zoo.__file__).parent
 NAMES = sorted(path.parent.name for path in FOLDER.glob("*/policy.json"))

@@ -8,16 +8,16 @@ import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnvWrapper
 
-import policies
-from policies.learned import LearnedPolicy
+from swarm_pz import policies
 from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, ConfigError, PolicyError
 from swarm_pz.match import play_match
-from training.config import TrainConfig
-from training.networks import GridPolicy
-from training.ppo import CHECKPOINT, Training
-from training.report import plot_learning_curve, plot_sizes
-from training.vec_env import SwarmVecEnv
+from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.training.config import TrainConfig
+from swarm_pz.training.networks import GridPolicy
+from swarm_pz.training.ppo import CHECKPOINT, Training
+from swarm_pz.training.report import plot_learning_curve, plot_sizes
+from swarm_pz.training.vec_env import SwarmVecEnv
 
 TINY = TrainConfig(
     game=GameConfig(observation=ObservationConfig(grid=10), drones_per_team=2, time_limit=5.0),

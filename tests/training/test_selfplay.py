@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from policies.learned import LearnedPolicy
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, ConfigError
-from training.config import LeagueConfig, TrainConfig
-from training.exploit import exploit, exploiter_config
-from training.ppo import Training
-from training.selfplay import STATE, League, Member, Pool
+from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.training.config import LeagueConfig, TrainConfig
+from swarm_pz.training.exploit import exploit, exploiter_config
+from swarm_pz.training.ppo import Training
+from swarm_pz.training.selfplay import STATE, League, Member, Pool
 
 LEARNER = TrainConfig(
     game=GameConfig(observation=ObservationConfig(grid=10), drones_per_team=2, time_limit=5.0),
@@ -154,7 +154,7 @@ def test_a_league_that_is_killed_while_it_exploits_finishes_the_same_exploiter(t
             raise KeyboardInterrupt
         return exploit(target, *args, **kwargs)
 
-    monkeypatch.setattr("training.selfplay.exploit", killed)
+    monkeypatch.setattr("swarm_pz.training.selfplay.exploit", killed)
     with pytest.raises(KeyboardInterrupt):
         league.run()
     League(TINY, tmp_path, resume=True, say=quiet).run()

@@ -5,7 +5,7 @@ import pytest
 from stable_baselines3.common.vec_env import VecMonitor
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from training.vec_env import StackedVecEnv, SwarmVecEnv
+from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 COARSE = GameConfig(observation=ObservationConfig(grid=10), drones_per_team=3)
 
