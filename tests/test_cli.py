@@ -211,4 +211,4 @@ def test_help_teaches(capsys):
         main(["train", "--help"])
     printed = capsys.readouterr().out
     assert "Environment steps in all" in printed
-    assert "stable_baselines3" not in sys.modules or "training" in sys.modules
+    assert "stable_baselines3" not in sys.modules or "swarm_pz.training" in sys.modules
