@@ -47,6 +47,21 @@ def test_a_tactic_plays_at_any_size(name):
     assert play_match(name, "ring", games=2, config=config).summary()["games"] == 2
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_answers_do_not_depend_on_the_batch_bit_for_bit(name):
+    policy, generator = policies.load(name), np.random.default_rng(0)
+    grid = policy.observation.grid
+    seen = generator.integers(0, 256, (70, len(policy.observation.channels), grid, grid)).astype(np.uint8)
+    rows = np.arange(70)
+    for noise in (0.0, 0.3):
+        policy.noise = noise
+        policy.reset(rows.tolist(), rows)
+        answers = policy.act(seen, rows)
+        policy.reset(rows.tolist(), rows)
+        for row in (0, 1, 17, 31, 32, 63, 64, 69):
+            np.testing.assert_array_equal(policy.act(seen[row : row + 1], rows[row : row + 1])[0], answers[row])
+
+
 def test_an_unknown_tactic_is_no_attribute():
     with pytest.raises(AttributeError, match="no tactic 'nobody'"):
         zoo.nobody  # noqa: B018
