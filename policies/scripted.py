@@ -61,11 +61,14 @@ class View:
     def mean_position(self, side: str) -> Array:
         """Return the mean position (n, 2) of the "own" or "opposing" drones; the centre if none."""
         weights = self[f"{side}_positions"]
-        centres = (np.arange(weights.shape[-1]) + 0.5) / weights.shape[-1]
-        rows = weights @ np.ones_like(centres)
+        cells = weights.shape[-1]
+        # Whole numbers, twice the distance in cells: their sums are exact in any order. With others, a
+        # product over all games would round as the number of games wants it, and not as the game does.
+        places = 2.0 * np.arange(cells) + 1.0
+        rows = weights @ np.ones(cells)
         totals = rows.sum(axis=1)
-        sums = np.stack([(weights @ centres).sum(axis=1), rows @ centres], axis=1)
-        return np.where(totals[:, None] > 0, sums / np.maximum(totals, 1.0)[:, None], 0.5)
+        sums = np.stack([(weights @ places).sum(axis=1), rows @ places], axis=1)
+        return np.where(totals[:, None] > 0, sums / np.maximum(2.0 * cells * totals, 1.0)[:, None], 0.5)
 
     def distance_from(self, points: Array) -> Array:
         """Return the distance (n, A, A) of the command's cells from points (n, 2)."""

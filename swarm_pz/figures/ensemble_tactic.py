@@ -45,9 +45,10 @@ class Ensemble:
     def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> NDArray[np.float64]:
         """Answer n observations with densities (n, A, A)."""
         positions, share = observations[:, 0].astype(np.float64), observations[:, 1, 0, 0] / 255
-        centres = (np.arange(positions.shape[-1]) + 0.5) / positions.shape[-1]
-        weight = np.maximum(positions.sum(axis=(1, 2)), 1.0)
-        places = np.stack([positions.sum(axis=axis) @ centres for axis in (1, 2)], axis=1) / weight[:, None]
+        # Whole numbers, whose sums do not depend on their order, nor so on how many games are played.
+        odd = 2.0 * np.arange(positions.shape[-1]) + 1.0
+        weight = 2.0 * len(odd) * np.maximum(positions.sum(axis=(1, 2)), 1.0)
+        places = np.stack([positions.sum(axis=axis) @ odd for axis in (1, 2)], axis=1) / weight[:, None]
         tracks = share > self._most
         aim = np.where(tracks[:, None], places, 0.5)
         offset = self._centres[None, :] - aim[:, :, None]

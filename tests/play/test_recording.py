@@ -29,6 +29,7 @@ from swarm_pz.play.recording import (
 from swarm_pz.play.study import kaplan_meier, read_folder, seat_rows, summarise, write_tables
 
 CONFIG = TableConfig(game=GameConfig(drones_per_team=4, capture=CaptureConfig(threshold=0.5), time_limit=20.0))
+MILD = CaptureConfig(threshold=0.9)
 
 
 def header(config, seed, player):
@@ -128,18 +129,21 @@ def test_what_had_happened_before_a_moment_leads_to_it(tick, tmp_path):
     assert again.game.tick <= tick and (tick == 0 or Playback(past).verify().verified)
 
 
-def test_going_back_leads_where_going_on_led(tmp_path):
-    long = CONFIG.replace(game=CONFIG.game.replace(time_limit=100.0, capture=CaptureConfig(threshold=0.9)))
-    game = record(tmp_path / "a.jsonl", ticks=2400, config=long)
-    assert game.tick == 2400
+def test_going_back_leads_where_going_on_led(tmp_path, monkeypatch):
+    monkeypatch.setattr("swarm_pz.play.playback._MARK_TICKS", 30)
+    game = record(tmp_path / "a.jsonl", config=CONFIG.replace(game=CONFIG.game.replace(capture=MILD)))
     playback = Playback(Recording.read(tmp_path / "a.jsonl"))
+    moments = sorted({game.tick * tenth // 10 for tenth in range(11)} | {30, 31})  # however long the game was
     places = {}
-    for tick in (100, 900, 1000, 1801, 2300):
+    for tick in moments:
         playback.seek(tick)
-        places[tick] = playback.game.simulator.positions.copy()
-    for tick in (2300, 1801, 1000, 900, 100):
+        assert playback.game.tick == tick
+        places[tick] = playback.game.simulator.snapshot()
+    assert len(playback._marks) > 2
+    for tick in (*reversed(moments), moments[5], moments[-1], moments[1]):
         playback.seek(tick)
-        np.testing.assert_array_equal(playback.game.simulator.positions, places[tick])
+        for array, then in zip(playback.game.simulator.games, places[tick], strict=True):
+            np.testing.assert_array_equal(array, then)
 
 
 def test_a_full_disk_ends_the_recording_and_not_the_game(tmp_path):

@@ -197,11 +197,13 @@ def test_a_recorded_game_is_watched_and_taken_over(table):
     assert seat.seat == "blue"
     client.say(protocol.Invite("red", "uniform"))
     client.say(protocol.Ready())
-    client.hear(protocol.RoomState, lambda state: state.phase == "playing")
+    playing = client.hear(protocol.RoomState, lambda state: state.phase == "playing")
+    assert playing.sizes == state.sizes[:3], "one at the start and after each of two seconds"
     over = client.hear(protocol.RoomState, lambda state: state.phase == "over")
     taken = Recording.read(table.folder / over.recording)
     assert (taken.header.origin.recording, taken.header.origin.tick) == (recording, 60)
     assert Playback(taken).verify().verified and taken.last_tick > 60
+    assert len(over.sizes) == taken.last_tick // 30 + 1
     client.close()
 
 

@@ -5,9 +5,11 @@ import asyncio
 import numpy as np
 import pytest
 
+from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.play.thinking import PolicySeat, Thinkers
+from swarm_pz.policy import ask
 from swarm_pz.simulator import Simulator
 from tests.play.faulty import loader
 
@@ -37,6 +39,26 @@ def test_policies_answer_as_they_would_here(snapshot):
     assert all(answer.shape == (10, 10) for answer in answers)
     assert not np.allclose(answers[0], answers[1])
     np.testing.assert_array_equal(answers[2], answers[3])
+
+
+def test_a_policys_first_answers_are_those_of_a_game_that_has_just_begun(snapshot):
+    # It is asked once before, so that what is compiled is compiled; that leaves no trace.
+    place = seat("noise")
+    thinkers = Thinkers(loader, limit_s=5.0)
+
+    async def play():
+        return [await thinkers.ask(place, snapshot) for _ in range(2)]
+
+    try:
+        answers = asyncio.run(play())
+    finally:
+        thinkers.close()
+    policy, batch, row = loader(place.policy, place.game), BatchEnv(place.game), np.zeros(1, int)
+    batch.reset([0])
+    batch.simulator.restore(snapshot)
+    policy.reset([place.seed], row)
+    for answer in answers:
+        np.testing.assert_array_equal(answer, ask(policy, batch, np.zeros(1, int), row)[0])
 
 
 @pytest.mark.parametrize(

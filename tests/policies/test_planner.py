@@ -7,11 +7,13 @@ import pytest
 
 from swarm_pz import policies
 from swarm_pz.batch_env import BatchEnv
-from swarm_pz.config import GameConfig
+from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, ObservationConfig
 from swarm_pz.errors import ConfigError, PolicyError
 from swarm_pz.match import play_match
+from swarm_pz.policies.lookahead import Lookahead
 from swarm_pz.policies.planner import Planner, PlannerConfig
 from swarm_pz.policy import PrivilegedPolicy, ask
+from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 SMALL = PlannerConfig(drone_steps=3_000, horizon=2.0)
 CONFIG = GameConfig(drones_per_team=4, time_limit=40.0)
@@ -50,10 +52,9 @@ def test_answers_do_not_depend_on_the_batch():
 
 def test_a_candidate_is_worth_what_the_simulator_says():
     batch = a_game()
-    planner = Planner(CONFIG, settings=SMALL.replace(promise=0.0))
-    planner.reset([5], np.zeros(1, int))
-    logs = planner._propose(batch.simulator.snapshot([0]), 0, None, np.random.default_rng(0))
-    worths = planner._try(batch.simulator.snapshot([0]), 0, logs, None)
+    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=3_000, promise=0.0)
+    logs = lookahead.propose(batch.simulator.snapshot([0]), 0, None, np.random.default_rng(0))
+    worths = lookahead.try_out(batch.simulator.snapshot([0]), 0, logs, None)
     for log, worth in zip(logs, worths, strict=True):
         game = a_game()
         game.simulator.command(0, np.stack([np.exp(log), np.ones((10, 10))]))
@@ -95,7 +96,7 @@ def test_it_finds_out_who_the_opponent_is(name):
     for _ in range(4):
         commands = np.stack([ask(planner, batch, red, only), ask(opponent, batch, blue, only)], axis=1)
         batch.step(commands)
-    assert planner._explain(batch.simulator.snapshot([0]), 0, 0).name == name
+    assert planner._explain(planner._bench(config), batch.simulator.snapshot([0]), 0, 0).name == name
 
 
 def test_a_wall_clock_budget_is_kept():
@@ -111,6 +112,55 @@ def test_other_sizes_and_cells_work():
     config = GameConfig(drones_per_team=(1, 3), command_cells=6, time_limit=5.0)
     planner = Planner(config, settings=PlannerConfig(drone_steps=1))
     assert play_match(planner, "uniform", games=2, config=config).summary()["games"] == 2
+
+
+@pytest.mark.parametrize("model", [None, "guess", "ring"])
+@pytest.mark.parametrize("sizes", [(4, 0), (0, 4)])
+def test_it_plays_against_nobody_and_for_nobody(sizes, model):
+    config = GameConfig(drones_per_team=sizes, capture=CaptureConfig(enabled=False))
+    planner, batch = Planner(config, model, SMALL.replace(drone_steps=1_000)), BatchEnv(config)
+    batch.reset([0])
+    planner.reset([5], np.zeros(1, int))
+    for _ in range(2):
+        answer = ask(planner, batch, np.zeros(1, int), np.zeros(1, int))
+        batch.step(np.stack([answer, np.ones((1, 10, 10))], axis=1))
+    assert answer.max() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "other", [CONFIG.replace(drones_per_team=(2, 9)), CONFIG.replace(command_cells=6), GameConfig.preset("released")]
+)
+def test_it_plays_by_the_rules_of_the_game_that_it_is_shown(other):
+    answers = []
+    for loaded in (CONFIG, other):
+        planner, batch = Planner(loaded, "ring", SMALL), BatchEnv(other)
+        batch.reset([0])
+        batch.step(np.ones((1, 2, other.command_cells, other.command_cells)))
+        planner.reset([5], np.zeros(1, int))
+        answers.append(ask(planner, batch, np.zeros(1, int), np.zeros(1, int)))
+    np.testing.assert_array_equal(answers[0], answers[1])
+
+
+def test_it_is_met_in_training_at_every_size_that_is_dealt():
+    coarse = CONFIG.replace(observation=ObservationConfig(grid=10))
+    env = StackedVecEnv([SwarmVecEnv(coarse.replace(drones_per_team=size), 1, seed=0) for size in (2, 3)])
+    env.deal([Planner(coarse, settings=SMALL.replace(drone_steps=1_000))])
+    env.reset()
+    for _ in range(2):
+        env.step(np.zeros((2, 10, 10), np.float32))
+    env.close()
+
+
+def test_it_does_not_know_what_will_happen_by_chance():
+    config = CONFIG.replace(dynamics=DynamicsConfig(failure_rate=1.0, repair_rate=1.0))
+    answers = []
+    for chance in (1, 2):
+        planner, batch = Planner(config, settings=SMALL), BatchEnv(config)
+        batch.reset([0])
+        batch.simulator.games.seeds[:] = chance
+        planner.reset([5], np.zeros(1, int))
+        answers.append(ask(planner, batch, np.zeros(1, int), np.zeros(1, int)))
+    np.testing.assert_array_equal(answers[0], answers[1])
 
 
 @pytest.mark.parametrize("change", [{"drone_steps": 0}, {"milliseconds": 0.0}, {"horizon": 0.0}, {"promise": -1.0}])

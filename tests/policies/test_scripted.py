@@ -7,10 +7,13 @@ from swarm_pz import policies
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError
-from swarm_pz.policies.scripted import SCRIPTS
+from swarm_pz.figures import ensemble_tactic
+from swarm_pz.policies import held_out
+from swarm_pz.policies.scripted import SCRIPTS, View
 from swarm_pz.policy import Policy, ask
 
 NAMES = sorted(script.__name__ for script in SCRIPTS)
+HELD_OUT = sorted({trial.opponent for trial in held_out.SUITE} - set(SCRIPTS), key=lambda made: made.__name__)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -31,18 +34,37 @@ def test_every_policy_answers_every_board(name, cells):
         batch.step(commands)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_answers_do_not_depend_on_the_batch(name):
-    batch = BatchEnv(num_games=4)
-    batch.reset(range(4))
-    batch.step(np.random.default_rng(0).random((4, 2, 10, 10)))
-    together, alone = policies.load(name), policies.load(name)
-    together.reset([10, 11, 12, 13], np.arange(4))
-    alone.reset([12], np.array([2]))
-    seen = batch.observe(together.observation, 0)
-    for _ in range(2):
-        one = together.act(seen, np.arange(4))[2]
-        np.testing.assert_allclose(one, alone.act(seen[2:3], np.array([2]))[0], atol=1e-6)
+def boards(generator, count, shape):
+    """Draw images: a few drones a board, none on the first, and now and then any brightness anywhere."""
+    images = 64 * generator.integers(1, 4, (count, *shape)) * (generator.random((count, *shape)) < 0.03)
+    if generator.random() < 0.3:
+        images = generator.integers(0, 256, images.shape)
+    images[0] = 0
+    return images.astype(np.uint8)
+
+
+@pytest.mark.parametrize("make", [*SCRIPTS, *HELD_OUT, ensemble_tactic.Ensemble], ids=lambda make: make.__name__)
+def test_answers_do_not_depend_on_the_batch_bit_for_bit(make):
+    generator = np.random.default_rng(0)
+    for count in (2, 3, 8, 70):
+        together, alone = make(GameConfig()), make(GameConfig())
+        rows = np.arange(count)
+        shape = (len(together.observation.channels), together.observation.grid, together.observation.grid)
+        for policy in (together, alone):
+            policy.reset(rows.tolist(), rows)
+        for _ in range(4):
+            images = boards(generator, count, shape)
+            answers = together.act(images, rows)
+            for row in rows:
+                one = alone.act(images[row : row + 1], rows[row : row + 1])[0]
+                np.testing.assert_array_equal(answers[row], one, err_msg=f"game {row} of {count}")
+
+
+def test_the_opponents_mean_position_is_theirs_and_the_centre_if_there_are_none():
+    images = np.zeros((2, 1, 25, 25), np.uint8)
+    images[1, 0, 3, 7], images[1, 0, 4, 7] = 64, 192
+    view = View(images, ("opposing_positions",), 10, np.zeros(2, int), [], np.zeros((2, 0)))
+    np.testing.assert_allclose(view.mean_position("opposing"), [[0.5, 0.5], [7.5 / 25, 4.25 / 25]], rtol=1e-15)
 
 
 def test_unknown_names_list_the_nearest():

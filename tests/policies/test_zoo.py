@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
@@ -37,14 +38,31 @@ def test_every_tactic_has_a_name_and_a_card_and_wins_what_that_says(name):
     assert card["results"]["against"]["uniform"]["games"] >= 100
     assert GameConfig.from_dict(card["training"]["game"]).hash == card["config_hash"]
     TrainConfig.from_dict(card["training"])
-    match = play_match(name, "uniform", games=20, seed=11)
-    assert match.count("win") / 20 >= card["results"]["against"]["uniform"]["win_rate_ci95"][0]
+    lowest = card["results"]["against"]["uniform"]["win_rate_ci95"][0]
+    won = play_match(name, "uniform", games=20, seed=11).count("win")
+    # Another processor plays other games: fewer wins than the card says are no fault until they are beyond chance.
+    assert binomtest(won, 20, lowest, alternative="less").pvalue > 1e-4
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_tactic_plays_at_any_size(name):
     config = GameConfig(drones_per_team=(1, 19), time_limit=5.0)
     assert play_match(name, "ring", games=2, config=config).summary()["games"] == 2
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_answers_do_not_depend_on_the_batch_bit_for_bit(name):
+    policy, generator = policies.load(name), np.random.default_rng(0)
+    grid = policy.observation.grid
+    seen = generator.integers(0, 256, (70, len(policy.observation.channels), grid, grid)).astype(np.uint8)
+    rows = np.arange(70)
+    for noise in (0.0, 0.3):
+        policy.noise = noise
+        policy.reset(rows.tolist(), rows)
+        answers = policy.act(seen, rows)
+        policy.reset(rows.tolist(), rows)
+        for row in (0, 1, 17, 31, 32, 63, 64, 69):
+            np.testing.assert_array_equal(policy.act(seen[row : row + 1], rows[row : row + 1])[0], answers[row])
 
 
 def test_an_unknown_tactic_is_no_attribute():
