@@ -13,6 +13,8 @@ SwarmError
 ├── RecordingError (ValueError)      a recorded game is corrupt, foreign or unfinished
 └── MissingExtraError (ImportError)  an optional dependency is not installed
 ```
+
+`Stopped` stands beside them: a KeyboardInterrupt that waited until all was saved.
 """
 
 from __future__ import annotations
@@ -65,6 +67,10 @@ class RecordingError(SwarmError, ValueError):
 
 class MissingExtraError(SwarmError, ImportError):
     """An optional dependency is not installed."""
+
+
+class Stopped(KeyboardInterrupt):
+    """Work was asked to stop, has saved all that it did, and says where it is."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
