@@ -8,6 +8,7 @@ SwarmError
 ├── PolicyError (ValueError)         a policy is unknown, cannot be loaded, or answered nonsense
 ├── CheckpointError (ValueError)     a file of a training run is corrupt, foreign or does not fit
 ├── ResultsError (ValueError)        a folder of results is corrupt, or of another tournament
+├── OutputError (OSError)            a file cannot be written where it was asked for
 ├── RenderError (RuntimeError)       a picture cannot be shown here
 ├── ProtocolError (ValueError)       a message or frame is not one of the protocol
 ├── RecordingError (ValueError)      a recorded game is corrupt, foreign or unfinished
@@ -51,6 +52,10 @@ class CheckpointError(SwarmError, ValueError):
 
 class ResultsError(SwarmError, ValueError):
     """A folder of results is corrupt, or belongs to another tournament."""
+
+
+class OutputError(SwarmError, OSError):
+    """A file cannot be written where it was asked for."""
 
 
 class RenderError(SwarmError, RuntimeError):
