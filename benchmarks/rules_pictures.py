@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
+from swarm_pz.board import TEAM_COLOURS
 from swarm_pz.config import BLUE, GRID_CELLS, RED, TICKS_PER_SECOND, CaptureConfig, GameConfig
-from swarm_pz.render import ARENA, HEADER, MARGIN, TEAM_COLOURS, draw
+from swarm_pz.render import ARENA, HEADER, MARGIN, draw
 from swarm_pz.simulator import Simulator
 
 RED_INK = tuple(channel / 255 for channel in TEAM_COLOURS[RED])

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_pz.board import INK, SHADE_COLOURS, TEAM_COLOURS
 from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES, GameConfig
 from swarm_pz.ergodicity import ErgodicMetric
 from swarm_pz.errors import RenderError, require_extra
 from swarm_pz.exhibition import Exhibition
 from swarm_pz.policy import Player
-from swarm_pz.render import INK, SHADE_COLOURS, TEAM_COLOURS
 
 WINDOW_S = 5.0
 """Seconds of a team's latest past that are compared with its target."""

@@ -9,11 +9,14 @@ SwarmError
 ├── PolicyError (ValueError)         a policy is unknown, cannot be loaded, or answered nonsense
 ├── CheckpointError (ValueError)     a file of a training run is corrupt, foreign or does not fit
 ├── ResultsError (ValueError)        a folder of results is corrupt, or of another tournament
+├── OutputError (OSError)            a file cannot be written where it was asked for
 ├── RenderError (RuntimeError)       a picture cannot be shown here
 ├── ProtocolError (ValueError)       a message or frame is not one of the protocol
 ├── RecordingError (ValueError)      a recorded game is corrupt, foreign or unfinished
 └── MissingExtraError (ImportError)  an optional dependency is not installed
 ```
+
+`Stopped` stands beside them: a KeyboardInterrupt that waited until all was saved.
 """
 
 from __future__ import annotations
@@ -56,6 +59,10 @@ class ResultsError(SwarmError, ValueError):
     """A folder of results is corrupt, or belongs to another tournament."""
 
 
+class OutputError(SwarmError, OSError):
+    """A file cannot be written where it was asked for."""
+
+
 class RenderError(SwarmError, RuntimeError):
     """A picture cannot be made or shown on this machine."""
 
@@ -70,6 +77,10 @@ class RecordingError(SwarmError, ValueError):
 
 class MissingExtraError(SwarmError, ImportError):
     """An optional dependency is not installed."""
+
+
+class Stopped(KeyboardInterrupt):
+    """Work was asked to stop, has saved all that it did, and says where it is."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
+import subprocess
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import IO, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_pz.board import INK, SHADE_COLOURS, TEAM_COLOURS
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.errors import RenderError, require_extra
 from swarm_pz.exhibition import Exhibition
+from swarm_pz.files import check_file, draft_of
 from swarm_pz.policy import Player
-from swarm_pz.render import Overlay, draw
+from swarm_pz.render import FILM, PICTURE, Overlay, Painter
 
 FORMATS = (".gif", ".mp4")
 STILL = ".png"
@@ -32,9 +37,12 @@ def film_game(
     seconds: float | None = None,
     speed: float = 2.0,
     overlays: Sequence[Overlay] = (),
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float, float], None] | None = None,
 ) -> str:
     """Play one game and write it as a film, or the board at one moment as a picture.
+
+    Both players are named, and lines in their colours show what each of them asks its drones to cover. The
+    file is there when it is complete; where something fails nothing is left.
 
     Parameters
     ----------
@@ -50,7 +58,7 @@ def film_game(
     overlays : sequence of Overlay, optional
         What to show on the ground; see `swarm_pz.overlays`.
     progress : callable, optional
-        Called with the seconds of game shown so far.
+        Called with the seconds of game shown so far, and those that it may become.
 
     Returns
     -------
@@ -61,6 +69,8 @@ def film_game(
     ------
     RenderError
         If the suffix names no format that can be written, or seconds or speed are not above 0.
+    OutputError
+        If the file cannot be written.
     """
     if path.suffix not in (*FORMATS, STILL):
         raise RenderError(
@@ -70,11 +80,13 @@ def film_game(
     for name, value in (("seconds", seconds), ("speed", speed)):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise RenderError(f"{name} must be a number above 0, got {value!r}")
+    check_file(path)
     game = Exhibition(red, blue, config=config, seed=seed)
 
     def report() -> None:
         if progress is not None:
-            progress(float(game.simulator.time_s[0]))
+            end = game.batch.limit_s if seconds is None else min(seconds, game.batch.limit_s)
+            progress(min(float(game.simulator.time_s[0]), end), end)
 
     if path.suffix == STILL:
         standing = _write_still(game, path, seconds, overlays, report)
@@ -94,13 +106,15 @@ def _write_film(
     report: Callable[[], None],
 ) -> None:
     every = max(1, round(speed / CONTROL_PERIOD / FILM_RATE))
+    layout = FILM if not overlays else PICTURE
+    painter = Painter(game.names, targets=True, overlays=overlays, layout=layout)
     count = 0
-    with open_film(path, speed / CONTROL_PERIOD / every) as film:
+    with open_film(path, speed / CONTROL_PERIOD / every, painter.size) as film:
 
         def show() -> None:
             nonlocal count
             if count % every == 0 or game.simulator.decided[0]:
-                film(draw(game.simulator, overlays=overlays))
+                film(painter.draw(game.simulator))
             count += 1
 
         show()
@@ -111,17 +125,18 @@ def _write_still(
     game: Exhibition, path: Path, seconds: float | None, overlays: Sequence[Overlay], report: Callable[[], None]
 ) -> str:
     """Write the board at the first control period that ends no earlier than `seconds`, or at the end."""
+    painter = Painter(game.names, targets=True, overlays=overlays)
     seen: tuple[NDArray[np.uint8], str] | None = None
 
     def look() -> None:
         nonlocal seen
         if seen is None and seconds is not None and game.simulator.time_s[0] >= seconds - 1e-9:
-            seen = draw(game.simulator, overlays=overlays), game.standing
+            seen = painter.draw(game.simulator), game.standing
 
-    game.play(seconds, after_control_period=look, after_step=report)
-    picture, standing = seen if seen is not None else (draw(game.simulator, overlays=overlays), game.standing)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    require_extra("PIL.Image", "render").fromarray(picture).save(path)
+    with draft_of(path) as draft:
+        game.play(seconds, after_control_period=look, after_step=report)
+        picture, standing = seen if seen is not None else (painter.draw(game.simulator), game.standing)
+        require_extra("PIL.Image", "render").fromarray(picture).save(draft)
     return standing
 
 
@@ -132,23 +147,67 @@ def check_film(path: Path) -> None:
 
 
 @contextmanager
-def open_film(path: Path, rate: float) -> Iterator[Callable[[NDArray[np.uint8]], None]]:
-    """Give a function that appends a picture to the film, `rate` a second; the file is complete on leaving."""
+def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callable[[NDArray[np.uint8]], None]]:
+    """Give a function that appends a picture to the film; the file is there, and whole, when the block ends.
+
+    Parameters
+    ----------
+    path : Path
+    rate : float
+        Pictures a second.
+    size : (int, int)
+        Width and height of every picture, even.
+
+    Raises
+    ------
+    RenderError
+        If the suffix names no format that can be written, or the encoder fails.
+    OutputError
+        If the file cannot be written.
+    """
     check_film(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if path.suffix == ".mp4":
-        with require_extra("imageio.v2", "render").get_writer(path, fps=rate, macro_block_size=4) as writer:
-            yield writer.append_data
-        return
-    image_module = require_extra("PIL.Image", "render")
-    frames = []
+    program = require_extra("imageio_ffmpeg", "render").get_ffmpeg_exe()
+    pictures = f"-f rawvideo -pix_fmt rgb24 -s {size[0]}x{size[1]} -r {rate} -i -".split()
+    with draft_of(path) as draft, TemporaryDirectory() as folder, Path(folder, "said").open("w+") as said:
+        if path.suffix == ".gif":
+            palette = Path(folder, "palette.png")
+            require_extra("PIL.Image", "render").fromarray(_palette()).save(palette)
+            coding = ["-i", str(palette), "-lavfi", "paletteuse=dither=none:diff_mode=rectangle"]
+        else:
+            coding = ["-c:v", "libx264", "-preset", "ultrafast", "-crf", "28", "-pix_fmt", "yuv420p", "-threads", "1"]
+        encoder = subprocess.Popen(  # noqa: S603
+            [program, "-y", "-v", "error", *pictures, *coding, str(draft.absolute())],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=said,
+            start_new_session=True,  # Ctrl-C is for this process, which ends that one
+        )
+        pipe = cast("IO[bytes]", encoder.stdin)
+        try:
+            yield lambda picture: _send(pipe, picture)
+            pipe.close()
+            failed = encoder.wait() != 0
+        except BrokenPipeError:
+            failed = True
+        finally:
+            encoder.kill()  # unless it has ended
+            with suppress(BrokenPipeError):
+                pipe.close()
+            encoder.wait()
+        if failed:
+            said.seek(0)
+            raise RenderError(
+                f"the film {str(path)!r} could not be encoded: {said.read().strip() or 'no reason given'}"
+            )
 
-    def append(picture: NDArray[np.uint8]) -> None:
-        # GIFs compress so little that half the size and few colours are what makes them usable.
-        half = image_module.fromarray(picture).reduce(2)
-        # An octree keeps the teams' colours, of which there is little; the mean colours of a median cut lose them.
-        octree = image_module.Quantize.FASTOCTREE
-        frames.append(half.quantize(64, method=octree, dither=image_module.Dither.NONE))
 
-    yield append
-    frames[0].save(path, save_all=True, append_images=frames[1:], duration=round(1000 / rate), loop=0, optimize=True)
+def _send(pipe: IO[bytes], picture: NDArray[np.uint8]) -> None:
+    pipe.write(np.ascontiguousarray(picture).data)
+
+
+def _palette() -> NDArray[np.uint8]:
+    """Return the colours of animations, uint8 (16, 16, 3): those of the board, and between each of them and white."""
+    inks = np.array([*TEAM_COLOURS, *SHADE_COLOURS, INK], np.float64)
+    strengths = np.arange(1, 52)[:, None, None] / 51
+    colours = (255 + strengths * (inks - 255)).reshape(-1, 3)
+    return np.round(np.concatenate([colours, [(255, 255, 255)]])).astype(np.uint8).reshape(16, 16, 3)

@@ -11,18 +11,20 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from swarm_pz.board import INK, LEVELS, SHADE_COLOURS, TEAM_COLOURS, Canvas, cells_per_unit, lines, mask_of, smoothly
 from swarm_pz.config import BLUE, RED, TEAM_NAMES
 from swarm_pz.ergodicity import at_work, potential, reconstruct, shared_coefficients
 from swarm_pz.errors import RenderError, nearest, require_extra
-from swarm_pz.render import ARENA, ENTRY_HEIGHT, INK, SHADE_COLOURS, TEAM_COLOURS, Overlay
+from swarm_pz.render import ENTRY_HEIGHT, Overlay
 from swarm_pz.simulator import Simulator
 
-LEVELS = (0.5, 1.2, 2.0, 4.0, 8.0)
-"""Densities at which shades change and lines run, in multiples of uniform coverage; uniform coverage is between two."""
+_CELLS = 300
+"""Cells a side in which layers are computed; masks twice as fine are interpolated."""
 _STRENGTHS = (0.1, 0.22, 0.34, 0.46, 0.58)
 _WIDTHS = (0.8, 1.4, 2.2, 3.2, 4.4)
+"""Pixels, of 600; what is interpolated looks thinner by 0.6."""
 _GREY = (120, 126, 132)
 _ARROWS = 13
 """Arrows a side."""
@@ -37,10 +39,10 @@ class Target:
 
     team: int
 
-    def paint(self, arena: Any, simulator: Simulator, row: int) -> None:
+    def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Shade the target in force."""
-        density = reconstruct(simulator.games.coefficients[row, self.team], ARENA, smooth=True)
-        _lay(arena, TEAM_COLOURS[self.team], _shades(density, LEVELS, _STRENGTHS))
+        density = reconstruct(simulator.games.coefficients[row, self.team], _CELLS, smooth=True)
+        arena.lay(TEAM_COLOURS[self.team], mask_of(_shades(density, LEVELS, _STRENGTHS), side))
 
     def explain(self, picture: Any, x: int, y: int) -> None:
         """Show the shades and their densities."""
@@ -57,12 +59,12 @@ class Coverage:
 
     team: int
 
-    def paint(self, arena: Any, simulator: Simulator, row: int) -> None:
+    def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Draw a line at each level, the wider the denser."""
         if not len(at_work(simulator, row, self.team)):
             return
-        density = reconstruct(shared_coefficients(simulator, row, self.team), ARENA, smooth=True)
-        _lay(arena, SHADE_COLOURS[self.team], _lines(density, LEVELS, _WIDTHS))
+        density = reconstruct(shared_coefficients(simulator, row, self.team), _CELLS, smooth=True)
+        arena.lay(SHADE_COLOURS[self.team], mask_of(lines(density, LEVELS, np.add(_WIDTHS, 0.6) / 2), side))
 
     def explain(self, picture: Any, x: int, y: int) -> None:
         """Show the lines and their densities."""
@@ -81,22 +83,16 @@ class Captures:
 
     team: int
 
-    def paint(self, arena: Any, simulator: Simulator, row: int) -> None:
+    def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Draw the line, its corners rounded, and hatch what it surrounds."""
         image_module = require_extra("PIL.Image", "render")
         ground = image_module.fromarray(simulator.captures_here[row, self.team].astype(np.float32))
-        inside = np.asarray(ground.resize((ARENA, ARENA), image_module.Resampling.BICUBIC), np.float64)
-        _lay(
-            arena,
-            SHADE_COLOURS[self.team],
-            np.maximum(_lines(inside, (0.5,), (3.0,)), 0.35 * self._hatch * (inside > 0.5)),
-        )
-
-    @property
-    def _hatch(self) -> NDArray[np.bool_]:
-        """As the board without overlays is hatched: upwards for red, downwards for blue."""
-        along, across = np.arange(ARENA), np.arange(ARENA)[:, None]
-        return np.asarray(((along - across) if self.team == RED else (along + across)) % 8 < 3)
+        inside = np.asarray(ground.resize((side, side), image_module.Resampling.BICUBIC), np.float64)
+        along, across = np.arange(side), np.arange(side)[:, None]
+        # As the board without overlays is hatched: upwards for red, downwards for blue.
+        hatch = ((along - across) if self.team == RED else (along + across)) % 8 < 3
+        edge = lines(inside, (0.5,), (side / 200,))
+        arena.lay(SHADE_COLOURS[self.team], mask_of(np.maximum(edge, 0.35 * hatch * (inside > 0.5)), side))
 
     def explain(self, picture: Any, x: int, y: int) -> None:
         """Show a piece of such ground."""
@@ -118,27 +114,27 @@ class Potential:
 
     team: int
 
-    def paint(self, arena: Any, simulator: Simulator, row: int) -> None:
+    def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Draw the landscape, and arrows along its falling gradient, the longer the steeper."""
         if not len(at_work(simulator, row, self.team)):
             return
-        heights, _ = potential(simulator, row, self.team, ARENA)
+        heights, _ = potential(simulator, row, self.team, _CELLS)
         low, high = float(heights.min()), float(heights.max())
         if high - low < 1e-9:
             return
-        _lay(arena, _GREY, 0.5 * (heights - low) / (high - low))
+        arena.lay(_GREY, mask_of(0.5 * (heights - low) / (high - low), side))
         levels = np.linspace(low, high, _ISOLINES + 2)[1:-1]
-        _lay(arena, _GREY, 0.8 * _lines(heights, levels, np.ones(_ISOLINES)))
-        pen = _pen(arena)
+        arena.lay(_GREY, mask_of(0.8 * lines(heights, levels, np.full(_ISOLINES, 0.8)), side))
         _, gradient = potential(simulator, row, self.team, _ARROWS)
         steepness = np.linalg.norm(gradient, axis=-1)
-        step = arena.width / _ARROWS
-        for cell in np.argwhere(steepness > 0.02 * steepness.max()):
-            slope = gradient[tuple(cell)]
-            length = 0.85 * step * np.sqrt(steepness[tuple(cell)] / steepness.max())
-            way = -slope / steepness[tuple(cell)] * [1.0, -1.0]  # y grows downwards in an image
-            centre = np.array([cell[1] + 0.5, _ARROWS - cell[0] - 0.5]) * step
-            _arrow(pen, centre - way * length / 2, centre + way * length / 2, SHADE_COLOURS[self.team], 4)
+        with smoothly(arena, SHADE_COLOURS[self.team], side) as (pen, scale):
+            step = side * scale / _ARROWS
+            for cell in np.argwhere(steepness > 0.02 * steepness.max()):
+                slope = gradient[tuple(cell)]
+                length = 0.85 * step * np.sqrt(steepness[tuple(cell)] / steepness.max())
+                way = -slope / steepness[tuple(cell)] * [1.0, -1.0]  # y grows downwards in an image
+                centre = np.array([cell[1] + 0.5, _ARROWS - cell[0] - 0.5]) * step
+                _arrow(pen, centre - way * length / 2, centre + way * length / 2, 255, 2 * scale)
 
     def explain(self, picture: Any, x: int, y: int) -> None:
         """Show a slope and an arrow down it."""
@@ -186,32 +182,11 @@ def make_overlays(kinds: Sequence[str], teams: Sequence[int]) -> list[Overlay]:
 
 def _shades(image: NDArray[np.float64], levels: Sequence[float], shades: Sequence[float]) -> NDArray[np.float64]:
     """Return the shade of the highest level that an image (cells, cells) is above; edges are a cell wide."""
-    per_cell, strength, last = _cells_per_unit(image), np.zeros_like(image), 0.0
+    per_cell, strength, last = cells_per_unit(image), np.zeros_like(image), 0.0
     for level, shade in zip(levels, shades, strict=True):
         strength += (shade - last) * np.clip((image - level) * per_cell + 0.5, 0.0, 1.0)
         last = shade
     return strength
-
-
-def _lines(image: NDArray[np.float64], levels: ArrayLike, widths: ArrayLike) -> NDArray[np.float64]:
-    """Return 1 on the lines of an image's (cells, cells) levels, so many cells wide, and 0 elsewhere."""
-    per_cell, strength = _cells_per_unit(image), np.zeros_like(image)
-    for level, width in np.broadcast(levels, widths):
-        np.maximum(strength, width / 2 + 0.5 - np.abs((image - level) * per_cell), out=strength)
-    return np.minimum(strength, 1.0)
-
-
-def _cells_per_unit(image: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how many cells away, to first order, an image is higher by 1."""
-    by_y, by_x = np.gradient(image)
-    return np.asarray(1.0 / np.maximum(np.hypot(by_x, by_y), 1e-6))
-
-
-def _lay(arena: Any, colour: tuple[int, int, int], strength: NDArray[np.floating]) -> None:
-    """Lay a colour over the arena, with the strength (cells, cells) in [0, 1] of each place, row 0 at the bottom."""
-    image_module = require_extra("PIL.Image", "render")
-    mask = image_module.fromarray(np.round(255 * strength[::-1]).astype(np.uint8))
-    arena.paste(colour, (0, 0), mask.resize(arena.size, image_module.Resampling.BICUBIC))
 
 
 def _pen(image: Any) -> Any:
@@ -219,7 +194,7 @@ def _pen(image: Any) -> Any:
 
 
 def _arrow(
-    pen: Any, start: NDArray[np.float64], end: NDArray[np.float64], colour: tuple[int, int, int], width: int
+    pen: Any, start: NDArray[np.float64], end: NDArray[np.float64], colour: int | tuple[int, int, int], width: int
 ) -> None:
     along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     across = np.array([-along[1], along[0]])

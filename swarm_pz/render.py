@@ -8,11 +8,28 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_pz.board import (
+    INK,
+    SHADE_COLOURS,
+    TEAM_COLOURS,
+    Canvas,
+    blank,
+    contours,
+    hatched,
+    paint_captures,
+    paint_drones,
+    paint_fields,
+    paint_trails,
+    planes_of,
+    put_drone,
+    shorten,
+)
 from swarm_pz.config import (
     BLUE,
     CONTROL_PERIOD,
@@ -31,27 +48,162 @@ METADATA: dict[str, Any] = {
     "render_fps": round(1 / CONTROL_PERIOD),
     "is_parallelizable": True,
 }
-TEAM_COLOURS = ((214, 40, 57), (29, 98, 214))
-SHADE_COLOURS = ((84, 8, 22), (8, 30, 84))
-INK = (33, 37, 41)
-ARENA = 600
-"""Pixels a side of the arena in a picture."""
-MARGIN, HEADER = 20, 56
-LONGEST_LINE = 300
-"""Ticks of a trail that are drawn at most: lines of a whole game would hide it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """Pixels of a picture's parts.
+
+    Attributes
+    ----------
+    arena : int
+        A side of the arena, even.
+    margin : int
+        Left and right of it.
+    header, footer : int
+        Above and below it.
+    text, small : float
+        Sizes of the header's letters and of the legend's.
+    """
+
+    arena: int
+    margin: int
+    header: int
+    footer: int
+    text: float
+    small: float
+
+
+PICTURE = Layout(arena=600, margin=20, header=56, footer=20, text=20, small=13.5)
+FILM = Layout(arena=480, margin=16, header=44, footer=36, text=17, small=12)
+ARENA, MARGIN, HEADER = PICTURE.arena, PICTURE.margin, PICTURE.header
 ENTRY_WIDTH, ENTRY_HEIGHT = ARENA // 2, 28
 """Pixels that an overlay's entry in the legend has."""
-_SCALE = 2  # drawn twice as large and averaged, which smooths edges
 
 
 class Overlay(Protocol):
     """Something to see on the ground, beneath trails and drones, with an entry in a legend below the arena."""
 
-    def paint(self, arena: Any, simulator: Simulator, row: int) -> None:
-        """Paint one game onto a square image (of Pillow) in which y = 1 is at the top."""
+    def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
+        """Paint one game onto an arena of so many pixels a side, in which y = 1 is at the top."""
 
     def explain(self, picture: Any, x: int, y: int) -> None:
         """Draw the entry into a picture (of Pillow), within ENTRY_WIDTH x ENTRY_HEIGHT pixels from (x, y)."""
+
+
+class Painter:
+    """Draws moments of games, one after the other.
+
+    Parameters
+    ----------
+    names : (str, str), optional
+        Who plays red and blue.
+    targets : bool
+        Show what both teams were asked for, as light lines of equal density in place of shades of the fields,
+        and explain the signs below.
+    overlays : sequence of Overlay, optional
+        What to show on the ground, the lowest first, in place of targets and of the ground where teams capture.
+    layout : Layout
+        `PICTURE`, or `FILM`, which is smaller and whose legend has room for targets alone.
+
+    Raises
+    ------
+    MissingExtraError
+        If Pillow is not installed.
+    """
+
+    def __init__(
+        self,
+        names: tuple[str, str] | None = None,
+        *,
+        targets: bool = False,
+        overlays: Sequence[Overlay] = (),
+        layout: Layout = PICTURE,
+    ) -> None:
+        self._targets, self._overlays, self._layout = targets and not overlays, tuple(overlays), layout
+        self._corner = (layout.margin, layout.header)
+        self._names = names
+        self._frame = self._draw_frame()
+        self._ground, self._shown = blank(layout.arena, layout.arena), b""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of its pictures."""
+        return self._frame.size
+
+    def draw(self, simulator: Simulator, row: int = 0) -> NDArray[np.uint8]:
+        """Return one game as uint8 (height, width, 3)."""
+        picture, side = self._frame.copy(), self._layout.arena
+        arena = self._ground_of(simulator, row).copy()
+        for overlay in self._overlays:
+            overlay.paint(arena, simulator, row, side)
+        if not self._overlays:
+            if not self._targets:  # both would be too much
+                paint_fields(arena, simulator, row, side)
+            paint_captures(arena, simulator, row, side)
+        paint_trails(arena, simulator, row, side)
+        paint_drones(arena, simulator, row, side)
+        picture.put(arena, self._corner)
+        self._write_header(picture, simulator, row)
+        return picture.array()
+
+    def _ground_of(self, simulator: Simulator, row: int) -> Canvas:
+        """Return the ground with the contours of both targets, which are drawn when one changes."""
+        if self._targets and self._shown != (shown := simulator.games.coefficients[row].tobytes()):
+            side = self._layout.arena
+            self._ground, self._shown = blank(side, side), shown
+            for team, colour in enumerate(TEAM_COLOURS):
+                self._ground.lay(colour, contours(simulator.games.coefficients[row, team], side))
+        return self._ground
+
+    def _draw_frame(self) -> Canvas:
+        """Draw what never changes: the arena's edge and the legend."""
+        layout = self._layout
+        left, top, side = layout.margin, layout.header, layout.arena
+        entries = -(-len(self._overlays) // 2) * ENTRY_HEIGHT
+        size = (side + 2 * left, top + side + layout.footer + entries)
+        drawn = require_extra("PIL.Image", "render").new("RGB", size, "white")
+        for number, overlay in enumerate(self._overlays):
+            line, column = divmod(number, 2)
+            overlay.explain(drawn, left + column * ENTRY_WIDTH, top + side + 10 + line * ENTRY_HEIGHT)
+        picture = planes_of(drawn)
+        picture.fill(INK, (left - 1, top - 1, left + side + 1, top + side + 1))
+        if self._targets:
+            for team in (RED, BLUE):
+                self._explain(picture, team, left + team * side // 2)
+        return picture
+
+    def _explain(self, picture: Canvas, team: int, x: int) -> None:
+        """Explain a team's contours and its hatched ground below the arena."""
+        layout = self._layout
+        middle = layout.header + layout.arena + layout.footer // 2
+        for number, ink in enumerate((90, 125, 165)):
+            red, green, blue = (255 - (255 - value) * ink // 255 for value in TEAM_COLOURS[team])
+            picture.fill(
+                (red, green, blue), (x, middle - 5 + 4 * number, x + 22, middle - 4 + 4 * number + number // 2)
+            )
+        picture.write(f"{TEAM_NAMES[team]}'s target", (x + 28, middle), layout.small, INK)
+        x += layout.arena // 4
+        picture.lay(SHADE_COLOURS[team], hatched(team, 22, 14), (x, middle - 7))
+        picture.write(f"{TEAM_NAMES[team]} captures", (x + 28, middle), layout.small, INK)
+
+    def _write_header(self, picture: Canvas, simulator: Simulator, row: int) -> None:
+        layout, size = self._layout, self._layout.text
+        red, blue = (int(count) for count in simulator.sizes[row])
+        left, right = layout.margin, layout.margin + layout.arena
+        bar = layout.header - 18, layout.header - 10
+        split = left + round(layout.arena * red / max(red + blue, 1))
+        picture.fill(TEAM_COLOURS[RED], (left, bar[0], split, bar[1]))
+        picture.fill(TEAM_COLOURS[BLUE], (split, bar[0], right, bar[1]))
+        middle = (bar[0] - 2) // 2
+        picture.write(f"{simulator.time_s[row]:.1f} s", ((left + right) // 2, middle), size, INK, "mm")
+        for team, count, x, inwards in ((RED, red, left, 1), (BLUE, blue, right, -1)):
+            anchor, colour = ("lm", "rm")[team], TEAM_COLOURS[team]
+            put_drone(picture, team, x + inwards * size * 0.4, middle, layout.arena)
+            name = TEAM_NAMES[team] if self._names is None else self._names[team]
+            name = shorten(name, size, layout.arena / 2 - 6 * size)
+            text = f"{name} {count}" if team == RED else f"{count} {name}"
+            picture.write(text, (x + inwards * round(size), middle), size, colour, anchor)
 
 
 def draw(simulator: Simulator, row: int = 0, overlays: Sequence[Overlay] = ()) -> NDArray[np.uint8]:
@@ -73,98 +225,7 @@ def draw(simulator: Simulator, row: int = 0, overlays: Sequence[Overlay] = ()) -
     MissingExtraError
         If Pillow is not installed.
     """
-    image_module = require_extra("PIL.Image", "render")
-    draw_module = require_extra("PIL.ImageDraw", "render")
-    side = ARENA * _SCALE
-    if overlays:
-        arena = image_module.new("RGB", (side, side), "white")
-        for overlay in overlays:
-            overlay.paint(arena, simulator, row)
-    else:
-        arena = image_module.fromarray(_shading(simulator, row)).resize((side, side), image_module.Resampling.NEAREST)
-    pen = draw_module.Draw(arena, "RGBA")
-    for drone in range(simulator.config.num_drones):
-        _draw_trail(pen, simulator, row, drone, side)
-    for drone in range(simulator.config.num_drones):
-        _draw_drone(pen, simulator.positions[row, drone], int(simulator.teams[row, drone]), side)
-    arena = arena.reduce(_SCALE)
-    legend = -(-len(overlays) // 2) * ENTRY_HEIGHT
-    picture = image_module.new("RGB", (ARENA + 2 * MARGIN, ARENA + HEADER + MARGIN + legend), "white")
-    picture.paste(arena, (MARGIN, HEADER))
-    pen = draw_module.Draw(picture)
-    pen.rectangle((MARGIN - 1, HEADER - 1, MARGIN + ARENA, HEADER + ARENA), outline=INK)
-    _draw_header(pen, simulator, row)
-    for number, overlay in enumerate(overlays):
-        line, column = divmod(number, 2)
-        overlay.explain(picture, MARGIN + column * ENTRY_WIDTH, HEADER + ARENA + 10 + line * ENTRY_HEIGHT)
-    return np.asarray(picture)
-
-
-def _shading(simulator: Simulator, row: int) -> NDArray[np.uint8]:
-    """Paint the ground (ARENA, ARENA, 3): darker where a field is stronger, hatched where it captures."""
-    image_module = require_extra("PIL.Image", "render")
-    ground = np.full((ARENA, ARENA, 3), 255.0, np.float32)
-    xs, ys = np.arange(ARENA)[None, :], np.arange(ARENA)[:, None]
-    threshold = simulator.config.capture.threshold
-    for team, colour in enumerate(SHADE_COLOURS):
-        field = simulator.capture_field[row, team]
-        if not field.any():
-            continue
-        relative = image_module.fromarray((field / field.max()).astype(np.float32)[::-1])
-        smooth = np.asarray(relative.resize((ARENA, ARENA), image_module.Resampling.BICUBIC))
-        faint = 0.35 * np.clip(smooth / threshold, 0.0, 1.0) ** 2
-        hatch = ((xs + ys) if team == RED else (xs - ys)) % 7 < 4
-        # The hatched ground is that of the rule; smoothing only rounds the corners of its cells.
-        mask = image_module.fromarray(simulator.captures_here[row, team].astype(np.float32)[::-1])
-        captures = np.asarray(mask.resize((ARENA, ARENA), image_module.Resampling.BICUBIC)) > 0.5
-        alpha = np.where(captures, np.where(hatch, 0.95, 0.7), faint).astype(np.float32)[..., None]
-        ground += alpha * (np.asarray(colour, np.float32) - ground)
-    return ground.astype(np.uint8)
-
-
-def _draw_trail(pen: Any, simulator: Simulator, row: int, drone: int, side: int) -> None:
-    """Draw a drone's trail as a line that fades with age."""
-    trail = simulator.games.trails[row, :, drone]
-    tick, length = int(simulator.games.ticks[row]), len(trail)
-    ages = np.arange(min(tick, length, LONGEST_LINE))[::-1]
-    cells = trail[(tick - 1 - ages) % length].astype(np.int64)
-    gaps = np.flatnonzero(cells < 0)  # what was forgotten, or left while the drone had failed
-    cells = cells[gaps[-1] + 1 :] if len(gaps) else cells
-    if len(cells) < 2:
-        return
-    places = np.stack([cells % GRID_CELLS, cells // GRID_CELLS], axis=1) + 0.5
-    window = min(15, len(places))  # the trail knows cells, not points: averaging rounds its corners
-    kernel = np.ones(window) / window
-    path = np.stack([np.convolve(places[:, axis], kernel, "valid") for axis in range(2)], axis=1)
-    path = np.concatenate([path, [simulator.positions[row, drone] * GRID_CELLS]])
-    points = np.stack([path[:, 0], GRID_CELLS - path[:, 1]], axis=1) * side / GRID_CELLS
-    colour = TEAM_COLOURS[int(simulator.teams[row, drone])]
-    step = 5
-    for start in range(0, len(points) - 1, step):
-        strength = (start + step) / len(points)
-        segment = [tuple(point) for point in points[start : start + step + 1]]
-        pen.line(segment, fill=(*colour, round(150 * strength**1.5)), width=2 * _SCALE)
-
-
-def _draw_drone(pen: Any, position: NDArray[np.float32], team: int, side: int) -> None:
-    x, y = float(position[0]) * side, (1.0 - float(position[1])) * side
-    for radius, fill in ((9 * _SCALE, (255, 255, 255)), (6.5 * _SCALE, TEAM_COLOURS[team])):
-        if team == RED:
-            pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=fill)
-        else:
-            reach = radius * 1.25
-            pen.polygon([(x - reach, y), (x, y - reach), (x + reach, y), (x, y + reach)], fill=fill)
-
-
-def _draw_header(pen: Any, simulator: Simulator, row: int) -> None:
-    font = require_extra("PIL.ImageFont", "render").load_default(20)
-    red, blue = (int(size) for size in simulator.sizes[row])
-    pen.text((MARGIN, 8), f"red {red}", fill=TEAM_COLOURS[RED], font=font)
-    pen.text((MARGIN + ARENA, 8), f"{blue} blue", fill=TEAM_COLOURS[BLUE], font=font, anchor="ra")
-    pen.text((MARGIN + ARENA / 2, 8), f"{simulator.time_s[row]:.1f} s", fill=INK, font=font, anchor="ma")
-    split = MARGIN + ARENA * red / max(red + blue, 1)
-    pen.rectangle((MARGIN, 38, split, 46), fill=TEAM_COLOURS[RED])
-    pen.rectangle((split, 38, MARGIN + ARENA, 46), fill=TEAM_COLOURS[BLUE])
+    return Painter(overlays=overlays).draw(simulator, row)
 
 
 def ansi(simulator: Simulator, row: int = 0) -> str:

@@ -3,11 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from swarm_pz.board import LEVELS, TEAM_COLOURS
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.ergodicity import potential
 from swarm_pz.errors import RenderError
-from swarm_pz.overlays import KINDS, LEVELS, make_overlays
-from swarm_pz.render import ARENA, ENTRY_HEIGHT, HEADER, MARGIN, TEAM_COLOURS, draw
+from swarm_pz.overlays import KINDS, make_overlays
+from swarm_pz.render import ARENA, ENTRY_HEIGHT, HEADER, MARGIN, draw
 from swarm_pz.simulator import Simulator
 
 

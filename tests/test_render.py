@@ -7,11 +7,12 @@ import sys
 import numpy as np
 import pytest
 
-from swarm_pz import parallel_env
+from swarm_pz import board, parallel_env
+from swarm_pz.board import TEAM_COLOURS
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import MissingExtraError, RenderError
-from swarm_pz.film import film_game
-from swarm_pz.render import ARENA, HEADER, MARGIN, TEAM_COLOURS, ansi, draw
+from swarm_pz.errors import MissingExtraError, OutputError, RenderError
+from swarm_pz.film import film_game, open_film
+from swarm_pz.render import ARENA, FILM, HEADER, MARGIN, Painter, ansi, draw
 from swarm_pz.simulator import Simulator
 
 
@@ -120,3 +121,108 @@ def test_films_of_no_length_are_refused(tmp_path, options):
 def test_films_of_unknown_formats_are_refused(tmp_path):
     with pytest.raises(RenderError, match=r"must end in .gif or .mp4"):
         film_game("ring", "uniform", tmp_path / "game.avi")
+
+
+def picture_of(path):
+    import imageio.v3 as imageio
+
+    return imageio.imread(path)
+
+
+def test_both_players_are_named_in_the_picture(tmp_path):
+    game = {"seconds": 1, "config": GameConfig(drones_per_team=1)}
+    film_game("ring", "uniform", tmp_path / "one.png", **game)
+    film_game("halo", "uniform", tmp_path / "other.png", **game)
+    one, other = picture_of(tmp_path / "one.png"), picture_of(tmp_path / "other.png")
+    differs = (one != other)[: HEADER - 20].any(axis=(0, 2))
+    assert differs[: ARENA // 2].any() and not differs[ARENA // 2 :].any()
+
+
+def test_a_long_name_is_cut_and_leaves_room_for_the_rest():
+    simulator = Simulator(GameConfig(drones_per_team=1))
+    long, longer = (Painter(("x" * length, "y" * length), layout=FILM).draw(simulator) for length in (90, 99))
+    np.testing.assert_array_equal(long, longer)
+
+
+def test_both_targets_are_seen_as_lines_in_their_teams_colours():
+    simulator = Simulator(GameConfig(drones_per_team=1))
+    simulator.reset([0], scenario={"positions": [[0.02, 0.02], [0.98, 0.98]]})
+    painter = Painter(targets=True)
+    plain = painter.draw(simulator).astype(int)
+    places = {0: (slice(300, 600), slice(0, 300)), 1: (slice(0, 300), slice(300, 600))}
+    for team, corner in ((0, (0, 0)), (1, (9, 9))):
+        density = np.zeros((10, 10))
+        density[corner] = 1.0
+        simulator.command(team, density[None])
+    picture = painter.draw(simulator).astype(int)
+    for team, (rows, columns) in places.items():
+        change = (picture - plain)[HEADER : HEADER + ARENA, MARGIN : MARGIN + ARENA][rows, columns]
+        lines = change[(change != 0).any(axis=2)]
+        assert 0.01 < len(lines) / 90_000 < 0.3
+        assert lines[:, 2 if team == 0 else 0].mean() < lines[:, 0 if team == 0 else 2].mean() - 20
+        assert lines.min() > -200  # light, so that drones and trails stand out
+
+
+def test_a_painter_draws_what_is_in_force_not_what_was():
+    simulator = Simulator()
+    simulator.reset([0])
+    kept = Painter(targets=True)
+    kept.draw(simulator)
+    simulator.command(0, np.eye(10)[None])
+    np.testing.assert_array_equal(kept.draw(simulator), Painter(targets=True).draw(simulator))
+
+
+@pytest.mark.parametrize("suffix", ["gif", "mp4", "png"])
+def test_a_film_that_fails_leaves_nothing_and_keeps_the_last_one(tmp_path, suffix):
+    path = tmp_path / f"game.{suffix}"
+    path.write_text("the last one")
+
+    def stop(shown, total):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        film_game("ring", "uniform", path, seconds=3, progress=stop)
+    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+    assert path.read_text() == "the last one"
+
+
+def test_a_film_that_cannot_be_encoded_says_so_and_leaves_nothing(tmp_path):
+    def odd():
+        with open_film(tmp_path / "a.mp4", 20.0, (3, 3)) as append:
+            for _ in range(10_000):
+                append(np.zeros((3, 3, 3), np.uint8))
+
+    with pytest.raises(RenderError, match=r"(?s)a.mp4' could not be encoded.*not divisible by 2"):
+        odd()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "gif"])
+def test_a_film_has_a_picture_for_every_moment(tmp_path, suffix):
+    import imageio_ffmpeg
+
+    path = tmp_path / f"game.{suffix}"
+    film_game("ring", "noise", path, seconds=2)
+    assert imageio_ffmpeg.count_frames_and_secs(path)[0] == 21
+
+
+def test_how_far_a_film_is_can_be_shown(tmp_path):
+    seen = []
+    film_game("ring", "uniform", tmp_path / "a.mp4", seconds=2, progress=lambda *now: seen.append(now))
+    assert seen == [(1.0, 2), (2.0, 2)]
+
+
+def test_a_film_into_a_folder_is_refused_before_the_game_is_played(tmp_path):
+    (tmp_path / "a.mp4").mkdir()
+    with pytest.raises(OutputError, match="expected the name of a file to write, got the folder"):
+        film_game("ring", "uniform", tmp_path / "a.mp4", seconds=1)
+
+
+def test_trails_that_were_forgotten_are_not_drawn():
+    simulator = Simulator(GameConfig(drones_per_team=1))
+    simulator.reset([0])
+    simulator.advance(90)
+    simulator.games.trails[0, 30:60, 0] = -1
+    seen = board._paths(simulator, 0)
+    assert np.isnan(seen[:60, 0]).all() and not np.isnan(seen[60:, 0]).any()
+    assert not np.isnan(seen[:, 1]).any()

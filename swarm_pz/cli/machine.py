@@ -12,7 +12,7 @@ import numpy as np
 import tyro
 
 from swarm_pz import tables
-from swarm_pz.cli.report import write_json
+from swarm_pz.cli.report import filming, write_json
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig, ObservationConfig
 from swarm_pz.errors import require_extra
 from swarm_pz.settings import check
@@ -49,16 +49,18 @@ def render(
     from swarm_pz.overlays import make_overlays
 
     teams = (RED, BLUE) if overlay_team == "both" else (TEAM_NAMES.index(overlay_team),)
-    standing = film_game(
-        policies.load(red, game),
-        policies.load(blue, game),
-        out,
-        config=game,
-        seed=seed,
-        seconds=seconds,
-        speed=speed,
-        overlays=make_overlays(overlay, teams),
-    )
+    with filming() as show:
+        standing = film_game(
+            policies.load(red, game),
+            policies.load(blue, game),
+            out,
+            config=game,
+            seed=seed,
+            seconds=seconds,
+            speed=speed,
+            overlays=make_overlays(overlay, teams),
+            progress=show,
+        )
     print(f"{standing}: {out}")
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from swarm_pz.errors import require_extra
+from swarm_pz.files import draft_of
 
 QUIET = 60.0
 """Seconds without a word that a log may have."""
@@ -25,25 +26,32 @@ def command() -> str:
 
 
 @contextmanager
-def progress(what: str = "games") -> Iterator[Callable[[int, int], None]]:
+def progress(what: str = "games", doing: str = "playing") -> Iterator[Callable[[float, float], None]]:
     """Show a bar while games are played, or a line now and then in a log; give the function that moves it."""
     library = require_extra("rich.progress", "cli")
-    with library.Progress(transient=True) as bar:
-        task = bar.add_task("playing", total=None)
+    with library.Progress(transient=True, refresh_per_second=4) as bar:
+        task = bar.add_task(doing, total=None)
         said = time.monotonic()
 
-        def move(done: int, total: int) -> None:
+        def move(done: float, total: float) -> None:
             nonlocal said
             bar.update(task, completed=done, total=total)
             if not bar.console.is_terminal and time.monotonic() - said > QUIET:
                 said = time.monotonic()
-                print(f"{done:,} of {total:,} {what}", flush=True)
+                print(f"{done:,.0f} of {total:,.0f} {what}", flush=True)
 
+        yield move
+
+
+@contextmanager
+def filming() -> Iterator[Callable[[float, float], None]]:
+    """As `progress`, while a film is drawn."""
+    with progress("seconds of game", "filming, at most to the time limit") as move:
         yield move
 
 
 def write_json(figures: dict[str, Any], path: Path) -> None:
     """Write figures to a file and say where they are."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(figures, indent=2) + "\n")
+    with draft_of(path) as draft:
+        draft.write_text(json.dumps(figures, indent=2) + "\n")
     print(f"figures: {path}")

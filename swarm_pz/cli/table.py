@@ -11,6 +11,7 @@ from typing import Annotated
 import tyro
 
 from swarm_pz import tables
+from swarm_pz.cli.report import filming
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import SwarmError, require_extra
 from swarm_pz.policy import about
@@ -88,7 +89,8 @@ def replay(
     check(speed > 0, "speed", speed, "above 0")
     playback = Playback(Recording.read(recording))
     if film is not None:
-        playback.film(film, speed)
+        with filming() as show:
+            playback.film(film, speed, show)
         print(f"film: {film}")
     if verify:
         result = playback.verify()

@@ -6,6 +6,7 @@ elsewhere after some seconds. The recorded frames tell.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from swarm_pz.film import FILM_RATE, open_film
 from swarm_pz.play.frames import FASTEST, Frame
 from swarm_pz.play.game import Command, LiveGame
 from swarm_pz.play.recording import CapturedLine, Recording
-from swarm_pz.render import draw
+from swarm_pz.render import FILM, Painter
 
 _MARK_TICKS = 900
 """Ticks between the moments that are kept, so that going back is quick."""
@@ -108,19 +109,39 @@ class Playback:
                 return Verification(frames=count, first_difference=frame.tick)
         return Verification(frames=count, first_difference=None)
 
-    def film(self, path: Path, speed: float = 2.0) -> None:
-        """Write the game as a film, `speed` seconds of game a second.
+    def film(self, path: Path, speed: float = 2.0, progress: Callable[[float, float], None] | None = None) -> None:
+        """Write the game as a film.
+
+        Parameters
+        ----------
+        path : Path
+            Where to; its suffix chooses the format, .gif or .mp4.
+        speed : float
+            Seconds of game a second of film.
+        progress : callable, optional
+            Called with the seconds of game shown so far, and all of them.
 
         Raises
         ------
         RenderError
             If the file's suffix names no format that can be written.
+        OutputError
+            If the file cannot be written.
         """
         every = max(1, round(speed / CONTROL_PERIOD / FILM_RATE)) * TICKS_PER_CONTROL_PERIOD
-        with open_film(path, speed * TICKS_PER_SECOND / every) as append:
-            for tick in range(0, self.recording.last_tick + every, every):
+        painter, last = Painter(self._names, targets=True, layout=FILM), self.recording.last_tick
+        with open_film(path, speed * TICKS_PER_SECOND / every, painter.size) as append:
+            for tick in range(0, last + every, every):
                 self.seek(tick)
-                append(draw(self.game.simulator))
+                append(painter.draw(self.game.simulator))
+                if progress is not None:
+                    progress(min(tick, last) / TICKS_PER_SECOND, last / TICKS_PER_SECOND)
+
+    @property
+    def _names(self) -> tuple[str, str]:
+        header = self.recording.header
+        red, blue = (seat.policy or seat.label or seat.kind for seat in (header.red, header.blue))
+        return red, blue
 
     def _shows(self, frame: Frame) -> bool:
         simulator = self.game.simulator

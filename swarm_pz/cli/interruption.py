@@ -1,0 +1,94 @@
+"""Ctrl-C, and SIGTERM the same: stop where nothing is lost, and say how to go on.
+
+A command whose work may go on later wraps it once, and wraps what must not end just anywhere:
+
+    with goes_on_with(command()):
+        with stops_at_safe_points() as asked:
+            while work_is_left:
+                do_and_save_some()
+                if asked():
+                    raise Stopped("12 of 40 games are in runs/ladder")
+        draw_what_was_saved()  # a signal here ends it at once
+"""
+
+from __future__ import annotations
+
+import shlex
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from swarm_pz.cli import report
+from swarm_pz.errors import Stopped
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+STOPPED = 130
+"""Status of a command that was interrupted, as shells have it."""
+
+
+@contextmanager
+def goes_on_with(line: str) -> Iterator[None]:
+    """Say, if the work within is interrupted, where it stopped and which line goes on, and exit with status 130.
+
+    Parameters
+    ----------
+    line : str
+        A command that takes up what is on disk; see `resuming`.
+    """
+    with _handled(signal.default_int_handler):
+        try:
+            yield
+        except KeyboardInterrupt as interrupt:
+            where = f": {interrupt}" if isinstance(interrupt, Stopped) else ""
+            print(f"\nstopped{where}\ngo on with: {line}", file=sys.stderr, flush=True)
+            sys.exit(STOPPED)
+
+
+@contextmanager
+def stops_at_safe_points() -> Iterator[Callable[[], bool]]:
+    """Let a first signal wait for the work within, which asks now and then; a second one ends it at once.
+
+    Yields
+    ------
+    asked : callable
+        True once a signal has come. The work then saves what it has and raises `Stopped`; if it ends
+        without having asked, KeyboardInterrupt is raised at the end of the block.
+    """
+    signals = 0
+
+    def note(*_: Any) -> None:
+        nonlocal signals
+        signals += 1
+        if signals > 1:
+            raise KeyboardInterrupt
+        print("\nstopping at the next safe point (once more: at once)", file=sys.stderr, flush=True)
+
+    with _handled(note):
+        yield lambda: signals > 0
+    if signals:
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def _handled(handler: Callable[[int, Any], Any]) -> Iterator[None]:
+    before = {number: signal.signal(number, handler) for number in SIGNALS}
+    try:
+        yield
+    finally:
+        for number, previous in before.items():
+            signal.signal(number, previous)
+
+
+def resuming(out: Path) -> str:
+    """Return the line that goes on with the command being run: the same settings, and ``--resume --out OUT``."""
+    kept = iter(report.arguments.get())
+    words = []
+    for word in kept:
+        if word == "--out":
+            next(kept, None)
+        elif not word.startswith("--out=") and word not in ("--resume", "--no-resume", "--overwrite", "--no-overwrite"):
+            words.append(word)
+    return shlex.join(["swarm-pz", *words, "--resume", "--out", str(out)])
