@@ -212,44 +212,40 @@ class BatchEnv:
         return "draw"
 
     def infos(
-        self, result: StepResult | None, teams: NDArray[np.int64], rows: NDArray[np.int64]
-    ) -> dict[str, NDArray[Any]]:
-        """Return what PettingZoo and Gymnasium call info, by name: numbers (n,) alone, the same names always.
+        self, result: StepResult | None, teams: int | NDArray[np.int64], rows: int | NDArray[np.int64]
+    ) -> dict[str, Any]:
+        """Return what PettingZoo and Gymnasium call info, by name: numbers alone, the same names always.
 
         Parameters
         ----------
         result : StepResult, optional
             Of the last step; none if there was none yet.
-        teams : int64 array (n,)
+        teams : int or int64 array (n,)
             Whose view, in each of the games.
-        rows : int64 array (n,)
-            The games.
+        rows : int or int64 array (n,)
+            The games, or one game.
 
         Returns
         -------
-        dict of array
+        dict of array (n,), or of numbers of NumPy
             size, captured, lost, recaptured, time_s, and outcome: 1 for a team that has won, -1 for one that
             has lost, 0 as long as the game goes on and for a draw.
         """
-        sizes = self.simulator.sizes[rows, teams]
-        outcome = np.zeros(len(rows), np.int64)
-        if self.config.capture.enabled:
-            outcome += sizes == self.config.num_drones
-            outcome -= sizes == 0
-        steps = (
-            {name: np.zeros(len(rows), np.int64) for name in ("captured", "lost", "recaptured")}
-            if result is None
-            else {
-                "captured": result.captured[rows, teams],
-                "lost": result.captured[rows, 1 - teams],
-                "recaptured": result.recaptured[rows, teams],
-            }
-        )
+        games = self.simulator.games
+        drones, blue = self.config.num_drones, games.teams[rows].sum(axis=-1, dtype=np.int64)
+        sizes = (drones - blue) + teams * (2 * blue - drones)
+        if result is None:
+            captured, lost, recaptured = np.zeros((3, *np.shape(rows)), np.int64)
+        else:
+            captured, lost = result.captured[rows, teams], result.captured[rows, 1 - teams]
+            recaptured = result.recaptured[rows, teams]
         return {
             "size": sizes,
-            **steps,
-            "time_s": self.simulator.games.ticks[rows] / TICKS_PER_SECOND,
-            "outcome": outcome,
+            "captured": captured,
+            "lost": lost,
+            "recaptured": recaptured,
+            "time_s": games.ticks[rows] / TICKS_PER_SECOND,
+            "outcome": sizes // drones - (sizes == 0) if self.config.capture.enabled else 0 * sizes,
         }
 
     def close(self) -> None:
@@ -258,6 +254,11 @@ class BatchEnv:
 
 
 def by_game(infos: dict[str, NDArray[Any]]) -> list[dict[str, Any]]:
-    """Turn infos by name into a dict of plain numbers for each game."""
+    """Turn infos of several games into a dict of plain numbers for each."""
     names, columns = list(infos), [values.tolist() for values in infos.values()]
     return [dict(zip(names, values, strict=True)) for values in zip(*columns, strict=True)]
+
+
+def plain(infos: dict[str, Any]) -> dict[str, Any]:
+    """Turn infos of one game into plain numbers."""
+    return {name: value.item() for name, value in infos.items()}

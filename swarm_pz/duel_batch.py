@@ -173,8 +173,8 @@ class DuelBatch:
         games = np.arange(self.batch.num_games)
         return DuelResult(result.rewards[games, self.sides], result.terminated, result.truncated, result)
 
-    def infos(self, result: DuelResult | None = None, rows: NDArray[np.int64] | None = None) -> dict[str, NDArray[Any]]:
-        """Return the learners' infos of some games, all if not given, by name: numbers (n,) alone.
+    def infos(self, result: DuelResult | None = None, rows: int | NDArray[np.int64] | None = None) -> dict[str, Any]:
+        """Return the learners' infos of some games or one, of all if not given, by name: numbers alone.
 
         They are those of `BatchEnv.infos`, and share, side (0 red, 1 blue) and opponent, a number into
         `opponent_names`; the same names always.
@@ -182,11 +182,10 @@ class DuelBatch:
         chosen = np.arange(self.batch.num_games) if rows is None else rows
         sides = self.sides[chosen]
         infos = self.batch.infos(None if result is None else result.result, sides, chosen)
-        return infos | {
-            "share": infos["size"] / self.config.num_drones,
-            "side": sides,
-            "opponent": self._numbers[chosen],
-        }
+        infos["share"] = infos["size"] / self.config.num_drones
+        infos["side"] = sides
+        infos["opponent"] = self._numbers[chosen]
+        return infos
 
 
 def _key(policy: Opponent) -> str | int:

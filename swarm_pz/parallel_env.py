@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
-from swarm_pz.batch_env import BatchEnv, StepResult, by_game
+from swarm_pz.batch_env import BatchEnv, StepResult, plain
 from swarm_pz.config import AGENTS, BLUE, CHANNELS, GRID_CELLS, RED, GameConfig, ObservationConfig, resolve
 from swarm_pz.errors import CommandError, GameOverError
 from swarm_pz.formats import ActionKind, Dtype, Format
@@ -284,8 +284,7 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
         }
 
     def _infos(self, result: StepResult | None) -> dict[str, dict[str, Any]]:
-        both = self.batch.infos(result, np.array([RED, BLUE]), np.zeros(2, np.int64))
-        return dict(zip(AGENTS, by_game(both), strict=True))
+        return {agent: plain(self.batch.infos(result, team, 0)) for team, agent in enumerate(AGENTS)}
 
 
 def parallel_env(config: GameConfig | None = None, **keywords: Any) -> CaptureEnv:
