@@ -61,6 +61,7 @@ class PlannerConfig(Config):
     promise: float = 0.5
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_count(self.drone_steps, "drone_steps", 1, 10**12)
         if self.milliseconds is not None:
             check_number(self.milliseconds, "milliseconds", 0.0, 1e6, open_low=True)

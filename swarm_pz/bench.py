@@ -7,7 +7,6 @@ command period of one game. Ended games start afresh within the measured time.
 
 from __future__ import annotations
 
-import importlib.metadata
 import itertools
 import os
 import platform
@@ -26,6 +25,7 @@ from swarm_pz.config import AGENTS, TICKS_PER_CONTROL_PERIOD, GameConfig, Observ
 from swarm_pz.errors import ConfigError, require_extra
 from swarm_pz.kernels.phases import find_coefficients, solve
 from swarm_pz.parallel_env import parallel_env
+from swarm_pz.provenance import versions
 from swarm_pz.simulator import Simulator
 
 MOST_DRONES = 102_400
@@ -254,8 +254,7 @@ def machine() -> dict[str, str | int]:
     if described.is_file():
         names = [line.split(":", 1)[1].strip() for line in described.read_text().splitlines() if "model name" in line]
         model = names[0] if names else model
-    packages = {name: importlib.metadata.version(name) for name in ("swarm-pz", "numpy", "numba")}
-    return {"processor": model, "cores": os.cpu_count() or 1, "python": platform.python_version(), **packages}
+    return {"processor": model, "cores": os.cpu_count() or 1, **versions()}
 
 
 def to_dict(speeds: Sequence[Speed], parts: dict[str, float], config: GameConfig) -> dict[str, Any]:

@@ -13,7 +13,17 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 from swarm_pz.errors import ConfigError, UnknownNameError, nearest
-from swarm_pz.settings import Config, check, check_choice, check_count, check_number, later
+from swarm_pz.settings import (
+    PER_TEAM,
+    Config,
+    canonical,
+    check,
+    check_choice,
+    check_count,
+    check_number,
+    digest,
+    later,
+)
 
 TICKS_PER_SECOND = 30
 TICKS_PER_CONTROL_PERIOD = 3
@@ -42,6 +52,8 @@ Occasion = Literal["capture", "command"]
 LONGEST_TRAIL = 600.0
 """Seconds of trail that there is room for."""
 RED, BLUE = 0, 1
+_NOT_RULES = ("observation", "reward")
+"""Fields of a `GameConfig` that change no game between two policies."""
 AGENTS = ("red_0", "blue_0")
 TEAM_NAMES = ("red", "blue")
 
@@ -69,6 +81,7 @@ class SpawnConfig(Config):
     side: float = later(0.1)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_number(self.inset, "spawn.inset", 0.0, 0.5)
         check_number(self.radius, "spawn.radius", 0.0, self.inset if self.layout == "corners" else 0.5)
         check_choice(self.layout, "spawn.layout", ("corners", "squares"))
@@ -98,6 +111,7 @@ class MemoryConfig(Config):
     controller_forgotten_on: tuple[Occasion, ...] = later(("capture",))
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.trail is not None:
             check_number(self.trail, "memory.trail", 1 / TICKS_PER_SECOND, LONGEST_TRAIL)
             ticks = self.trail * TICKS_PER_SECOND
@@ -106,7 +120,7 @@ class MemoryConfig(Config):
             check_number(self.controller, "memory.controller", 0.0, 1e6, open_low=True)
         for name in ("trail_forgotten_on", "controller_forgotten_on"):
             occasions, known = getattr(self, name), get_args(Occasion)
-            fits = isinstance(occasions, (tuple, list)) and all(occasion in known for occasion in occasions)
+            fits = isinstance(occasions, tuple) and all(occasion in known for occasion in occasions)
             check(fits, f"memory.{name}", occasions, f"a tuple of any of {', '.join(known)}")
             object.__setattr__(self, name, tuple(occasion for occasion in known if occasion in occasions))
 
@@ -131,6 +145,7 @@ class CaptureConfig(Config):
     field: Literal["occupancy", "reconstruction"] = later("occupancy")
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check(isinstance(self.enabled, bool), "capture.enabled", self.enabled, "True or False")
         check_number(self.threshold, "capture.threshold", 0.0, 1.0, open_low=True)
         check(self.threshold < 1.0, "capture.threshold", self.threshold, "strictly between 0 and 1")
@@ -177,6 +192,7 @@ class ControllerConfig(Config):
     message_loss: float = later(0.0)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_count(self.modes, "controller.modes", 2, MAX_MODES)
         check_count(self.horizon, "controller.horizon", 2, 100)
         check_number(self.ergodic_weight, "controller.ergodic_weight", 0.0, 1e6)
@@ -220,9 +236,10 @@ class FlockingConfig(Config):
     speed: float = 0.25
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for name in ("alignment", "cohesion", "separation"):
             check_number(getattr(self, name), f"flocking.{name}", 0.0, 1e6)
-        is_pair = isinstance(self.migration, (tuple, list)) and len(self.migration) == 2
+        is_pair = isinstance(self.migration, tuple) and len(self.migration) == 2
         check(is_pair, "flocking.migration", self.migration, "a pair (least, largest)")
         least, largest = self.migration
         check_number(least, "flocking.migration[0]", 0.0, 1e6)
@@ -254,6 +271,7 @@ class DynamicsConfig(Config):
     repair_rate: float = 0.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_number(self.speed_factor, "dynamics.speed_factor", 0.0, 10.0, open_low=True)
         check_number(self.failure_rate, "dynamics.failure_rate", 0.0, 1e3)
         check_number(self.repair_rate, "dynamics.repair_rate", 0.0, 1e3)
@@ -279,11 +297,11 @@ class ObservationConfig(Config):
     channels: tuple[str, ...] = CHANNELS
 
     def __post_init__(self) -> None:
-        known = isinstance(self.channels, (tuple, list)) and all(channel in CHANNELS for channel in self.channels)
+        super().__post_init__()
+        known = isinstance(self.channels, tuple) and all(channel in CHANNELS for channel in self.channels)
         fits = known and 0 < len(self.channels) == len(set(self.channels))
         check(fits, "observation.channels", self.channels, f"different ones of {', '.join(CHANNELS)}")
-        object.__setattr__(self, "channels", tuple(self.channels))
-        check(self.kind in ("grids", "entities"), "observation.kind", self.kind, "'grids' or 'entities'")
+        check_choice(self.kind, "observation.kind", ("grids", "entities"))
         check_count(self.grid, "observation.grid", 1, GRID_CELLS)
         check(GRID_CELLS % self.grid == 0, "observation.grid", self.grid, f"a divisor of {GRID_CELLS}")
 
@@ -304,6 +322,7 @@ class RewardConfig(Config):
     outcome: float = 1.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_number(self.size_change, "reward.size_change", -1e6, 1e6)
         check_number(self.outcome, "reward.outcome", -1e6, 1e6)
 
@@ -315,7 +334,8 @@ class GameConfig(Config):
     Attributes
     ----------
     drones_per_team : int or (int, int)
-        Drones of each team at the start; a pair (red, blue) makes a handicap.
+        Drones of each team at the start; a pair (red, blue) makes a handicap. Here and below, a pair of two
+        equal values is the same as that value.
     time_limit : float
         Seconds after which the game is a draw; whole control periods.
     command_period : float
@@ -338,7 +358,7 @@ class GameConfig(Config):
     0.75
     """
 
-    drones_per_team: int | tuple[int, int] = 10
+    drones_per_team: int | tuple[int, int] = field(default=10, metadata=PER_TEAM)
     time_limit: float = 300.0
     command_period: float = 1.0
     command_cells: int = 10
@@ -347,18 +367,18 @@ class GameConfig(Config):
     capture: CaptureConfig = field(default_factory=CaptureConfig)
     controller: ControllerConfig = field(default_factory=ControllerConfig)
     observation: ObservationConfig | tuple[ObservationConfig, ObservationConfig] = field(
-        default_factory=ObservationConfig
+        default_factory=ObservationConfig, metadata=PER_TEAM
     )
     reward: RewardConfig = field(default_factory=RewardConfig)
-    controllers: Controller | tuple[Controller, Controller] = later("ergodic")
+    controllers: Controller | tuple[Controller, Controller] = later("ergodic", PER_TEAM)
     flocking: FlockingConfig = later(FlockingConfig())
     dynamics: DynamicsConfig = later(DynamicsConfig())
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         sizes = self.drones_per_team
-        if isinstance(sizes, (tuple, list)):
+        if isinstance(sizes, tuple):
             check(len(sizes) == 2, "drones_per_team", sizes, "a whole number or a pair (red, blue)")
-            object.__setattr__(self, "drones_per_team", tuple(sizes))
         # A team without drones has lost already, unless nobody can be captured.
         check(isinstance(self.capture, CaptureConfig), "capture", self.capture, "a CaptureConfig")
         fewest = 1 if self.capture.enabled else 0
@@ -391,8 +411,6 @@ class GameConfig(Config):
             ("dynamics", DynamicsConfig),
         ):
             check(isinstance(getattr(self, name), kind), name, getattr(self, name), f"a {kind.__name__}")
-        if isinstance(self.controllers, (tuple, list)):
-            object.__setattr__(self, "controllers", tuple(self.controllers))
         fits = len(self.team_controllers) == 2 and all(one in get_args(Controller) for one in self.team_controllers)
         check(fits, "controllers", self.controllers, "'ergodic', 'flocking' or a pair of them")
 
@@ -408,6 +426,26 @@ class GameConfig(Config):
         if not isinstance(name, str) or name not in PRESETS:
             raise ConfigError(f"there is no preset {name!r}; {nearest(str(name), PRESETS)}")
         return PRESETS[name]
+
+    @property
+    def rules(self) -> dict[str, Any]:
+        """All that can change a game between two policies, as plain values.
+
+        All but `observation`, since a policy brings what it wants to see, and `reward`.
+        """
+        return {name: value for name, value in self.to_dict().items() if name not in _NOT_RULES}
+
+    @property
+    def rules_hash(self) -> str:
+        """Sixteen hexadecimal digits that are the same for equal rules: what comparable results share.
+
+        Times count as the ticks that they come to, so 0.3 and 0.1 + 0.2 s are equal.
+        """
+        ticks = (self.limit_ticks, self.step_ticks, round((self.memory.trail or 0.0) * TICKS_PER_SECOND))
+        limit, period, trail = (count / TICKS_PER_SECOND for count in ticks)
+        memory = self.memory.replace(trail=trail if self.memory.trail is not None else None)
+        plain = canonical(self.replace(time_limit=limit, command_period=period, memory=memory))
+        return digest({name: value for name, value in plain.items() if name not in _NOT_RULES})
 
     @property
     def team_sizes(self) -> tuple[int, int]:

@@ -93,6 +93,7 @@ class Diagnosis:
             "seed": self.seed,
             "result": self.result,
             "config_hash": self.config.hash,
+            "rules_hash": self.config.rules_hash,
             "window_s": WINDOW_S,
             "times_s": _plain(self.times),
             **{
@@ -130,7 +131,7 @@ def diagnose(
     PolicyError
         If a policy is unknown or answers nonsense.
     """
-    if seconds is not None and not (math.isfinite(seconds) and seconds > 0):
+    if seconds is not None and (isinstance(seconds, bool) or not 0 < seconds < math.inf):
         raise RenderError(f"seconds must be a number above 0, got {seconds!r}")
     game = Exhibition(red, blue, config=config, seed=seed)
     simulator, games = game.simulator, game.simulator.games

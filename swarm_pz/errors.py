@@ -8,7 +8,7 @@ SwarmError
 ├── GameOverError (RuntimeError)     a step was asked of a game that has ended or not begun
 ├── PolicyError (ValueError)         a policy is unknown, cannot be loaded, or answered nonsense
 ├── CheckpointError (ValueError)     a file of a training run is corrupt, foreign or does not fit
-├── ResultsError (ValueError)        a folder of results is corrupt, or of another tournament
+├── ResultsError (ValueError)        results are corrupt, too few, in use, or of another tournament
 ├── OutputError (OSError)            a file cannot be written where it was asked for
 ├── RenderError (RuntimeError)       a picture cannot be shown here
 ├── ProtocolError (ValueError)       a message or frame is not one of the protocol
@@ -56,7 +56,7 @@ class CheckpointError(SwarmError, ValueError):
 
 
 class ResultsError(SwarmError, ValueError):
-    """A folder of results is corrupt, or belongs to another tournament."""
+    """Results are corrupt, too few to say anything, in use, or belong to another tournament."""
 
 
 class OutputError(SwarmError, OSError):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.errors import require_extra
+from swarm_pz.errors import ResultsError, require_extra
 
 Array = NDArray[np.float64]
 
@@ -18,8 +18,22 @@ LEVEL = 0.95
 _TAILS = ((1 - LEVEL) / 2, (1 + LEVEL) / 2)
 
 
+def middle(drawn: ArrayLike) -> tuple[Array, Array]:
+    """Return the ends of the interval that holds the middle `LEVEL` of draws along the first axis."""
+    low, high = np.quantile(np.asarray(drawn, np.float64), _TAILS, axis=0)
+    return np.asarray(low), np.asarray(high)
+
+
 def wilson(successes: int, trials: int) -> tuple[float, float]:
-    """Return Wilson's interval of a share (Wilson, J. Am. Stat. Assoc. 22, 1927)."""
+    """Return Wilson's interval of a share (Wilson, J. Am. Stat. Assoc. 22, 1927).
+
+    Raises
+    ------
+    ResultsError
+        If there are no trials, or fewer than successes.
+    """
+    if not 0 <= successes <= trials or trials < 1:
+        raise ResultsError(f"a share is of at least one trial and of successes among them, got {successes} of {trials}")
     stats = require_extra("scipy.stats", "cli")
     interval = stats.binomtest(int(successes), int(trials)).proportion_ci(LEVEL, method="wilson")
     return float(interval.low), float(interval.high)
@@ -36,17 +50,34 @@ def bootstrap(values: ArrayLike, statistic: Callable[[Any], Any] | None = None) 
         One sample a game or seed.
     statistic : callable, optional
         From samples (n, ...) to a number or array; their mean if not given.
+
+    Raises
+    ------
+    ResultsError
+        If there are no samples.
     """
-    samples = np.asarray(values, np.float64)
+    samples = _samples(values)
     compute = statistic if statistic is not None else (lambda drawn: drawn.mean(axis=0))
     generator = np.random.default_rng(0)
     drawn = [compute(samples[generator.integers(len(samples), size=len(samples))]) for _ in range(RESAMPLES)]
-    low, high = np.quantile(np.asarray(drawn), _TAILS, axis=0)
-    return np.asarray(compute(samples)), np.asarray(low), np.asarray(high)
+    return np.asarray(compute(samples)), *middle(drawn)
+
+
+def _samples(values: ArrayLike) -> Array:
+    samples = np.asarray(values, np.float64)
+    if samples.ndim == 0 or len(samples) == 0:
+        raise ResultsError(f"there must be at least one sample, got an array of shape {samples.shape}")
+    return samples
 
 
 def mean_with_interval(values: ArrayLike) -> tuple[float, tuple[float, float]]:
-    """Return the mean of samples (n,) and its bootstrap interval."""
+    """Return the mean of samples (n,) and its bootstrap interval.
+
+    Raises
+    ------
+    ResultsError
+        If there are no samples.
+    """
     mean, low, high = bootstrap(values)
     return float(mean), (float(low), float(high))
 
@@ -56,12 +87,19 @@ def median_with_interval(values: ArrayLike) -> tuple[float, tuple[float, float]]
 
     The number of samples below the median is binomial, whatever their distribution, so infinite ones
     (never) are as good as others (Thompson, Annals of Mathematical Statistics 7, 1936).
+
+    Raises
+    ------
+    ResultsError
+        If there are no samples, or one is NaN, which is neither below nor above a median.
     """
     stats = require_extra("scipy.stats", "cli")
-    ordered = np.sort(np.asarray(values, np.float64))
+    ordered = np.sort(_samples(values))
+    if np.isnan(ordered).any():
+        raise ResultsError(f"samples must be numbers or infinite, got NaN among {ordered.tolist()}")
     count = len(ordered)
     below = max(int(stats.binom.ppf(_TAILS[0], count, 0.5)) - 1, 0)
-    median = np.nan if count == 0 else (ordered[(count - 1) // 2] + ordered[count // 2]) / 2
+    median = (ordered[(count - 1) // 2] + ordered[count // 2]) / 2
     return float(median), (float(ordered[below]), float(ordered[count - 1 - below]))
 
 
@@ -72,9 +110,16 @@ def rank_correlation(groups: Sequence[Array]) -> tuple[float, tuple[float, float
     ----------
     groups : sequence of float64 array (n, 2)
         Pairs of numbers, those of one game together: they are not independent of each other.
+
+    Raises
+    ------
+    ResultsError
+        If there is no pair.
     """
     stats = require_extra("scipy.stats", "cli")
     kept = [group for group in groups if len(group)]
+    if not kept:
+        raise ResultsError(f"a rank correlation needs at least one pair of numbers, got {len(groups)} empty groups")
     ranks = stats.rankdata(np.concatenate(kept), axis=0)
     ranks -= ranks.mean(axis=0)
     first = np.cumsum([0, *(len(group) for group in kept)])

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from swarm_pz.errors import require_extra
+from swarm_pz.provenance import provenance
 from swarm_pz.ratings import ANCHOR, intransitivity, rate
 from swarm_pz.tournament import Tournament
 
@@ -25,7 +26,8 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
     dict
         ``players``, one entry each with rating, interval, games and durations; ``payoffs``, each one's
         (row) share of the points against each other (column), None on the diagonal; ``intransitivity``;
-        and the settings.
+        the settings; and where it comes from, as of `swarm_pz.provenance`. A pair of games that came out the
+        same counts as one in every number.
     """
     results = tournament.results()
     anchor = _ANCHOR if _ANCHOR in tournament.players else None
@@ -35,33 +37,23 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
     entries = []
     for i in order:
         name = tournament.players[i]
-        own = [
-            (game, game.one == name)
-            for other in tournament.players
-            if other != name
-            for game in tournament.counting(name, other)
-        ]
-        outcomes = [
-            game.outcome if is_one else {"win": "loss", "loss": "win", "draw": "draw"}[game.outcome]
-            for game, is_one in own
-        ]
-        played = [(game, is_one) for game, is_one in own if not game.forfeit]
-        forfeits = sum(
-            bool(game.forfeit) and outcome == "loss" for (game, _), outcome in zip(own, outcomes, strict=True)
-        )
+        others = [other for other in tournament.players if other != name]
+        won, drawn, lost = np.concatenate([tournament.tally(name, other) for other in others]).sum(axis=0).tolist()
+        own = [alike[0] for other in others for alike in tournament.counting(name, other)]
+        played = [game for game in own if not game.forfeit]
         entries.append(
             {
                 "player": name,
                 "kind": tournament.kind(name),
                 "rating": round(float(ratings.values[i]), 1),
                 "rating_ci95": [round(float(ratings.low[i]), 1), round(float(ratings.high[i]), 1)],
-                "games": len(own),
-                "wins": outcomes.count("win"),
-                "draws": outcomes.count("draw"),
-                "losses": outcomes.count("loss"),
-                "forfeits": forfeits,
-                "median_seconds": float(np.median([game.seconds for game, _ in played])) if played else None,
-                "thinking_ms": round(float(np.median([game.thinking_ms[1 - is_one] for game, is_one in played])), 2)
+                "games": _count(won + drawn + lost),
+                "wins": _count(won),
+                "draws": _count(drawn),
+                "losses": _count(lost),
+                "forfeits": sum(bool(game.forfeit) and game.outcome_of(name) == "loss" for game in own),
+                "median_seconds": float(np.median([game.seconds for game in played])) if played else None,
+                "thinking_ms": round(float(np.median([game.thinking_ms[game.one != name] for game in played])), 2)
                 if played
                 else None,
             }
@@ -73,6 +65,7 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
         "games_per_pairing": tournament.config.games,
         "budget_ms": tournament.config.budget_ms,
         "config_hash": tournament.config.game.hash,
+        **provenance(tournament.config.game, tournament.command),
         "anchor": anchor,
         "players": entries,
         "payoffs": [[None if i == j else round(float(shares[i, j]), 4) for j in order] for i in order],
@@ -86,7 +79,12 @@ def make_ladder(tournament: Tournament) -> dict[str, Any]:
     }
 
 
-def to_markdown(ladder: dict[str, Any], command: str, picture: str) -> str:
+def _count(games: float) -> int | float:
+    """Return a number of games, with a half only where there is one."""
+    return int(games) if games == int(games) else games
+
+
+def to_markdown(ladder: dict[str, Any], picture: str) -> str:
     """Return the ladder as a Markdown page."""
     count = len(ladder["players"])
     anchor = f"`{ladder['anchor']}` is {ANCHOR:g}" if ladder["anchor"] else f"the mean is {ANCHOR:g}"
@@ -96,11 +94,12 @@ def to_markdown(ladder: dict[str, Any], command: str, picture: str) -> str:
         f"{count} players, each against every other in {ladder['games_per_pairing']} games: half from each side, all "
         f"from the same starts, seed {ladder['seed']}.",
         f"Ratings are Bradley-Terry strengths on Elo's scale (400 points are odds of ten to one; {anchor}); a",
-        "draw is half a win. Intervals are 95 %, from a bootstrap over pairs of games. A planned player is",
-        "privileged: it sees the simulator itself, which no seat may.",
+        "draw is half a win. Intervals are 95 %, from a bootstrap over pairs of games. A pair that is the same game",
+        "twice counts as one, half from each side. A planned player is privileged: it sees the simulator itself,",
+        f"which no seat may. Rules: `{ladder['rules_hash']}`, of swarm-pz {ladder['versions']['swarm-pz']}.",
         "",
         "```bash",
-        command,
+        ladder["command"],
         "```",
         "",
         f"![Ratings, and each player's share of the points against each other]({picture})",

@@ -20,8 +20,9 @@ import numpy as np
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import RED, TEAM_NAMES, GameConfig
 from swarm_pz.errors import CommandError, PolicyError
-from swarm_pz.intervals import wilson
+from swarm_pz.intervals import middle, wilson
 from swarm_pz.policy import Player, PrivilegedPolicy, ask, load_players, name_of
+from swarm_pz.provenance import provenance
 from swarm_pz.scenario import check_seed
 
 _BATCH = 256
@@ -95,7 +96,7 @@ class MatchResult:
 
     @property
     def unique(self) -> list[Game]:
-        """The games that count: one of a pair that played the same game twice."""
+        """The games that count: of a pair that is the same game twice, the one with the policy as red."""
         first_of_pair = {game.pair: game.fingerprint for game in reversed(self.games)}
         seen: set[int] = set()
         kept = []
@@ -134,7 +135,7 @@ class MatchResult:
         totals = np.array([[sum(pair), len(pair)] for pair in wins.values()])
         drawn = np.random.default_rng(0).integers(len(totals), size=(_RESAMPLES, len(totals)))
         rates = totals[drawn, 0].sum(axis=1) / totals[drawn, 1].sum(axis=1)
-        low, high = np.quantile(rates, [0.025, 0.975])
+        low, high = middle(rates)
         return float(low), float(high)
 
     def summary(self) -> dict[str, Any]:
@@ -160,12 +161,13 @@ class MatchResult:
             "time_limit": self.limit_s,
             "thinking_ms": np.mean([game.thinking_ms for game in self.games], axis=0).round(3).tolist(),
             "config_hash": self.config.hash,
+            "rules_hash": self.config.rules_hash,
         }
 
-    def write(self, path: Path) -> None:
-        """Write the summary as JSON."""
+    def write(self, path: Path, command: str = "") -> None:
+        """Write the summary as JSON, with where it comes from: see `swarm_pz.provenance`."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(self.summary(), indent=2) + "\n")
+        path.write_text(json.dumps(self.summary() | provenance(self.config, command), indent=2) + "\n")
 
 
 def play_match(
@@ -202,6 +204,8 @@ def play_match(
     """
     if not isinstance(games, int) or isinstance(games, bool) or games < 2 or games % 2:
         raise CommandError(f"games must be an even number of at least 2, half for each side, got {games!r}")
+    if isinstance(seed, np.random.SeedSequence):
+        raise CommandError(f"a match's seed is a whole number, which its games' seeds follow from, got {seed!r}")
     check_seed(seed)
     config = config if config is not None else GameConfig()
     players = load_players(policy, opponent, config)
@@ -348,9 +352,9 @@ def paired_difference(first: MatchResult, second: MatchResult, seed: int = 0) ->
     Raises
     ------
     CommandError
-        If the matches do not share opponent, seed and number of games.
+        If the matches do not share opponent, seed, number of games and rules.
     """
-    keys = [(match.opponent, match.seed, len(match.games), match.config.hash) for match in (first, second)]
+    keys = [(match.opponent, match.seed, len(match.games), match.config.rules_hash) for match in (first, second)]
     if keys[0] != keys[1]:
         raise CommandError(f"the matches must share opponent, seed, games and rules, got {keys[0]} and {keys[1]}")
     shares = []
@@ -361,5 +365,5 @@ def paired_difference(first: MatchResult, second: MatchResult, seed: int = 0) ->
         shares.append(by_pair)
     differences = shares[0] - shares[1]
     drawn = np.random.default_rng(seed).integers(len(differences), size=(_RESAMPLES, len(differences)))
-    low, high = np.quantile(differences[drawn].mean(axis=1), [0.025, 0.975])
+    low, high = middle(differences[drawn].mean(axis=1))
     return float(differences.mean()), float(low), float(high)

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.errors import CommandError, require_extra
-from swarm_pz.intervals import wilson
+from swarm_pz.errors import CommandError, nearest, require_extra
+from swarm_pz.intervals import middle, wilson
 
 Array = NDArray[np.float64]
 
@@ -106,12 +106,14 @@ def rate(results: Results, anchor: str | None = None, seed: int = 0) -> Ratings:
     Raises
     ------
     CommandError
-        If there are fewer than two players, or a pairing without games.
+        If there are fewer than two players, a pairing without games, or no player like the anchor.
     """
     points, games = results.payoffs()
     n = len(results.players)
     if n < 2 or (games + np.eye(n) == 0).any():
         raise CommandError("ratings need at least two players, and games between every two of them")
+    if anchor is not None and anchor not in results.players:
+        raise CommandError(f"the anchor must be one of the players, got {anchor!r}; {nearest(anchor, results.players)}")
 
     def scaled(values: Array) -> Array:
         origin = values.mean() if anchor is None else values[results.players.index(anchor)]
@@ -119,8 +121,7 @@ def rate(results: Results, anchor: str | None = None, seed: int = 0) -> Ratings:
 
     generator = np.random.default_rng(seed)
     drawn = [scaled(strengths(results.reweighted(generator))) for _ in range(_RESAMPLES)]
-    low, high = np.quantile(drawn, [0.025, 0.975], axis=0)
-    return Ratings(scaled(strengths(_with_prior(points))), low, high)
+    return Ratings(scaled(strengths(_with_prior(points))), *middle(drawn))
 
 
 @dataclass(frozen=True)

@@ -4,25 +4,41 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import itertools
 import json
-import math
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Self
 
+import numpy as np
+
 from swarm_pz.errors import ConfigError, UnknownNameError, nearest
+
+PER_TEAM = {"per_team": True}
+"""Metadata of a field that holds one value for both teams, or a pair (red, blue) of two different ones."""
+_LONGEST = 200
+"""Characters of a value that a message shows."""
 
 
 def check(holds: bool, name: str, value: object, expected: str) -> None:
     """Raise a ConfigError that names field, value and range, unless the value holds."""
     if not holds:
-        raise ConfigError(f"{name} must be {expected}, got {value!r}")
+        raise ConfigError(f"{name} must be {expected}, got {_shown(value)}")
+
+
+def _shown(value: object) -> str:
+    """Return a value as a message shows it; Python refuses to write whole numbers of thousands of digits."""
+    if isinstance(value, int) and value.bit_length() > 4 * _LONGEST:
+        return f"a whole number of {value.bit_length()} bits"
+    text = repr(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def check_number(value: object, name: str, low: float, high: float, *, open_low: bool = False) -> None:
     """Check that a value is a finite real number in [low, high], or (low, high] if `open_low`."""
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    # Compared as they are: a whole number may be too large for a float. NaN is in no range.
     holds = is_number and (low < value if open_low else low <= value) and value <= high  # type: ignore[operator]
     bracket = "(" if open_low else "["
     check(holds, name, value, f"a number in {bracket}{low:g}, {high:g}]")
@@ -39,16 +55,27 @@ def check_choice(value: object, name: str, choices: tuple[str, ...]) -> None:
     check(isinstance(value, str) and value in choices, name, value, " or ".join(map(repr, choices)))
 
 
-def later(default: Any) -> Any:
+def later(default: Any, metadata: Mapping[str, Any] | None = None) -> Any:
     """Declare a field that came after files with hashes had been written.
 
     At its default it does not count in the hash, so those files keep theirs.
     """
-    return dataclasses.field(default=default, metadata={"later": True})
+    return dataclasses.field(default=default, metadata={"later": True, **(metadata or {})})
 
 
 class Config:
-    """Refuses unknown names with the nearest known one; reads and writes plain dicts."""
+    """Refuses unknown names with the nearest known one; reads and writes plain dicts.
+
+    What means the same is kept the same, before anything is checked: numpy's scalars as Python's, lists as
+    tuples, and a pair of two equal values as that value where a field is `PER_TEAM`.
+    """
+
+    def __post_init__(self) -> None:
+        """Keep every field in its one form; the checks of a subclass come after this."""
+        for entry in dataclasses.fields(self):  # type: ignore[arg-type]
+            value = _one_form(getattr(self, entry.name))
+            is_pair = "per_team" in entry.metadata and isinstance(value, tuple) and len(value) == 2
+            object.__setattr__(self, entry.name, value[0] if is_pair and _are_equal(*value) else value)
 
     def __new__(cls, *_: object, **given: object) -> Self:
         """Refuse unknown names before `__init__` would, with a better message."""
@@ -90,8 +117,43 @@ class Config:
     @property
     def hash(self) -> str:
         """Sixteen hexadecimal digits that are the same for equal configurations, on every machine."""
-        plain = json.dumps(_canonical(self), sort_keys=True, separators=(",", ":"))
-        return hashlib.sha256(plain.encode()).hexdigest()[:16]
+        return digest(canonical(self))
+
+    def has_hash(self, found: object) -> bool:
+        """Tell whether a hash is this configuration's, as written now or by a version before.
+
+        Pairs of two equal values were kept as pairs once, and had hashes of their own.
+        """
+        names = sorted(set(_per_team(self)))
+        chosen = itertools.chain.from_iterable(itertools.combinations(names, n) for n in range(len(names) + 1))
+        return any(digest(canonical(self, pairs)) == found for pairs in chosen)
+
+
+def digest(plain: Any) -> str:
+    """Return sixteen hexadecimal digits that identify plain values."""
+    text = json.dumps(plain, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _one_form(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        return value.item()
+    return tuple(_one_form(entry) for entry in value) if isinstance(value, (list, tuple)) else value
+
+
+def _are_equal(red: Any, blue: Any) -> bool:
+    # Of one type: True equals 1, but is no number of drones.
+    return type(red) is type(blue) and isinstance(red, (int, str, Config)) and red == blue
+
+
+def _per_team(config: Config) -> Iterator[str]:
+    """Yield the names of fields, nested ones too, that hold one value for both teams."""
+    for entry in dataclasses.fields(config):  # type: ignore[arg-type]
+        value = getattr(config, entry.name)
+        if "per_team" in entry.metadata and not isinstance(value, tuple):
+            yield entry.name
+        if isinstance(value, Config):
+            yield from _per_team(value)
 
 
 def _from_plain(hint: Any, value: Any) -> Any:
@@ -113,19 +175,24 @@ def _from_plain(hint: Any, value: Any) -> Any:
     return value
 
 
-def _canonical(value: Any) -> Any:
-    """Write whole floats and integers alike, so that 1 and 1.0 hash the same, and leave out later fields at rest."""
+def canonical(value: Any, pairs: Sequence[str] = ()) -> Any:
+    """Return the plain values that a hash is of; the same for equal configurations.
+
+    Whole floats and integers are written alike, so that 1 and 1.0 hash the same; later fields at rest are left
+    out; and fields named in `pairs` are written twice, as versions did that kept pairs of equal values.
+    """
     if isinstance(value, Config):
-        fields = [(entry, getattr(value, entry.name)) for entry in dataclasses.fields(value)]  # type: ignore[arg-type]
-        return {
-            entry.name: _canonical(held)
-            for entry, held in fields
-            if not ("later" in entry.metadata and held == entry.default)
-        }
+        plain = {}
+        for entry in dataclasses.fields(value):  # type: ignore[arg-type]
+            held = getattr(value, entry.name)
+            held = (held, held) if entry.name in pairs else held
+            if not ("later" in entry.metadata and held == entry.default):
+                plain[entry.name] = canonical(held, pairs)
+        return plain
     if isinstance(value, dict):
-        return {name: _canonical(entry) for name, entry in value.items()}
+        return {name: canonical(entry, pairs) for name, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_canonical(entry) for entry in value]
+        return [canonical(entry, pairs) for entry in value]
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        return float(value)
+        return float(value) + 0.0  # -0.0 equals 0.0, and is written as it
     return value

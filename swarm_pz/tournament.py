@@ -7,12 +7,9 @@ what is missing.
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import itertools
-import json
 import multiprocessing
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -21,21 +18,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError, ResultsError
+from swarm_pz.ledger import Ledger, PlayedGame
 from swarm_pz.match import POINTS, FaultError, Game, blame, play_games
 from swarm_pz.policy import Player, PrivilegedPolicy, load_players
 from swarm_pz.ratings import Results
-from swarm_pz.scenario import check_seed
 from swarm_pz.settings import Config, check, check_count, check_number
 from swarm_pz.worker import alarm, prepare_process
 
-SETTINGS, GAMES = "tournament.json", "games.jsonl"
 _BLOCK = 20
 """Games that one process plays side by side."""
 _PATIENCE = 30.0
 """Seconds that a game's first command may take on top: players load and compile then."""
+
+_OUTCOMES = tuple(POINTS)
 
 Loader = Callable[[str, GameConfig], Player]
 
@@ -61,50 +60,12 @@ class TournamentConfig(Config):
     game: GameConfig = field(default_factory=GameConfig)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_count(self.games, "games", 2, 10**6)
         check(self.games % 2 == 0, "games", self.games, "even, half for each side")
-        check_seed(self.seed)
+        check_count(self.seed, "seed", 0, 2**128 - 1)
         check_number(self.budget_ms, "budget_ms", 0.0, 1e7, open_low=True)
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlayedGame:
-    """One game of a tournament, as its line in the file says it.
-
-    Attributes
-    ----------
-    one, other : str
-        The players, in alphabetical order.
-    number : int
-        Number within their match: 2p is pair p with `one` as red, 2p + 1 with it as blue.
-    outcome : {"win", "draw", "loss"}
-        Of `one`.
-    share : float
-        Final share of all drones of `one`.
-    seconds : float
-        Length of the game.
-    fingerprint : str
-        Equal for games that ended alike.
-    forfeit : str
-        Why the loser forfeited; empty if nobody did.
-    thinking_ms : (float, float)
-        Mean milliseconds a command.
-    """
-
-    one: str
-    other: str
-    number: int
-    outcome: str
-    share: float
-    seconds: float
-    fingerprint: str
-    forfeit: str = ""
-    thinking_ms: tuple[float, float] = (0.0, 0.0)
-
-    @property
-    def key(self) -> tuple[str, str, int]:
-        """What no two games share."""
-        return self.one, self.other, self.number
+        check(isinstance(self.game, GameConfig), "game", self.game, "a GameConfig")
 
 
 # --- playing ----------------------------------------------------------------------------------------
@@ -169,7 +130,7 @@ def _line(one: str, other: str, number: int, game: Game) -> PlayedGame:
 
 
 class Tournament:
-    """A tournament in a folder, begun or taken up.
+    """A tournament in a folder, begun or taken up; one process plays in a folder at a time.
 
     Parameters
     ----------
@@ -180,6 +141,8 @@ class Tournament:
         Holds ``tournament.json``, the settings, and ``games.jsonl``, the finished games.
     loader : callable
         From a name and a game to a policy; found again by its name in other processes.
+    command : str
+        What was called; it stands in the tournament's files.
 
     Attributes
     ----------
@@ -194,68 +157,21 @@ class Tournament:
         If the folder holds another tournament, or its files are corrupt.
     """
 
-    def __init__(self, players: Sequence[str], config: TournamentConfig, folder: Path, loader: Loader) -> None:
+    def __init__(
+        self, players: Sequence[str], config: TournamentConfig, folder: Path, loader: Loader, command: str = ""
+    ) -> None:
         self.players = tuple(dict.fromkeys(players))
         if len(self.players) < 2:
             raise CommandError(f"a tournament needs at least two different players, got {list(players)}")
-        self.config, self.folder, self._loader = config, folder, loader
+        self.config, self.folder, self._loader, self.command = config, folder, loader, command
         made = {name: loader(name, config.game) for name in self.players}
         self.privileged = {name for name, player in made.items() if isinstance(player, PrivilegedPolicy)}
         digests = {name: getattr(player, "digest", None) for name, player in made.items()}
         self._learned = {name: digest for name, digest in digests.items() if digest is not None}
-        self._open(self._learned)
-        self.games = self._read()
-
-    def _open(self, digests: dict[str, str]) -> None:
-        """Write the settings, or check that those of the folder are the same."""
-        self.folder.mkdir(parents=True, exist_ok=True)
-        path = self.folder / SETTINGS
-        settings: dict[str, Any] = {
-            "seed": self.config.seed,
-            "budget_ms": self.config.budget_ms,
-            "config_hash": self.config.game.hash,
-            "game": self.config.game.to_dict(),
-        }
-        known: dict[str, str] = {}
-        if path.exists():
-            try:
-                before = json.loads(path.read_text())
-                known = dict(before["learned"])
-                differing = [name for name in ("seed", "budget_ms", "config_hash") if before[name] != settings[name]]
-            except (OSError, LookupError, TypeError, ValueError) as error:
-                raise ResultsError(f"{path} is corrupt or foreign ({error!r}); use another folder") from error
-            if differing:
-                raise ResultsError(
-                    f"{self.folder} holds a tournament with other {', '.join(differing)}; use another folder"
-                )
-            changed = [name for name, digest in digests.items() if known.get(name, digest) != digest]
-            if changed:
-                raise ResultsError(
-                    f"{', '.join(changed)} changed since its games in {self.folder} were played; use another folder"
-                )
-        draft = path.with_name(f".{path.name}.draft")
-        draft.write_text(json.dumps(settings | {"learned": known | digests}, indent=2) + "\n")
-        draft.replace(path)
-
-    def _read(self) -> dict[tuple[str, str, int], PlayedGame]:
-        """Read the finished games, and cut off a line that was not finished."""
-        path = self.folder / GAMES
-        if not path.exists():
-            return {}
-        text = path.read_bytes()
-        whole = text[: text.rfind(b"\n") + 1]
-        if len(whole) < len(text):
-            with path.open("r+b") as file:
-                file.truncate(len(whole))
-        games = {}
-        for number, line in enumerate(whole.splitlines(), 1):
-            try:
-                plain = json.loads(line)
-                game = PlayedGame(**plain | {"thinking_ms": tuple(plain["thinking_ms"])})
-                games[game.key] = game
-            except (LookupError, TypeError, ValueError) as error:
-                raise ResultsError(f"line {number} of {path} is not a finished game: {error!r}") from error
-        return games
+        self._ledger = Ledger(
+            folder, seed=config.seed, budget_ms=config.budget_ms, game=config.game, learned=self._learned
+        )
+        self.games = self._ledger.read()
 
     def missing(self) -> list[tuple[str, str, list[int]]]:
         """Return what is still to be played: blocks of games of two players."""
@@ -276,67 +192,67 @@ class Tournament:
             Processes that share the games; with 1 they are played in this one.
         progress : callable, optional
             Called with (games finished, games that were missing).
+
+        Raises
+        ------
+        ResultsError
+            If another process plays in the folder, the folder holds another tournament, or a process died.
         """
         check_count(processes, "processes", 1, 1024)
+        with self._ledger.held():
+            self.games = self._ledger.take_up(self.command)
+            self._play_missing(processes, progress)
+
+    def _play_missing(self, processes: int, progress: Callable[[int, int], None] | None) -> None:
         blocks = self.missing()
         done = 0
         total = sum(len(numbers) for _, _, numbers in blocks)
-        with (self.folder / GAMES).open("ab") as file:
 
-            def keep(games: list[PlayedGame]) -> None:
-                lines = "".join(json.dumps(dataclasses.asdict(game)) + "\n" for game in games)
-                file.write(lines.encode())
-                file.flush()
-                os.fsync(file.fileno())
-                self.games |= {game.key: game for game in games}
-                nonlocal done
-                done += len(games)
-                if progress is not None:
-                    progress(done, total)
+        def keep(games: list[PlayedGame]) -> None:
+            self._ledger.append(games)
+            self.games |= {game.key: game for game in games}
+            nonlocal done
+            done += len(games)
+            if progress is not None:
+                progress(done, total)
 
-            if processes == 1:
-                for block in blocks:
-                    keep(play_block(self._loader, *block, self.config))
-                return
-            context = multiprocessing.get_context("spawn")
-            with ProcessPoolExecutor(processes, mp_context=context, initializer=prepare_process) as pool:
-                left = iter(blocks)
-                waiting: dict[Future[list[PlayedGame]], tuple[str, str, list[int]]] = {}
-                try:
-                    while True:
-                        for block in itertools.islice(left, 2 * processes - len(waiting)):
-                            waiting[pool.submit(play_block, self._loader, *block, self.config)] = block
-                        if not waiting:
-                            return
-                        for future in wait(waiting, return_when=FIRST_COMPLETED).done:
-                            if future.exception() is None:
-                                waiting.pop(future)
-                                keep(future.result())
-                            else:
-                                future.result()
-                except BrokenProcessPool as error:
-                    playing = ", ".join(sorted({f"{one} against {other}" for one, other, _ in waiting.values()}))
-                    raise ResultsError(
-                        f"a process of the tournament died while these were played: {playing}; run it again to go on, "
-                        "without the player that crashes if it happens again"
-                    ) from error
-                finally:
-                    pool.shutdown(cancel_futures=True)
-                    for future in waiting:  # what was finished meanwhile is finished
-                        if not future.cancelled() and future.done() and future.exception() is None:
+        if processes == 1:
+            for block in blocks:
+                keep(play_block(self._loader, *block, self.config))
+            return
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(processes, mp_context=context, initializer=prepare_process) as pool:
+            left = iter(blocks)
+            waiting: dict[Future[list[PlayedGame]], tuple[str, str, list[int]]] = {}
+            try:
+                while True:
+                    for block in itertools.islice(left, 2 * processes - len(waiting)):
+                        waiting[pool.submit(play_block, self._loader, *block, self.config)] = block
+                    if not waiting:
+                        return
+                    for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+                        if future.exception() is None:
+                            waiting.pop(future)
                             keep(future.result())
+                        else:
+                            future.result()
+            except BrokenProcessPool as error:
+                playing = ", ".join(sorted({f"{one} against {other}" for one, other, _ in waiting.values()}))
+                raise ResultsError(
+                    f"a process of the tournament died while these were played: {playing}; run it again to go on, "
+                    "without the player that crashes if it happens again"
+                ) from error
+            finally:
+                pool.shutdown(cancel_futures=True)
+                for future in waiting:  # what was finished meanwhile is finished
+                    if not future.cancelled() and future.done() and future.exception() is None:
+                        keep(future.result())
 
     # --- what the games say -----------------------------------------------------------------------
 
     def kind(self, player: str) -> str:
         """Return what a player is: "planned" (privileged), "learned" or "scripted"."""
         return "planned" if player in self.privileged else "learned" if player in self._learned else "scripted"
-
-    def counting(self, one: str, other: str) -> list[PlayedGame]:
-        """Return the games of two players that count: one of a pair that came out the same."""
-        return list(
-            {(game.number // 2, game.fingerprint): game for game in reversed(self.between(one, other))}.values()
-        )
 
     def between(self, one: str, other: str) -> list[PlayedGame]:
         """Return the finished games of two players in the order of their numbers, as the file has them."""
@@ -345,16 +261,30 @@ class Tournament:
             game for number in range(self.config.games) if (game := self.games.get((first, second, number))) is not None
         ]
 
+    def counting(self, one: str, other: str) -> list[list[PlayedGame]]:
+        """Return the games of two players that count, each as its lines: both of a pair that came out the same."""
+        distinct: dict[tuple[int, str], list[PlayedGame]] = {}
+        for game in self.between(one, other):
+            distinct.setdefault((game.number // 2, game.fingerprint), []).append(game)
+        return list(distinct.values())
+
+    def tally(self, player: str, other: str) -> NDArray[np.float64]:
+        """Return how many games of every pair a player won, drew and lost against another: (pairs, 3).
+
+        A game that was played twice counts once, half of it from each side: the same colour won both times,
+        so a player and its clone share the point.
+        """
+        pairs: dict[int, list[float]] = {}
+        for alike in self.counting(player, other):
+            row = pairs.setdefault(alike[0].number // 2, [0.0] * len(_OUTCOMES))
+            for game in alike:
+                row[_OUTCOMES.index(game.outcome_of(player))] += 1.0 / len(alike)
+        return np.array(list(pairs.values())).reshape(-1, len(_OUTCOMES))
+
     def results(self) -> Results:
-        """Return the points of every pairing; a pair of games that came out the same counts once."""
+        """Return the points of every pairing, from the same counts as `tally`."""
         points = {}
         for i, j in itertools.combinations(range(len(self.players)), 2):
-            one, other = self.players[i], self.players[j]
-            pairs: dict[int, dict[str, list[float]]] = {}
-            for game in self.between(one, other):
-                value = POINTS[game.outcome]
-                value = value if game.one == one else 1.0 - value
-                pairs.setdefault(game.number // 2, {}).setdefault(game.fingerprint, []).append(value)
-            rows = [[sum(map(np.mean, games.values())), len(games)] for games in pairs.values()]
-            points[i, j] = np.array(rows, np.float64).reshape(-1, 2)
+            counts = self.tally(self.players[i], self.players[j])
+            points[i, j] = np.stack([counts @ [POINTS[outcome] for outcome in _OUTCOMES], counts.sum(axis=1)], axis=1)
         return Results(self.players, points)

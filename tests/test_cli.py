@@ -108,6 +108,12 @@ def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(tmp_path, capsys):
         assert f"share above {baseline}" in printed
     for name in ("learning_curve.png", "game.mp4", "evaluation.json", "policy.safetensors", "policy.json"):
         assert (out / name).stat().st_size > 0, name
+    rules = GameConfig(time_limit=5.0, drones_per_team=2)
+    assert f"rules: {rules.rules_hash}" in printed
+    for name in ("evaluation.json", "policy.json", "history.json"):
+        written = json.loads((out / name).read_text())
+        assert written["rules_hash"] == rules.rules_hash, name
+        assert written["command"].startswith("swarm-pz train --out"), name
     main(["evaluate", str(out), "--games", "2", *SHORT])
     assert "run" in capsys.readouterr().out
 

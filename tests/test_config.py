@@ -21,6 +21,8 @@ from swarm_pz import (
 )
 from swarm_pz.errors import ConfigError
 from swarm_pz.parameters import rule_parameters
+from swarm_pz.play.game import TableConfig
+from swarm_pz.training.config import LeagueConfig, TrainConfig
 
 
 def test_defaults_are_the_preset_paper():
@@ -78,6 +80,17 @@ def test_configurations_are_frozen():
         (lambda: SpawnConfig(radius=0.2), "spawn.radius"),
         (lambda: RewardConfig(outcome=float("inf")), "reward.outcome"),
         (lambda: GameConfig.from_dict([]), "mapping"),
+        (lambda: GameConfig(time_limit=10**400), r"time_limit must be .*, got a whole number of 1329 bits"),
+        (lambda: GameConfig(drones_per_team=-(10**5000)), "drones_per_team must be .*, got a whole number of"),
+        (lambda: RewardConfig(outcome=10**400), "reward.outcome"),
+        (lambda: GameConfig(time_limit=True), "time_limit must be a number .*, got True"),
+        (lambda: GameConfig(time_limit=np.True_), "time_limit must be a number .*, got True"),
+        (lambda: GameConfig(drones_per_team=(1, True)), "drones_per_team must be a whole number .*, got True"),
+        (lambda: GameConfig(drones_per_team=10.0), "drones_per_team must be a whole number .*, got 10.0"),
+        (lambda: GameConfig(drones_per_team=(10, 10.0)), "drones_per_team must be a whole number .*, got 10.0"),
+        (lambda: GameConfig(drones_per_team=np.array([5, 5])), "drones_per_team must be a whole number"),
+        (lambda: GameConfig(drones_per_team=(np.array([5, 5]),) * 2), "drones_per_team must be a whole number"),
+        (lambda: GameConfig(controllers=("ergodic", "ergodic", "ergodic")), "controllers must be"),
     ],
 )
 def test_values_out_of_range_name_field_value_and_range(make, message):
@@ -134,6 +147,121 @@ OPTIONS = [
 def test_options_come_back_from_json(config):
     again = GameConfig.from_dict(json.loads(json.dumps(config.to_dict())))
     assert again == config and again.hash == config.hash
+
+
+SEAT = ObservationConfig(grid=10)
+SAME = [
+    # One configuration in two spellings, and the hashes that these had when pairs were kept as they were given.
+    (GameConfig(), GameConfig(drones_per_team=(10, 10)), "6c87a3d2c1f6ff12", "03394e19d829ac5b"),
+    (GameConfig(), GameConfig(controllers=("ergodic", "ergodic")), "6c87a3d2c1f6ff12", "1c76e20109ea84b1"),
+    (
+        GameConfig(controllers="flocking"),
+        GameConfig(controllers=["flocking", "flocking"]),
+        "c03410fe6702f59f",
+        "7a0285fe24af424e",
+    ),
+    (GameConfig(observation=SEAT), GameConfig(observation=(SEAT, SEAT)), "f20e5ea12fe4138d", "9be53bd361b7ab89"),
+    (
+        GameConfig(drones_per_team=5, controllers="flocking"),
+        GameConfig(
+            drones_per_team=(5, 5),
+            controllers=("flocking",) * 2,
+            observation=(ObservationConfig(), ObservationConfig()),
+        ),
+        "9a4aa3d830f59200",
+        "6be62851511dc66a",
+    ),
+    (
+        GameConfig(drones_per_team=(3, 7)),
+        GameConfig(drones_per_team=[3, 7], controllers=("ergodic", "ergodic")),
+        "393f2df5a2890ec8",
+        "f424b4ccd8c05f1d",
+    ),
+    (
+        TableConfig(),
+        TableConfig(game=GameConfig(drones_per_team=(10, 10))),
+        "2391ec2f9fe02031",
+        "33a9d518aa276dd9",
+    ),
+    (
+        TrainConfig(),
+        TrainConfig(game=GameConfig(drones_per_team=(10, 10), observation=SEAT)),
+        "0140694082d6cbb2",
+        "5c0768e86d313560",
+    ),
+    (
+        LeagueConfig(),
+        LeagueConfig(learner=TrainConfig(game=GameConfig(drones_per_team=(10, 10), observation=(SEAT, SEAT)))),
+        "f67a9a94cdc0fa1b",
+        "3e41dc0ced3558a9",
+    ),
+]
+
+
+@pytest.mark.parametrize(("one", "pair", "one_before", "pair_before"), SAME)
+def test_an_equal_pair_is_the_same_as_one_value_and_old_hashes_still_fit(one, pair, one_before, pair_before):
+    assert one == pair and hash(one) == hash(pair)
+    assert one.hash == pair.hash == one_before
+    assert one.to_dict() == pair.to_dict()
+    assert one.has_hash(one_before) and one.has_hash(pair_before)
+
+
+def test_a_hash_of_another_configuration_does_not_fit():
+    assert not GameConfig(drones_per_team=9).has_hash(GameConfig().hash)
+    assert not GameConfig(drones_per_team=(3, 7)).has_hash(GameConfig(drones_per_team=(7, 3)).hash)
+    assert not any(GameConfig().has_hash(found) for found in (None, 1, "", "0" * 16))
+
+
+@pytest.mark.parametrize(
+    ("given", "kept"),
+    [
+        ({"time_limit": np.float32(300)}, {"time_limit": 300.0}),
+        ({"time_limit": np.int64(60)}, {"time_limit": 60}),
+        ({"drones_per_team": np.int64(5)}, {"drones_per_team": 5}),
+        ({"drones_per_team": [np.int32(5), 7]}, {"drones_per_team": (5, 7)}),
+        ({"capture": CaptureConfig(enabled=np.False_)}, {"capture": CaptureConfig(enabled=False)}),
+        ({"controllers": np.str_("flocking")}, {"controllers": "flocking"}),
+        ({"reward": RewardConfig(outcome=-0.0)}, {"reward": RewardConfig(outcome=0)}),
+        (
+            {"flocking": FlockingConfig(migration=[1, np.float64(2)])},
+            {"flocking": FlockingConfig(migration=(1.0, 2.0))},
+        ),
+        (
+            {"observation": ObservationConfig(grid=np.int8(10), channels=["time_left"])},
+            {"observation": ObservationConfig(grid=10, channels=("time_left",))},
+        ),
+    ],
+)
+def test_what_means_the_same_is_the_same(given, kept):
+    one, two = GameConfig(**given), GameConfig(**kept)
+    assert one == two and hash(one) == hash(two) and one.hash == two.hash
+    assert json.loads(json.dumps(one.to_dict())) == json.loads(json.dumps(two.to_dict()))
+
+
+def test_the_rules_are_all_but_what_a_seat_sees_and_is_rewarded_for():
+    learners = GameConfig(observation=SEAT, reward=RewardConfig(outcome=3.0))
+    assert learners.hash != GameConfig().hash
+    assert learners.rules_hash == GameConfig().rules_hash == TrainConfig().game.rules_hash == "bd58485b8294f145"
+    assert set(learners.to_dict()) - set(learners.rules) == {"observation", "reward"}
+    assert GameConfig.from_dict(json.loads(json.dumps(learners.rules))) == GameConfig()
+
+
+def test_every_other_option_is_a_rule():
+    rules = [
+        *OPTIONS,
+        GameConfig(time_limit=60),
+        GameConfig(command_period=2.0),
+        GameConfig(command_cells=5),
+        GameConfig(capture=CaptureConfig(threshold=0.7)),
+    ]
+    assert len({config.rules_hash for config in [GameConfig(), *rules]}) == 1 + len(rules)
+
+
+def test_times_that_are_the_same_ticks_are_the_same_rules():
+    sum_of_tenths = 0.1 + 0.2
+    assert sum_of_tenths != 0.3
+    rules = GameConfig(time_limit=sum_of_tenths, command_period=sum_of_tenths, memory=MemoryConfig(trail=sum_of_tenths))
+    assert rules.rules_hash == GameConfig(time_limit=0.3, command_period=0.3, memory=MemoryConfig(trail=0.3)).rules_hash
 
 
 def test_options_at_rest_leave_the_hash_alone():

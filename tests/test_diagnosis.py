@@ -94,6 +94,7 @@ def test_a_game_is_drawn_to_its_deciding_tick(tmp_path):
     assert (tmp_path / "pictures" / "game.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_game_of_no_length_is_refused():
+@pytest.mark.parametrize("seconds", [0.0, -1.0, math.nan, math.inf, True])
+def test_a_game_of_no_length_is_refused(seconds):
     with pytest.raises(RenderError, match="seconds must be a number above 0"):
-        diagnose("ring", "uniform", seconds=0.0)
+        diagnose("ring", "uniform", seconds=seconds)

@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from swarm_pz.errors import ResultsError
 from swarm_pz.intervals import (
     bootstrap,
     mean_with_interval,
@@ -39,6 +40,30 @@ def test_medians_take_never_for_an_answer():
     assert median_with_interval(np.arange(1.0, 21.0)) == (10.5, (6.0, 15.0))
     assert median_with_interval([4.0] * 5 + [np.inf] * 15) == (np.inf, (np.inf, np.inf))
     assert median_with_interval([3.0, 1.0, np.inf]) == (3.0, (1.0, np.inf))
+
+
+@pytest.mark.parametrize("interval", [bootstrap, mean_with_interval, median_with_interval])
+@pytest.mark.parametrize("values", [[], np.empty((0, 3)), 5.0])
+def test_intervals_of_nothing_are_refused(interval, values):
+    with pytest.raises(ResultsError, match="at least one sample, got an array of shape"):
+        interval(values)
+
+
+@pytest.mark.parametrize(("successes", "trials"), [(0, 0), (3, 2), (-1, 4)])
+def test_shares_of_nothing_and_of_too_much_are_refused(successes, trials):
+    with pytest.raises(ResultsError, match=f"got {successes} of {trials}"):
+        wilson(successes, trials)
+
+
+def test_a_median_of_what_is_no_number_is_refused():
+    with pytest.raises(ResultsError, match="NaN"):
+        median_with_interval([1.0, np.nan, 3.0])
+
+
+@pytest.mark.parametrize("groups", [[], [np.empty((0, 2))]])
+def test_a_rank_correlation_of_nothing_is_refused(groups):
+    with pytest.raises(ResultsError, match="at least one pair"):
+        rank_correlation(groups)
 
 
 def test_rank_correlation_knows_the_order_alone():

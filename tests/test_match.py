@@ -100,12 +100,31 @@ def test_paired_differences():
 def test_json_holds_the_figures(tmp_path):
     match = play_match("ring", "uniform", games=4, config=SHORT)
     match.write(tmp_path / "folder" / "figures.json")
-    assert json.loads((tmp_path / "folder" / "figures.json").read_text()) == match.summary()
+    written = json.loads((tmp_path / "folder" / "figures.json").read_text())
+    story = {name: written.pop(name) for name in ("rules", "versions", "command")}
+    assert written == match.summary()
+    assert GameConfig.from_dict(story["rules"]).rules_hash == written["rules_hash"] == SHORT.rules_hash
 
 
 def test_bad_seeds_are_refused():
     with pytest.raises(CommandError, match="seed must be a whole number"):
         play_match("ring", "uniform", games=2, seed=-1)
+
+
+def test_a_match_takes_no_seed_that_is_a_stream_already():
+    with pytest.raises(CommandError, match="seed is a whole number"):
+        play_match("ring", "uniform", games=2, seed=np.random.SeedSequence(1))
+
+
+def test_differences_are_paired_where_the_rules_are_the_same_and_refused_where_not():
+    def play(**changes):
+        return play_match("noise", "uniform", games=2, config=SHORT.replace(**changes))
+
+    first = play(time_limit=2.0)
+    seen = play(time_limit=2.0, observation=ObservationConfig(grid=10), drones_per_team=(3, 3))
+    assert paired_difference(first, seen) == (0.0, 0.0, 0.0)
+    with pytest.raises(CommandError, match="rules"):
+        paired_difference(first, play(time_limit=1.0))
 
 
 @pytest.mark.parametrize("games", [0, 3, -2, 2.0, True])

@@ -69,6 +69,11 @@ def test_a_ladder_is_transitive_and_rock_paper_scissors_is_not():
     assert game.cyclic_share == pytest.approx(1.0)
 
 
+def test_an_anchor_that_nobody_is_is_refused():
+    with pytest.raises(CommandError, match="did you mean 'strong'"):
+        rate(field({(0, 1): 0.5}, 10, ("strong", "weak")), anchor="strnog")
+
+
 def test_a_pairing_without_games_is_refused():
     with pytest.raises(CommandError, match="games between every two"):
         rate(

@@ -16,8 +16,9 @@ import pytest
 from swarm_pz import ladder, policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CommandError, PolicyError, ResultsError
+from swarm_pz.ledger import GAMES, SETTINGS
 from swarm_pz.match import play_match
-from swarm_pz.tournament import GAMES, SETTINGS, Tournament, TournamentConfig
+from swarm_pz.tournament import Tournament, TournamentConfig
 
 SHORT = GameConfig(time_limit=8.0, drones_per_team=3)
 CONFIG = TournamentConfig(games=6, game=SHORT)
@@ -101,7 +102,75 @@ def test_processes_and_the_order_of_players_change_nothing(tmp_path):
 
 def test_the_same_game_twice_counts_once(tmp_path):
     tournament = played(tmp_path, players=("uniform", "faulty_never"), config=CONFIG.replace(games=4))
-    assert tournament.results().points[0, 1].shape == (2, 2)
+    np.testing.assert_array_equal(tournament.results().points[0, 1], [[0.5, 1.0], [0.5, 1.0]])
+
+
+def load_clone(name, config):
+    return load(name.removeprefix("clone_of_"), config)
+
+
+def test_a_pair_that_is_the_same_game_twice_is_one_game_in_every_column(tmp_path):
+    config = CONFIG.replace(games=10, game=GameConfig(time_limit=60.0))
+    tournament = Tournament(("ring", "clone_of_ring", "uniform"), config, tmp_path, load_clone)
+    tournament.play()
+    assert all(len(alike) == 2 for alike in tournament.counting("ring", "clone_of_ring"))
+    assert {game.outcome for game in tournament.between("ring", "clone_of_ring")} >= {"win", "loss"}
+    figures = ladder.make_ladder(tournament)
+    entries = {entry["player"]: entry for entry in figures["players"]}
+    shares = dict(zip(entries, figures["payoffs"], strict=True))
+    points, games = tournament.results().payoffs()
+    for place, name in enumerate(tournament.players):
+        entry = entries[name]
+        assert entry["wins"] + entry["draws"] + entry["losses"] == entry["games"] == games[place].sum()
+        assert entry["wins"] + entry["draws"] / 2 == points[place].sum()
+        counted = [tournament.counting(name, other) for other in tournament.players if other != name]
+        assert entry["median_seconds"] == np.median([alike[0].seconds for games in counted for alike in games])
+    ring, clone = entries["ring"], entries["clone_of_ring"]
+    assert {**ring, "player": "", "thinking_ms": 0, "rating_ci95": 0} == {
+        **clone, "player": "", "thinking_ms": 0, "rating_ci95": 0
+    }  # fmt: skip
+    assert ring["games"] == 5 + len(tournament.counting("ring", "uniform"))
+    assert shares["ring"][list(entries).index("clone_of_ring")] == 0.5
+    assert f"| {ring['wins']} | {ring['draws']} | {ring['losses']} |" in ladder.to_markdown(figures, "ladder.png")
+
+
+def test_a_tournament_taken_up_before_another_played_it_plays_nothing_twice(tmp_path):
+    early = Tournament(("ring", "uniform", "noise"), CONFIG, tmp_path, load)
+    played(tmp_path)
+    before = (tmp_path / GAMES).read_bytes()
+    early.play()
+    assert (tmp_path / GAMES).read_bytes() == before
+    assert early.results().payoffs()[1].sum() > 0
+
+
+def test_looking_at_a_tournament_changes_nothing_in_its_folder(tmp_path):
+    Tournament(("ring", "uniform"), CONFIG, tmp_path / "none", load)
+    assert not (tmp_path / "none").exists()
+    played(tmp_path, players=("ring", "uniform"))
+    with (tmp_path / GAMES).open("a") as file:
+        file.write("a line that somebody is writi")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()}
+    assert len(Tournament(("ring", "uniform"), CONFIG, tmp_path, load).games) == 6
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir() if path.is_file()} == before
+
+
+@pytest.mark.parametrize(
+    ("game", "config_hash"),
+    [
+        (SHORT.to_dict() | {"drones_per_team": [3, 3]}, "d07b27a347e7fa09"),
+        (SHORT.to_dict() | {"observation": [ObservationConfig(grid=25).__dict__] * 2}, "223220e9a2aefe33"),
+    ],
+)
+def test_a_folder_from_when_equal_pairs_had_hashes_of_their_own_is_gone_on_with(tmp_path, game, config_hash):
+    played(tmp_path, players=("ring", "uniform"), config=CONFIG.replace(games=2))
+    settings = {"seed": 0, "budget_ms": 2000.0, "config_hash": config_hash, "game": game, "learned": {}}
+    (tmp_path / SETTINGS).write_text(json.dumps(settings))
+    before = lines(tmp_path)
+    played(tmp_path, players=("ring", "uniform"), config=CONFIG.replace(games=4))
+    assert lines(tmp_path)[:2] == before and len(lines(tmp_path)) == 4
+    (tmp_path / SETTINGS).write_text(json.dumps(settings | {"config_hash": "0" * 16}))
+    with pytest.raises(ResultsError, match="corrupt or foreign"):
+        Tournament(("ring", "uniform"), CONFIG, tmp_path, load)
 
 
 def test_an_interrupted_tournament_goes_on_without_losing_or_repeating_a_game(tmp_path):
@@ -120,17 +189,20 @@ def test_an_interrupted_tournament_goes_on_without_losing_or_repeating_a_game(tm
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs kill")
-def test_a_killed_process_loses_no_finished_game(tmp_path):
+def test_one_process_plays_in_a_folder_and_a_killed_one_loses_no_finished_game(tmp_path):
     code = (
         "from tests.test_tournament import *; from pathlib import Path\n"
         f"Tournament({FOUR}, CONFIG.replace(games=40), Path({str(tmp_path)!r}), load).play(1)"
     )
-    process = subprocess.Popen([sys.executable, "-c", code], cwd=Path(__file__).parent.parent)  # noqa: S603
-    deadline = time.monotonic() + 100
-    while not ((tmp_path / GAMES).exists() and lines(tmp_path)) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
+    with subprocess.Popen([sys.executable, "-c", code], cwd=Path(__file__).parent.parent) as process:  # noqa: S603
+        try:
+            deadline = time.monotonic() + 100
+            while not ((tmp_path / GAMES).exists() and lines(tmp_path)) and time.monotonic() < deadline:
+                time.sleep(0.02)
+            with pytest.raises(ResultsError, match=f"played in by process {process.pid} on .* use another folder"):
+                played(tmp_path, players=FOUR, config=CONFIG.replace(games=40))
+        finally:
+            process.send_signal(signal.SIGKILL)
     kept = lines(tmp_path)
     assert kept
     played(tmp_path, players=FOUR, config=CONFIG.replace(games=40))
@@ -179,7 +251,7 @@ def test_the_ladder_orders_plots_and_tells(tmp_path):
     payoffs = np.array(figures["payoffs"], float)
     np.testing.assert_allclose(payoffs + payoffs.T, np.where(np.eye(3) == 1, np.nan, 1.0), atol=2e-4)
     json.dumps(figures)
-    text = ladder.to_markdown(figures, "swarm-pz tournament", "ladder.png")
+    text = ladder.to_markdown(figures, "ladder.png")
     assert "| 1 | `halo` | scripted |" in text
     ladder.plot(figures, tmp_path / "ladder.png")
     assert (tmp_path / "ladder.png").stat().st_size > 10_000
@@ -189,7 +261,7 @@ def test_a_folder_of_another_tournament_is_refused(tmp_path):
     played(tmp_path, players=("ring", "uniform"), config=CONFIG.replace(games=2))
     with pytest.raises(ResultsError, match="other seed"):
         Tournament(("ring", "uniform"), CONFIG.replace(seed=1), tmp_path, load)
-    with pytest.raises(ResultsError, match="other config_hash"):
+    with pytest.raises(ResultsError, match="other rules"):
         Tournament(("ring", "uniform"), CONFIG.replace(game=GameConfig()), tmp_path, load)
     (tmp_path / SETTINGS).write_text("{")
     with pytest.raises(ResultsError, match="corrupt or foreign"):

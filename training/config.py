@@ -100,6 +100,7 @@ class TrainConfig(Config):
     threads: int = 2
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check(not isinstance(self.opponents, str), "opponents", self.opponents, "a tuple of policies' names")
         object.__setattr__(self, "opponents", tuple(self.opponents))
         object.__setattr__(self, "sizes", tuple(self.sizes))
@@ -193,6 +194,7 @@ class LeagueConfig(Config):
     exploiter_steps: int = 500_000
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check(isinstance(self.learner, TrainConfig), "learner", self.learner, "a TrainConfig")
         for name in ("scripts", "rivals"):
             check(not isinstance(getattr(self, name), str), name, getattr(self, name), "a tuple of policies' names")

@@ -21,6 +21,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
 from swarm_pz.policies.learned import CARD, FORMAT, WEIGHTS, LearnedPolicy, write_atomically
 from swarm_pz.policy import Player
+from swarm_pz.provenance import provenance
 from swarm_pz.training.callbacks import (
     Checkpoint,
     CriticFirst,
@@ -74,7 +75,7 @@ class Training:
         self.history = History()
         self._say = say
         self._logs = False
-        self._identity = _identify(config, load_all(config.opponents, config.game))
+        self._identity = _Identity(config, load_all(config.opponents, config.game))
         self.env = _make_env(config)
         torch.set_num_threads(config.threads)
         self.model = PPO(
@@ -146,7 +147,7 @@ class Training:
             "action_cells": self.config.action_cells,
             "width": self.config.width,
             "config_hash": self.config.game.hash,
-            "command": self.command,
+            **provenance(self.config.game, self.command),
             "training": self.config.to_dict(),
             "steps": self.model.num_timesteps,
             "seconds": round(self.history.seconds, 1),
@@ -182,14 +183,15 @@ class Training:
     def save_checkpoint(self) -> None:
         """Write all that `resume` needs, atomically."""
         state = {
-            "config_hash": self._identity,
+            "config_hash": str(self._identity),
             "steps": self.model.num_timesteps,
             "policy": self.model.policy.state_dict(),
             "optimizer": self.model.policy.optimizer.state_dict(),
             "history": self.history.to_json(),
         }
         write_atomically(self.folder / CHECKPOINT, lambda path: torch.save(state, path))
-        write_atomically(self.folder / HISTORY, lambda path: path.write_text(self.history.to_json() + "\n"))
+        report = json.loads(self.history.to_json()) | provenance(self.config.game, self.command)
+        write_atomically(self.folder / HISTORY, lambda path: path.write_text(json.dumps(report) + "\n"))
 
     def _load_checkpoint(self) -> None:
         path = self.folder / CHECKPOINT
@@ -201,7 +203,7 @@ class Training:
             raise CheckpointError(
                 f"{path} is corrupt or foreign; delete it to begin afresh ({_first_line(error)})"
             ) from error
-        if config_hash != self._identity:
+        if not self._identity.fits(config_hash):
             raise CheckpointError(
                 f"{path} belongs to another configuration: give the settings in {self.folder / 'config.json'}, "
                 "another folder (--out), or no resume"
@@ -250,11 +252,21 @@ def _first_line(error: Exception) -> str:
     return (str(error).splitlines() or [type(error).__name__])[0]
 
 
-def _identify(config: TrainConfig, opponents: Sequence[Player]) -> str:
-    """Identify what a checkpoint belongs to: all but how long and on how many threads the run is.
+class _Identity:
+    """What a checkpoint belongs to: all but how long and on how many threads the run is.
 
     A learned opponent counts as what it is, and not only as what its folder is called.
     """
-    settings = config.replace(total_steps=1, threads=1, evaluate_every=1, checkpoint_every=1).hash
-    digests = sorted({player.digest for player in opponents if isinstance(player, LearnedPolicy)})
-    return "-".join([settings, *(digest[:16] for digest in digests)])
+
+    def __init__(self, config: TrainConfig, opponents: Sequence[Player]) -> None:
+        self._settings = config.replace(total_steps=1, threads=1, evaluate_every=1, checkpoint_every=1)
+        digests = sorted({player.digest for player in opponents if isinstance(player, LearnedPolicy)})
+        self._opponents = [digest[:16] for digest in digests]
+
+    def __str__(self) -> str:
+        return "-".join([self._settings.hash, *self._opponents])
+
+    def fits(self, found: object) -> bool:
+        """Tell whether an identity that was found in a file is this one."""
+        settings, *opponents = str(found).split("-")
+        return self._settings.has_hash(settings) and opponents == self._opponents

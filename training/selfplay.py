@@ -170,13 +170,13 @@ class League:
         if has_league and not resume:
             raise CheckpointError(f"{folder} holds a league: go on with it (--resume), or give another folder (--out)")
         self.main = Training(config.learner, folder / "main", resume=has_league, say=say, command=command)
-        identity = config.replace(learner=config.learner.replace(total_steps=1, threads=1)).hash
+        settings = config.replace(learner=config.learner.replace(total_steps=1, threads=1))
         if has_league:
             try:
                 self.pool = Pool.from_json((folder / STATE).read_text())
             except (LookupError, TypeError, ValueError) as error:
                 raise CheckpointError(f"{folder / STATE} is corrupt or foreign: {error!r}") from error
-            if self.pool.config_hash != identity:
+            if not settings.has_hash(self.pool.config_hash):
                 raise CheckpointError(
                     f"{folder} holds a league with other settings: give those, or another folder (--out)"
                 )
@@ -185,7 +185,7 @@ class League:
                 shutil.rmtree(folder / name, ignore_errors=True)
             invited = [Member(name, name, "script") for name in config.scripts]
             invited += [Member(name, name, "rival") for name in config.rivals]
-            self.pool = Pool(invited, config_hash=identity)
+            self.pool = Pool(invited, config_hash=settings.hash)
             self._snapshot()
         self._generator = np.random.default_rng([config.learner.seed, self.main.model.num_timesteps])
 

@@ -10,7 +10,7 @@ from typing import Annotated
 import tyro
 
 from swarm_pz import tables
-from swarm_pz.cli.report import command, progress, write_json
+from swarm_pz.cli.report import command, print_rules, progress, write_json
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
 from swarm_pz.settings import check
@@ -53,6 +53,7 @@ def evaluate(
     check(not (held_out and exploit), "held_out and exploit", (held_out, exploit), "asked for one at a time")
     if held_out or exploit:
         check(opponent == "uniform", "opponent", opponent, "left out, since held_out and exploit choose their own")
+    print_rules(game)
     if held_out:
         _evaluate_held_out(policy, games, seed, json, threads, game)
         return
@@ -71,7 +72,7 @@ def evaluate(
         )
     tables.print_matches([match])
     if json is not None:
-        match.write(json)
+        match.write(json, command())
         print(f"figures: {json}")
 
 
@@ -87,7 +88,7 @@ def _evaluate_held_out(policy: str, games: int, seed: int, json: Path | None, th
     )
     print(f"generalisation (held-out score less in-suite score): {figures['generalisation']:+.3f}")
     if json is not None:
-        write_json(figures, json)
+        write_json(figures, json, game)
 
 
 def _evaluate_exploit(
@@ -98,10 +99,12 @@ def _evaluate_exploit(
     from swarm_pz.training.exploit import exploit
 
     say = functools.partial(print, flush=True)
-    matches = exploit(policy, out, steps=steps, games=games, rules=game, seed=seed, threads=threads, say=say)
+    matches = exploit(
+        policy, out, steps=steps, games=games, rules=game, seed=seed, threads=threads, say=say, command=command()
+    )
     tables.print_opponents(matches, f"an exploiter of {policy}, trained for {steps:,} steps")
     if json is not None:
-        write_json({"target": policy, "steps": steps, "matches": [match.summary() for match in matches]}, json)
+        write_json({"target": policy, "steps": steps, "matches": [match.summary() for match in matches]}, json, game)
 
 
 def tournament(
@@ -133,12 +136,13 @@ def tournament(
     from swarm_pz.tournament import Tournament, TournamentConfig
 
     config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
-    field = Tournament(players or policies.names(), config, out, policies.load)
+    field = Tournament(players or policies.names(), config, out, policies.load, command())
+    print_rules(game)
     with progress() as show:
         field.play(processes, show)
     figures = ladder.make_ladder(field)
     (out / "ladder.json").write_text(json_module.dumps(figures, indent=2) + "\n")
-    (out / "ladder.md").write_text(ladder.to_markdown(figures, command(), "ladder.png"))
+    (out / "ladder.md").write_text(ladder.to_markdown(figures, "ladder.png"))
     ladder.plot(figures, out / "ladder.png")
     tables.print_ladder(figures)
     print(f"ladder: {out / 'ladder.md'}, {out / 'ladder.json'}, {out / 'ladder.png'}")

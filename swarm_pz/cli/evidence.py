@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from swarm_pz.cli.report import progress
+from swarm_pz.cli.report import command, print_rules, progress
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ def figures(
             show(len(made), total)
 
         show(0, total)
-        make_all(only, out, seed=seed, processes=processes, done=done)
+        make_all(only, out, seed=seed, processes=processes, done=done, command=command())
+    print_rules(GameConfig(), "of the default game; those of each figure stand in its NAME.json")
     holding = sum(one.supported for one in made)
     print(f"{holding} of {len(made)} claims hold; {time.monotonic() - began:.0f} s: {out / PAGE}")

@@ -9,7 +9,7 @@ from typing import Annotated
 import tyro
 
 from swarm_pz import tables
-from swarm_pz.cli.report import command
+from swarm_pz.cli.report import command, print_rules
 from swarm_pz.errors import require_extra
 from swarm_pz.settings import check
 from swarm_pz.training.config import LeagueConfig, TrainConfig
@@ -37,13 +37,14 @@ def train(
 
     check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
     run = Training(config, out, resume=resume, say=functools.partial(print, flush=True), command=command())
+    print_rules(config.game)
     untrained = run.untrained()
     print(f"training for {config.total_steps:,} steps in {out} (stop and go on with --resume)", flush=True)
     trained = run.run()
     plot_learning_curve(run.history, config.opponents[0], out / "learning_curve.png")
     print(f"evaluating over {games} games against uniform coverage, beside the baselines", flush=True)
     match, comparisons = compare(trained, untrained, config.game, games=games, seed=0, threads=config.threads)
-    match.write(out / "evaluation.json")
+    match.write(out / "evaluation.json", command())
     trained.with_results(match.summary()).write(out)
     tables.print_matches([match, *(comparison.match for comparison in comparisons)])
     for comparison in comparisons:
@@ -79,6 +80,7 @@ def league(
 
     check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
     run = League(config, out, resume=resume, say=functools.partial(print, flush=True), command=command())
+    print_rules(config.learner.game)
     policy = run.run()
     learner = config.learner
     matches = [

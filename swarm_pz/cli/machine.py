@@ -12,7 +12,7 @@ import numpy as np
 import tyro
 
 from swarm_pz import tables
-from swarm_pz.cli.report import filming, write_json
+from swarm_pz.cli.report import filming, print_rules, write_json
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig, ObservationConfig
 from swarm_pz.errors import require_extra
 from swarm_pz.settings import check
@@ -62,6 +62,7 @@ def render(
             progress=show,
         )
     print(f"{standing}: {out}")
+    print_rules(game)
 
 
 def diagnose(
@@ -94,8 +95,9 @@ def diagnose(
     )
     diagnosis.plot(found, out)
     print(f"{found.title}: {out}")
+    print_rules(game)
     if json is not None:
-        write_json(found.to_dict(), json)
+        write_json(found.to_dict(), json, game)
 
 
 def bench(
@@ -157,7 +159,7 @@ def bench(
     figures = speed.to_dict(speeds, speed.phases(config), config)
     tables.print_speeds(figures)
     if json is not None:
-        write_json(figures, json)
+        write_json(figures, json, config)
     if plot is not None:
         speed.plot(speeds, plot)
         print(f"plot: {plot}")

@@ -11,8 +11,10 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
 from swarm_pz.files import draft_of
+from swarm_pz.provenance import provenance
 
 QUIET = 60.0
 """Seconds without a word that a log may have."""
@@ -23,6 +25,11 @@ arguments: ContextVar[list[str]] = ContextVar("arguments")
 def command() -> str:
     """Return the command that is being run."""
     return shlex.join(["swarm-pz", *arguments.get()])
+
+
+def print_rules(game: GameConfig, note: str = "") -> None:
+    """Say which rules were played: results may be compared where they are the same."""
+    print(f"rules: {game.rules_hash} {note}".rstrip())
 
 
 @contextmanager
@@ -50,8 +57,8 @@ def filming() -> Iterator[Callable[[float, float], None]]:
         yield move
 
 
-def write_json(figures: dict[str, Any], path: Path) -> None:
-    """Write figures to a file and say where they are."""
+def write_json(figures: dict[str, Any], path: Path, game: GameConfig) -> None:
+    """Write figures and where they come from to a file, and say where they are."""
     with draft_of(path) as draft:
-        draft.write_text(json.dumps(figures, indent=2) + "\n")
+        draft.write_text(json.dumps(figures | provenance(game, command()), indent=2) + "\n")
     print(f"figures: {path}")

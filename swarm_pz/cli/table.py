@@ -11,7 +11,7 @@ from typing import Annotated
 import tyro
 
 from swarm_pz import tables
-from swarm_pz.cli.report import filming
+from swarm_pz.cli.report import command, filming, print_rules
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import SwarmError, require_extra
 from swarm_pz.policy import about
@@ -48,6 +48,7 @@ def play(
         known |= {opponent: about(opponent)}
     page = f"play={opponent}" if opponent is not None else ""
     say = functools.partial(print, flush=True)
+    print_rules(game)
     serve(
         policies.load,
         known,
@@ -127,7 +128,7 @@ def study(
     rows, faults = tables_of.read_folder(folder)
     for fault in faults:
         print(f"left out: {fault}", file=sys.stderr)
-    for path in tables_of.write_tables(rows, out, parquet=parquet):
+    for path in tables_of.write_tables(rows, out, parquet=parquet, command=command()):
         print(path)
     tables.print_study(tables_of.summarise(rows))
 

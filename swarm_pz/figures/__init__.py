@@ -65,8 +65,16 @@ class Made:
     seconds: float
 
 
-def make(name: str, seed: int, out: Path) -> Made:
+def make(name: str, seed: int, out: Path, command: str = "") -> Made:
     """Make one figure: NAME.png and NAME.json in a folder.
+
+    Parameters
+    ----------
+    name : str
+    seed : int
+    out : Path
+    command : str
+        What was called; it stands in the file.
 
     Raises
     ------
@@ -76,7 +84,7 @@ def make(name: str, seed: int, out: Path) -> Made:
     figure = _find(name)
     began = time.monotonic()
     finding = figure.measure(seed)
-    record = to_dict(figure, finding, seed)
+    record = to_dict(figure, finding, seed, command)
     write(record, out)
     draw(figure, record["series"], out)
     return Made(name, finding.supported, time.monotonic() - began)
@@ -89,6 +97,7 @@ def make_all(
     seed: int = 0,
     processes: int = 2,
     done: Callable[[Made], None] | None = None,
+    command: str = "",
 ) -> list[Made]:
     """Make figures, and a page index.md of all that the folder holds.
 
@@ -103,6 +112,8 @@ def make_all(
         Processes that share the figures; with 1 they are made in this one.
     done : callable, optional
         Called with each figure as soon as it is made.
+    command : str
+        What was called; it stands in the files.
 
     Raises
     ------
@@ -124,13 +135,13 @@ def make_all(
 
     if processes == 1 or len(ordered) == 1:
         for name in ordered:
-            keep(make(name, seed, out))
+            keep(make(name, seed, out, command))
     else:
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(processes, mp_context=context, initializer=prepare_process) as pool:
             # Two figures that find nothing compiled would both compile all of it.
             list(pool.map(_compile, PRESETS))
-            futures = [pool.submit(make, name, seed, out) for name in ordered]
+            futures = [pool.submit(make, name, seed, out, command) for name in ordered]
             try:
                 for future in as_completed(futures):
                     keep(future.result())

@@ -14,11 +14,12 @@ from swarm_pz.errors import require_extra
 from swarm_pz.figures.finding import Figure, Finding
 from swarm_pz.figures.style import DPI, RC
 from swarm_pz.intervals import LEVEL
+from swarm_pz.provenance import provenance
 
 PAGE = "index.md"
 
 
-def to_dict(figure: Figure, finding: Finding, seed: int) -> dict[str, Any]:
+def to_dict(figure: Figure, finding: Finding, seed: int, command: str = "") -> dict[str, Any]:
     """Return everything about a figure as plain values, ready for JSON."""
     return {
         "name": figure.name,
@@ -36,6 +37,7 @@ def to_dict(figure: Figure, finding: Finding, seed: int) -> dict[str, Any]:
         "supported": bool(finding.supported),
         "caption": f"{figure.paper} {finding.seen}",
         "config_hash": {name: config.hash for name, config in finding.configs.items()},
+        **provenance(finding.configs, command),
         "seed": seed,
         "seeds": finding.seeds,
         "swarm_pz": swarm_pz.__version__,

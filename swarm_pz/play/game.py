@@ -53,6 +53,7 @@ class TableConfig(Config):
     speed: float = 1.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check(isinstance(self.game, GameConfig), "game", self.game, "a GameConfig")
         check_number(self.min_command_interval, "min_command_interval", 0.0, 60.0)
         check(self.mapping in MAPPINGS, "mapping", self.mapping, f"one of {', '.join(MAPPINGS)}")

@@ -71,6 +71,8 @@ class Header(_Line, tag="game"):
     red: RecordedSeat
     blue: RecordedSeat
     origin: Origin | None = None
+    rules_hash: str = ""
+    """Of the game that the table plays; empty in files of earlier versions."""
 
 
 class CommandLine(_Line, tag="command"):
@@ -222,7 +224,8 @@ class Recording:
             self.config = TableConfig.from_dict(header.table)
         except SwarmError as error:
             raise RecordingError(f"{name} was played by rules that are not known here: {error}") from error
-        if self.config.hash != header.config_hash:
+        is_known = header.rules_hash in ("", self.config.game.rules_hash)
+        if not is_known or not self.config.has_hash(header.config_hash):
             raise RecordingError(f"{name} says other rules than those whose hash it holds; it was changed")
         if any(line.drone >= self.config.game.num_drones for line in self.of(CapturedLine)):
             raise RecordingError(f"{name} tells of a drone that its game does not have")

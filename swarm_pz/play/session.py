@@ -175,6 +175,7 @@ class Session:
             red=seats[0],
             blue=seats[1],
             origin=moment.origin if moment is not None else None,
+            rules_hash=config.game.rules_hash,
         )
         self.recorder = Recorder(house.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}", header)
         self._thinking: list[asyncio.Task[None] | None] = [None, None]

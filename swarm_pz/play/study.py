@@ -1,8 +1,7 @@
 """A folder of recorded games as tables: who won, how fast, and what people did meanwhile.
 
 Times to the end of a game are censored where nobody won: a draw says only that a win takes longer. So
-medians are Kaplan-Meier's (Kaplan and Meier, "Nonparametric estimation from incomplete observations",
-JASA 53, 1958), and means are restricted to the time limit (the area under the same curve).
+medians are Kaplan-Meier's, and means are restricted to the time limit; see `swarm_pz.survival`.
 """
 
 from __future__ import annotations
@@ -29,8 +28,10 @@ from swarm_pz.play.recording import (
     PaintedLine,
     Recording,
 )
+from swarm_pz.provenance import versions
+from swarm_pz.survival import kaplan_meier
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +40,10 @@ class SeatRow:
 
     Attributes
     ----------
-    recording, started, config_hash, mapping : str
+    recording, started : str
+    config_hash, rules_hash : str
+        Of the table, and of the game that it plays.
+    mapping : str
     min_command_interval, speed, time_limit : float
     taken_over : bool
         The game went on from a moment of another one.
@@ -73,6 +77,7 @@ class SeatRow:
     recording: str
     started: str
     config_hash: str
+    rules_hash: str
     mapping: str
     min_command_interval: float
     speed: float
@@ -105,13 +110,13 @@ class SummaryRow:
 
     Attributes
     ----------
-    kind, player, opponent_kind, opponent, config_hash : str
+    kind, player, opponent_kind, opponent, config_hash, rules_hash : str
     min_command_interval : float
     games, wins, draws, losses : int
     win_rate, win_rate_low, win_rate_high : float
         With Wilson's 95 % interval.
     median_s : float or None
-        Kaplan-Meier median of the time to a win of either side; None if more than half were draws.
+        Kaplan-Meier median of the time to a win of either side; None if it is later than the last win.
     restricted_mean_s : float
         Mean of that time, restricted to the longest game.
     final_share : float
@@ -123,6 +128,7 @@ class SummaryRow:
     opponent_kind: str
     opponent: str
     config_hash: str
+    rules_hash: str
     min_command_interval: float
     games: int
     wins: int
@@ -158,7 +164,8 @@ def seat_rows(recording: Recording) -> list[SeatRow]:
             SeatRow(
                 recording=recording.name,
                 started=header.started,
-                config_hash=header.config_hash,
+                config_hash=config.hash,  # the header's may be as an earlier version wrote it
+                rules_hash=config.game.rules_hash,
                 mapping=config.mapping,
                 min_command_interval=config.min_command_interval,
                 speed=config.speed,
@@ -239,26 +246,6 @@ def _median(values: Sequence[float]) -> float | None:
     return float(np.median(values)) if values else None
 
 
-def kaplan_meier(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[float | None, float]:
-    """Return the median time to a decision, and its mean restricted to the longest time seen.
-
-    Parameters
-    ----------
-    seconds : sequence of float
-        Length of each game.
-    decided : sequence of bool
-        Whether it ended with a win; else its length is a lower bound.
-    """
-    stats = require_extra("scipy.stats", "cli")
-    lengths, ended = np.asarray(seconds, np.float64), np.asarray(decided, bool)
-    survival = stats.ecdf(stats.CensoredData.right_censored(lengths, ~ended)).sf
-    below = np.flatnonzero(survival.probabilities <= 0.5)
-    times = np.concatenate([[0.0], survival.quantiles, [lengths.max()]])
-    steps = np.concatenate([[1.0], survival.probabilities])
-    mean = float((np.diff(times) * steps).sum())
-    return (float(survival.quantiles[below[0]]) if len(below) else None), mean
-
-
 def summarise(rows: Sequence[SeatRow]) -> list[SummaryRow]:
     """Return the summary of the games that two sides played from their start to their end."""
     groups: dict[tuple[str, ...], list[SeatRow]] = {}
@@ -279,6 +266,7 @@ def summarise(rows: Sequence[SeatRow]) -> list[SummaryRow]:
                 opponent_kind=opponent_kind,
                 opponent=opponent,
                 config_hash=config_hash,
+                rules_hash=group[0].rules_hash,
                 min_command_interval=group[0].min_command_interval,
                 games=len(group),
                 wins=wins,
@@ -316,8 +304,11 @@ def read_folder(folder: Path) -> tuple[list[SeatRow], list[str]]:
     return rows, faults
 
 
-def write_tables(rows: Sequence[SeatRow], folder: Path, *, parquet: bool = False) -> list[Path]:
+def write_tables(rows: Sequence[SeatRow], folder: Path, *, parquet: bool = False, command: str = "") -> list[Path]:
     """Write ``seats`` and ``summary`` as CSV, or Parquet, with ``schema.json`` beside them.
+
+    The schema says what was called, too, and the versions; the rules stand in the recordings, and their hashes
+    in the tables.
 
     Raises
     ------
@@ -345,6 +336,8 @@ def write_tables(rows: Sequence[SeatRow], folder: Path, *, parquet: bool = False
         written.append(path)
     schema = {
         "version": SCHEMA_VERSION,
+        "versions": versions(),
+        "command": command,
         "tables": {name: {field.name: str(field.type) for field in fields(kind)} for name, (kind, _) in tables.items()},
     }
     (folder / "schema.json").write_text(json.dumps(schema, indent=2) + "\n")

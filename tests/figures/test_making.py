@@ -14,6 +14,7 @@ from matplotlib.figure import Figure as Canvas
 import swarm_pz
 from swarm_pz import figures
 from swarm_pz.cli import main
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.figures import FIGURES, make_all
 from swarm_pz.figures.page import to_dict, to_markdown
@@ -21,7 +22,7 @@ from swarm_pz.figures.style import RC
 
 FIELDS = {
     "name", "title", "claim", "paper", "rule", "revised", "statistic", "interval", "supported", "caption",
-    "config_hash", "seed", "seeds", "swarm_pz", "series",
+    "config_hash", "rules", "rules_hash", "versions", "command", "seed", "seeds", "swarm_pz", "series",
 }  # fmt: skip
 SMALL = {
     "adversary": {"GAMES": 2, "scripts": lambda: ["noise", "ring"]},
@@ -54,6 +55,9 @@ def check_record(record):
     assert all(
         record[name] for name in ("title", "claim", "paper", "rule", "caption", "statistic", "config_hash", "series")
     )
+    hashes = {name: GameConfig.from_dict(rules).rules_hash for name, rules in record["rules"].items()}
+    assert hashes == record["rules_hash"] and set(hashes) == set(record["config_hash"])
+    assert record["versions"]["swarm-pz"] == swarm_pz.__version__
     assert record["caption"].startswith(record["paper"])
     interval = dict(record["interval"])
     assert interval.pop("level") == 0.95

@@ -26,7 +26,7 @@ from swarm_pz.play.recording import (
     checked_name,
     frame_line,
 )
-from swarm_pz.play.study import kaplan_meier, read_folder, seat_rows, summarise, write_tables
+from swarm_pz.play.study import read_folder, seat_rows, summarise, write_tables
 
 CONFIG = TableConfig(game=GameConfig(drones_per_team=4, capture=CaptureConfig(threshold=0.5), time_limit=20.0))
 MILD = CaptureConfig(threshold=0.9)
@@ -40,6 +40,7 @@ def header(config, seed, player):
         table=config.to_dict(),
         config_hash=config.hash,
         seed=seed,
+        rules_hash=config.game.rules_hash,
         red=RecordedSeat(kind="person", label="P1"),
         blue=RecordedSeat(kind="policy", policy=player),
     )
@@ -114,6 +115,26 @@ def test_a_changed_recording_does_not_verify(tmp_path):
     (tmp_path / "c.jsonl").write_text("\n".join([json.dumps(other_rules), *text.splitlines()[1:], ""]))
     with pytest.raises(RecordingError, match="hash"):
         Recording.read(tmp_path / "c.jsonl")
+    other_hash = json.loads(text.splitlines()[0]) | {"rules_hash": GameConfig().rules_hash}
+    (tmp_path / "d.jsonl").write_text("\n".join([json.dumps(other_hash), *text.splitlines()[1:], ""]))
+    with pytest.raises(RecordingError, match="hash"):
+        Recording.read(tmp_path / "d.jsonl")
+
+
+def test_a_recording_from_when_equal_pairs_had_hashes_of_their_own_is_read(tmp_path):
+    record(tmp_path / "a.jsonl", outcome="draw")
+    first, *rest = (tmp_path / "a.jsonl").read_text().splitlines()
+    before = json.loads(first)
+    del before["rules_hash"]
+    before["table"]["game"]["drones_per_team"] = [4, 4]
+    before["config_hash"] = "375885e948d394ca"  # as version 0.1.0 wrote it, for every table
+    (tmp_path / "b.jsonl").write_text("\n".join([json.dumps(before), *rest, ""]))
+    assert Playback(Recording.read(tmp_path / "b.jsonl")).verify().verified
+    rows, faults = read_folder(tmp_path)
+    assert not faults
+    assert {row.config_hash for row in rows} == {CONFIG.hash}
+    assert {row.rules_hash for row in [*rows, *summarise(rows)]} == {CONFIG.game.rules_hash}
+    assert [row.games for row in summarise(rows)] == [2, 2]
 
 
 @pytest.mark.parametrize("tick", [0, 59, 60, 61])
@@ -234,15 +255,6 @@ def test_a_seat_as_a_row(tmp_path):
     assert red.min_command_interval == 0.5
 
 
-def test_the_median_is_kaplan_meiers():
-    # By hand: wins at 10, 20, 40 s; draws at 30 s and 60 s. Survival: 4/5, 3/5, (draw), 3/5 * 1/2, (draw).
-    median, mean = kaplan_meier([10, 20, 30, 40, 60], [True, True, False, True, False])
-    assert median == 40
-    assert mean == pytest.approx(10 * 1 + 10 * 0.8 + 20 * 0.6 + 20 * 0.3)
-    assert kaplan_meier([300, 300, 10], [False, False, True])[0] is None
-    assert kaplan_meier([5, 7], [True, True]) == (5.0, 6.0)
-
-
 @pytest.mark.parametrize("parquet", [False, True])
 def test_a_folder_becomes_tables(tmp_path, parquet):
     for number, outcome in enumerate(("red", "red", "draw", "blue", "stopped")):
@@ -253,9 +265,10 @@ def test_a_folder_becomes_tables(tmp_path, parquet):
     person = next(row for row in summarise(rows) if row.kind == "person")
     assert (person.games, person.wins, person.draws, person.losses) == (4, 2, 1, 1)
     assert person.win_rate_low < 0.5 < person.win_rate_high
-    paths = write_tables(rows, tmp_path / "tables", parquet=parquet)
+    paths = write_tables(rows, tmp_path / "tables", parquet=parquet, command="swarm-pz study")
     schema = json.loads((tmp_path / "tables" / "schema.json").read_text())
-    assert schema["version"] == 1
+    assert schema["version"] == 2
+    assert schema["command"] == "swarm-pz study" and set(schema["versions"]) >= {"swarm-pz", "python"}
     if parquet:
         import pyarrow.parquet
 

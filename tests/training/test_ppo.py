@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -132,6 +133,27 @@ def test_a_checkpoint_of_another_configuration_is_refused(trained):
     _, _, folder = trained
     with pytest.raises(CheckpointError, match="another configuration"):
         Training(TINY.replace(gamma=0.5), folder, resume=True, say=quiet)
+
+
+def test_a_checkpoint_from_when_equal_pairs_had_hashes_of_their_own_goes_on(trained, tmp_path):
+    _, _, folder = trained
+    shutil.copytree(folder, tmp_path / "run")
+    state = torch.load(folder / CHECKPOINT, weights_only=True)
+    # As version 0.1.0 wrote it for drones_per_team=(2, 2) and two equal observations.
+    torch.save(state | {"config_hash": "5b24ba02571431ce"}, tmp_path / "run" / CHECKPOINT)
+    pairs = TINY.game.replace(drones_per_team=(2, 2), observation=TINY.game.observations)
+    for config in (TINY, TINY.replace(game=pairs)):
+        assert Training(config, tmp_path / "run", resume=True, say=quiet).model.num_timesteps == state["steps"]
+
+
+def test_card_and_history_say_what_they_come_from(trained):
+    _, policy, folder = trained
+    history = json.loads((folder / "history.json").read_text())
+    for story in (policy.card, json.loads((folder / "policy.json").read_text()), history):
+        assert story["rules_hash"] == TINY.game.rules_hash
+        assert GameConfig.from_dict(story["rules"]).rules_hash == TINY.game.rules_hash
+        assert set(story["versions"]) >= {"python", "swarm-pz", "numpy", "numba", "torch", "stable-baselines3"}
+        assert story["command"] == ""
 
 
 @pytest.mark.parametrize("state", [torch.zeros(3), {"config_hash": 1}, 5])
