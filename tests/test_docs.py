@@ -140,15 +140,37 @@ def test_ppo_values_time_outs_and_leaves_out_restarts():
     assert estimates[0].tolist() == pytest.approx([0.0, ppo.GAMMA])
 
 
-def test_the_site_builds_without_a_warning_and_fetches_nothing(tmp_path):
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Give the folder of the built site."""
     if importlib.util.find_spec("mkdocs") is None:
         pytest.skip("NO SITE: mkdocs is not installed, pip install 'swarm-pz[docs]' brings it; pages are not checked")
-    site = tmp_path / "site"
+    folder = tmp_path_factory.mktemp("site")
     build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--config-file", str(ROOT / "mkdocs.yml")]
-    done = subprocess.run([*build, "--site-dir", str(site)], capture_output=True, text=True, cwd=ROOT, check=False)  # noqa: S603
+    done = subprocess.run([*build, "--site-dir", str(folder)], capture_output=True, text=True, cwd=ROOT, check=False)  # noqa: S603
     assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_the_site_builds_without_a_warning_and_fetches_nothing(site):
     for path in site.rglob("*.html"):
         loaded = re.findall(r'<(?:script|img|link|iframe)\b[^>]*?(?:src|href)="(https?:)?//', path.read_text())
         assert not loaded, f"{path.relative_to(site)} fetches from another host"
-    assert "<math" in (site / "controller/index.html").read_text()
-    assert "add_potential_gradient" in (site / "source/swarm_pz/kernels/ergodic.py/index.html").read_text()
+    assert "<math" in (site / "controller.html").read_text()
+    assert "add_potential_gradient" in (site / "source/swarm_pz/kernels/ergodic.py.html").read_text()
+
+
+@pytest.mark.browser
+def test_the_site_is_searched_from_files_without_a_server(site, chromium):
+    context = chromium.new_context()
+    page = context.new_page()
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto((site / "index.html").as_uri())
+    page.click(".md-search__input")
+    page.locator(".md-search__input").press_sequentially("trails and occupancy")
+    page.locator(".md-search-result__item").first.locator("a").first.click()  # what explains comes before what lists
+    page.wait_for_url("**/rules.html?h=*")
+    elsewhere = [address for address in asked if not address.startswith(("file:", "about:", "blob:", "data:"))]
+    context.close()
+    assert not elsewhere
