@@ -164,6 +164,7 @@ def own_table(tmp_path):
 
 # --- browsers -------------------------------------------------------------------------------------
 
+
 @pytest.fixture
 def open_page(chromium, table):
     """Give a function that opens the table's page in a browser of its own."""
