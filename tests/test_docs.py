@@ -109,9 +109,9 @@ def test_toml_snippets_are_toml():
         assert tomllib.loads(text)["project"]["entry-points"]["swarm_pz.policies"]
 
 
-def load_ppo():
-    """Import the tutorial's file."""
-    spec = importlib.util.spec_from_file_location("ppo_tutorial", ROOT / "docs/tutorials/ppo.py")
+def load(name):
+    """Import a file of the documentation."""
+    spec = importlib.util.spec_from_file_location(f"docs_{Path(name).stem}", ROOT / "docs" / name)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -120,7 +120,7 @@ def load_ppo():
 def test_ppo_in_one_file_runs(tmp_path, capsys, monkeypatch):
     few = {"steps": 64, "games": 4, "rollout": 8, "threads": 1, "evaluation-games": 2, "out": tmp_path / "ppo.pt"}
     options = [text for name, value in few.items() for text in (f"--{name}", str(value))]
-    ppo = load_ppo()
+    ppo = load("tutorials/ppo.py")
     monkeypatch.setattr(ppo, "play_match", functools.partial(ppo.play_match, config=GameConfig(time_limit=5.0)))
     monkeypatch.setattr(sys, "argv", ["ppo.py", *options])
     ppo.main()
@@ -132,12 +132,23 @@ def test_ppo_in_one_file_runs(tmp_path, capsys, monkeypatch):
 def test_ppo_values_time_outs_and_leaves_out_restarts():
     import torch
 
-    ppo = load_ppo()
+    ppo = load("tutorials/ppo.py")
     rewards, values, after = torch.zeros(2, 2), torch.zeros(2, 2), torch.ones(2, 2)
     over = torch.tensor([[True, True], [False, False]])
     ended = torch.tensor([[True, False], [False, False]])
     estimates = ppo.advantages(rewards, values, after, ended, over)
     assert estimates[0].tolist() == pytest.approx([0.0, ppo.GAMMA])
+
+
+def test_the_environments_page_says_what_the_docstrings_say():
+    environment = load("environment.py")
+    page = environment.PAGE.read_text()
+    assert {"CaptureEnv", "DuelEnv", "DuelVectorEnv", "SwarmVecEnv"} <= set(re.findall(r"docstring of .*\.(\w+)", page))
+    assert environment.with_docstrings(page) == page, (
+        "docs/environment.md is not up to date: python docs/environment.py"
+    )
+    for words in ("Action space", "### Reward", "### Infos", "### Ends", "### Reset options", "opponent='uniform'"):
+        assert words in page, f"docs/environment.md says nothing of {words}"
 
 
 @pytest.fixture(scope="module")
