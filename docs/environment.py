@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import re
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -52,7 +53,8 @@ def _signature(described: griffe.Object) -> str:
         if parameter.kind is griffe.ParameterKind.keyword_only and "*" not in words:
             words.append("*")
         words.append(parameter.name if parameter.default is None else f"{parameter.name}={parameter.default}")
-    return f"{described.name}({', '.join(words)})"
+    lines = textwrap.wrap(f"{described.name}({', '.join(words)})", 100, subsequent_indent=" " * 4)
+    return "\n".join(lines)
 
 
 def _entries(keywords: list[griffe.DocstringParameter]) -> Iterator[str]:

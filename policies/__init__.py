@@ -24,7 +24,7 @@ def names() -> list[str]:
 
 
 def load(name: str | Path, config: GameConfig | None = None) -> Player:
-    """Return the policy of a name, or of a folder that training wrote.
+    """Return the policy of a name, or of a folder that training wrote: `swarm_pz.policy.load`.
 
     Parameters
     ----------
@@ -38,12 +38,22 @@ def load(name: str | Path, config: GameConfig | None = None) -> Player:
     PolicyError
         If there is no such name; the message gives the nearest.
     CheckpointError
-        If the folder's files are corrupt or do not fit the game.
+        If the folder's files are missing or corrupt, or do not fit the game.
     """
-    config = config if config is not None else GameConfig()
-    if str(name) not in registered() and Path(name).is_dir():
-        require_extra("torch", "training")
-        from swarm_pz.policies.learned import LearnedPolicy
+    return _load(name, config if config is not None else GameConfig())
 
-        return LearnedPolicy.read(Path(name), config)
-    return _load(str(name), config)
+
+def read_folder(folder: Path, config: GameConfig) -> Player:
+    """Return the learned policy in a folder; what the entry-point group for folders names.
+
+    Raises
+    ------
+    CheckpointError
+        If the folder's files are missing or corrupt, or do not fit the game.
+    MissingExtraError
+        If PyTorch is not installed.
+    """
+    require_extra("torch", "training")
+    from swarm_pz.policies.learned import LearnedPolicy
+
+    return LearnedPolicy.read(folder, config)

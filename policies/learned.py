@@ -18,8 +18,8 @@ from safetensors.numpy import load_file, save_file
 from torch import Tensor
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.duel_batch import command_from_action
 from swarm_pz.errors import CheckpointError, SwarmError
+from swarm_pz.formats import command_from_action
 from swarm_pz.policies.network import Actor
 from swarm_pz.scenario import Seed
 

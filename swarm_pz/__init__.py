@@ -38,4 +38,6 @@ __version__ = version("swarm-pz")
 _ID = "swarm_pz/Capture-v0"
 pettingzoo.register("parallel", _ID, "swarm_pz.parallel_env:parallel_env")
 pettingzoo.register("aec", _ID, "swarm_pz.parallel_env:env")
-gymnasium.register(_ID, entry_point="swarm_pz.duel_env:DuelEnv", vector_entry_point="swarm_pz.duel_env:DuelVectorEnv")
+gymnasium.register(
+    _ID, entry_point="swarm_pz.duel_env:DuelEnv", vector_entry_point="swarm_pz.duel_vector_env:DuelVectorEnv"
+)

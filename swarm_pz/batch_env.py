@@ -203,18 +203,53 @@ class BatchEnv:
             return "win" if sizes[team] else "loss"
         return "draw"
 
-    def info(self, result: StepResult, row: int, team: int) -> dict[str, Any]:
-        """Return what PettingZoo and Gymnasium call info: one team's view of a game's last step."""
-        info: dict[str, Any] = {
-            "size": int(self.simulator.sizes[row, team]),
-            "captured": int(result.captured[row, team]),
-            "lost": int(result.captured[row, 1 - team]),
-            "recaptured": int(result.recaptured[row, team]),
-            "time_s": float(self.simulator.time_s[row]),
+    def infos(
+        self, result: StepResult | None, teams: NDArray[np.int64], rows: NDArray[np.int64]
+    ) -> dict[str, NDArray[Any]]:
+        """Return what PettingZoo and Gymnasium call info, by name: numbers (n,) alone, the same names always.
+
+        Parameters
+        ----------
+        result : StepResult, optional
+            Of the last step; none if there was none yet.
+        teams : int64 array (n,)
+            Whose view, in each of the games.
+        rows : int64 array (n,)
+            The games.
+
+        Returns
+        -------
+        dict of array
+            size, captured, lost, recaptured, time_s, and outcome: 1 for a team that has won, -1 for one that
+            has lost, 0 as long as the game goes on and for a draw.
+        """
+        sizes = self.simulator.sizes[rows, teams]
+        outcome = np.zeros(len(rows), np.int64)
+        if self.config.capture.enabled:
+            outcome += sizes == self.config.num_drones
+            outcome -= sizes == 0
+        steps = (
+            {name: np.zeros(len(rows), np.int64) for name in ("captured", "lost", "recaptured")}
+            if result is None
+            else {
+                "captured": result.captured[rows, teams],
+                "lost": result.captured[rows, 1 - teams],
+                "recaptured": result.recaptured[rows, teams],
+            }
+        )
+        return {
+            "size": sizes,
+            **steps,
+            "time_s": self.simulator.games.ticks[rows] / TICKS_PER_SECOND,
+            "outcome": outcome,
         }
-        outcome = self.outcome(row, team)
-        return info if outcome is None else info | {"outcome": outcome}
 
     def close(self) -> None:
         """End the simulator's threads."""
         self.simulator.close()
+
+
+def by_game(infos: dict[str, NDArray[Any]]) -> list[dict[str, Any]]:
+    """Turn infos by name into a dict of plain numbers for each game."""
+    names, columns = list(infos), [values.tolist() for values in infos.values()]
+    return [dict(zip(names, values, strict=True)) for values in zip(*columns, strict=True)]

@@ -6,12 +6,13 @@ therefore constants: the tick, the control period, the grid and the two teams.
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
-from swarm_pz.errors import ConfigError, nearest
+from swarm_pz.errors import ConfigError, UnknownNameError, nearest
 from swarm_pz.settings import Config, check, check_choice, check_count, check_number, later
 
 TICKS_PER_SECOND = 30
@@ -453,11 +454,37 @@ class GameConfig(Config):
         return round(self.time_limit / CONTROL_PERIOD) * TICKS_PER_CONTROL_PERIOD
 
 
-def resolve(config: GameConfig | None, overrides: Mapping[str, Any]) -> GameConfig:
-    """Return a configuration, the default one for None, with some fields replaced."""
+def resolve(config: GameConfig | None, overrides: Mapping[str, Any], face: type) -> GameConfig:
+    """Return the configuration that a face's keywords ask for.
+
+    Parameters
+    ----------
+    config : GameConfig, optional
+        The default one if not given.
+    overrides : mapping
+        Fields to replace, and `preset`, the name of one to begin with in place of `config`.
+    face : type
+        Whose keywords they are; an error knows the others.
+
+    Raises
+    ------
+    UnknownNameError
+        If a keyword is unknown; a ConfigError and a TypeError.
+    ConfigError
+        If a value is out of range, or config and preset are both given.
+    """
+    fields = dict(overrides)
+    preset = fields.pop("preset", None)
+    for name in fields:
+        if name not in GameConfig.__dataclass_fields__:
+            known = {"preset", *GameConfig.__dataclass_fields__, *inspect.signature(face).parameters} - {"overrides"}
+            raise UnknownNameError(f"{face.__name__} has no keyword {name!r}; {nearest(name, known)}")
+    if preset is not None:
+        check(config is None, "preset", preset, "given alone, not beside a config")
+        config = GameConfig.preset(preset)
     config = config if config is not None else GameConfig()
     check(isinstance(config, GameConfig), "config", config, "a GameConfig (GameConfig.from_dict makes one of a dict)")
-    return config.replace(**overrides)
+    return config.replace(**fields)
 
 
 PRESETS: dict[str, GameConfig] = {

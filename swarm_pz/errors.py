@@ -2,7 +2,8 @@
 
 ```text
 SwarmError
-├── ConfigError (ValueError)         a configuration is out of range, or names an unknown field
+├── ConfigError (ValueError)         a configuration is out of range
+│   └── UnknownNameError (TypeError)     a keyword or field is unknown
 ├── CommandError (ValueError)        a command, scenario or seed is not one the game can take
 ├── GameOverError (RuntimeError)     a step was asked of a game that has ended or not begun
 ├── PolicyError (ValueError)         a policy is unknown, cannot be loaded, or answered nonsense
@@ -29,6 +30,10 @@ class SwarmError(Exception):
 
 class ConfigError(SwarmError, ValueError):
     """A configuration value is out of range, or a field is unknown."""
+
+
+class UnknownNameError(ConfigError, TypeError):
+    """A keyword or a field is unknown: a ConfigError, and a TypeError as callers of Python expect."""
 
 
 class CommandError(SwarmError, ValueError):

@@ -108,6 +108,13 @@ def observe(
     return observations
 
 
+def of_game(observations: Observations, place: int) -> Observations:
+    """Return one game's observation, of n."""
+    if isinstance(observations, dict):
+        return {name: part[place] for name, part in observations.items()}
+    return observations[place]
+
+
 @cache
 def _coarse_cells(grid: int) -> NDArray[np.uint16]:
     """Tell which cell of a coarser grid holds each cell of the full one; all counted row by row."""

@@ -7,16 +7,18 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
+from gymnasium.utils import seeding
 from numpy.typing import NDArray
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import parallel_to_aec, wrappers
 
-from swarm_pz.batch_env import BatchEnv, StepResult
+from swarm_pz.batch_env import BatchEnv, StepResult, by_game
 from swarm_pz.config import AGENTS, BLUE, CHANNELS, GRID_CELLS, RED, GameConfig, ObservationConfig, resolve
 from swarm_pz.errors import CommandError, GameOverError
-from swarm_pz.observation import Observations, observation_space
+from swarm_pz.formats import ActionKind, Dtype, Format
+from swarm_pz.observation import Observations, of_game
 from swarm_pz.render import METADATA, Screen
-from swarm_pz.target import check_densities
+from swarm_pz.scenario import check_seed, next_seed, seeds_of
 
 STATE_CHANNELS = (
     "red_positions",
@@ -32,7 +34,7 @@ STATE_CHANNELS = (
 )
 
 
-class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: ignore[misc]  # untyped base
+class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # untyped base
     """Two swarms, each trying to capture all of the other's drones.
 
     Each agent sends a coarse *density image*, its command; a decentralized ergodic controller flies
@@ -73,8 +75,9 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
     **Ends.** Termination when a team owns every drone, in the tick that decides it; truncation, a
     draw, at the time limit.
 
-    **Infos.** ``size``, ``captured``, ``lost``, ``recaptured`` (drones taken back within a second),
-    ``time_s``, and at the end ``outcome``: "win", "loss" or "draw".
+    **Infos.** Numbers, the same names at every step: ``size``, ``captured``, ``lost``, ``recaptured`` (drones
+    taken back within a second), ``time_s``, and ``outcome``: 1 for the team that has won, -1 for the one that
+    has lost, 0 as long as the game goes on and for a draw.
 
     **Reset options.** ``positions`` (N, 2), ``velocities`` (N, 2), ``teams`` (N,) set up a
     scenario; other options are ignored.
@@ -88,8 +91,11 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
         the board as it is.
     max_cycles : int, optional
         Steps until a draw; follows from the time limit if not given.
+    action, action_cells, flatten_actions, observation_dtype, channels_last
+        How actions and images are written, for libraries that want them otherwise than above; see
+        `swarm_pz.formats`.
     **overrides
-        Fields of `GameConfig` to replace.
+        Fields of `GameConfig` to replace; `preset`, the name of one to begin with.
 
     Examples
     --------
@@ -100,7 +106,7 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
     ...     actions = {agent: env.action_space(agent).sample() for agent in env.agents}
     ...     observations, rewards, terminations, truncations, infos = env.step(actions)
     >>> infos["red_0"]["time_s"], infos["red_0"]["outcome"]
-    (3.0, 'draw')
+    (3.0, 0)
 
     Notes
     -----
@@ -115,23 +121,55 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
         *,
         render_mode: str | None = None,
         max_cycles: int | None = None,
+        action: ActionKind = "density",
+        action_cells: int | None = None,
+        flatten_actions: bool = False,
+        observation_dtype: Dtype = "uint8",
+        channels_last: bool = False,
         **overrides: Any,
     ) -> None:
-        self.config = resolve(config, overrides)
+        self.config = resolve(config, overrides, type(self))
         self.render_mode = render_mode
         self.batch = BatchEnv(self.config, max_cycles=max_cycles)
         self.screen = Screen(render_mode, self.batch.simulator)
         self.metadata = self.screen.metadata
         self.possible_agents = list(AGENTS)
         self.agents: list[str] = []
-        cells = self.config.command_cells
-        self._action_spaces = {agent: spaces.Box(0.0, 1.0, (cells, cells), np.float32) for agent in AGENTS}
-        self._observation_spaces = {
-            agent: observation_space(self.config, seat)
+        self.formats = {
+            agent: Format(
+                self.config,
+                seat,
+                action=action,
+                action_cells=action_cells,
+                flatten_actions=flatten_actions,
+                observation_dtype=observation_dtype,
+                channels_last=channels_last,
+            )
             for agent, seat in zip(AGENTS, self.config.observations, strict=True)
         }
         self.state_space = spaces.Box(0, 255, (len(STATE_CHANNELS), GRID_CELLS, GRID_CELLS), np.uint8)
-        self._seeds = np.random.SeedSequence()
+        self._np_random: np.random.Generator | None = None
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """The generator from which games without a seed come; may be assigned."""
+        if self._np_random is None:
+            self._np_random = seeding.np_random()[0]
+        return self._np_random
+
+    @np_random.setter
+    def np_random(self, generator: np.random.Generator) -> None:
+        self._np_random = generator
+
+    @property
+    def np_random_seed(self) -> Any:
+        """What `np_random` was seeded with."""
+        return seeds_of(self.np_random).entropy
+
+    @property
+    def command_names(self) -> tuple[str, ...]:
+        """What each discrete action asks for; nothing for actions of other kinds."""
+        return self.formats[AGENTS[RED]].command_names
 
     @property
     def max_cycles(self) -> int:
@@ -144,11 +182,11 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """Return an agent's observation space, the same object at every call."""
-        return self._observation_spaces[agent]
+        return self.formats[agent].observation_space
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
         """Return an agent's action space, the same object at every call."""
-        return self._action_spaces[agent]
+        return self.formats[agent].action_space
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -167,13 +205,13 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
         observations, infos : dict by agent
         """
         if seed is not None:
-            self.batch.reset([seed], scenario=options)
-            self._seeds = np.random.SeedSequence(seed)
+            self.batch.reset([check_seed(seed)], scenario=options)
+            self._np_random = seeding.np_random(int(seed))[0]
         else:
-            self.batch.reset(self._seeds.spawn(1), scenario=options)
+            self.batch.reset([next_seed(self.np_random)], scenario=options)
         self.agents = list(AGENTS)
         self.screen.begin()
-        return self._observations(), self._infos(_quiet(1))
+        return self._observations(), self._infos(None)
 
     def step(
         self, actions: Mapping[str, Any]
@@ -183,7 +221,7 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
         Parameters
         ----------
         actions : mapping
-            One density (A, A) for each agent.
+            One command for each agent, as its action space says.
 
         Returns
         -------
@@ -201,9 +239,8 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
         if not isinstance(actions, Mapping) or set(actions) != set(AGENTS):
             came = sorted(map(str, actions)) if isinstance(actions, Mapping) else repr(actions)
             raise CommandError(f"actions must hold one command for each of {list(AGENTS)}, got {came}")
-        result = self.batch.step(
-            [stack_commands(self.config, actions[AGENTS[RED]], actions[AGENTS[BLUE]])], self.screen.after_control_period
-        )
+        densities = np.stack([self.check_action(agent, actions[agent]) for agent in AGENTS])
+        result = self.batch.play(densities[None], self.screen.after_control_period)
         if not self.batch.running[0]:
             self.agents = []
         return (
@@ -230,37 +267,35 @@ class CaptureEnv(ParallelEnv[str, Observations, NDArray[np.float32]]):  # type: 
         self.screen.close()
         self.batch.close()
 
+    def check_action(self, agent: str, action: Any) -> NDArray[np.float64]:
+        """Return an agent's action as a density (A, A).
+
+        Raises
+        ------
+        CommandError
+            If the action is not in its space.
+        """
+        return self.formats[agent].read_one(action, f"{agent}'s command")
+
     def _observations(self) -> dict[str, Observations]:
-        seen: dict[str, Observations] = {}
-        for team, (agent, seat) in enumerate(zip(AGENTS, self.config.observations, strict=True)):
-            images = self.batch.observe(seat, team)
-            seen[agent] = {name: part[0] for name, part in images.items()} if isinstance(images, dict) else images[0]
-        return seen
+        return {
+            agent: form.show(of_game(self.batch.observe(form.seat, team), 0))
+            for team, (agent, form) in enumerate(self.formats.items())
+        }
 
-    def _infos(self, result: StepResult) -> dict[str, dict[str, Any]]:
-        return {agent: self.batch.info(result, 0, team) for team, agent in enumerate(AGENTS)}
-
-
-def parallel_env(
-    config: GameConfig | None = None,
-    *,
-    render_mode: str | None = None,
-    max_cycles: int | None = None,
-    **overrides: Any,
-) -> CaptureEnv:
-    """Make the PettingZoo parallel environment; see `CaptureEnv`."""
-    return CaptureEnv(config, render_mode=render_mode, max_cycles=max_cycles, **overrides)
+    def _infos(self, result: StepResult | None) -> dict[str, dict[str, Any]]:
+        both = self.batch.infos(result, np.array([RED, BLUE]), np.zeros(2, np.int64))
+        return dict(zip(AGENTS, by_game(both), strict=True))
 
 
-def env(
-    config: GameConfig | None = None,
-    *,
-    render_mode: str | None = None,
-    max_cycles: int | None = None,
-    **overrides: Any,
-) -> AECEnv[str, Observations, Any]:
-    """Make the environment's AEC face: the agents send their commands in turn; see `CaptureEnv`."""
-    return CaptureAECEnv(CaptureEnv(config, render_mode=render_mode, max_cycles=max_cycles, **overrides))
+def parallel_env(config: GameConfig | None = None, **keywords: Any) -> CaptureEnv:
+    """Make the PettingZoo parallel environment; keywords are those of `CaptureEnv`."""
+    return CaptureEnv(config, **keywords)
+
+
+def env(config: GameConfig | None = None, **keywords: Any) -> AECEnv[str, Observations, Any]:
+    """Make the environment's AEC face: the agents send their commands in turn; keywords are those of `CaptureEnv`."""
+    return CaptureAECEnv(CaptureEnv(config, **keywords))
 
 
 class CaptureAECEnv(wrappers.OrderEnforcingWrapper):  # type: ignore[misc]  # untyped base
@@ -283,24 +318,5 @@ class CaptureAECEnv(wrappers.OrderEnforcingWrapper):  # type: ignore[misc]  # un
         """Take the selected agent's command; both are played in the second agent's turn."""
         agent = self.agent_selection
         if not (self.terminations[agent] or self.truncations[agent]):
-            cells = self._parallel.config.command_cells
-            check_densities(action, (cells, cells), f"{agent}'s command")
+            self._parallel.check_action(agent, action)
         super().step(action)
-
-
-def stack_commands(config: GameConfig, red: Any, blue: Any) -> NDArray[np.float64]:
-    """Check both teams' commands by name and stack them, (2, A, A)."""
-    cells = config.command_cells
-    return np.stack(
-        [
-            check_densities(command, (cells, cells), f"{agent}'s command")
-            for agent, command in zip(AGENTS, (red, blue), strict=True)
-        ]
-    )
-
-
-def _quiet(num_games: int) -> StepResult:
-    """Return the result of no step, for the infos of a reset."""
-    nothing = np.zeros((num_games, 2), np.int64)
-    never = np.zeros(num_games, np.bool_)
-    return StepResult(nothing.astype(np.float64), never, never, nothing, nothing)

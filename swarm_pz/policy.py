@@ -2,6 +2,8 @@
 
 Names resolve through the entry-point group `swarm_pz.policies`, so that other packages can add
 their own: each entry point is a callable that takes the game's `GameConfig` and returns a policy.
+Folders resolve through the group `swarm_pz.policy_folders`: each entry point is named as a file that such
+a folder holds, and is a callable that takes the folder and the `GameConfig`.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from __future__ import annotations
 import copy
 import importlib.metadata
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -16,13 +19,14 @@ from numpy.typing import NDArray
 
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.errors import CommandError, PolicyError, SwarmError, nearest
+from swarm_pz.errors import CheckpointError, CommandError, PolicyError, SwarmError, nearest
+from swarm_pz.model_policy import Model, ModelPolicy
 from swarm_pz.observation import Observations
 from swarm_pz.scenario import Seed
 from swarm_pz.simulator import Simulator
 from swarm_pz.target import check_densities
 
-GROUP = "swarm_pz.policies"
+GROUP, FOLDERS = "swarm_pz.policies", "swarm_pz.policy_folders"
 
 
 @runtime_checkable
@@ -70,30 +74,57 @@ def about(name: str) -> str:
     return text.splitlines()[0] if text else ""
 
 
-def load(policy: str | Player, config: GameConfig) -> Player:
-    """Return the policy of a name, made for a game; a policy is returned as it is.
+def load(policy: str | Path | Player | Model, config: GameConfig) -> Player:
+    """Return the policy of a name or a folder, made for a game; a policy is returned as it is.
 
     A name may carry an argument after a colon, which its factory takes besides the game:
-    ``planner:ring`` is a planner that models its opponent as `ring`.
+    ``planner:ring`` is a planner that models its opponent as `ring`. A folder is one that training wrote. A
+    model with `predict` and spaces, as those of Stable-Baselines3, becomes a `ModelPolicy`.
 
     Raises
     ------
     PolicyError
-        If there is no such name, or its policy cannot be made.
+        If there is no such name or folder, or its policy cannot be made.
+    CheckpointError
+        If a folder's files are missing, corrupt, or do not fit the game.
     """
-    if not isinstance(policy, str):
-        return _check(policy, "a policy")
+    if isinstance(policy, (str, Path)):
+        return _check(_make(str(policy), config), f"policy {str(policy)!r}")
+    if not isinstance(policy, (Policy, PrivilegedPolicy)) and isinstance(policy, Model):
+        return ModelPolicy(policy, config)
+    return _check(policy, "a policy")
+
+
+def _make(policy: str, config: GameConfig) -> object:
     points = registered()
     name, *argument = policy.split(":", 1)
-    if name not in points:
+    if name in points:
+        point, arguments = points[name], (config, *argument)
+    elif Path(policy).is_dir():
+        point, arguments = _reader_of(Path(policy)), (Path(policy), config)
+    elif Path(policy).name != policy:
+        raise PolicyError(
+            f"there is no folder {policy}; a policy is a folder that training wrote, or one of these "
+            f"names: {', '.join(sorted(points))}"
+        )
+    else:
         raise PolicyError(f"there is no policy {name!r}; {nearest(name, points)}")
     try:
-        made = points[name].load()(config, *argument)
+        return point.load()(*arguments)
     except SwarmError:
         raise
     except Exception as error:  # whatever another package's code does wrong
-        raise PolicyError(f"policy {policy!r} ({points[name].value}) cannot be made: {error!r}") from error
-    return _check(made, f"policy {policy!r}")
+        raise PolicyError(f"policy {policy!r} ({point.value}) cannot be made: {error!r}") from error
+
+
+def _reader_of(folder: Path) -> importlib.metadata.EntryPoint:
+    """Return what reads a folder, told by a file that it holds."""
+    readers = {point.name: point for point in importlib.metadata.entry_points(group=FOLDERS)}
+    for name, point in sorted(readers.items()):
+        if (folder / name).is_file():
+            return point
+    expected = " or ".join(sorted(readers)) or "a file that some installed package reads"
+    raise CheckpointError(f"{folder} holds no policy: expected {expected} in it")
 
 
 def _check(made: object, name: str) -> Player:
@@ -102,9 +133,9 @@ def _check(made: object, name: str) -> Player:
     return made
 
 
-def name_of(policy: str | Player) -> str:
+def name_of(policy: str | Path | Player | Model) -> str:
     """Return what tables call a policy."""
-    return policy if isinstance(policy, str) else str(getattr(policy, "name", type(policy).__name__))
+    return str(policy) if isinstance(policy, (str, Path)) else str(getattr(policy, "name", type(policy).__name__))
 
 
 def load_players(first: str | Player, second: str | Player, config: GameConfig) -> tuple[Player, Player]:

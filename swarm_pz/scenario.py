@@ -29,6 +29,25 @@ def check_seed(seed: Seed) -> np.random.SeedSequence:
     raise CommandError(f"a seed must be a whole number of at least 0 or a SeedSequence, got {seed!r}")
 
 
+def next_seed(generator: np.random.Generator) -> np.random.SeedSequence:
+    """Return the seed of the next game of a sequence, from the seeds that its generator came from."""
+    return seeds_of(generator).spawn(1)[0]
+
+
+def seeds_of(generator: np.random.Generator) -> np.random.SeedSequence:
+    """Return the seeds that a generator was made from.
+
+    Raises
+    ------
+    CommandError
+        If it was made from nothing that seeds can be drawn from.
+    """
+    seeds = generator.bit_generator.seed_seq
+    if not isinstance(seeds, np.random.SeedSequence):
+        raise CommandError(f"np_random must be a Generator made from a SeedSequence, got {generator!r}")
+    return seeds
+
+
 def random_start(config: GameConfig, generator: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Draw positions (N, 2), red drones first, and distinct altitudes (N,)."""
     draw = _near_corners if config.spawn.layout == "corners" else _in_squares

@@ -11,7 +11,7 @@ import typing
 from collections.abc import Mapping
 from typing import Any, Self
 
-from swarm_pz.errors import ConfigError, nearest
+from swarm_pz.errors import ConfigError, UnknownNameError, nearest
 
 
 def check(holds: bool, name: str, value: object, expected: str) -> None:
@@ -55,7 +55,7 @@ class Config:
         known = cls.__dataclass_fields__  # type: ignore[attr-defined]
         for name in given:
             if name not in known:
-                raise ConfigError(f"{cls.__name__} has no field {name!r}; {nearest(name, known)}")
+                raise UnknownNameError(f"{cls.__name__} has no field {name!r}; {nearest(name, known)}")
         return super().__new__(cls)
 
     @classmethod
@@ -68,7 +68,7 @@ class Config:
             If a name is unknown or a value is out of range.
         """
         if not isinstance(values, Mapping):
-            raise ConfigError(f"{cls.__name__} expects a mapping of field names, got {values!r}")
+            raise UnknownNameError(f"{cls.__name__} expects a mapping of field names, got {values!r}")
         hints = typing.get_type_hints(cls)
         return cls(**{name: _from_plain(hints.get(name), value) for name, value in values.items()})
 

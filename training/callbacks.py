@@ -67,7 +67,7 @@ class _Recent(BaseCallback):
 
     def win_rate(self) -> float:
         """Return the fraction of the latest games won, with exploration."""
-        return float(np.mean([game["outcome"] == "win" for game in self.games])) if self.games else 0.0
+        return float(np.mean([game["outcome"] > 0 for game in self.games])) if self.games else 0.0
 
     def share(self) -> float:
         """Return the mean final share of drones in the latest games, with exploration."""

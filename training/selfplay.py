@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,6 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from swarm_pz import policies
 from swarm_pz.errors import CheckpointError
-from swarm_pz.match import POINTS
 from swarm_pz.policies.learned import LearnedPolicy, write_atomically
 from swarm_pz.ratings import rate
 from swarm_pz.tournament import Tournament, TournamentConfig
@@ -125,14 +124,16 @@ class Pool:
 class _Scores(BaseCallback):
     """Counts finished games for the pool."""
 
-    def __init__(self, pool: Pool) -> None:
+    def __init__(self, pool: Pool, names: Sequence[str]) -> None:
         super().__init__()
         self.members = {member.name: member for member in pool.members}
+        self.names = names
+        """Of opponents, by the numbers in infos."""
 
     def _on_step(self) -> bool:
         for info in self.locals["infos"]:
-            if "outcome" in info and info["opponent"] in self.members:
-                self.members[info["opponent"]].count(POINTS[info["outcome"]])
+            if "outcome" in info and (name := self.names[info["opponent"]]) in self.members:
+                self.members[name].count(0.5 + 0.5 * info["outcome"])
         return True
 
 
@@ -196,7 +197,7 @@ class League:
         while self.main.model.num_timesteps < total:
             self._deal()
             began, before = time.monotonic(), self.main.model.num_timesteps
-            self.main.learn(min(before + self.config.cycle, total), _Scores(self.pool))
+            self.main.learn(min(before + self.config.cycle, total), _Scores(self.pool, self.main.env.opponent_names))
             spent = time.monotonic() - began
             self.main.history.seconds += spent
             step = self.main.model.num_timesteps

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from swarm_pz.config import GameConfig
+from swarm_pz.batch_env import by_game
+from swarm_pz.config import GameConfig, resolve
 from swarm_pz.duel_batch import DuelBatch, Opponents
-from swarm_pz.observation import Observations
+from swarm_pz.formats import ActionKind, Dtype
+from swarm_pz.observation import of_game
 from swarm_pz.policy import Player
 from swarm_pz.render import draw
 
@@ -23,7 +25,7 @@ class SwarmVecEnv(VecEnv):
     """E games at once, a learner in each, opponents answered in one batch.
 
     Infos are empty but for games that have just ended, which carry ``terminal_observation``,
-    ``TimeLimit.truncated`` and the entries of the other faces; wrap in SB3's `VecMonitor` for
+    ``TimeLimit.truncated`` and the numbers of the other faces; wrap in SB3's `VecMonitor` for
     ``episode``.
 
     Parameters
@@ -31,13 +33,9 @@ class SwarmVecEnv(VecEnv):
     config : GameConfig, optional
         `observation` is what the learner sees; opponents say for themselves what they see.
     num_envs : int
-    opponent : str, Policy or sequence of these
-        Dealt to the games in turn.
-    side : {"random", "red", "blue"}
-        Where the learner sits; drawn anew for every game if random.
-    action : {"log_density", "density"}
-    action_cells : int, optional
-        Cells a side of an action, interpolated to the command's.
+    opponent, side, max_cycles, **overrides
+    action, action_cells, flatten_actions, observation_dtype, channels_last
+        As of `swarm_pz.duel_env.DuelEnv`; `opponent` may be a sequence, dealt to the games in turn.
     threads : int
     seed : int, optional
     """
@@ -49,25 +47,44 @@ class SwarmVecEnv(VecEnv):
         *,
         opponent: Opponents = "uniform",
         side: Literal["random", "red", "blue"] = "random",
-        action: Literal["log_density", "density"] = "log_density",
+        action: ActionKind = "log_density",
         action_cells: int | None = None,
+        flatten_actions: bool = False,
+        observation_dtype: Dtype = "uint8",
+        channels_last: bool = False,
         threads: int = 1,
         seed: int | None = None,
+        max_cycles: int | None = None,
+        **overrides: Any,
     ) -> None:
         # The base class asks for attributes while it initialises, so ours come first.
         self.duel = DuelBatch(
-            config if config is not None else GameConfig(),
+            resolve(config, overrides, type(self)),
             num_envs,
             opponent=opponent,
             side=side,
+            threads=threads,
+            max_cycles=max_cycles,
             action=action,
             action_cells=action_cells,
-            threads=threads,
+            flatten_actions=flatten_actions,
+            observation_dtype=observation_dtype,
+            channels_last=channels_last,
         )
         self.render_mode = "rgb_array"
         self._streams = np.random.SeedSequence(seed).spawn(num_envs)
         self._actions: NDArray[np.float32] = np.zeros(0, np.float32)
-        super().__init__(num_envs, self.duel.observation_space, self.duel.action_space)
+        super().__init__(num_envs, self.duel.format.observation_space, self.duel.format.action_space)
+
+    @property
+    def opponent_names(self) -> list[str]:
+        """Names of opponents, by the numbers in infos."""
+        return self.duel.opponent_names
+
+    @property
+    def command_names(self) -> tuple[str, ...]:
+        """What each discrete action asks for; nothing for actions of other kinds."""
+        return self.duel.format.command_names
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Seed the games that `reset` starts next; each has a stream of its own."""
@@ -84,7 +101,7 @@ class SwarmVecEnv(VecEnv):
     def reset(self) -> VecEnvObs:
         """Start all games afresh."""
         self._restart(np.arange(self.num_envs))
-        self.reset_infos = [self.duel.start_info(row) for row in range(self.num_envs)]
+        self.reset_infos = by_game(self.duel.infos())
         return self.duel.observe()  # type: ignore[no-any-return]
 
     def step_async(self, actions: NDArray[np.float32]) -> None:
@@ -99,10 +116,10 @@ class SwarmVecEnv(VecEnv):
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         ended = np.flatnonzero(dones)
         if len(ended):
-            last = duel.observe(ended)
+            last, numbers = duel.observe(ended), by_game(duel.infos(result, ended))
             for place, row in enumerate(ended.tolist()):
-                infos[row] = duel.info(result.result, row) | {
-                    "terminal_observation": _entry(last, place),
+                infos[row] = numbers[place] | {
+                    "terminal_observation": of_game(last, place),
                     "TimeLimit.truncated": bool(result.truncated[row]),
                 }
             self._restart(ended)
@@ -148,6 +165,11 @@ class StackedVecEnv(VecEnv):
         bounds = np.cumsum([0, *(part.num_envs for part in self.parts)])
         self._rows = [slice(*pair) for pair in itertools.pairwise(bounds.tolist())]
         super().__init__(int(bounds[-1]), self.parts[0].observation_space, self.parts[0].action_space)
+
+    @property
+    def opponent_names(self) -> list[str]:
+        """Names of opponents, by the numbers in infos; all parts are dealt the same."""
+        return self.parts[0].opponent_names
 
     def deal(self, opponent: Sequence[Player], names: Sequence[str] | None = None) -> None:
         """Give other opponents to the games that start from now on; each part gets policies of its own."""
@@ -198,9 +220,3 @@ class StackedVecEnv(VecEnv):
     def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:
         """Return False for each of the games: none is wrapped on its own."""
         return [False for _ in self._get_indices(indices)]
-
-
-def _entry(observations: Observations, place: int) -> Any:
-    if isinstance(observations, dict):
-        return {name: part[place] for name, part in observations.items()}
-    return observations[place]

@@ -19,7 +19,7 @@ from torch.distributions import Normal
 
 import swarm_pz
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.duel_batch import command_from_action
+from swarm_pz.formats import command_from_action
 from swarm_pz.match import play_match
 from swarm_pz.scenario import Seed
 

@@ -35,7 +35,7 @@ def test_a_time_out_is_marked_and_its_last_observation_is_of_the_game_that_ended
     assert dones.all()
     for row in range(3):
         assert infos[row]["TimeLimit.truncated"] is True
-        assert infos[row]["outcome"] == "draw"
+        assert infos[row]["outcome"] == 0
         assert infos[row]["episode"]["l"] == 2
         assert infos[row]["terminal_observation"][-1].max() == 0  # no time left
         assert observations[row][-1].min() == 255  # a fresh game
@@ -49,8 +49,8 @@ def test_a_decided_game_is_not_marked_as_a_time_out():
         _, rewards, dones, infos = env.step(np.random.default_rng(0).uniform(-1, 1, (32, 10, 10)))
         for row in np.flatnonzero(dones):
             assert infos[row]["TimeLimit.truncated"] is False
-            assert rewards[row] == (2.0 if infos[row]["outcome"] == "win" else -2.0)
-            assert infos[row]["size"] == (2 if infos[row]["outcome"] == "win" else 0)
+            assert rewards[row] == (2.0 if infos[row]["outcome"] == 1 else -2.0)
+            assert infos[row]["size"] == (2 if infos[row]["outcome"] == 1 else 0)
         if dones.any():
             return
     raise AssertionError("no game was decided")
@@ -67,7 +67,7 @@ def test_the_interface_that_sb3_expects():
     with pytest.raises(AttributeError, match="no method"):
         env.env_method("reset")
     env.reset()
-    assert env.reset_infos[0]["side"] in ("red", "blue")
+    assert env.reset_infos[0]["side"] in (0, 1)
     env.close()
 
 
@@ -103,7 +103,8 @@ def test_stacked_batches_play_as_they_would_alone():
     assert stacked.get_attr("num_envs") == [2] * 4
     assert stacked.env_is_wrapped(VecMonitor) == [False] * 4
     stacked.deal(["ring"], ["ring"])
-    assert [part.duel._dealt[0].name for part in stacked.parts] == ["ring", "ring"]
+    assert stacked.opponent_names == ["noise", "ring"]
+    assert [part.duel._dealt[0].number for part in stacked.parts] == [1, 1]
     with pytest.raises(AttributeError, match="share their attributes"):
         stacked.set_attr("x", 1)
     stacked.close()

@@ -1,0 +1,86 @@
+"""Densities by name: rings, discs and fronts, of which scripts are made and discrete actions choose.
+
+| name                                   | asks for                                                   |
+|----------------------------------------|------------------------------------------------------------|
+| `uniform`                              | the whole square alike                                     |
+| `corners`                              | the four corners                                           |
+| `halo`                                 | a broad ring around the centre                             |
+| `left`, `right`, `bottom`, `top`       | half of the square, with a soft front                      |
+| `ring_10_10` ... `ring_90_90`          | a ring around x = 0.1, y = 0.1, and so on in steps of 0.2  |
+| `disc_10_10` ... `disc_90_90`          | a disc there; `disc_50_50` is what the script `centre` asks |
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_PERCENT = (10, 30, 50, 70, 90)
+"""Where rings and discs may stand, along either axis."""
+COMMAND_NAMES: tuple[str, ...] = (
+    "uniform",
+    "corners",
+    "halo",
+    "left",
+    "right",
+    "bottom",
+    "top",
+    *(f"{shape}_{x}_{y}" for shape in ("ring", "disc") for x in _PERCENT for y in _PERCENT),
+)
+"""What each discrete action asks for, in their order."""
+
+
+def ring(distance: Array, radius: float = 0.25, width: float = 0.08) -> Array:
+    """Return a ring's density at some distances from its middle, all in map widths."""
+    return np.asarray(np.exp(-(((distance - radius) / width) ** 2)))
+
+
+def disc(distance: Array, width: float) -> Array:
+    """Return a Gaussian's density at some distances from its middle; `width` is its standard deviation."""
+    return np.asarray(np.exp(-((distance / width) ** 2) / 2))
+
+
+def front(ahead: Array) -> Array:
+    """Return the density of ground behind a soft front, by the distance ahead of it."""
+    return np.asarray(1.0 / (1.0 + np.exp(ahead / 0.03)))
+
+
+def corner_discs(x: Array, y: Array) -> Array:
+    """Return the density of discs in the four corners."""
+    return disc(np.hypot(np.minimum(x, 1 - x) - 0.1, np.minimum(y, 1 - y) - 0.1), 0.1)
+
+
+def cell_centres(cells: int) -> tuple[Array, Array]:
+    """Return x and y (A, A) of a command's cells, `[row = y, column = x]`, in map widths."""
+    centres = (np.arange(cells) + 0.5) / cells
+    return centres[None, :] + np.zeros((cells, 1)), centres[:, None] + np.zeros((1, cells))
+
+
+@cache
+def named_commands(cells: int) -> NDArray[Any]:
+    """Return the densities (n, A, A) of `COMMAND_NAMES`, each with 1 as its largest value; read-only."""
+    x, y = cell_centres(cells)
+    fixed = {
+        "uniform": np.ones((cells, cells)),
+        "corners": corner_discs(x, y),
+        "halo": ring(np.hypot(x - 0.5, y - 0.5), width=0.15),
+        "left": front(x - 0.5),
+        "right": front(0.5 - x),
+        "bottom": front(y - 0.5),
+        "top": front(0.5 - y),
+    }
+    placed = {
+        f"{shape}_{px}_{py}": make(np.hypot(x - px / 100, y - py / 100))
+        for shape, make in (("ring", ring), ("disc", lambda distance: disc(distance, 0.1)))
+        for px in _PERCENT
+        for py in _PERCENT
+    }
+    densities = np.stack([(fixed | placed)[name] for name in COMMAND_NAMES])
+    densities /= densities.max(axis=(1, 2), keepdims=True)
+    densities.flags.writeable = False
+    return densities
