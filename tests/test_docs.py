@@ -11,10 +11,12 @@ import sys
 import tomllib
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
 
 import swarm_pz.play.client
+import swarm_pz.training.vec_env
 from swarm_pz import GameConfig
 from swarm_pz.cli import compare, evidence, learn, machine, main, table
 from swarm_pz.play.frames import Frame
@@ -28,6 +30,9 @@ COMMANDS = {
     machine: ("render", "diagnose", "bench", "warmup"),
     evidence: ("figures",),
 }
+
+FIRST_STEPS = [("git", "clone", "ADDRESS", "swarm-pz"), ("cd", "swarm-pz"), (".", ".venv/bin/activate")]
+"""Lines of the README that are the shell's own."""
 
 
 def snippets(language):
@@ -53,7 +58,9 @@ def test_commands_of_the_pages_exist(page, line, monkeypatch):
             function = getattr(module, name)
             monkeypatch.setattr(module, name, functools.wraps(function)(lambda *_, **__: called.append(True)))
     program, *arguments = shlex.split(line, comments=True)
-    if Path(program).name == "swarm-pz":
+    if (program, *arguments) in FIRST_STEPS:
+        assert page == "README.md"
+    elif Path(program).name == "swarm-pz":
         main(arguments)
         assert called
     elif program == "python":
@@ -81,6 +88,32 @@ def test_scripts_named_in_the_text_exist():
             assert (ROOT / name).is_file(), f"{page.name} names {name}"
         for name in re.findall(r"`python -m (benchmarks\.[a-z_]+)", page.read_text()):
             assert (ROOT / f"{name.replace('.', '/')}.py").is_file(), f"{page.name} names {name}"
+
+
+def test_extras_named_in_the_text_exist():
+    extras = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"])
+    named = {
+        name
+        for page in PAGES
+        for part in re.findall(r"swarm-pz\[([\w,]+)\]", page.read_text())
+        for name in part.split(",")
+    }
+    assert named and named <= extras
+
+
+def test_the_readme_is_short_and_its_links_lead_somewhere():
+    text = (ROOT / "README.md").read_text()
+    assert len(text.split()) < 1100
+    links = re.findall(r"\]\(([^)#:]+)[^)]*\)", text)
+    assert links and [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_the_faces_that_the_readme_names_can_be_made():
+    calls = re.findall(r"`((?:gymnasium|swarm_pz)\.[\w.]+\([^`]*\))`", (ROOT / "README.md").read_text())
+    assert len(calls) == 5
+    names = {"gymnasium": gymnasium, "swarm_pz": swarm_pz}
+    for call in calls:
+        eval(call, names).close()  # noqa: S307  (our own page)
 
 
 def test_every_python_snippet_is_run(monkeypatch, capsys):
