@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_pz import shapes
 from swarm_pz.config import CHANNELS, GameConfig, ObservationConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.scenario import Seed
@@ -49,7 +50,7 @@ class View:
         self.steps = steps
         self.generators = generators
         self.traits = traits
-        self.x, self.y = _centres(cells)
+        self.x, self.y = shapes.cell_centres(cells)
 
     def __getitem__(self, channel: str) -> Array:
         """Return a channel as float64 (n, G', G'), brightness 0 to 255."""
@@ -80,27 +81,19 @@ class View:
         return np.stack([generator.random(self.x.shape) for generator in self.generators])
 
 
-def _centres(cells: int) -> tuple[Array, Array]:
-    centres = (np.arange(cells) + 0.5) / cells
-    return centres[None, :] + np.zeros((cells, 1)), centres[:, None] + np.zeros((1, cells))
-
-
 class ScriptedPolicy:
     """A policy that plays a tactic.
 
     Parameters
     ----------
-    play : callable
-        The tactic: from a `View` of n games to densities (n, A, A), not negative.
-    seat : ObservationConfig
-        What it sees.
+    tactic : Tactic
     config : GameConfig
     """
 
-    def __init__(self, play: Callable[[View], Array], seat: ObservationConfig, config: GameConfig) -> None:
-        self.name = play.__name__
-        self.observation = seat
-        self._play = play
+    def __init__(self, tactic: Tactic, config: GameConfig) -> None:
+        self.name = tactic.__name__
+        self.observation = tactic.seat
+        self._tactic = tactic
         self._cells = config.command_cells
         self._steps: dict[int, int] = {}
         self._generators: dict[int, np.random.Generator] = {}
@@ -128,7 +121,7 @@ class ScriptedPolicy:
         )
         for row in games:
             self._steps[row] += 1
-        densities = self._play(view)
+        densities = self._tactic.play(view)
         peaks = densities.max(axis=(1, 2), keepdims=True)
         return np.asarray(densities / np.where(peaks > 0, peaks, 1.0))
 
@@ -148,10 +141,15 @@ class Tactic:
         self.play = play
         self.seat = seat
         self.__name__, self.__doc__ = play.__name__, play.__doc__
+        self.__module__ = play.__module__
+
+    def __reduce__(self) -> str:
+        """Pickle by name, as the function that it took the name of would be."""
+        return self.__name__
 
     def __call__(self, config: GameConfig) -> ScriptedPolicy:
         """Make a policy for a game."""
-        return ScriptedPolicy(self.play, self.seat, config)
+        return ScriptedPolicy(self, config)
 
 
 def tactic(*, sees: tuple[str, ...] = CHANNELS, grid: int = 10) -> Callable[[Callable[[View], Array]], Tactic]:
@@ -168,14 +166,6 @@ def tactic(*, sees: tuple[str, ...] = CHANNELS, grid: int = 10) -> Callable[[Cal
 
 
 CLOCK, OPPONENTS = ("time_left",), ("opposing_positions",)
-
-
-def _ring(distance: Array, radius: float = 0.25, width: float = 0.08) -> Array:
-    return np.asarray(np.exp(-(((distance - radius) / width) ** 2)))
-
-
-def _disc(distance: Array, width: float) -> Array:
-    return np.asarray(np.exp(-((distance / width) ** 2) / 2))
 
 
 @tactic(sees=CLOCK)
@@ -199,38 +189,37 @@ def restless(view: View) -> Array:
 @tactic(sees=CLOCK)
 def blind_ring(view: View) -> Array:
     """Make a ring around a random place, elsewhere in every command."""
-    return _ring(view.distance_from(np.stack([generator.random(2) for generator in view.generators])))
+    return shapes.ring(view.distance_from(np.stack([generator.random(2) for generator in view.generators])))
 
 
 @tactic(sees=CLOCK)
 def centre(view: View) -> Array:
     """Send everyone to the middle."""
-    return view.every(_disc(np.hypot(view.x - 0.5, view.y - 0.5), 0.1))
+    return view.every(shapes.disc(np.hypot(view.x - 0.5, view.y - 0.5), 0.1))
 
 
 @tactic(sees=CLOCK)
 def halo(view: View) -> Array:
     """Make a broad ring around the centre, and never change it."""
-    return view.every(_ring(np.hypot(view.x - 0.5, view.y - 0.5), width=0.15))
+    return view.every(shapes.ring(np.hypot(view.x - 0.5, view.y - 0.5), width=0.15))
 
 
 @tactic(sees=CLOCK)
 def corners(view: View) -> Array:
     """Send everyone to the four corners."""
-    inset_x, inset_y = np.minimum(view.x, 1 - view.x) - 0.1, np.minimum(view.y, 1 - view.y) - 0.1
-    return view.every(_disc(np.hypot(inset_x, inset_y), 0.1))
+    return view.every(shapes.corner_discs(view.x, view.y))
 
 
 @tactic(sees=OPPONENTS, grid=25)
 def chase(view: View) -> Array:
     """Send everyone to the opponents' mean position."""
-    return _disc(view.distance_from(view.mean_position("opposing")), 0.1)
+    return shapes.disc(view.distance_from(view.mean_position("opposing")), 0.1)
 
 
 @tactic(sees=OPPONENTS, grid=25)
 def ring(view: View) -> Array:
     """Make a ring around the opponents' mean position."""
-    return _ring(view.distance_from(view.mean_position("opposing")))
+    return shapes.ring(view.distance_from(view.mean_position("opposing")))
 
 
 @tactic(sees=OPPONENTS, grid=25)
@@ -241,7 +230,7 @@ def lasso(view: View) -> Array:
     without leaving ground to those that are elsewhere.
     """
     place = 0.5 + 0.3 * (view.mean_position("opposing") - 0.5)
-    return _ring(view.distance_from(place), width=0.15)
+    return shapes.ring(view.distance_from(place), width=0.15)
 
 
 @tactic(sees=OPPONENTS, grid=25)
@@ -260,7 +249,7 @@ def wavefront(view: View) -> Array:
     gathers_left = view.mean_position("opposing")[:, 0] > 0.5
     ahead = np.where(gathers_left[:, None, None], view.x, 1.0 - view.x)
     front = 0.25 + 0.75 * np.clip((view.steps % 12 - 4) / 8, 0.0, 1.0)
-    return np.asarray(1.0 / (1.0 + np.exp((ahead - front[:, None, None]) / 0.03)))
+    return shapes.front(ahead - front[:, None, None])
 
 
 SCRIPTS = (blind_ring, centre, chase, corners, evade, halo, lasso, noise, restless, ring, uniform, wavefront)

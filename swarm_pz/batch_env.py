@@ -23,9 +23,12 @@ from swarm_pz.config import (
 from swarm_pz.errors import CommandError, GameOverError
 from swarm_pz.observation import Observations, observe
 from swarm_pz.reward import red_rewards
-from swarm_pz.scenario import Seed
+from swarm_pz.scenario import Seed, check_team
 from swarm_pz.simulator import Simulator
 from swarm_pz.target import check_densities
+
+_LONGEST = 10**12
+"""Steps of the longest game that can be asked for."""
 
 
 @dataclass(frozen=True)
@@ -93,8 +96,8 @@ class BatchEnv:
 
     @max_cycles.setter
     def max_cycles(self, cycles: int) -> None:
-        if not isinstance(cycles, int) or isinstance(cycles, bool) or cycles < 1:
-            raise CommandError(f"max_cycles must be a whole number of at least 1, got {cycles!r}")
+        if not isinstance(cycles, int) or isinstance(cycles, bool) or not 1 <= cycles <= _LONGEST:
+            raise CommandError(f"max_cycles must be a whole number from 1 to {_LONGEST:,}, got {cycles!r}")
         self._limit_ticks = cycles * self.config.step_ticks
 
     @property
@@ -188,7 +191,8 @@ class BatchEnv:
         """
         chosen = self.simulator.rows(rows)
         given = np.asarray(teams)
-        if given.shape not in ((), chosen.shape) or not ((given == RED) | (given == BLUE)).all():
+        whole = np.issubdtype(given.dtype, np.integer) or not given.size
+        if not whole or given.shape not in ((), chosen.shape) or not ((given == RED) | (given == BLUE)).all():
             raise CommandError(f"teams must be 0 (red) or 1 (blue), one or one a game, got {teams!r}")
         sides = np.array(np.broadcast_to(given.astype(np.int64), len(chosen)))
         left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)
@@ -196,9 +200,13 @@ class BatchEnv:
 
     def outcome(self, row: int, team: int) -> str | None:
         """Return "win", "loss" or "draw" of an ended game for a team, None while it runs."""
-        if self.running[row]:
+        check_team(team)
+        chosen = self.simulator.rows(row)
+        if len(chosen) != 1:
+            raise CommandError(f"row must be the number of one game, got {row!r}")
+        if self.running[chosen[0]]:
             return None
-        sizes = self.simulator.sizes[row]
+        sizes = self.simulator.sizes[chosen[0]]
         if self.config.capture.enabled and sizes.min() == 0:
             return "win" if sizes[team] else "loss"
         return "draw"

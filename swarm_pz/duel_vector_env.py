@@ -154,7 +154,7 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
     def _check_seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None:
             return [None] * self.num_envs
-        if isinstance(seed, (int, np.integer)):
+        if not isinstance(seed, (Sequence, np.ndarray)):
             check_seed(seed)
             return [int(seed) + i for i in range(self.num_envs)]
         seeds = list(seed)

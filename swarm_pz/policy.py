@@ -166,6 +166,8 @@ def ask(policy: Player, batch: BatchEnv, teams: NDArray[np.int64], rows: NDArray
         If the answer is not n densities with values in [0, 1].
     """
     cells = batch.config.command_cells
+    if not len(rows):
+        return np.zeros((0, cells, cells))
     if isinstance(policy, PrivilegedPolicy):
         answer = policy.plan(batch.simulator, teams, rows)
     else:

@@ -219,10 +219,22 @@ class Screen:
         frames_per_step = simulator.config.step_ticks // TICKS_PER_CONTROL_PERIOD
         self._frames: deque[NDArray[np.uint8]] = deque(maxlen=frames_per_step + 1)
         self._window: Any = None
-        if mode == "human":
+        self._open()
+
+    def _open(self) -> None:
+        if self._mode == "human":
             from swarm_pz.window import Window
 
             self._window = Window("swarm-pz", METADATA["render_fps"])
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the window, which no copy can have; it opens its own unless this one is closed."""
+        return self.__dict__ | {"_window": self._window is not None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state | {"_window": None})
+        if state["_window"]:
+            self._open()
 
     @property
     def metadata(self) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import RED, GameConfig
+from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.errors import CommandError
 
 Seed = int | np.random.SeedSequence
@@ -32,6 +32,18 @@ def check_seed(seed: Seed) -> np.random.SeedSequence:
 def next_seed(generator: np.random.Generator) -> np.random.SeedSequence:
     """Return the seed of the next game of a sequence, from the seeds that its generator came from."""
     return seeds_of(generator).spawn(1)[0]
+
+
+def check_team(team: int) -> None:
+    """Check that a team is 0 (red) or 1 (blue), as a whole number.
+
+    Raises
+    ------
+    CommandError
+        If it is not.
+    """
+    if not isinstance(team, (int, np.integer)) or isinstance(team, bool) or team not in (RED, BLUE):
+        raise CommandError(f"team must be 0 (red) or 1 (blue), got {team!r}")
 
 
 def seeds_of(generator: np.random.Generator) -> np.random.SeedSequence:
@@ -79,6 +91,8 @@ def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dic
     CommandError
         If a part has the wrong shape or holds values that no drone can have.
     """
+    if not isinstance(scenario, Mapping):
+        raise CommandError(f"a scenario must be a mapping of positions, velocities and teams, got {scenario!r}")
     count = config.num_drones
     start: dict[str, NDArray[Any]] = {}
     for name, low, high in (("positions", 0.0, 1.0), ("velocities", -10.0, 10.0)):
@@ -104,5 +118,5 @@ def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dic
 def _as_floats(values: ArrayLike, expected: str) -> NDArray[np.float64]:
     try:
         return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise CommandError(f"{expected}, got {values!r}") from error

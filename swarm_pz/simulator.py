@@ -24,7 +24,7 @@ from swarm_pz.kernels.flocking import make_attractors
 from swarm_pz.kernels.fourier import make_targets
 from swarm_pz.kernels.game import Games, advance_games
 from swarm_pz.parameters import controller_parameters, option_parameters, rule_parameters
-from swarm_pz.scenario import Seed, check_scenario, check_seed, random_start
+from swarm_pz.scenario import Seed, check_scenario, check_seed, check_team, random_start
 from swarm_pz.target import (
     FlockingCommand,
     check_attractors,
@@ -35,6 +35,7 @@ from swarm_pz.target import (
 )
 
 _NEVER = -(10**9)
+_MOST_GAMES = 10**9
 
 
 class Simulator:
@@ -65,16 +66,27 @@ class Simulator:
     def __init__(self, config: GameConfig | None = None, num_games: int = 1, threads: int = 1) -> None:
         self.config = config if config is not None else GameConfig()
         for name, value in (("num_games", num_games), ("threads", threads)):
-            if not isinstance(value, int) or isinstance(value, bool) or value < 1:
-                raise CommandError(f"{name} must be a whole number of at least 1, got {value!r}")
+            if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= _MOST_GAMES:
+                raise CommandError(f"{name} must be a whole number from 1 to {_MOST_GAMES:,}, got {value!r}")
         self.num_games = num_games
         self.threads = min(threads, os.cpu_count() or 1, num_games)
-        self._pool = ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
+        self._pool = self._make_pool()
         self._rules, self._options = rule_parameters(self.config), option_parameters(self.config)
         self.controller = controller_parameters(self.config)
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
         self.reset()
+
+    def _make_pool(self) -> ThreadPoolExecutor | None:
+        return ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the threads, which no copy can have; it gets its own unless these have been ended."""
+        return self.__dict__ | {"_pool": self._pool is not None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._pool = self._make_pool() if state["_pool"] else None
 
     def _empty_games(self) -> Games:
         e, n, cells = self.num_games, self.config.num_drones, self.config.command_cells
@@ -178,8 +190,7 @@ class Simulator:
         CommandError
             If the team or the commands are not valid; no game is changed.
         """
-        if team not in (RED, BLUE):
-            raise CommandError(f"team must be 0 (red) or 1 (blue), got {team!r}")
+        check_team(team)
         chosen = self.rows(rows)
         cells, name = self.config.command_cells, TEAM_NAMES[team]
         attractors = None
@@ -403,7 +414,10 @@ class Simulator:
         """
         if rows is None:
             return np.arange(self.num_games)
-        chosen = np.asarray(rows).reshape(-1)
+        try:
+            chosen = np.asarray(rows).reshape(-1)
+        except ValueError as error:  # lists of different lengths
+            raise CommandError(f"rows must be whole numbers in [0, {self.num_games}), got {rows!r}") from error
         whole = np.issubdtype(chosen.dtype, np.integer) or chosen.size == 0
         if not whole or (chosen.size and (chosen.min() < 0 or chosen.max() >= self.num_games)):
             raise CommandError(f"rows must be whole numbers in [0, {self.num_games}), got {rows!r}")

@@ -98,10 +98,12 @@ def check_values(given: ArrayLike, shape: tuple[int, ...], low: float, high: flo
     expected = f"{name} must be numbers in [{low:g}, {high:g}] of shape {shape}"
     try:
         values = np.array(given, dtype=np.float64, order="C")  # sums must not depend on memory order
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise CommandError(f"{expected}, got {_describe(given)}") from error
     if values.shape != shape:
         raise CommandError(f"{expected}, got {_describe(given) if values.ndim == 0 else f'shape {values.shape}'}")
+    if not values.size:
+        return values
     if not np.isfinite(values).all():
         place = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])
         raise CommandError(f"{expected}, got {values[place]} at index {place}")

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from swarm_pz.batch_env import BatchEnv
-from swarm_pz.config import GameConfig, RewardConfig
+from swarm_pz.config import GameConfig, ObservationConfig, RewardConfig
 from swarm_pz.errors import CommandError, GameOverError
+from swarm_pz.policy import ask, load
 
 
 def random_commands(generator, games):
@@ -38,6 +39,81 @@ def test_a_time_out_is_a_draw_and_not_a_loss():
     assert not result.terminated.any()
     assert batch.simulator.time_s.tolist() == [2.5, 2.5]
     assert batch.outcome(0, 0) == batch.outcome(0, 1) == "draw"
+
+
+def test_a_game_decided_in_the_last_tick_of_the_limit_is_won_and_not_timed_out():
+    batch = BatchEnv(num_games=2, max_cycles=1)
+    batch.reset([0, 1])
+
+    def decide_the_first_at_the_limit():
+        if batch.simulator.games.ticks[0] == batch.config.step_ticks:
+            batch.simulator.games.teams[0] = 0
+
+    result = batch.step(np.ones((2, 2, 10, 10)), decide_the_first_at_the_limit)
+    assert result.terminated.tolist() == [True, False]
+    assert result.truncated.tolist() == [False, True]
+    assert [batch.outcome(0, team) for team in (0, 1)] == ["win", "loss"]
+    infos = batch.infos(result, np.array([0, 1]), np.array([0, 0]))
+    assert infos["outcome"].tolist() == [1, -1]
+
+
+@pytest.mark.parametrize("team", [True, 1.0, np.bool_(1), 2, -1, "red", None, [0], np.array([0, 1])])
+def test_a_team_is_0_or_1_as_a_whole_number(team):
+    batch = BatchEnv()
+    batch.reset([0])
+    batch.step(np.ones((1, 2, 10, 10)))
+    with pytest.raises(CommandError, match=r"team must be 0 \(red\) or 1 \(blue\)"):
+        batch.simulator.command(team, np.ones((1, 10, 10)))
+    with pytest.raises(CommandError, match=r"team must be 0 \(red\) or 1 \(blue\)"):
+        batch.outcome(0, team)
+
+
+@pytest.mark.parametrize("teams", [True, 1.0, 0.5, "red", None, [True], [1.0], [[0]], [0, 1], 10**400])
+def test_observations_are_from_the_side_of_whole_numbers(teams):
+    batch = BatchEnv()
+    with pytest.raises(CommandError, match=r"teams must be 0 \(red\) or 1 \(blue\)"):
+        batch.observe(ObservationConfig(grid=10), teams)
+
+
+def test_nothing_may_be_asked_of_no_games():
+    batch = BatchEnv(num_games=2)
+    batch.reset([0, 1])
+    before = batch.simulator.snapshot()
+    batch.reset(rows=[])
+    batch.reset([], rows=[])
+    batch.simulator.command(1, np.ones((0, 10, 10)), rows=[])
+    batch.simulator.restore(batch.simulator.snapshot([]), [])
+    for array, copied in zip(batch.simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array, copied)
+    nobody = np.zeros(0, np.int64)
+    assert batch.observe(ObservationConfig(grid=10), 0, []).shape == (0, 9, 10, 10)
+    assert batch.observe(ObservationConfig(kind="entities"), [], [])["own_mask"].shape == (0, 20)
+    assert batch.infos(None, nobody, nobody)["size"].shape == (0,)
+    for name in ("ring", "planner"):
+        assert ask(load(name, batch.config), batch, nobody, nobody).shape == (0, 10, 10)
+
+
+@pytest.mark.parametrize("row", [True, 1.0, 7, -1, [], [0, 1], None, "first", [[0], [0, 1]]])
+def test_an_outcome_is_asked_of_one_game(row):
+    with pytest.raises(CommandError, match="row"):
+        BatchEnv(num_games=2).outcome(row, 0)
+
+
+@pytest.mark.parametrize(
+    "ask_for",
+    [
+        lambda: BatchEnv(num_games=10**400),
+        lambda: BatchEnv(max_cycles=10**400),
+        lambda: BatchEnv().step(np.full((1, 2, 10, 10), 10**400)),
+        lambda: BatchEnv().reset([0], scenario={"positions": [[10**400, 0]] * 20}),
+        lambda: BatchEnv().reset([0], scenario={"teams": [10**400] * 20}),
+        lambda: BatchEnv().reset([0], scenario=5),
+        lambda: BatchEnv().simulator.rows([[0], [0, 1]]),
+    ],
+)
+def test_what_no_number_can_hold_is_refused_by_name(ask_for):
+    with pytest.raises(CommandError, match="must be"):
+        ask_for()
 
 
 def test_a_game_that_has_ended_stays_as_it_is_while_others_go_on():

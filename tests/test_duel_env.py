@@ -9,7 +9,7 @@ from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.duel_batch import DuelBatch
 from swarm_pz.duel_env import DuelEnv
 from swarm_pz.errors import CommandError, ConfigError, GameOverError, PolicyError
-from swarm_pz.formats import command_from_action
+from swarm_pz.scenario import random_start
 
 
 class Nonsense:
@@ -72,6 +72,51 @@ def test_the_learner_sits_on_either_side():
     assert DuelEnv(side="blue").reset(seed=0)[1]["side"] == 1
 
 
+class Seeded:
+    """An opponent that keeps the seeds of its games."""
+
+    observation = ObservationConfig(grid=10)
+
+    def __init__(self):
+        self.seeds = {}
+
+    def reset(self, seeds, rows):
+        self.seeds |= dict(zip(rows.tolist(), seeds, strict=True))
+
+    def act(self, observations, rows):
+        return np.ones((len(rows), 10, 10))
+
+
+def test_the_start_the_side_and_the_opponent_have_streams_of_their_own():
+    count, opponent = 64, Seeded()
+    duel = DuelBatch(GameConfig(), count, opponent=opponent)
+    seeds = np.random.SeedSequence(0).spawn(count)
+    duel.reset(seeds, np.arange(count))
+
+    def draws(streams):
+        return np.array([np.random.default_rng(stream).integers(2) for stream in streams])
+
+    theirs = [opponent.seeds[row] for row in range(count)]
+    # Each of two coins that are the same coin would agree in every game; of two of their own in half of them.
+    for one, other in ((duel.sides, draws(seeds)), (duel.sides, draws(theirs)), (draws(seeds), draws(theirs))):
+        assert 8 < (one == other).sum() < count - 8
+    states = {tuple(stream.generate_state(4)) for stream in [*seeds, *theirs]}
+    assert len(states) == 2 * count
+    positions, _ = random_start(duel.config, np.random.default_rng(seeds[0]))
+    np.testing.assert_allclose(duel.batch.simulator.positions[0], positions, rtol=1e-6)
+
+
+def test_two_games_in_a_row_are_two_games_for_everybody():
+    opponent = Seeded()
+    environment = DuelEnv(opponent=opponent)
+    starts, streams = [], []
+    for seed in (3, None, None):
+        environment.reset(seed=seed)
+        starts.append(environment.duel.batch.simulator.positions[0].tobytes())
+        streams.append(tuple(opponent.seeds[0].generate_state(4)))
+    assert len(set(starts)) == len(set(streams)) == 3
+
+
 def test_the_learners_reward_is_that_of_its_side():
     duel = DuelBatch(GameConfig(drones_per_team=3), 16)
     duel.reset(np.random.SeedSequence(1).spawn(16), np.arange(16))
@@ -91,16 +136,6 @@ def test_opponents_are_dealt_in_turn_and_see_their_own_grids():
     duel.step(np.zeros((5, 10, 10)))
     targets = duel.batch.simulator.targets[np.arange(5), 1 - duel.sides]
     assert [bool(np.ptp(target) < 1e-12) for target in targets] == [True, False, True, False, True]
-
-
-def test_log_densities_become_a_softmax_and_coarse_actions_are_interpolated():
-    np.testing.assert_allclose(command_from_action(np.zeros((2, 5, 5)), 10, is_log=True), 1.0)
-    actions = np.random.default_rng(0).uniform(-1, 1, (3, 10, 10))
-    commands = command_from_action(actions, 10, is_log=True)
-    np.testing.assert_allclose(np.log(commands[0, 0, 0] / commands[0, 5, 5]), 4 * (actions[0, 0, 0] - actions[0, 5, 5]))
-    assert commands.max() == 1.0
-    ramp = np.broadcast_to(np.linspace(0, 1, 5), (1, 5, 5))
-    assert np.diff(command_from_action(ramp, 10, is_log=False)[0, 3]).min() >= 0
 
 
 @pytest.mark.parametrize(
@@ -150,35 +185,3 @@ def test_a_step_after_the_end_is_refused():
     environment.step(np.zeros((10, 10)))
     with pytest.raises(GameOverError, match="call reset"):
         environment.step(np.zeros((10, 10)))
-
-
-def test_the_vector_face_restarts_games_at_the_next_step():
-    environments = gymnasium.make_vec("swarm_pz/Capture-v0", num_envs=3, max_cycles=2, opponent=["noise", "ring"])
-    observations, infos = environments.reset(seed=7)
-    assert environments.observation_space.contains(observations)
-    assert infos["_side"].all()
-    action = np.zeros((3, 10, 10), np.float32)
-    *_, truncated, _ = environments.step(action)
-    assert not truncated.any()
-    *_, truncated, infos = environments.step(action)
-    assert truncated.all()
-    assert infos["outcome"].tolist() == [0] * 3
-    observations, rewards, terminated, truncated, infos = environments.step(action)
-    assert not (rewards.any() or terminated.any() or truncated.any())
-    assert environments.unwrapped.duel.batch.running.all()
-    environments.close()
-
-
-def test_the_vector_face_plays_the_same_games_as_the_single_one():
-    environments = gymnasium.make_vec("swarm_pz/Capture-v0", num_envs=3, opponent="noise", drones_per_team=3)
-    single = DuelEnv(opponent="noise", drones_per_team=3)
-    together, _ = environments.reset(seed=5)
-    alone, _ = single.reset(seed=7)
-    np.testing.assert_array_equal(together[2], alone)
-    for _ in range(6):
-        action = np.random.default_rng(0).uniform(-1, 1, (10, 10)).astype(np.float32)
-        together, *_ = environments.step(np.stack([action] * 3))
-        alone, _, terminated, *_ = single.step(action)
-        np.testing.assert_array_equal(together[2], alone)
-        if terminated:
-            break

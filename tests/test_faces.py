@@ -1,0 +1,262 @@
+"""What holds in every face of the game alike."""
+
+from __future__ import annotations
+
+import pickle
+
+import gymnasium
+import numpy as np
+import pettingzoo
+import pytest
+from gymnasium.utils.env_checker import check_env
+from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test
+
+import swarm_pz
+from swarm_pz.batch_env import BatchEnv
+from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
+from swarm_pz.duel_env import DuelEnv
+from swarm_pz.duel_vector_env import DuelVectorEnv
+from swarm_pz.errors import CommandError, ConfigError
+from swarm_pz.parallel_env import CaptureEnv
+from swarm_pz.shapes import COMMAND_NAMES
+from swarm_pz.training.vec_env import SwarmVecEnv
+
+ID = "swarm_pz/Capture-v0"
+FACES = {
+    "parallel": CaptureEnv,
+    "aec": swarm_pz.env,
+    "gymnasium": DuelEnv,
+    "vector": lambda **keywords: DuelVectorEnv(2, **keywords),
+    "sb3": lambda **keywords: SwarmVecEnv(num_envs=2, **keywords),
+}
+FORMATS = {
+    "default": {},
+    "flat": {"flatten_actions": True, "observation_dtype": "float32"},
+    "coarse": {"action": "log_density", "action_cells": 5, "channels_last": True},
+    "density": {"action": "density"},
+    "discrete": {"action": "discrete", "observation_dtype": "float32", "channels_last": True},
+}
+
+
+@pytest.fixture(params=FACES)
+def face(request):
+    return FACES[request.param]
+
+
+@pytest.fixture(params=FORMATS)
+def formats(request):
+    return FORMATS[request.param]
+
+
+def spaces_of(environment):
+    """The spaces of one player."""
+    if hasattr(environment, "possible_agents"):
+        return environment.observation_space("red_0"), environment.action_space("red_0")
+    single = isinstance(environment, DuelVectorEnv)
+    names = [f"single_{name}" if single else name for name in ("observation_space", "action_space")]
+    return tuple(getattr(environment, name) for name in names)
+
+
+def test_every_face_has_the_same_formats(face, formats):
+    seen, acts = spaces_of(face(**formats))
+    expected = DuelEnv(**({"action": "density"} | formats if face in (CaptureEnv, swarm_pz.env) else formats))
+    assert (seen, acts) == (expected.observation_space, expected.action_space)
+
+
+def test_unknown_keywords_are_type_errors_and_name_the_nearest(face):
+    for kind in (TypeError, ValueError, ConfigError):
+        with pytest.raises(kind, match="has no keyword 'max_cycle'; did you mean 'max_cycles'"):
+            face(max_cycle=3)
+    with pytest.raises(TypeError, match="did you mean 'time_limit'"):
+        GameConfig(time_limits=3.0)
+
+
+def test_a_preset_is_taken_by_name(face):
+    made = face(preset="released", drones_per_team=4)
+    batch = getattr(made.unwrapped if hasattr(made, "unwrapped") else made, "batch", None)
+    config = (batch or made.duel).config
+    assert config == GameConfig.preset("released").replace(drones_per_team=4)
+    with pytest.raises(ConfigError, match="did you mean 'released'"):
+        face(preset="releasd")
+    with pytest.raises(ConfigError, match="not beside a config"):
+        face(preset="released", config=GameConfig())
+
+
+def test_registries_take_the_keywords():
+    for made in (
+        gymnasium.make(ID, preset="released", action="discrete"),
+        gymnasium.make_vec(ID, num_envs=2, preset="released", action="discrete"),
+        gymnasium.make_vec(ID, num_envs=2, vectorization_mode="sync", preset="released", action="discrete"),
+        pettingzoo.make("parallel", ID, preset="released", action="discrete"),
+        pettingzoo.make("aec", ID, preset="released", action="discrete"),
+    ):
+        made.reset(seed=0)
+        made.close()
+    named = gymnasium.make(ID, action="discrete").unwrapped
+    assert named.command_names == COMMAND_NAMES
+    assert named.opponent_names == ["uniform"]
+
+
+def test_gymnasiums_checker_has_nothing_to_say(formats):
+    check_env(gymnasium.make(ID, **formats).unwrapped)
+
+
+@pytest.mark.filterwarnings("ignore:.*The observation .* is not an image:UserWarning")
+def test_pettingzoos_tests_pass_in_all_formats(formats):
+    parallel_api_test(CaptureEnv(max_cycles=20, **formats), num_cycles=50)
+    parallel_seed_test(lambda: CaptureEnv(max_cycles=20, **formats))
+    api_test(swarm_pz.env(max_cycles=20, **formats), num_cycles=50)
+
+
+def finish(environment, **keywords):
+    """Play one game of the single face; return its infos, and how it ended."""
+    _, info = environment.reset(**keywords)
+    infos, over, terminated = [info], False, False
+    while not over:
+        _, _, terminated, truncated, info = environment.step(environment.action_space.sample())
+        infos.append(info)
+        over = terminated or truncated
+    return infos, terminated
+
+
+def test_infos_are_numbers_by_the_same_names_at_every_step():
+    infos, _ = finish(DuelEnv(max_cycles=3, opponent="ring"), seed=0)
+    parallel = CaptureEnv(max_cycles=2)
+    _, started = parallel.reset(seed=0)
+    *_, stepped = parallel.step({agent: np.ones((10, 10)) for agent in parallel.agents})
+    for group in (infos, [*started.values(), *stepped.values()]):
+        for info in group:
+            assert list(info) == list(group[0])
+            assert all(type(value) in (int, float) for value in info.values())
+    assert [info["outcome"] for info in infos] == [0] * 4
+
+
+def test_an_outcome_tells_who_has_won():
+    duel = DuelVectorEnv(
+        16, opponent="uniform", drones_per_team=1, max_cycles=200, observation=ObservationConfig(grid=10)
+    )
+    duel.reset(seed=0)
+    generator, seen = np.random.default_rng(0), set()
+    for _ in range(200):
+        _, rewards, terminated, _, infos = duel.step(generator.uniform(-1, 1, (16, 10, 10)))
+        np.testing.assert_array_equal(infos["outcome"], np.where(terminated, np.sign(rewards), 0))
+        np.testing.assert_array_equal(infos["outcome"][terminated], np.where(infos["size"][terminated] == 2, 1, -1))
+        seen |= set(infos["outcome"].tolist())
+        if len(seen) == 3:
+            return
+    raise AssertionError(seen)
+
+
+def test_without_captures_nobody_wins_however_the_teams_stand():
+    batch = BatchEnv(GameConfig(drones_per_team=(0, 2), capture=CaptureConfig(enabled=False)))
+    batch.reset([0])
+    infos = batch.infos(None, np.array([0, 1]), np.array([0, 0]))
+    assert infos["outcome"].tolist() == [0, 0]
+
+
+def test_sides_and_opponents_are_numbers_of_names():
+    env = SwarmVecEnv(num_envs=4, opponent=["ring", "noise"], max_cycles=1)
+    env.reset()
+    assert [env.opponent_names[info["opponent"]] for info in env.reset_infos] == ["ring", "noise"] * 2
+    env.deal(["noise", "halo"])
+    *_, infos = env.step(np.zeros((4, 10, 10)))
+    # Those who have just ended met whom they had been dealt; the next meet the new ones.
+    assert [env.opponent_names[info["opponent"]] for info in infos] == ["ring", "noise"] * 2
+    *_, infos = env.step(np.zeros((4, 10, 10)))
+    assert [env.opponent_names[info["opponent"]] for info in infos] == ["noise", "halo"] * 2
+    assert env.opponent_names == ["ring", "noise", "halo"]
+
+
+def play_on(environment, steps=7):
+    """Play on, over the ends of games, and return all that is seen."""
+    seen = []
+    generator = np.random.default_rng(1)
+    for _ in range(steps):
+        if isinstance(environment, CaptureEnv):
+            if not environment.agents:
+                environment.reset()
+            action = {agent: generator.random((10, 10)) for agent in environment.agents}
+            seen.append(environment.step(action)[0]["red_0"])
+        elif isinstance(environment, DuelVectorEnv):
+            seen.append(environment.step(generator.uniform(-1, 1, (2, 10, 10)))[0])
+        else:
+            observation, _, terminated, truncated, _ = environment.step(generator.uniform(-1, 1, (10, 10)))
+            seen.append(observation)
+            if terminated or truncated:
+                environment.reset()
+    return np.stack(seen)
+
+
+@pytest.mark.parametrize("opponent", ["noise", "ring", "champion", "planner"])
+@pytest.mark.parametrize("make", [DuelEnv, lambda **keywords: DuelVectorEnv(2, threads=2, **keywords)])
+def test_an_environment_pickled_in_mid_game_goes_on_as_the_one_that_was_not(make, opponent):
+    environment = make(opponent=opponent, max_cycles=4, drones_per_team=2, observation=ObservationConfig(grid=10))
+    environment.reset(seed=3)
+    play_on(environment, 2)
+    other = pickle.loads(pickle.dumps(environment))  # noqa: S301
+    np.testing.assert_array_equal(play_on(environment), play_on(other))
+    environment.close()
+    other.close()
+
+
+@pytest.mark.parametrize("mode", [None, "human", "rgb_array_list"])
+def test_a_parallel_environment_is_pickled_without_its_window(mode):
+    environment = CaptureEnv(max_cycles=4, render_mode=mode, command_period=0.2)
+    environment.reset(seed=3)
+    play_on(environment, 2)
+    other = pickle.loads(pickle.dumps(environment))  # noqa: S301
+    np.testing.assert_array_equal(play_on(environment), play_on(other))
+    other.render()
+    other.close()
+    environment.close()
+
+
+def test_an_aec_environment_is_pickled():
+    environment = swarm_pz.env(max_cycles=4)
+    environment.reset(seed=3)
+    environment.step(np.ones((10, 10), np.float32))
+    other = pickle.loads(pickle.dumps(environment))  # noqa: S301
+    assert other.agent_selection == "blue_0"
+    for one in (environment, other):
+        one.step(np.eye(10, dtype=np.float32))
+    np.testing.assert_array_equal(environment.observe("red_0"), other.observe("red_0"))
+
+
+@pytest.mark.parametrize("make", [DuelEnv, CaptureEnv])
+def test_np_random_is_what_later_games_come_from(make):
+    one, other = make(), make()
+
+    def start(environment):
+        environment.reset()
+        return (environment if make is CaptureEnv else environment.duel).batch.simulator.positions.copy()
+
+    one.reset(seed=5)
+    assert one.np_random_seed == 5
+    other.np_random = np.random.default_rng(5)
+    first = start(one)
+    np.testing.assert_array_equal(first, start(other))
+    assert not np.array_equal(first, start(one))
+    for bad in (True, 1.0, -1, "x"):
+        with pytest.raises(CommandError, match="a seed must be"):
+            one.reset(seed=bad)
+    assert isinstance(make().np_random, np.random.Generator)
+
+
+@pytest.mark.parametrize(
+    "face", [lambda: SwarmVecEnv(num_envs=3, max_cycles=1, seed=0), lambda: DuelVectorEnv(3, max_cycles=1)]
+)
+def test_no_face_plays_the_same_game_in_every_episode(face):
+    environment = face()
+    if isinstance(environment, DuelVectorEnv):
+        environment.reset(seed=0)
+    else:
+        environment.reset()
+    starts = []
+    for _ in range(6):
+        environment.step(np.zeros((3, 10, 10)))
+        simulator = environment.duel.batch.simulator
+        if not simulator.time_s.any():
+            starts.append(simulator.positions.copy())
+    assert len(starts) >= 3
+    flat = np.stack(starts).reshape(-1, 40)
+    assert len(np.unique(flat, axis=0)) == len(flat)
