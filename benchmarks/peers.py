@@ -228,7 +228,7 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
     colours = ["#1d62d6" if row["name"].startswith("swarm-pz") else "#9aa3ad" for row in rows]
     bars = axes.barh([row["name"] for row in rows], medians, xerr=errors, color=colours)
     axes.bar_label(bars, [f" {median:.2f}" for median in medians])
-    axes.set_xlabel("million agent-steps a second; of swarm-pz, drone-steps with a solve each")
+    axes.set_xlabel("million agent-steps a second\n(of swarm-pz: drone-steps, each with a solve)")
     axes.margins(x=0.1)
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(path, dpi=120)

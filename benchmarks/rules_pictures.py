@@ -1,4 +1,4 @@
-"""Draw the pictures of the rules' page: a trail and its occupancy, the capture field of a ring, a capture.
+"""Draw the pictures that explain the game: one with a legend, a trail and its occupancy, the capture field, a capture.
 
 python -m benchmarks.rules_pictures
 """
@@ -11,15 +11,19 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Rectangle
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import NDArray
 
-from swarm_pz.board import TEAM_COLOURS
+from swarm_pz.board import SHADE_COLOURS, TEAM_COLOURS
 from swarm_pz.config import BLUE, GRID_CELLS, RED, TICKS_PER_SECOND, CaptureConfig, GameConfig
+from swarm_pz.ergodicity import reconstruct
+from swarm_pz.exhibition import Exhibition
 from swarm_pz.render import ARENA, HEADER, MARGIN, draw
 from swarm_pz.simulator import Simulator
 
-RED_INK = tuple(channel / 255 for channel in TEAM_COLOURS[RED])
+INKS = [tuple(channel / 255 for channel in colour) for colour in TEAM_COLOURS]
+SHADES = [tuple(channel / 255 for channel in colour) for colour in SHADE_COLOURS]
 
 
 def ring(radius: float) -> NDArray[np.float64]:
@@ -51,6 +55,49 @@ def cut(picture: NDArray[np.uint8], left: float, bottom: float, side: float) -> 
     top = round((1 - bottom - side) * ARENA)
     pixels, column = round(side * ARENA), round(left * ARENA)
     return picture[top : top + pixels, column : column + pixels]
+
+
+def draw_game(path: Path) -> None:
+    """Draw a moment of a game, and say what is what beside it."""
+    game = Exhibition("ring", "uniform", seed=1)
+    game.play(12.0)
+    simulator = game.simulator
+    red, blue = simulator.sizes[0].tolist()
+    figure = Figure(figsize=(10, 5.9), layout="constrained")
+    arena, beside = figure.subplots(1, 2, width_ratios=(5.4, 4.6))
+    arena.imshow(board(simulator), extent=(0, 1, 0, 1))
+    target = reconstruct(simulator.games.coefficients[0, RED], 200, smooth=True)
+    places = (np.arange(200) + 0.5) / 200
+    arena.contour(places, places, target, [2.0], colors=["#00795c"], linestyles="dashed", linewidths=1.8)
+    arena.set(xticks=[], yticks=[])
+    arena.set_title(f"{simulator.time_s[0]:.0f} s into a game of 10 against 10: red {red}, blue {blue}", fontsize=11)
+    game.close()
+    beside.axis("off")
+    beside.legend(*_legend(), loc="center left", fontsize=11, frameon=False, labelspacing=1.3, handlelength=2.4)
+    figure.savefig(path, dpi=110)
+
+
+def _legend() -> tuple[list[Any], list[str]]:
+    """Return marks and what they mean."""
+    return (
+        [
+            Line2D([], [], color=INKS[RED], marker="o", markersize=9, alpha=0.9),
+            Line2D([], [], color=INKS[BLUE], marker="D", markersize=8, alpha=0.9),
+            Patch(facecolor=(*SHADES[RED], 0.25)),
+            Patch(facecolor=(*SHADES[RED], 0.75), hatch="////", edgecolor="black"),
+            Patch(facecolor=(*SHADES[BLUE], 0.75), hatch="\\\\\\\\", edgecolor="black"),
+            Line2D([], [], color="#00795c", linestyle="dashed", linewidth=1.8),
+        ],
+        [
+            "red's drones, and where they flew\nin the last five seconds",
+            "blue's drones, and the same",
+            "shaded: ground that red has been around;\nthe darker, the more (blue's is bluish)",
+            "dark, hatched upwards: surrounded by red;\na blue drone here turns red",
+            "dark, hatched downwards: surrounded by\nblue; a red drone here turns blue",
+            "red's target, which its player sent: drones\nbetween these lines above all; blue's player\n"
+            "wants drones everywhere alike",
+        ],
+    )
 
 
 def draw_trail(path: Path) -> None:
@@ -158,10 +205,11 @@ def draw_capture(path: Path) -> None:
 
 
 def main() -> None:
-    """Write the three pictures."""
+    """Write the pictures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("docs/images"))
     out = parser.parse_args().out
+    draw_game(out / "game.png")
     draw_trail(out / "rule_trail.png")
     draw_field(out / "rule_field.png")
     draw_capture(out / "rule_capture.png")

@@ -11,10 +11,12 @@ import sys
 import tomllib
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
 
 import swarm_pz.play.client
+import swarm_pz.training.vec_env
 from swarm_pz import GameConfig
 from swarm_pz.cli import compare, evidence, learn, machine, main, table
 from swarm_pz.play.frames import Frame
@@ -28,6 +30,9 @@ COMMANDS = {
     machine: ("render", "diagnose", "bench", "warmup"),
     evidence: ("figures",),
 }
+
+FIRST_STEPS = [("git", "clone", "ADDRESS", "swarm-pz"), ("cd", "swarm-pz"), (".", ".venv/bin/activate")]
+"""Lines of the README that are the shell's own."""
 
 
 def snippets(language):
@@ -53,7 +58,9 @@ def test_commands_of_the_pages_exist(page, line, monkeypatch):
             function = getattr(module, name)
             monkeypatch.setattr(module, name, functools.wraps(function)(lambda *_, **__: called.append(True)))
     program, *arguments = shlex.split(line, comments=True)
-    if Path(program).name == "swarm-pz":
+    if (program, *arguments) in FIRST_STEPS:
+        assert page == "README.md"
+    elif Path(program).name == "swarm-pz":
         main(arguments)
         assert called
     elif program == "python":
@@ -83,6 +90,32 @@ def test_scripts_named_in_the_text_exist():
             assert (ROOT / f"{name.replace('.', '/')}.py").is_file(), f"{page.name} names {name}"
 
 
+def test_extras_named_in_the_text_exist():
+    extras = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"])
+    named = {
+        name
+        for page in PAGES
+        for part in re.findall(r"swarm-pz\[([\w,]+)\]", page.read_text())
+        for name in part.split(",")
+    }
+    assert named and named <= extras
+
+
+def test_the_readme_is_short_and_its_links_lead_somewhere():
+    text = (ROOT / "README.md").read_text()
+    assert len(text.split()) < 1100
+    links = re.findall(r"\]\(([^)#:]+)[^)]*\)", text)
+    assert links and [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_the_faces_that_the_readme_names_can_be_made():
+    calls = re.findall(r"`((?:gymnasium|swarm_pz)\.[\w.]+\([^`]*\))`", (ROOT / "README.md").read_text())
+    assert len(calls) == 5
+    names = {"gymnasium": gymnasium, "swarm_pz": swarm_pz}
+    for call in calls:
+        eval(call, names).close()  # noqa: S307  (our own page)
+
+
 def test_every_python_snippet_is_run(monkeypatch, capsys):
     """Doctests run by themselves; the others are programs at a table, which is played by a stand-in here."""
 
@@ -109,9 +142,9 @@ def test_toml_snippets_are_toml():
         assert tomllib.loads(text)["project"]["entry-points"]["swarm_pz.policies"]
 
 
-def load_ppo():
-    """Import the tutorial's file."""
-    spec = importlib.util.spec_from_file_location("ppo_tutorial", ROOT / "docs/tutorials/ppo.py")
+def load(name):
+    """Import a file of the documentation."""
+    spec = importlib.util.spec_from_file_location(f"docs_{Path(name).stem}", ROOT / "docs" / name)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -120,7 +153,7 @@ def load_ppo():
 def test_ppo_in_one_file_runs(tmp_path, capsys, monkeypatch):
     few = {"steps": 64, "games": 4, "rollout": 8, "threads": 1, "evaluation-games": 2, "out": tmp_path / "ppo.pt"}
     options = [text for name, value in few.items() for text in (f"--{name}", str(value))]
-    ppo = load_ppo()
+    ppo = load("tutorials/ppo.py")
     monkeypatch.setattr(ppo, "play_match", functools.partial(ppo.play_match, config=GameConfig(time_limit=5.0)))
     monkeypatch.setattr(sys, "argv", ["ppo.py", *options])
     ppo.main()
@@ -132,7 +165,7 @@ def test_ppo_in_one_file_runs(tmp_path, capsys, monkeypatch):
 def test_ppo_values_time_outs_and_leaves_out_restarts():
     import torch
 
-    ppo = load_ppo()
+    ppo = load("tutorials/ppo.py")
     rewards, values, after = torch.zeros(2, 2), torch.zeros(2, 2), torch.ones(2, 2)
     over = torch.tensor([[True, True], [False, False]])
     ended = torch.tensor([[True, False], [False, False]])
@@ -140,15 +173,48 @@ def test_ppo_values_time_outs_and_leaves_out_restarts():
     assert estimates[0].tolist() == pytest.approx([0.0, ppo.GAMMA])
 
 
-def test_the_site_builds_without_a_warning_and_fetches_nothing(tmp_path):
+def test_the_environments_page_says_what_the_docstrings_say():
+    environment = load("environment.py")
+    page = environment.PAGE.read_text()
+    assert {"CaptureEnv", "DuelEnv", "DuelVectorEnv", "SwarmVecEnv"} <= set(re.findall(r"docstring of .*\.(\w+)", page))
+    assert environment.with_docstrings(page) == page, (
+        "docs/environment.md is not up to date: python docs/environment.py"
+    )
+    for words in ("Action space", "### Reward", "### Infos", "### Ends", "### Reset options", "opponent='uniform'"):
+        assert words in page, f"docs/environment.md says nothing of {words}"
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Give the folder of the built site."""
     if importlib.util.find_spec("mkdocs") is None:
         pytest.skip("NO SITE: mkdocs is not installed, pip install 'swarm-pz[docs]' brings it; pages are not checked")
-    site = tmp_path / "site"
+    folder = tmp_path_factory.mktemp("site")
     build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--config-file", str(ROOT / "mkdocs.yml")]
-    done = subprocess.run([*build, "--site-dir", str(site)], capture_output=True, text=True, cwd=ROOT, check=False)  # noqa: S603
+    done = subprocess.run([*build, "--site-dir", str(folder)], capture_output=True, text=True, cwd=ROOT, check=False)  # noqa: S603
     assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_the_site_builds_without_a_warning_and_fetches_nothing(site):
     for path in site.rglob("*.html"):
         loaded = re.findall(r'<(?:script|img|link|iframe)\b[^>]*?(?:src|href)="(https?:)?//', path.read_text())
         assert not loaded, f"{path.relative_to(site)} fetches from another host"
-    assert "<math" in (site / "controller/index.html").read_text()
-    assert "add_potential_gradient" in (site / "source/swarm_pz/kernels/ergodic.py/index.html").read_text()
+    assert "<math" in (site / "controller.html").read_text()
+    assert "add_potential_gradient" in (site / "source/swarm_pz/kernels/ergodic.py.html").read_text()
+
+
+@pytest.mark.browser
+def test_the_site_is_searched_from_files_without_a_server(site, chromium):
+    context = chromium.new_context()
+    page = context.new_page()
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto((site / "index.html").as_uri())
+    page.click(".md-search__input")
+    page.locator(".md-search__input").press_sequentially("trails and occupancy")
+    page.locator(".md-search-result__item").first.locator("a").first.click()  # what explains comes before what lists
+    page.wait_for_url("**/rules.html?h=*")
+    elsewhere = [address for address in asked if not address.startswith(("file:", "about:", "blob:", "data:"))]
+    context.close()
+    assert not elsewhere
