@@ -22,7 +22,8 @@ class DuelEnv(gymnasium.Env[Any, Any]):
 
     Rules, observations and rewards are those of `swarm_pz.parallel_env.CaptureEnv`, seen from the
     learner's side. Infos hold its numbers, and the learner's ``share`` of all drones, its ``side``
-    (0 red, 1 blue) and ``opponent``, a number into `opponent_names`; the same names at every step.
+    (0 red, 1 blue, as of `swarm_pz.config.TEAM_NAMES`) and ``opponent``, a number into `opponent_names`; the
+    same names at every step.
 
     Parameters
     ----------
