@@ -146,7 +146,8 @@ def test_evaluate_held_out_reports_how_a_policy_generalises(tmp_path, capsys):
 
 def test_evaluate_exploit_trains_a_best_response(tmp_path, capsys):
     small = ["--exploit-steps", "64", "--games", "2", "--threads", "1", "--out", str(tmp_path / "run")]
-    main(["evaluate", "centre", "--exploit", *small, "--json", str(tmp_path / "e.json")])
+    rules = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
+    main(["evaluate", "centre", "--exploit", *small, *rules, "--json", str(tmp_path / "e.json")])
     assert "an exploiter of centre" in capsys.readouterr().out
     assert json.loads((tmp_path / "e.json").read_text())["matches"][0]["opponent"] == "centre"
 

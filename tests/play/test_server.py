@@ -73,26 +73,36 @@ def test_two_people_play_to_the_end_and_the_recording_verifies(table):
         client.close()
 
 
+@contextlib.contextmanager
+def waiting_room(table, opponent, **settings):
+    """Give the code of a room with a policy in blue's seat and nobody in red's; somebody watches."""
+    host, watcher = table.visit(), table.visit()
+    host.say(protocol.Create(settings=protocol.Settings(**settings), opponent=opponent))
+    code = host.hear(protocol.Seated).room
+    watcher.say(protocol.Join(code))
+    watcher.hear(protocol.RoomState)
+    host.say(protocol.Leave())
+    yield code
+    host.close()
+    watcher.close()
+
+
 def test_a_program_of_few_lines_plays_a_game(table):
     def centre(frame, team):
         x = (np.arange(10) + 0.5) / 10
         return np.exp(-((x - 0.5) ** 2 + (x[:, None] - 0.5) ** 2) / 0.02)
 
-    room = table.visit()
-    room.say(protocol.Create(settings=protocol.Settings(red=2, blue=18, time_limit=3.0), opponent="ring"))
-    code = room.hear(protocol.Seated).room
-    watcher = table.visit()
-    watcher.say(protocol.Join(code))
-    room.say(protocol.Leave())
-    assert play(table.address, centre, room=code) in ("red", "blue", "draw")
-    room.close()
-    watcher.close()
+    with waiting_room(table, "ring", red=2, blue=18, time_limit=3.0) as code:
+        assert play(table.address, centre, room=code) in ("red", "blue", "draw")
 
 
 def test_the_program_of_the_documentation_plays_a_game(table, capsys):
     page = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text()
     (program,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    exec(program.replace("127.0.0.1:8000", table.address), {})  # noqa: S102
+    assert 'opponent="champion"' in program
+    with waiting_room(table, "champion", time_limit=5.0) as code:  # a game without end in sight takes its time
+        here = program.replace("127.0.0.1:8000", table.address).replace('opponent="champion"', f'room="{code}"')
+        exec(here, {})  # noqa: S102
     assert capsys.readouterr().out.strip() in ("red", "blue", "draw")
 
 

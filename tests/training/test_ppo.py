@@ -260,7 +260,7 @@ def test_learning_finds_the_place_that_is_rewarded():
     game = GameConfig(
         observation=ObservationConfig(grid=10), drones_per_team=4, time_limit=20.0, capture=CaptureConfig(enabled=False)
     )
-    env = Gather(SwarmVecEnv(game, 64, action_cells=5, threads=2))
+    env = Gather(SwarmVecEnv(game, 64, action_cells=5))
     model = PPO(
         GridPolicy, env, n_steps=20, batch_size=256, n_epochs=6, learning_rate=2e-3, gamma=0.8, seed=0, device="cpu",
         policy_kwargs={"width": 16, "log_std_init": -0.7},
