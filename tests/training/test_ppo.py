@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import torch
+from safetensors.numpy import save_file
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnvWrapper
 
@@ -13,9 +14,11 @@ from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, ConfigError, PolicyError
 from swarm_pz.match import play_match
 from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import TrainConfig
+from swarm_pz.training.folders import OLD_CHECKPOINT
 from swarm_pz.training.networks import GridPolicy
-from swarm_pz.training.ppo import CHECKPOINT, Training
+from swarm_pz.training.ppo import Training
 from swarm_pz.training.report import plot_learning_curve, plot_sizes
 from swarm_pz.training.vec_env import SwarmVecEnv
 
@@ -105,7 +108,7 @@ def test_a_run_goes_on_from_its_checkpoint(trained, tmp_path):
 
 def test_a_fresh_run_leaves_nothing_of_an_earlier_one(trained, tmp_path):
     Training(TINY, tmp_path / "run", say=quiet).run()
-    Training(TINY.replace(seed=5), tmp_path / "run", say=quiet)
+    Training(TINY.replace(seed=5), tmp_path / "run", overwrite=True, say=quiet)
     again = Training(TINY.replace(seed=5), tmp_path / "run", resume=True, say=quiet)
     assert again.model.num_timesteps == 0
     assert not (tmp_path / "run" / "policy.json").exists()
@@ -136,20 +139,21 @@ def test_a_checkpoint_of_another_configuration_is_refused(trained):
 
 @pytest.mark.parametrize("state", [torch.zeros(3), {"config_hash": 1}, 5])
 def test_a_checkpoint_of_something_else_is_refused(tmp_path, state):
-    torch.save(state, tmp_path / CHECKPOINT)
+    torch.save(state, tmp_path / OLD_CHECKPOINT)
     with pytest.raises(CheckpointError):
         Training(TINY, tmp_path, resume=True, say=quiet)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"PK\x03\x04 torn"])
-def test_a_corrupt_checkpoint_is_refused(tmp_path, content):
-    (tmp_path / CHECKPOINT).write_bytes(content)
+@pytest.mark.parametrize("name", [CHECKPOINT, OLD_CHECKPOINT])
+def test_a_corrupt_checkpoint_is_refused(tmp_path, name, content):
+    (tmp_path / name).write_bytes(content)
     with pytest.raises(CheckpointError, match="corrupt or foreign"):
         Training(TINY, tmp_path, resume=True, say=quiet)
 
 
 def test_a_foreign_checkpoint_is_refused(tmp_path):
-    torch.save({"something": "else"}, tmp_path / CHECKPOINT)
+    save_file({"something": np.zeros(3)}, tmp_path / CHECKPOINT)
     with pytest.raises(CheckpointError, match="corrupt or foreign"):
         Training(TINY, tmp_path, resume=True, say=quiet)
 

@@ -9,10 +9,12 @@ import pytest
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, ConfigError
 from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import LeagueConfig, TrainConfig
-from swarm_pz.training.exploit import exploit, exploiter_config
+from swarm_pz.training.exploit import exploiter_config, make_exploiter, play_exploiter
+from swarm_pz.training.pool import Member, Pool
 from swarm_pz.training.ppo import Training
-from swarm_pz.training.selfplay import STATE, League, Member, Pool
+from swarm_pz.training.selfplay import STATE, League
 
 LEARNER = TrainConfig(
     game=GameConfig(observation=ObservationConfig(grid=10), drones_per_team=2, time_limit=5.0),
@@ -99,7 +101,7 @@ def test_a_league_grows_a_pool_and_writes_a_policy(tmp_path):
 def test_a_league_goes_on_where_it_was(tmp_path):
     League(TINY, tmp_path, say=quiet).run()
     before = json.loads((tmp_path / STATE).read_text())
-    with pytest.raises(CheckpointError, match="holds a league: go on"):
+    with pytest.raises(CheckpointError, match=r"holds a league, a finished run of 128 steps .*--resume"):
         League(TINY, tmp_path, say=quiet)
     with pytest.raises(CheckpointError, match="other settings"):
         League(TINY.replace(hardness=1.0), tmp_path, resume=True, say=quiet)
@@ -109,7 +111,7 @@ def test_a_league_goes_on_where_it_was(tmp_path):
     assert [member.name for member in league.pool.members] == [member["name"] for member in before["members"]]
     league.run()
     assert league.main.model.num_timesteps >= 192
-    (tmp_path / STATE).write_text("{")
+    (tmp_path / "main" / CHECKPOINT).write_bytes(b"torn")
     with pytest.raises(CheckpointError, match="corrupt or foreign"):
         League(longer, tmp_path, resume=True, say=quiet)
 
@@ -152,9 +154,9 @@ def test_a_league_that_is_killed_while_it_exploits_finishes_the_same_exploiter(t
         targets.append(LearnedPolicy.read(Path(target), LEARNER.game).digest)
         if len(targets) == 1:
             raise KeyboardInterrupt
-        return exploit(target, *args, **kwargs)
+        return make_exploiter(target, *args, **kwargs)
 
-    monkeypatch.setattr("swarm_pz.training.selfplay.exploit", killed)
+    monkeypatch.setattr("swarm_pz.training.selfplay.make_exploiter", killed)
     with pytest.raises(KeyboardInterrupt):
         league.run()
     League(TINY, tmp_path, resume=True, say=quiet).run()
@@ -163,11 +165,11 @@ def test_a_league_that_is_killed_while_it_exploits_finishes_the_same_exploiter(t
 
 def test_an_exploiter_of_something_else_is_not_taken_up(tmp_path):
     Training(LEARNER, tmp_path / "target", say=quiet).run()
-    settings = {"steps": 32, "games": 2, "learner": LEARNER, "threads": 1, "say": quiet}
-    exploit(str(tmp_path / "target"), tmp_path / "exploiter", **settings)
-    Training(LEARNER.replace(seed=5), tmp_path / "target", say=quiet).run()
+    settings = {"steps": 32, "learner": LEARNER, "threads": 1, "say": quiet}
+    make_exploiter(str(tmp_path / "target"), tmp_path / "exploiter", **settings).run()
+    Training(LEARNER.replace(seed=5), tmp_path / "target", overwrite=True, say=quiet).run()
     with pytest.raises(CheckpointError, match="belongs to another configuration"):
-        exploit(str(tmp_path / "target"), tmp_path / "exploiter", **settings)
+        make_exploiter(str(tmp_path / "target"), tmp_path / "exploiter", resume=True, **settings)
 
 
 def test_pure_self_play_meets_only_itself(tmp_path):
@@ -191,7 +193,9 @@ def test_an_exploiter_starts_from_its_targets_weights(tmp_path):
 
 
 def test_exploiting_reports_target_and_competence(tmp_path):
-    matches = exploit("centre", tmp_path, steps=32, games=2, learner=LEARNER, threads=1, say=quiet)
+    run = make_exploiter("centre", tmp_path, steps=32, learner=LEARNER, threads=1, say=quiet)
+    run.run()
+    matches = play_exploiter(run, "centre", games=2)
     assert [match.opponent for match in matches] == ["centre", "uniform", "ring"]
 
 
