@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import json
+import shutil
 
 import numpy as np
 import pytest
@@ -10,11 +12,12 @@ import torch
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import Stopped
+from swarm_pz.policies.learned import write_atomically
 from swarm_pz.training.checkpoint import CHECKPOINT, read, read_story, write
 from swarm_pz.training.config import LeagueConfig, TrainConfig
 from swarm_pz.training.folders import OLD_CHECKPOINT
 from swarm_pz.training.ppo import HISTORY, Training
-from swarm_pz.training.selfplay import League
+from swarm_pz.training.selfplay import STATE, League
 
 RUN = TrainConfig(
     game=GameConfig(observation=ObservationConfig(grid=10), drones_per_team=2, time_limit=11.0),
@@ -138,28 +141,70 @@ def test_a_longer_run_is_said_to_be_another(uninterrupted, tmp_path):
     assert "was to have 160 steps" in lines[1]
 
 
-def test_a_run_of_an_earlier_version_goes_on_and_is_said_not_to_be_the_same(uninterrupted, tmp_path):
-    run = Training(RUN, tmp_path, say=quiet)
-    stop(run, 3)
+def make_old(run):
+    """Turn a run's checkpoint into that of an earlier version."""
     old = {
-        "config_hash": read_story(tmp_path / CHECKPOINT)["config_hash"],
+        "config_hash": read_story(run.folder / CHECKPOINT)["config_hash"],
         "steps": run.model.num_timesteps,
         "policy": run.model.policy.state_dict(),
         "optimizer": run.model.policy.optimizer.state_dict(),
         "history": run.history.to_json(),
     }
-    (tmp_path / CHECKPOINT).unlink()
-    torch.save(old, tmp_path / OLD_CHECKPOINT)
+    (run.folder / CHECKPOINT).unlink()
+    torch.save(old, run.folder / OLD_CHECKPOINT)
+
+
+def test_a_run_of_an_earlier_version_goes_on_and_is_said_not_to_be_the_same(uninterrupted, tmp_path):
+    run = Training(RUN, tmp_path / "old", say=quiet)
+    stop(run, 3)
+    make_old(run)
+    shutil.copytree(tmp_path / "old", tmp_path / "copy")
     lines = []
-    again = Training(RUN, tmp_path, resume=True, say=lines.append)
+    again = Training(RUN, tmp_path / "old", resume=True, say=lines.append)
     assert "is not the one that never stopped" in lines[0]
     for name, values in run.policy().weights().items():
         np.testing.assert_array_equal(values, again.policy().weights()[name])
     again.run()
     assert [record["step"] for record in again.history.records] == [0, 64, 128, 160]
-    assert not (tmp_path / OLD_CHECKPOINT).exists()
-    drawn = [read(folder / CHECKPOINT)[1]["random.torch"] for folder in (tmp_path, uninterrupted.folder)]
-    assert not np.array_equal(*drawn)
+    assert not (tmp_path / "old" / OLD_CHECKPOINT).exists()
+    for folder, differs in ((tmp_path / "old", True), (uninterrupted.folder, False)):
+        story, arrays = read(folder / CHECKPOINT)
+        assert (story["games"]["seed"] != RUN.seed) is differs
+        is_same = np.array_equal(arrays["random.torch"], read(uninterrupted.folder / CHECKPOINT)[1]["random.torch"])
+        assert is_same is not differs
+    # From here on it is as any other run.
+    stopped = Training(RUN, tmp_path / "copy", resume=True, say=quiet)
+    stop(stopped, 3)
+    stopped = Training(RUN, tmp_path / "copy", resume=True, say=quiet)
+    stopped.run()
+    assert_same_run(stopped, again)
+
+
+def test_a_league_of_an_earlier_version_goes_on(tmp_path):
+    learner = LEAGUE.learner.replace(total_steps=64)
+    league = League(LEAGUE.replace(learner=learner), tmp_path, say=quiet)
+    league.run()
+    make_old(league.main)
+    told = json.loads((tmp_path / STATE).read_text())
+    del told["until"]
+    (tmp_path / STATE).write_text(json.dumps(told))
+    again = League(LEAGUE.replace(learner=learner.replace(total_steps=96)), tmp_path, resume=True, say=quiet)
+    assert again.pool.members == league.pool.members
+    again.run()
+    assert again.main.model.num_timesteps == 96
+
+
+def test_a_file_that_cannot_be_written_leaves_the_earlier_one(tmp_path):
+    write(tmp_path / CHECKPOINT, {"told": 1}, {"numbers": np.zeros(2)})
+
+    def fail(draft):
+        draft.write_text("half")
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_atomically(tmp_path / CHECKPOINT, fail)
+    assert read_story(tmp_path / CHECKPOINT)["told"] == 1
+    assert [path.name for path in tmp_path.iterdir()] == [CHECKPOINT]
 
 
 def test_a_checkpoint_holds_no_code_and_everybody_may_read_what_is_written(uninterrupted):
@@ -193,8 +238,10 @@ def whole_league(tmp_path_factory):
 @pytest.mark.parametrize("stops", [[2], [5, 6], [9, 2]])
 def test_a_resumed_league_is_the_uninterrupted_league(whole_league, tmp_path, stops):
     league = League(LEAGUE, tmp_path, say=quiet)
+    early = (tmp_path / STATE).read_text()
     for questions in stops:
         stop(league, questions)
+        (tmp_path / STATE).write_text(early)  # as if it had been killed between writing the one file and the other
         league = League(LEAGUE, tmp_path, resume=True, say=quiet)
     league.run()
     assert league.pool == whole_league.pool

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from swarm_pz.training.exploit import exploiter_config, make_exploiter, play_exp
 from swarm_pz.training.pool import Member, Pool
 from swarm_pz.training.ppo import Training
 from swarm_pz.training.selfplay import STATE, League
+from swarm_pz.training.vec_env import SwarmVecEnv
 
 LEARNER = TrainConfig(
     game=GameConfig(observation=ObservationConfig(grid=10), drones_per_team=2, time_limit=5.0),
@@ -96,6 +98,41 @@ def test_a_league_grows_a_pool_and_writes_a_policy(tmp_path):
         if member.kind != "script":
             LearnedPolicy.read(tmp_path / member.source, LEARNER.game)
     assert sum(member.games for member in league.pool.members) > 10 * len(kinds)
+
+
+def test_a_won_game_is_a_point_for_the_learner_and_a_lost_one_is_none(tmp_path, monkeypatch):
+    ends, points = [], []
+    step_wait = SwarmVecEnv.step_wait
+
+    def watched(self):
+        result = step_wait(self)
+        _, rewards, dones, _ = result
+        ends.extend(0.5 + 0.5 * np.sign(np.trunc(rewards[dones])))  # to win or lose counts one, and what was captured
+        return result
+
+    monkeypatch.setattr(SwarmVecEnv, "step_wait", watched)
+    monkeypatch.setattr(Member, "count", lambda _, gained: points.append(gained))
+    game = LEARNER.game.replace(drones_per_team=1, time_limit=60.0)
+    learner = LEARNER.replace(game=game, num_envs=16, rollout=32, total_steps=1024)
+    League(TINY.replace(learner=learner, cycle=1024, exploiter_steps=0), tmp_path, say=quiet).run()
+    assert points == ends
+    assert {0.0, 1.0} & set(points)
+
+
+@pytest.mark.parametrize(("score", "joins"), [(0.2, False), (0.5, False), (0.51, True), (0.9, True)])
+def test_an_exploiter_joins_the_pool_only_if_it_beats_its_target(tmp_path, monkeypatch, score, joins):
+    match = SimpleNamespace(score=lambda: score, standing=lambda: "so and so")
+    monkeypatch.setattr(
+        "swarm_pz.training.selfplay.make_exploiter", lambda *_, **__: SimpleNamespace(run=lambda _: None)
+    )
+    monkeypatch.setattr("swarm_pz.training.selfplay.play_exploiter", lambda *_, **__: [match])
+    learner = LEARNER.replace(total_steps=32)
+    league = League(TINY.replace(learner=learner, exploiter_every=32), tmp_path, say=quiet)
+    league.run()
+    assert league.pool.exploiters == 1
+    joined = [member for member in league.pool.members if member.kind == "exploiter"]
+    assert [member.name for member in joined] == (["exploiter_000"] if joins else [])
+    assert all(member.beaten == pytest.approx(1.0 - score) for member in joined)
 
 
 def test_a_league_goes_on_where_it_was(tmp_path):
