@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import require_extra
+from swarm_pz.errors import PolicyError, require_extra
 from swarm_pz.policy import Player, registered
 from swarm_pz.policy import load as _load
 
@@ -41,9 +41,14 @@ def load(name: str | Path, config: GameConfig | None = None) -> Player:
         If the folder's files are corrupt or do not fit the game.
     """
     config = config if config is not None else GameConfig()
-    if str(name) not in registered() and Path(name).is_dir():
+    first, folder = str(name).split(":", 1)[0], Path(name)
+    if first not in registered() and folder.is_dir():
         require_extra("torch", "training")
         from swarm_pz.policies.learned import LearnedPolicy
 
-        return LearnedPolicy.read(Path(name), config)
+        return LearnedPolicy.read(folder, config)
+    if first not in registered() and folder.exists():
+        raise PolicyError(f"expected a policy or a folder that training wrote, got the file {str(name)!r}")
+    if first not in registered() and os.sep in first:
+        raise PolicyError(f"there is no folder {first!r}, nor a policy of that name; there are {', '.join(names())}")
     return _load(str(name), config)
