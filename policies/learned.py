@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from safetensors.numpy import load_file, save_file
+from safetensors.numpy import load_file, save
 from torch import Tensor
 
 from swarm_pz.config import GameConfig, ObservationConfig
@@ -31,8 +31,12 @@ _ROWS = 32
 def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
     """Write a file under another name and rename it, so that nobody ever sees half of it."""
     draft = path.with_name(f".{path.name}.draft")
-    write(draft)
-    draft.replace(path)
+    try:
+        write(draft)
+        draft.replace(path)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
 
 
 def _digest(card: dict[str, Any], weights: dict[str, Tensor]) -> str:
@@ -138,7 +142,8 @@ class LearnedPolicy:
         """Write the policy into a folder, the card last, so that a card never stands alone."""
         folder.mkdir(parents=True, exist_ok=True)
         weights = {name: values.numpy() for name, values in self._actor.state_dict().items()}
-        write_atomically(folder / WEIGHTS, lambda path: save_file(weights, path))
+        # Not its `save_file`, whose files nobody but their owner may read.
+        write_atomically(folder / WEIGHTS, lambda path: path.write_bytes(save(weights)))
         card = self.card | {"digest": self.digest}
         write_atomically(folder / CARD, lambda path: path.write_text(json.dumps(card, indent=2) + "\n"))
 

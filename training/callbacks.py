@@ -6,23 +6,23 @@ import json
 import math
 import sys
 import time
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
 
 from swarm_pz import policies
+from swarm_pz.errors import Stopped
 from swarm_pz.match import play_match
+from swarm_pz.training.randomness import kept
 
 if TYPE_CHECKING:
     from swarm_pz.training.ppo import Training
 
-_RECENT = 256
-"""Finished games over which the running figures are taken."""
+EVALUATION_SEEDS = 1_000_000
+"""Sets the seeds of evaluations during a run apart from those of the matches after it."""
 
 
 @dataclass
@@ -53,25 +53,22 @@ class History:
         return cls(records=list(plain["records"]), seconds=float(plain["seconds"]))
 
 
-class _Recent(BaseCallback):
-    """A callback that knows its run and the latest finished games."""
+class Account(BaseCallback):
+    """Keeps the run's account: the latest finished games, and the time spent."""
 
     def __init__(self, run: Training) -> None:
         super().__init__()
         self.run = run
-        self.games: deque[dict[str, Any]] = deque(maxlen=_RECENT)
+
+    def _on_training_start(self) -> None:
+        self._began, self._before = time.monotonic(), self.run.history.seconds
 
     def _on_step(self) -> bool:
-        self.games.extend(info for info in self.locals["infos"] if "outcome" in info)
+        self.run.history.seconds = self._before + time.monotonic() - self._began
+        for info in self.locals["infos"]:
+            if "outcome" in info:
+                self.run.recent.append((info["outcome"] == "win", info["share"]))
         return True
-
-    def win_rate(self) -> float:
-        """Return the fraction of the latest games won, with exploration."""
-        return float(np.mean([game["outcome"] == "win" for game in self.games])) if self.games else 0.0
-
-    def share(self) -> float:
-        """Return the mean final share of drones in the latest games, with exploration."""
-        return float(np.mean([game["share"] for game in self.games])) if self.games else 0.0
 
 
 class FadingExploration(BaseCallback):
@@ -105,29 +102,34 @@ class CriticFirst(BaseCallback):
         return True
 
 
-class PeriodicEvaluation(_Recent):
+class PeriodicEvaluation(BaseCallback):
     """Plays the tactic without exploration every so often, from the start on."""
 
-    def _on_training_start(self) -> None:
-        self._next = self.num_timesteps + (self.run.config.evaluate_every if self.run.history.records else 0)
+    def __init__(self, run: Training) -> None:
+        super().__init__()
+        self.run = run
 
     # At the start of a rollout, since at its end the update that it is for is still to come.
     def _on_rollout_start(self) -> None:
-        if self.num_timesteps >= self._next:
-            self._next = self.num_timesteps + self.run.config.evaluate_every
+        records = self.run.history.records
+        if not records or self.num_timesteps >= records[-1]["step"] + self.run.config.evaluate_every:
             self.evaluate()
+
+    def _on_step(self) -> bool:
+        return True
 
     def evaluate(self) -> None:
         """Play the tactic as it stands and write it down."""
         config = self.run.config
-        match = play_match(
-            self.run.policy(),
-            policies.load(config.opponents[0], config.game),
-            games=config.evaluation_games,
-            seed=1_000_000 + config.seed,
-            config=config.game,
-            threads=config.threads,
-        )
+        with kept():  # an evaluation more or less changes nothing in the run
+            match = play_match(
+                self.run.policy(),
+                policies.load(config.opponents[0], config.game),
+                games=config.evaluation_games,
+                seed=EVALUATION_SEEDS + config.seed,
+                config=config.game,
+                threads=config.threads,
+            )
         summary = match.summary()
         record = {
             "step": self.num_timesteps,
@@ -137,44 +139,64 @@ class PeriodicEvaluation(_Recent):
             "win_rate_high": summary["win_rate_ci95"][1],
             "loss_rate": summary["losses"] / summary["games"],
             "share": summary["mean_share"],
-            "training_share": self.share(),
+            "training_share": self.run.training_share(),
         }
         self.run.history.records.append(record)
         for name in ("win_rate", "loss_rate", "share"):
             self.logger.record(f"evaluation/{name}", record[name])
-        self.logger.record("train/win_rate", self.win_rate())
+        self.logger.record("train/win_rate", self.run.training_win_rate())
         self.logger.record("train/share", record["training_share"])
         self.logger.dump(self.num_timesteps)
 
 
-class Checkpoint(_Recent):
-    """Saves the run every so often."""
+class Checkpoint(BaseCallback):
+    """Saves a run every so often; and where it is asked to stop, which ends it.
+
+    Parameters
+    ----------
+    run : Training
+    save : callable
+        Writes all that is needed to go on.
+    asked : callable
+        Says whether to stop.
+    """
+
+    def __init__(self, run: Training, save: Callable[[], None], asked: Callable[[], bool]) -> None:
+        super().__init__()
+        self.run = run
+        self._save = save
+        self._asked = asked
 
     def _on_training_start(self) -> None:
         self._next = self.num_timesteps + self.run.config.checkpoint_every
 
+    # Between two rollouts nothing is half done; what is saved then changes nothing in the run.
     def _on_rollout_start(self) -> None:
-        if self.num_timesteps >= self._next:
+        stops = self._asked()
+        if stops or self.num_timesteps >= self._next:
             self._next = self.num_timesteps + self.run.config.checkpoint_every
-            self.run.save_checkpoint()
+            self._save()
+        if stops:
+            raise Stopped(self.run.standing())
+
+    def _on_step(self) -> bool:
+        return True
 
 
-class Progress(_Recent):
+class Progress(BaseCallback):
     """Says how far the run is: a line in place on a terminal, a line every tenth elsewhere."""
 
     def __init__(self, run: Training, say: Callable[[str], None]) -> None:
-        super().__init__(run)
+        super().__init__()
+        self.run = run
         self._say = say
         self._tenth = -1
 
     def _on_training_start(self) -> None:
         self._first_step = self.num_timesteps
         self._began = time.monotonic()
-        self._before = self.run.history.seconds
 
     def _on_step(self) -> bool:
-        super()._on_step()
-        self.run.history.seconds = self._before + time.monotonic() - self._began
         return True
 
     def _on_rollout_end(self) -> None:
@@ -186,7 +208,7 @@ class Progress(_Recent):
         line = (
             f"{done:4.0%} {self.num_timesteps:>9,} steps  {rate:6,.0f}/s  "
             f"{_clock(max(total - self.num_timesteps, 0) / rate)} left  "
-            f"exploring: won {self.win_rate():3.0%}, share {self.share():.2f}  "
+            f"exploring: won {self.run.training_win_rate():3.0%}, share {self.run.training_share():.2f}  "
             f"evaluated: won {records[-1]['win_rate']:3.0%}, share {records[-1]['share']:.2f}"
         )
         if sys.stdout.isatty():

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import math
-import pickle
+import shutil
+from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
-from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
+from stable_baselines3.common.utils import set_random_seed
 from stable_baselines3.common.vec_env import VecMonitor
 
 from swarm_pz import policies
@@ -21,7 +23,9 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
 from swarm_pz.policies.learned import CARD, FORMAT, WEIGHTS, LearnedPolicy, write_atomically
 from swarm_pz.policy import Player
+from swarm_pz.training import randomness
 from swarm_pz.training.callbacks import (
+    Account,
     Checkpoint,
     CriticFirst,
     FadingExploration,
@@ -29,34 +33,65 @@ from swarm_pz.training.callbacks import (
     PeriodicEvaluation,
     Progress,
 )
+from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Arrays, Story, of, read, read_old, under, write
 from swarm_pz.training.config import TrainConfig
+from swarm_pz.training.flight import InFlight, Seat
+from swarm_pz.training.folders import OLD_CHECKPOINT, check_folder
+from swarm_pz.training.learner import Learner
 from swarm_pz.training.networks import GridPolicy
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
-CHECKPOINT, HISTORY = "checkpoint.pt", "history.json"
+HISTORY, TENSORBOARD = "history.json", "tensorboard"
+
+
+_RECENT = 256
+"""Finished games over which the running figures are taken."""
+
+
+def never() -> bool:
+    """Ask nobody to stop."""
+    return False
+
+
+def _load_opponent(seat: Seat, game: GameConfig) -> Player:
+    return policies.load(seat.name, game)
 
 
 class Training:
     """One training run in a folder, begun afresh or taken up from its last checkpoint.
 
-    The folder holds ``config.json``, ``checkpoint.pt``, ``history.json``, TensorBoard's events and,
-    in the end, ``policy.safetensors`` with ``policy.json``.
+    The folder holds ``config.json``, ``checkpoint.safetensors``, ``history.json``, TensorBoard's events and,
+    in the end, ``policy.safetensors`` with ``policy.json``. A run that is taken up is the run that never
+    stopped, bit for bit, on the same machine with the same versions and threads.
 
     Parameters
     ----------
     config : TrainConfig
     folder : Path
     resume : bool
-        Go on from the folder's checkpoint, if there is one.
+        Go on from the folder's checkpoint.
+    overwrite : bool
+        Replace what the folder holds of another run.
     say : callable, optional
         Where lines of progress go.
     command : str
         What was called to begin the run; it stands on the card of the policy.
+    load_opponent : callable, optional
+        Makes the opponents of unfinished games when these are taken up; by name, if not given.
+
+    Attributes
+    ----------
+    history : History
+    recent : deque of (bool, float)
+        Of the latest games, with exploration: won, and the final share of drones.
+    found : dict
+        What the checkpoint told that this run was taken up from.
 
     Raises
     ------
     CheckpointError
-        If the folder's checkpoint is corrupt or of another configuration.
+        If there is nothing to resume, or it is corrupt or of another configuration; or if a fresh run would
+        replace another.
     """
 
     def __init__(
@@ -65,21 +100,27 @@ class Training:
         folder: Path,
         *,
         resume: bool = False,
+        overwrite: bool = False,
         say: Callable[[str], None] = print,
         command: str = "",
+        load_opponent: Callable[[Seat, GameConfig], Player] = _load_opponent,
     ) -> None:
+        check_folder(folder, resume=resume, overwrite=overwrite, marks=(CHECKPOINT, OLD_CHECKPOINT))
         self.config = config
         self.command = command
         self.folder = folder
         self.history = History()
+        self.recent: deque[tuple[bool, float]] = deque(maxlen=_RECENT)
+        self.found: Story = {}
         self._say = say
-        self._logs = False
+        self._load_opponent = load_opponent
         self._identity = _identify(config, load_all(config.opponents, config.game))
-        self.env = _make_env(config)
+        self.env = InFlight(_make_env(config), config.opponents)
+        self._monitor = VecMonitor(self.env)
         torch.set_num_threads(config.threads)
-        self.model = PPO(
+        self.model = Learner(
             GridPolicy,
-            VecMonitor(self.env),
+            self._monitor,
             n_steps=config.rollout,
             batch_size=min(config.batch_size, config.rollout * config.num_envs),
             n_epochs=config.epochs,
@@ -95,12 +136,17 @@ class Training:
         self.model.policy.log_std.requires_grad_(False)
         if config.start_from is not None:
             self._take_over(config.start_from)
+        self._streams = randomness.streams()
+        self._unfinished: Arrays = {}
+        self._learns = False
         folder.mkdir(parents=True, exist_ok=True)
-        if resume and (folder / CHECKPOINT).exists():
+        if resume:
             self._load_checkpoint()
         else:  # nothing of an earlier run may be taken for this one's
-            for name in (CHECKPOINT, HISTORY, WEIGHTS, CARD):
+            for name in (CHECKPOINT, OLD_CHECKPOINT, HISTORY, WEIGHTS, CARD):
                 (folder / name).unlink(missing_ok=True)
+            shutil.rmtree(folder / TENSORBOARD, ignore_errors=True)
+            self.save_checkpoint()
         write_atomically(
             folder / "config.json", lambda path: path.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
         )
@@ -125,13 +171,14 @@ class Training:
 
     def untrained(self) -> LearnedPolicy:
         """Return the tactic of a network that has learned nothing yet, of this seed."""
-        torch.manual_seed(self.config.seed)
-        fresh = GridPolicy(
-            self.model.observation_space,
-            self.model.action_space,
-            lambda _: 0.0,
-            width=self.config.width,
-        )
+        with randomness.kept():
+            torch.manual_seed(self.config.seed)
+            fresh = GridPolicy(
+                self.model.observation_space,
+                self.model.action_space,
+                lambda _: 0.0,
+                width=self.config.width,
+            )
         return self._policy(fresh, "untrained")
 
     def policy(self) -> LearnedPolicy:
@@ -154,71 +201,164 @@ class Training:
         weights = {key: value.detach().clone().numpy() for key, value in network.actor.state_dict().items()}
         return LearnedPolicy(card, weights, self.config.game, name)
 
-    def run(self) -> LearnedPolicy:
-        """Train to the end, write the policy and return it."""
+    def standing(self) -> str:
+        """Say how far the run is."""
+        return f"{self.folder} is saved at step {self.model.num_timesteps:,} of {self.config.total_steps:,}"
+
+    def training_win_rate(self) -> float:
+        """Return the fraction of the latest games won, with exploration."""
+        return float(np.mean([won for won, _ in self.recent])) if self.recent else 0.0
+
+    def training_share(self) -> float:
+        """Return the mean final share of drones in the latest games, with exploration."""
+        return float(np.mean([share for _, share in self.recent])) if self.recent else 0.0
+
+    def run(self, asked: Callable[[], bool] = never) -> LearnedPolicy:
+        """Train to the end, write the policy and return it.
+
+        Parameters
+        ----------
+        asked : callable, optional
+            Says between two rollouts whether to stop there.
+
+        Raises
+        ------
+        Stopped
+            If asked to stop; a checkpoint has been written.
+        """
         if self.model.num_timesteps < self.config.total_steps:
             evaluation = PeriodicEvaluation(self)
-            self.learn(self.config.total_steps, evaluation, Checkpoint(self), Progress(self, self._say))
-            evaluation.evaluate()
-            self.model.logger.close()
+            stops = Checkpoint(self, self.save_checkpoint, asked)
+            try:
+                self.learn(self.config.total_steps, evaluation, stops, Progress(self, self._say))
+                evaluation.evaluate()
+            finally:
+                self.logger.close()
             self.save_checkpoint()
         policy = self.policy()
         policy.write(self.folder)
         self.env.close()
         return policy
 
+    @functools.cached_property
+    def logger(self) -> Logger:
+        """TensorBoard's events of this sitting."""
+        return Logger(None, [TensorBoardOutputFormat(str(self.folder / TENSORBOARD))])
+
+    def deal(self, opponents: Sequence[Player], names: Sequence[str]) -> None:
+        """Give other opponents to the games that start from now on."""
+        self._take_up_games()
+        self.env.deal(opponents, names)
+
     def learn(self, until: int, *callbacks: BaseCallback) -> None:
         """Train up to a number of steps, counted from the run's start."""
-        if not self._logs:
-            self.model.set_logger(Logger(None, [TensorBoardOutputFormat(str(self.folder / "tensorboard"))]))
-            self._logs = True
-        schedules: list[BaseCallback] = [FadingExploration(self), CriticFirst(self)]
-        self.model.learn(
-            until - self.model.num_timesteps,
-            callback=CallbackList(schedules + list(callbacks)),
-            reset_num_timesteps=self.model.num_timesteps == 0,
-        )
+        self.model.set_logger(self.logger)
+        self._take_up_games()
+        schedules: list[BaseCallback] = [FadingExploration(self), CriticFirst(self), Account(self)]
+        # SB3 draws from the process's streams; what else runs in it draws from others.
+        with randomness.kept():
+            randomness.set_streams(self._streams)
+            self._learns = True
+            try:
+                self.model.learn(
+                    until - self.model.num_timesteps,
+                    callback=CallbackList(schedules + list(callbacks)),
+                    reset_num_timesteps=self.model.num_timesteps == 0,
+                )
+            finally:
+                self._learns = False
+                self._streams = randomness.streams()
 
-    def save_checkpoint(self) -> None:
-        """Write all that `resume` needs, atomically."""
-        state = {
+    # --- checkpoints ------------------------------------------------------------------------------
+
+    def save_checkpoint(self, **more: Any) -> None:
+        """Write all that decides the future, atomically, and what else is given; between two rollouts only."""
+        learner, arrays = self.model.state()
+        games, flight = self.env.state()
+        story = {
             "config_hash": self._identity,
-            "steps": self.model.num_timesteps,
-            "policy": self.model.policy.state_dict(),
-            "optimizer": self.model.policy.optimizer.state_dict(),
+            "total_steps": self.config.total_steps,
+            "finished": self.model.num_timesteps >= self.config.total_steps,
+            "learner": learner,
+            "games": games,
+            "recent": list(self.recent),
             "history": self.history.to_json(),
+            **more,
         }
-        write_atomically(self.folder / CHECKPOINT, lambda path: torch.save(state, path))
+        streams = randomness.streams() if self._learns else self._streams
+        arrays |= under("random", streams) | under("games", flight)
+        arrays["games.returns"] = self._monitor.episode_returns
+        write(self.folder / CHECKPOINT, story, arrays)
+        (self.folder / OLD_CHECKPOINT).unlink(missing_ok=True)
         write_atomically(self.folder / HISTORY, lambda path: path.write_text(self.history.to_json() + "\n"))
 
     def _load_checkpoint(self) -> None:
         path = self.folder / CHECKPOINT
+        if not path.is_file():
+            self._load_old_checkpoint()
+            return
+        story, arrays = read(path)
+        self._check_identity(story.get("config_hash"), path)
         try:
-            # Arrays and numbers only: a checkpoint from elsewhere can run no code.
-            state: dict[str, Any] = torch.load(path, weights_only=True)
-            config_hash = state["config_hash"]
-        except (OSError, RuntimeError, EOFError, LookupError, TypeError, ValueError, pickle.UnpicklingError) as error:
-            raise CheckpointError(
-                f"{path} is corrupt or foreign; delete it to begin afresh ({_first_line(error)})"
-            ) from error
-        if config_hash != self._identity:
-            raise CheckpointError(
-                f"{path} belongs to another configuration: give the settings in {self.folder / 'config.json'}, "
-                "another folder (--out), or no resume"
+            self.model.take_up(story["learner"], arrays)
+            self.history = History.from_json(story["history"])
+            self.recent.extend((bool(won), float(share)) for won, share in story["recent"])
+            self._streams = of("random", arrays)
+            self._unfinished = of("games", arrays) if self.model.num_timesteps else {}
+            total = int(story["total_steps"])
+        except (AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
+            raise CheckpointError(f"{path} does not fit this run ({_first_line(error)}); {BEGIN_AFRESH}") from error
+        self.found = story
+        self._say(f"resuming {self.folder} at step {self.model.num_timesteps:,}")
+        if total != self.config.total_steps:
+            self._say(
+                f"the run was to have {total:,} steps: learning rate and exploration fall from here on as in one of "
+                f"{self.config.total_steps:,}"
             )
+
+    def _take_up_games(self) -> None:
+        """Play the unfinished games of the checkpoint again, up to where they were, unless that has been done."""
+        if not self._unfinished:
+            return
+        arrays, self._unfinished = self._unfinished, {}
+        observations, same = self.env.take_up(self.found["games"], arrays, self._load_opponent)
+        self._monitor.episode_returns = arrays["returns"].copy()
+        self._monitor.episode_lengths = self.env.ages.astype(np.int32)
+        self.model.see(observations, self.env.ages == 0)
+        if not same:
+            self._say(
+                "unfinished games came out differently here than where they were stored: the run goes on, but is not "
+                "the one that never stopped"
+            )
+
+    def _load_old_checkpoint(self) -> None:
+        """Take up a run of an earlier version, which stored neither its games nor its random streams."""
+        path = self.folder / OLD_CHECKPOINT
+        state = read_old(path)
+        self._check_identity(state.get("config_hash"), path)
         try:
-            self.model.policy.load_state_dict(state["policy"])
-            self.model.policy.optimizer.load_state_dict(state["optimizer"])
+            self.model.load_weights(state["policy"], state["optimizer"])
             self.history = History.from_json(state["history"])
             self.model.num_timesteps = int(state["steps"])
         except (AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
+            raise CheckpointError(f"{path} does not fit this run ({_first_line(error)}); {BEGIN_AFRESH}") from error
+        # Games and exploration go on from other numbers than those already used.
+        seeds = np.random.SeedSequence([self.config.seed, self.model.num_timesteps]).generate_state(2)
+        self.env.seed(int(seeds[0]))
+        with randomness.kept():
+            set_random_seed(int(seeds[1]))
+            self._streams = randomness.streams()
+        self._say(
+            f"resuming {self.folder} at step {self.model.num_timesteps:,} of an earlier version, which did not store "
+            "games and random streams: the run goes on, but is not the one that never stopped"
+        )
+
+    def _check_identity(self, config_hash: object, path: Path) -> None:
+        if config_hash != self._identity:
             raise CheckpointError(
-                f"{path} does not fit this run; delete it to begin afresh ({_first_line(error)})"
-            ) from error
-        # Games go on from other seeds than those already played.
-        stream = np.random.SeedSequence([self.config.seed, self.model.num_timesteps])
-        self.env.seed(int(stream.generate_state(1)[0]))
-        self._say(f"resuming {self.folder} at step {self.model.num_timesteps:,}")
+                f"{path} belongs to another configuration: give the settings in {self.folder / 'config.json'}, "
+                "another folder (--out), or --overwrite to replace the run"
+            )
 
 
 def load_all(names: Sequence[str], config: GameConfig) -> list[Player]:

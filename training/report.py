@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.match import MatchResult, paired_difference, play_match
-from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.policies.learned import LearnedPolicy, write_atomically
 from swarm_pz.training.callbacks import History
 
 matplotlib.use("Agg")
@@ -88,7 +88,7 @@ def plot_learning_curve(history: History, opponent: str, path: Path) -> None:
     )
     axes.title.set_fontsize(10)
     figure.legend(loc="outside lower center", ncols=4, fontsize=9)
-    figure.savefig(path, dpi=120)
+    write_atomically(path, lambda draft: figure.savefig(draft, dpi=120, format="png"))
 
 
 def plot_sizes(match: MatchResult, path: Path) -> None:

@@ -14,112 +14,34 @@ import json
 import shutil
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
 from swarm_pz import policies
-from swarm_pz.errors import CheckpointError
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import CheckpointError, Stopped
 from swarm_pz.match import POINTS
-from swarm_pz.policies.learned import LearnedPolicy, write_atomically
+from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy, write_atomically
+from swarm_pz.policy import Player
 from swarm_pz.ratings import rate
 from swarm_pz.tournament import Tournament, TournamentConfig
+from swarm_pz.training.callbacks import Checkpoint
+from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import LeagueConfig
-from swarm_pz.training.exploit import exploit
-from swarm_pz.training.ppo import Training
+from swarm_pz.training.exploit import make_exploiter, play_exploiter
+from swarm_pz.training.flight import Seat
+from swarm_pz.training.folders import LEAGUE as STATE
+from swarm_pz.training.folders import LEARNER, check_folder
+from swarm_pz.training.pool import Member, Pool
+from swarm_pz.training.ppo import Training, never
 
-STATE = "league.json"
-_PRIOR_GAMES = 10.0
-"""Games at an even score that a new opponent starts with."""
-_REMEMBERED_GAMES = 200.0
-"""Older games fade: the learner changes."""
+_EXPLOITED_GAMES = 100
+"""Games that show whether an exploiter beats its target."""
 _RATED, _RATING_GAMES = 4, 10
 """Latest snapshots, and latest exploiters, that a new snapshot is rated among; and the games of every two."""
-
-
-@dataclass
-class Member:
-    """An opponent of the pool, and how the learner has done against it lately.
-
-    Attributes
-    ----------
-    name : str
-    source : str
-        Name of the policy, or its folder within the league's.
-    kind : {"script", "rival", "snapshot", "exploiter"}
-    games, score : float
-        Games of late, and the learner's score in them; a draw is half a win.
-    """
-
-    name: str
-    source: str
-    kind: str
-    games: float = _PRIOR_GAMES
-    score: float = _PRIOR_GAMES / 2
-
-    @property
-    def beaten(self) -> float:
-        """The learner's share of the points."""
-        return self.score / self.games
-
-    def count(self, points: float) -> None:
-        """Count a game of the learner against it."""
-        self.games, self.score = self.games + 1.0, self.score + points
-        if self.games > _REMEMBERED_GAMES:
-            self.score *= _REMEMBERED_GAMES / self.games
-            self.games = _REMEMBERED_GAMES
-
-
-@dataclass
-class Pool:
-    """The members of a league and what has been done so far.
-
-    Attributes
-    ----------
-    members : list of Member
-    config_hash : str
-        Of the settings that the league is played under.
-    snapshot_step, exploiter_step : int
-        Steps of the learner at the latest of each.
-    exploiters : int
-        How many have been trained.
-    target : str
-        The snapshot that an exploiter is being trained against, or none.
-    """
-
-    members: list[Member] = field(default_factory=list)
-    config_hash: str = ""
-    snapshot_step: int = 0
-    target: str = ""
-    exploiters: int = 0
-    exploiter_step: int = 0
-
-    def newest(self) -> Member:
-        """Return the newest snapshot; a league begins with one."""
-        return next(member for member in reversed(self.members) if member.kind == "snapshot")
-
-    def weights(self, exponent: float, floor: float, scripts: float) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """Return each member's probability of being dealt; `scripts` is what all scripts share."""
-        hard = np.array([(1.0 - member.beaten) ** exponent for member in self.members]) + floor
-        is_script = np.array([member.kind == "script" for member in self.members])
-        if is_script.any() and not is_script.all():
-            hard[is_script] *= scripts / hard[is_script].sum()
-            hard[~is_script] *= (1.0 - scripts) / hard[~is_script].sum()
-        return np.asarray(hard / hard.sum())
-
-    def to_json(self) -> str:
-        """Return the pool as JSON."""
-        return json.dumps(asdict(self), indent=2)
-
-    @classmethod
-    def from_json(cls, text: str) -> Pool:
-        """Read what `to_json` wrote."""
-        plain = json.loads(text)
-        members = [Member(**entry) for entry in plain.pop("members")]
-        return cls(members=members, **plain)
 
 
 class _Scores(BaseCallback):
@@ -139,18 +61,26 @@ class _Scores(BaseCallback):
 class League:
     """One league in a folder, begun afresh or taken up where it was.
 
-    The folder holds ``league.json`` (the pool), ``main/`` (the learner's run), ``pool/`` (snapshots)
-    ``exploiters/``, and ``ratings/``, a tournament of the latest of them.
+    The folder holds ``league.json`` (the pool, for readers), ``main/`` (the learner's run, whose checkpoint holds
+    the pool, too), ``pool/`` (snapshots), ``exploiters/``, and ``ratings/``, a tournament of the latest of
+    them. As with `Training`, a league that is taken up is the league that never stopped.
 
     Parameters
     ----------
     config : LeagueConfig
     folder : Path
-    resume : bool
+    resume, overwrite : bool
+        Go on with the folder's league, or replace it.
     say : callable, optional
         Where lines of progress go.
     command : str
         What was called to begin the league; it stands on the card of the policy.
+
+    Raises
+    ------
+    CheckpointError
+        If there is nothing to resume, or it is corrupt or of other settings; or if a fresh league would
+        replace another.
     """
 
     def __init__(
@@ -159,61 +89,75 @@ class League:
         folder: Path,
         *,
         resume: bool = False,
+        overwrite: bool = False,
         say: Callable[[str], None] = print,
         command: str = "",
     ) -> None:
+        check_folder(folder, resume=resume, overwrite=overwrite, marks=(STATE,))
         self.config = config
         self.folder = folder
         self._say = say
-        has_league = (folder / STATE).exists()
-        if has_league and not resume:
-            raise CheckpointError(f"{folder} holds a league: go on with it (--resume), or give another folder (--out)")
-        self.main = Training(config.learner, folder / "main", resume=has_league, say=say, command=command)
+        self.main = Training(
+            config.learner,
+            folder / LEARNER,
+            resume=resume,
+            overwrite=not resume,
+            say=say,
+            command=command,
+            load_opponent=self._partner,
+        )
         identity = config.replace(learner=config.learner.replace(total_steps=1, threads=1)).hash
-        if has_league:
-            try:
-                self.pool = Pool.from_json((folder / STATE).read_text())
-            except (LookupError, TypeError, ValueError) as error:
-                raise CheckpointError(f"{folder / STATE} is corrupt or foreign: {error!r}") from error
+        if resume:
+            self.pool = self._read_pool()
             if self.pool.config_hash != identity:
                 raise CheckpointError(
                     f"{folder} holds a league with other settings: give those, or another folder (--out)"
                 )
         else:
-            for name in ("pool", "exploiters", "ratings"):  # of a league that was killed before it was first saved
+            for name in ("pool", "exploiters", "ratings"):
                 shutil.rmtree(folder / name, ignore_errors=True)
+            for name in (WEIGHTS, CARD):
+                (folder / name).unlink(missing_ok=True)
             invited = [Member(name, name, "script") for name in config.scripts]
             invited += [Member(name, name, "rival") for name in config.rivals]
             self.pool = Pool(invited, config_hash=identity)
             self._snapshot()
-        self._generator = np.random.default_rng([config.learner.seed, self.main.model.num_timesteps])
 
-    def run(self) -> LearnedPolicy:
-        """Play the league to its end, write the learner's tactic and return it."""
+    def _read_pool(self) -> Pool:
+        """Return the pool as of the learner's checkpoint; leagues of an earlier version have it beside."""
+        try:
+            told = self.main.found.get("pool")
+            return Pool.from_dict(told if told is not None else json.loads((self.folder / STATE).read_text()))
+        except (LookupError, TypeError, ValueError) as error:
+            raise CheckpointError(f"{self.folder / STATE} is corrupt or foreign: {error!r}") from error
+
+    def run(self, asked: Callable[[], bool] = never) -> LearnedPolicy:
+        """Play the league to its end, write the learner's tactic and return it.
+
+        Parameters
+        ----------
+        asked : callable, optional
+            Says now and then whether to stop there.
+
+        Raises
+        ------
+        Stopped
+            If asked to stop; all that is needed to go on has been written.
+        """
         total = self.config.learner.total_steps
-        if self.pool.target:
-            self._exploit()
-        while self.main.model.num_timesteps < total:
-            self._deal()
-            began, before = time.monotonic(), self.main.model.num_timesteps
-            self.main.learn(min(before + self.config.cycle, total), _Scores(self.pool))
-            spent = time.monotonic() - began
-            self.main.history.seconds += spent
-            step = self.main.model.num_timesteps
-            self._report(step, (step - before) / spent)
-            self._save()
-            since = step - self.pool.snapshot_step
-            newest = self.pool.newest()
-            if newest.beaten >= self.config.snapshot_score or since >= self.config.snapshot_every:
-                self._snapshot()
-                self.main.model.logger.record("league/rating", self._rate())
-            self.main.model.logger.dump(step)
-            if self.config.exploiter_steps and step - self.pool.exploiter_step >= self.config.exploiter_every:
-                if self.pool.snapshot_step != step:
-                    self._snapshot()
-                self.pool.target = self.pool.newest().source
+        try:
+            while self._follow_up(asked) < total:
+                step = self.main.model.num_timesteps
+                if step >= self.pool.until or step == 0:  # at 0 a checkpoint holds no games, and so no deal
+                    self._deal()
+                    self.pool.until = step + self.config.cycle
+                began = time.monotonic()
+                stops = Checkpoint(self.main, self._save, asked)
+                self.main.learn(min(self.pool.until, total), _Scores(self.pool), stops)
+                self._report((self.main.model.num_timesteps - step) / (time.monotonic() - began))
                 self._save()
-                self._exploit()
+        finally:
+            self.main.logger.close()
         learner = self.main.policy()
         league = self.config.to_dict()
         training = league.pop("learner")
@@ -224,33 +168,65 @@ class League:
         self.main.env.close()
         return policy
 
-    def _report(self, step: int, rate: float) -> None:
+    def _follow_up(self, asked: Callable[[], bool]) -> int:
+        """Take the snapshot and train the exploiter that are due, if any; return the learner's steps.
+
+        What has been done is not due again, so a league that was killed here goes on where it was.
+        """
+        step = self.main.model.num_timesteps
+        is_over = step >= min(self.pool.until, self.config.learner.total_steps)
+        since = step - self.pool.snapshot_step
+        if is_over and since:
+            if self.pool.newest().beaten >= self.config.snapshot_score or since >= self.config.snapshot_every:
+                self._snapshot()
+                self.main.logger.record("league/rating", self._rate())
+            self.main.logger.dump(step)
+        if self._wants_exploiter(step) and is_over and not self.pool.target:
+            if self.pool.snapshot_step != step:
+                self._snapshot()
+            self.pool.target = self.pool.newest().source
+            self._save()
+        if asked():
+            raise Stopped(self.main.standing())
+        if self.pool.target:
+            self._exploit(asked)
+        return step
+
+    def _wants_exploiter(self, step: int) -> bool:
+        return self.config.exploiter_steps > 0 and step - self.pool.exploiter_step >= self.config.exploiter_every
+
+    def _report(self, rate: float) -> None:
+        step = self.main.model.num_timesteps
         by_score = sorted(self.pool.members, key=lambda member: member.beaten)
         mean = float(np.mean([member.beaten for member in by_score]))
         self._say(
             f"{step / self.config.learner.total_steps:4.0%} {step:>10,} steps {rate:6,.0f}/s  pool {len(by_score)}  "
             f"mean {mean:.2f}  hardest " + ", ".join(f"{member.name} {member.beaten:.2f}" for member in by_score[:4])
         )
-        logger = self.main.model.logger
+        logger = self.main.logger
         logger.record("league/pool", len(by_score))
         logger.record("league/mean_score", mean)
         logger.record("league/lowest_score", by_score[0].beaten)
 
     def _deal(self) -> None:
         weights = self.pool.weights(self.config.hardness, self.config.floor, self.config.script_share)
+        generator = np.random.default_rng([self.config.learner.seed, self.main.model.num_timesteps])
         # Systematic sampling: as random as needed, with less variance than independent draws.
-        places = (self._generator.random() + np.arange(self.config.seats)) / self.config.seats
-        chosen = [self.pool.members[i] for i in np.searchsorted(np.cumsum(weights), places * 0.999999)]
-        seated = {}
-        for member in chosen:
-            if member.name not in seated:
-                player = policies.load(self._locate(member.source, member.kind), self.config.learner.game)
-                # A partner that did not explore would beat the learner that does, whatever it had learned.
-                if isinstance(player, LearnedPolicy):
-                    player.noise = self.main.exploration()
-                seated[member.name] = player
-        order = [chosen[i].name for i in self._generator.permutation(len(chosen))]
-        self.main.env.deal([seated[name] for name in order], order)
+        places = (generator.random() + np.arange(self.config.seats)) / self.config.seats
+        chosen = [self.pool.members[i].name for i in np.searchsorted(np.cumsum(weights), places * 0.999999)]
+        # A partner that did not explore would beat the learner that does, whatever it had learned.
+        noise = self.main.exploration()
+        seated = {name: self._partner(Seat(name, noise), self.config.learner.game) for name in dict.fromkeys(chosen)}
+        order = [chosen[i] for i in generator.permutation(len(chosen))]
+        self.main.deal([seated[name] for name in order], order)
+
+    def _partner(self, seat: Seat, game: GameConfig) -> Player:
+        """Return a member of the pool; learned ones with noise."""
+        member = next(member for member in self.pool.members if member.name == seat.name)
+        player = policies.load(self._locate(member.source, member.kind), game)
+        if isinstance(player, LearnedPolicy):
+            player.noise = seat.noise
+        return player
 
     def _locate(self, source: str, kind: str) -> str:
         return source if kind in ("script", "rival") else str(self.folder / source)
@@ -265,20 +241,24 @@ class League:
         self.pool.snapshot_step = self.main.model.num_timesteps
         self._save()
 
-    def _exploit(self) -> None:
+    def _exploit(self, asked: Callable[[], bool]) -> None:
         """Train a best response to the pool's target, or finish one; whoever beats it joins the pool."""
         name = f"exploiter_{self.pool.exploiters:03d}"
         self._say(f"{name} trains for {self.config.exploiter_steps:,} steps against {Path(self.pool.target).name}")
-        match, *_ = exploit(
-            str(self.folder / self.pool.target),
-            self.folder / "exploiters" / name,
+        folder = self.folder / "exploiters" / name
+        target = str(self.folder / self.pool.target)
+        run = make_exploiter(
+            target,
+            folder,
             steps=self.config.exploiter_steps,
-            games=100,
             learner=self.config.learner.replace(evaluate_every=self.config.exploiter_steps),
             seed=self.config.learner.seed + 1000 + self.pool.exploiters,
             threads=self.config.learner.threads,
+            resume=(folder / CHECKPOINT).exists(),
             say=lambda _: None,
         )
+        run.run(asked)
+        match, *_ = play_exploiter(run, target, games=_EXPLOITED_GAMES)
         self._say(f"{name} against {Path(self.pool.target).name}: {match.standing()}")
         if match.score() > 0.5:
             member = Member(name, f"exploiters/{name}", "exploiter")
@@ -308,5 +288,6 @@ class League:
         return float(ratings.values[names.index(snapshots[-1].source)])
 
     def _save(self) -> None:
-        self.main.save_checkpoint()
+        # The pool must be of the same moment as the learner, so it is in the same file.
+        self.main.save_checkpoint(pool=asdict(self.pool))
         write_atomically(self.folder / STATE, lambda path: path.write_text(self.pool.to_json() + "\n"))

@@ -78,12 +78,19 @@ class SwarmVecEnv(VecEnv):
         """Give other opponents to the games that start from now on, as of `DuelBatch.deal`."""
         self.duel.deal(opponent, names)
 
-    def _restart(self, rows: NDArray[np.int64]) -> None:
-        self.duel.reset([self._streams[row].spawn(1)[0] for row in rows], rows)
+    def restart(self, rows: NDArray[np.int64]) -> None:
+        """Start some games afresh, each with the next seed of its stream."""
+        if len(rows):
+            self.duel.reset([self._streams[row].spawn(1)[0] for row in rows], rows)
+
+    def skip(self, games: NDArray[np.int64]) -> None:
+        """Leave out so many seeds (E,) of each game's stream, as if these games had been played."""
+        for stream, count in zip(self._streams, games.tolist(), strict=True):
+            stream.spawn(count)
 
     def reset(self) -> VecEnvObs:
         """Start all games afresh."""
-        self._restart(np.arange(self.num_envs))
+        self.restart(np.arange(self.num_envs))
         self.reset_infos = [self.duel.start_info(row) for row in range(self.num_envs)]
         return self.duel.observe()  # type: ignore[no-any-return]
 
@@ -105,7 +112,7 @@ class SwarmVecEnv(VecEnv):
                     "terminal_observation": _entry(last, place),
                     "TimeLimit.truncated": bool(result.truncated[row]),
                 }
-            self._restart(ended)
+            self.restart(ended)
         return duel.observe(), result.rewards.astype(np.float32), dones, infos
 
     def close(self) -> None:

@@ -7,7 +7,7 @@ import json as json_module
 from pathlib import Path
 
 from swarm_pz import tables
-from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
+from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
 from swarm_pz.cli.players import Opponent, Player, Players, able, known
 from swarm_pz.cli.report import command, progress, write_json
 from swarm_pz.config import GameConfig
@@ -27,7 +27,9 @@ def evaluate(
     held_out: bool = False,
     exploit: bool = False,
     exploit_steps: int = 1_000_000,
-    out: Path = Path("runs/exploiter"),
+    out: Path | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Play a policy against an opponent and say how it did.
@@ -44,13 +46,17 @@ def evaluate(
         held_out: Play every script instead, and a suite of opponents and sizes that nobody trains against.
         exploit: Train a best response to the policy instead, and say what that wins.
         exploit_steps: Steps of that training.
-        out: Folder of that training; a run that was stopped goes on.
+        out: Folder of that training; runs/exploiter if none is given, or the next free of runs/exploiter-2, ...
+        resume: Go on with that training; without a folder, with the latest.
+        overwrite: Replace the run that the folder holds.
         game: The rules.
     """
     from swarm_pz import policies
     from swarm_pz.match import play_match
 
     check(not (held_out and exploit), "held_out and exploit", (held_out, exploit), "asked for one at a time")
+    if not exploit:
+        check(not (resume or overwrite), "resume and overwrite", (resume, overwrite), "left out without exploit")
     if held_out or exploit:
         check(opponent == "uniform", "opponent", opponent, "left out, since held_out and exploit choose their own")
     if json is not None:
@@ -59,7 +65,7 @@ def evaluate(
         _evaluate_held_out(policy, games, seed, json, threads, game)
         return
     if exploit:
-        _evaluate_exploit(policy, games, seed, json, threads, game, exploit_steps, out)
+        _evaluate_exploit(policy, games, seed, json, threads, game, exploit_steps, out, resume, overwrite)
         return
     with progress() as show:
         match = play_match(
@@ -93,14 +99,38 @@ def _evaluate_held_out(policy: str, games: int, seed: int, json: Path | None, th
 
 
 def _evaluate_exploit(
-    policy: str, games: int, seed: int, json: Path | None, threads: int, game: GameConfig, steps: int, out: Path
+    policy: str,
+    games: int,
+    seed: int,
+    json: Path | None,
+    threads: int,
+    game: GameConfig,
+    steps: int,
+    out: Path | None,
+    resume: bool,
+    overwrite: bool,
 ) -> None:
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "training")
-    from swarm_pz.training.exploit import exploit
+    from swarm_pz.training import folders
+    from swarm_pz.training.exploit import make_exploiter, play_exploiter
 
-    say = functools.partial(print, flush=True)
-    matches = exploit(policy, out, steps=steps, games=games, rules=game, seed=seed, threads=threads, say=say)
+    out = folders.choose(out, Path("runs/exploiter"), resume=resume, overwrite=overwrite)
+    run = make_exploiter(
+        policy,
+        out,
+        steps=steps,
+        rules=game,
+        seed=seed,
+        threads=threads,
+        resume=resume,
+        overwrite=overwrite,
+        say=functools.partial(print, flush=True),
+    )
+    with goes_on_with(resuming(out)):
+        with stops_at_safe_points() as asked:
+            run.run(asked)
+        matches = play_exploiter(run, policy, games=games)
     tables.print_opponents(matches, f"an exploiter of {policy}, trained for {steps:,} steps")
     if json is not None:
         write_json({"target": policy, "steps": steps, "matches": [match.summary() for match in matches]}, json)

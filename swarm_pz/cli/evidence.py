@@ -43,22 +43,21 @@ def figures(
     check_folder(out)
     total, began = len(set(only)) or len(FIGURES), time.monotonic()
     made: list[Made] = []
-    with progress("figures") as show:
+    try:
+        with progress("figures") as show, stops_at_safe_points() as asked:
 
-        def done(one: Made) -> None:
-            made.append(one)
-            verdict = "holds" if one.supported else "does not hold"
-            print(f"{one.name:<24} {verdict:<14} {one.seconds:5.1f} s", flush=True)
-            show(len(made), total)
+            def done(one: Made) -> None:
+                made.append(one)
+                verdict = "holds" if one.supported else "does not hold"
+                print(f"{one.name:<24} {verdict:<14} {one.seconds:5.1f} s", flush=True)
+                show(len(made), total)
 
-        show(0, total)
-        try:
-            with stops_at_safe_points() as asked:
-                make_all(only, out, seed=seed, processes=processes, done=done, asked=asked)
-        except KeyboardInterrupt:
-            left = [name for name in dict.fromkeys(only or FIGURES) if name not in {one.name for one in made}]
-            with goes_on_with(_making(left)):
-                raise
+            show(0, total)
+            make_all(only, out, seed=seed, processes=processes, done=done, asked=asked)
+    except KeyboardInterrupt:
+        left = [name for name in dict.fromkeys(only or FIGURES) if name not in {one.name for one in made}]
+        with goes_on_with(_making(left)):
+            raise
     holding = sum(one.supported for one in made)
     print(f"{holding} of {len(made)} claims hold; {time.monotonic() - began:.0f} s: {out / PAGE}")
 

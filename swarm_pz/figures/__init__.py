@@ -77,8 +77,8 @@ def make(name: str, seed: int, out: Path) -> Made:
     began = time.monotonic()
     finding = figure.measure(seed)
     record = to_dict(figure, finding, seed)
-    write(record, out)
     draw(figure, record["series"], out)
+    write(record, out)  # last: the page shows what has one
     return Made(name, finding.supported, time.monotonic() - began)
 
 

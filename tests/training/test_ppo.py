@@ -5,7 +5,9 @@ import json
 import numpy as np
 import pytest
 import torch
+from safetensors.numpy import save_file
 from stable_baselines3 import PPO
+from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnvWrapper
 
 from swarm_pz import policies
@@ -13,10 +15,14 @@ from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, ConfigError, PolicyError
 from swarm_pz.match import play_match
 from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.scenario import random_start
+from swarm_pz.training.callbacks import PeriodicEvaluation
+from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import TrainConfig
+from swarm_pz.training.folders import OLD_CHECKPOINT
 from swarm_pz.training.networks import GridPolicy
-from swarm_pz.training.ppo import CHECKPOINT, Training
-from swarm_pz.training.report import plot_learning_curve, plot_sizes
+from swarm_pz.training.ppo import Training
+from swarm_pz.training.report import compare, plot_learning_curve, plot_sizes
 from swarm_pz.training.vec_env import SwarmVecEnv
 
 TINY = TrainConfig(
@@ -105,10 +111,57 @@ def test_a_run_goes_on_from_its_checkpoint(trained, tmp_path):
 
 def test_a_fresh_run_leaves_nothing_of_an_earlier_one(trained, tmp_path):
     Training(TINY, tmp_path / "run", say=quiet).run()
-    Training(TINY.replace(seed=5), tmp_path / "run", say=quiet)
+    Training(TINY.replace(seed=5), tmp_path / "run", overwrite=True, say=quiet)
     again = Training(TINY.replace(seed=5), tmp_path / "run", resume=True, say=quiet)
     assert again.model.num_timesteps == 0
     assert not (tmp_path / "run" / "policy.json").exists()
+
+
+def test_exploration_fades_from_the_first_rollout_to_the_last(tmp_path):
+    seen = []
+
+    class Note(BaseCallback):
+        def _on_step(self):
+            seen.append((self.num_timesteps, float(self.model.policy.log_std.mean())))
+            return True
+
+    run = Training(TINY.replace(log_std=-0.5, final_log_std=-2.5), tmp_path, say=quiet)
+    run.learn(64, Note())
+    spreads = dict(seen)
+    assert spreads[4] == spreads[32] == pytest.approx(-0.5)
+    assert spreads[36] == spreads[64] == pytest.approx(-1.5)
+    assert run.exploration() == pytest.approx(np.exp(-2.5))
+
+
+def test_training_its_evaluations_and_the_matches_after_it_are_on_different_games(tmp_path, monkeypatch):
+    starts = []
+
+    def noted(*args):
+        positions, altitudes = random_start(*args)
+        starts.append(positions.tobytes())
+        return positions, altitudes
+
+    monkeypatch.setattr("swarm_pz.simulator.random_start", noted)
+
+    def begun_by(work):
+        starts.clear()
+        work()
+        return set(starts)
+
+    run = Training(TINY, tmp_path, say=quiet)
+    trained = begun_by(lambda: run.learn(32))
+    evaluation = PeriodicEvaluation(run)
+    evaluation.init_callback(run.model)
+    evaluated = begun_by(evaluation.evaluate)
+    final = {"games": 2, "seed": TINY.seed, "threads": 1}
+    reported = begun_by(lambda: compare(run.policy(), run.untrained(), TINY.game, **final))
+    assert trained
+    assert evaluated
+    assert reported
+    assert not trained & evaluated
+    assert not trained & reported
+    assert not evaluated & reported
+    assert evaluated & begun_by(evaluation.evaluate)  # the same ones every time
 
 
 def test_a_run_whose_steps_do_not_fill_its_rollouts_still_learns(tmp_path):
@@ -136,20 +189,21 @@ def test_a_checkpoint_of_another_configuration_is_refused(trained):
 
 @pytest.mark.parametrize("state", [torch.zeros(3), {"config_hash": 1}, 5])
 def test_a_checkpoint_of_something_else_is_refused(tmp_path, state):
-    torch.save(state, tmp_path / CHECKPOINT)
+    torch.save(state, tmp_path / OLD_CHECKPOINT)
     with pytest.raises(CheckpointError):
         Training(TINY, tmp_path, resume=True, say=quiet)
 
 
 @pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"PK\x03\x04 torn"])
-def test_a_corrupt_checkpoint_is_refused(tmp_path, content):
-    (tmp_path / CHECKPOINT).write_bytes(content)
+@pytest.mark.parametrize("name", [CHECKPOINT, OLD_CHECKPOINT])
+def test_a_corrupt_checkpoint_is_refused(tmp_path, name, content):
+    (tmp_path / name).write_bytes(content)
     with pytest.raises(CheckpointError, match="corrupt or foreign"):
         Training(TINY, tmp_path, resume=True, say=quiet)
 
 
 def test_a_foreign_checkpoint_is_refused(tmp_path):
-    torch.save({"something": "else"}, tmp_path / CHECKPOINT)
+    save_file({"something": np.zeros(3)}, tmp_path / CHECKPOINT)
     with pytest.raises(CheckpointError, match="corrupt or foreign"):
         Training(TINY, tmp_path, resume=True, say=quiet)
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,10 +10,13 @@ import pytest
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, ConfigError
 from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import LeagueConfig, TrainConfig
-from swarm_pz.training.exploit import exploit, exploiter_config
+from swarm_pz.training.exploit import exploiter_config, make_exploiter, play_exploiter
+from swarm_pz.training.pool import Member, Pool
 from swarm_pz.training.ppo import Training
-from swarm_pz.training.selfplay import STATE, League, Member, Pool
+from swarm_pz.training.selfplay import STATE, League
+from swarm_pz.training.vec_env import SwarmVecEnv
 
 LEARNER = TrainConfig(
     game=GameConfig(observation=ObservationConfig(grid=10), drones_per_team=2, time_limit=5.0),
@@ -96,10 +100,45 @@ def test_a_league_grows_a_pool_and_writes_a_policy(tmp_path):
     assert sum(member.games for member in league.pool.members) > 10 * len(kinds)
 
 
+def test_a_won_game_is_a_point_for_the_learner_and_a_lost_one_is_none(tmp_path, monkeypatch):
+    ends, points = [], []
+    step_wait = SwarmVecEnv.step_wait
+
+    def watched(self):
+        result = step_wait(self)
+        _, rewards, dones, _ = result
+        ends.extend(0.5 + 0.5 * np.sign(np.trunc(rewards[dones])))  # to win or lose counts one, and what was captured
+        return result
+
+    monkeypatch.setattr(SwarmVecEnv, "step_wait", watched)
+    monkeypatch.setattr(Member, "count", lambda _, gained: points.append(gained))
+    game = LEARNER.game.replace(drones_per_team=1, time_limit=60.0)
+    learner = LEARNER.replace(game=game, num_envs=16, rollout=32, total_steps=1024)
+    League(TINY.replace(learner=learner, cycle=1024, exploiter_steps=0), tmp_path, say=quiet).run()
+    assert points == ends
+    assert {0.0, 1.0} & set(points)
+
+
+@pytest.mark.parametrize(("score", "joins"), [(0.2, False), (0.5, False), (0.51, True), (0.9, True)])
+def test_an_exploiter_joins_the_pool_only_if_it_beats_its_target(tmp_path, monkeypatch, score, joins):
+    match = SimpleNamespace(score=lambda: score, standing=lambda: "so and so")
+    monkeypatch.setattr(
+        "swarm_pz.training.selfplay.make_exploiter", lambda *_, **__: SimpleNamespace(run=lambda _: None)
+    )
+    monkeypatch.setattr("swarm_pz.training.selfplay.play_exploiter", lambda *_, **__: [match])
+    learner = LEARNER.replace(total_steps=32)
+    league = League(TINY.replace(learner=learner, exploiter_every=32), tmp_path, say=quiet)
+    league.run()
+    assert league.pool.exploiters == 1
+    joined = [member for member in league.pool.members if member.kind == "exploiter"]
+    assert [member.name for member in joined] == (["exploiter_000"] if joins else [])
+    assert all(member.beaten == pytest.approx(1.0 - score) for member in joined)
+
+
 def test_a_league_goes_on_where_it_was(tmp_path):
     League(TINY, tmp_path, say=quiet).run()
     before = json.loads((tmp_path / STATE).read_text())
-    with pytest.raises(CheckpointError, match="holds a league: go on"):
+    with pytest.raises(CheckpointError, match=r"holds a league, a finished run of 128 steps .*--resume"):
         League(TINY, tmp_path, say=quiet)
     with pytest.raises(CheckpointError, match="other settings"):
         League(TINY.replace(hardness=1.0), tmp_path, resume=True, say=quiet)
@@ -109,7 +148,7 @@ def test_a_league_goes_on_where_it_was(tmp_path):
     assert [member.name for member in league.pool.members] == [member["name"] for member in before["members"]]
     league.run()
     assert league.main.model.num_timesteps >= 192
-    (tmp_path / STATE).write_text("{")
+    (tmp_path / "main" / CHECKPOINT).write_bytes(b"torn")
     with pytest.raises(CheckpointError, match="corrupt or foreign"):
         League(longer, tmp_path, resume=True, say=quiet)
 
@@ -152,9 +191,9 @@ def test_a_league_that_is_killed_while_it_exploits_finishes_the_same_exploiter(t
         targets.append(LearnedPolicy.read(Path(target), LEARNER.game).digest)
         if len(targets) == 1:
             raise KeyboardInterrupt
-        return exploit(target, *args, **kwargs)
+        return make_exploiter(target, *args, **kwargs)
 
-    monkeypatch.setattr("swarm_pz.training.selfplay.exploit", killed)
+    monkeypatch.setattr("swarm_pz.training.selfplay.make_exploiter", killed)
     with pytest.raises(KeyboardInterrupt):
         league.run()
     League(TINY, tmp_path, resume=True, say=quiet).run()
@@ -163,11 +202,11 @@ def test_a_league_that_is_killed_while_it_exploits_finishes_the_same_exploiter(t
 
 def test_an_exploiter_of_something_else_is_not_taken_up(tmp_path):
     Training(LEARNER, tmp_path / "target", say=quiet).run()
-    settings = {"steps": 32, "games": 2, "learner": LEARNER, "threads": 1, "say": quiet}
-    exploit(str(tmp_path / "target"), tmp_path / "exploiter", **settings)
-    Training(LEARNER.replace(seed=5), tmp_path / "target", say=quiet).run()
+    settings = {"steps": 32, "learner": LEARNER, "threads": 1, "say": quiet}
+    make_exploiter(str(tmp_path / "target"), tmp_path / "exploiter", **settings).run()
+    Training(LEARNER.replace(seed=5), tmp_path / "target", overwrite=True, say=quiet).run()
     with pytest.raises(CheckpointError, match="belongs to another configuration"):
-        exploit(str(tmp_path / "target"), tmp_path / "exploiter", **settings)
+        make_exploiter(str(tmp_path / "target"), tmp_path / "exploiter", resume=True, **settings)
 
 
 def test_pure_self_play_meets_only_itself(tmp_path):
@@ -191,7 +230,9 @@ def test_an_exploiter_starts_from_its_targets_weights(tmp_path):
 
 
 def test_exploiting_reports_target_and_competence(tmp_path):
-    matches = exploit("centre", tmp_path, steps=32, games=2, learner=LEARNER, threads=1, say=quiet)
+    run = make_exploiter("centre", tmp_path, steps=32, learner=LEARNER, threads=1, say=quiet)
+    run.run()
+    matches = play_exploiter(run, "centre", games=2)
     assert [match.opponent for match in matches] == ["centre", "uniform", "ring"]
 
 

@@ -1,0 +1,166 @@
+"""What ``train``, ``league`` and ``evaluate --exploit`` do with folders that hold a run, and with Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from swarm_pz.cli import main
+from swarm_pz.training.callbacks import Account
+from swarm_pz.training.checkpoint import CHECKPOINT, read_story
+
+SMALL = {"num-envs": 4, "rollout": 8, "width": 8, "threads": 1, "evaluation-games": 2}
+SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
+
+
+def options(prefix="", **changes):
+    given = SMALL | {name.replace("_", "-"): value for name, value in changes.items()}
+    return [text for name, value in given.items() for text in (f"--{prefix}{name}", str(value))]
+
+
+TRAIN = ["train", "--games", "2", *options(total_steps=64), *SHORT]
+LEAGUE = [
+    "league", "--games", "2", "--scripts", "ring", "--cycle", "32", *options("learner.", total_steps=96),
+    "--learner.game.time-limit", "5", "--learner.game.drones-per-team", "2",
+]  # fmt: skip
+EXPLOIT = ["evaluate", "runs/target", "--exploit", "--exploit-steps", "64", "--games", "2", "--threads", "1", *SHORT]
+
+
+@pytest.fixture
+def no_film(monkeypatch):
+    monkeypatch.setattr("swarm_pz.film.film_game", lambda *_, **__: "not filmed")
+
+
+@pytest.fixture
+def stops_at(monkeypatch):
+    """Send this process a signal once a run has had so many steps."""
+    on_step = Account._on_step
+
+    def arrange(steps, number=signal.SIGINT):
+        sent = []
+
+        def step(self):
+            if self.num_timesteps >= steps and not sent:
+                sent.append(number)
+                os.kill(os.getpid(), number)
+            return on_step(self)
+
+        monkeypatch.setattr(Account, "_on_step", step)
+
+    return arrange
+
+
+def run(arguments, capsys):
+    """Run a command; return its status, and what it said."""
+    try:
+        main(arguments)
+    except SystemExit as ended:
+        return ended.code, capsys.readouterr().err
+    return 0, capsys.readouterr().out
+
+
+def line_that_goes_on(said):
+    (line,) = [line for line in said.splitlines() if line.startswith("go on with: ")]
+    program, *arguments = shlex.split(line.removeprefix("go on with: "))
+    assert program == "swarm-pz"
+    return arguments
+
+
+def contents(folder):
+    return {path: path.read_bytes() for path in Path(folder).rglob("*") if path.is_file()}
+
+
+@pytest.mark.usefixtures("no_film")
+def test_training_twice_loses_nothing(capsys):
+    assert run(TRAIN, capsys)[0] == 0
+    before = contents("runs/first")
+    status, said = run([*TRAIN, "--out", "runs/first", "--seed", "1"], capsys)
+    assert status == 2
+    for part in ("runs/first holds a finished run of 64 steps", "--resume", "--overwrite", "--out runs/first-2"):
+        assert part in said
+    status, said = run([*TRAIN, "--seed", "1"], capsys)
+    assert status == 0
+    assert "policy: runs/first-2" in said
+    assert contents("runs/first") == before
+    assert run([*TRAIN, "--out", "runs/first", "--seed", "2", "--overwrite"], capsys)[0] == 0
+    assert contents("runs/first") != before
+
+
+@pytest.mark.parametrize("command", [TRAIN, LEAGUE, [*EXPLOIT[:1], "centre", *EXPLOIT[2:]]])
+def test_resuming_where_nothing_is_says_what_was_expected(command, capsys):
+    status, said = run([*command, "--resume"], capsys)
+    assert status == 2
+    assert "--resume expects a folder with" in said
+    assert not Path("runs").exists()
+
+
+@pytest.mark.usefixtures("no_film")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_training_at_a_checkpoint_and_the_line_that_is_said_goes_on(number, stops_at, capsys):
+    stops_at(20, number)
+    status, said = run(TRAIN, capsys)
+    assert status == 130
+    assert "runs/first is saved at step 32 of 64" in said
+    assert read_story(Path("runs/first") / CHECKPOINT)["learner"]["steps"] == 32
+    assert not list(Path("runs").rglob("*.draft"))
+    again = line_that_goes_on(said)
+    assert again == [*TRAIN, "--resume", "--out", "runs/first"]
+    status, said = run(again, capsys)
+    assert status == 0
+    assert "resuming runs/first at step 32" in said
+
+
+def test_a_signal_stops_a_league_and_the_line_that_is_said_goes_on(stops_at, capsys):
+    stops_at(40)
+    status, said = run(LEAGUE, capsys)
+    assert status == 130
+    assert "saved at step 64 of 96" in said
+    assert run(LEAGUE[:1] + LEAGUE[3:] + ["--out", "runs/league"], capsys)[0] == 2
+    assert run(line_that_goes_on(said), capsys)[0] == 0
+    assert Path("runs/league/policy.json").exists()
+
+
+def test_a_signal_stops_an_exploiter_and_the_line_that_is_said_goes_on(stops_at, capsys):
+    from swarm_pz.training.config import TrainConfig
+    from swarm_pz.training.ppo import Training
+
+    tiny = TrainConfig(num_envs=4, rollout=8, width=8, evaluation_games=2, threads=1, total_steps=32)
+    game = tiny.game.replace(time_limit=5.0, drones_per_team=2)
+    Training(tiny.replace(game=game), Path("runs/target"), say=lambda _: None).run()
+    stops_at(20)
+    status, said = run(EXPLOIT, capsys)
+    assert status == 130
+    assert "runs/exploiter is saved at step 32 of 64" in said
+    status, said_again = run([*EXPLOIT, "--out", "runs/exploiter"], capsys)
+    assert status == 2
+    assert "a run at step 32 of 64" in said_again
+    status, said = run(line_that_goes_on(said), capsys)
+    assert status == 0
+    assert "an exploiter of runs/target" in said
+
+
+def test_a_real_process_stops_at_a_real_signal():
+    command = "import sys; from swarm_pz.cli import main; main(sys.argv[1:])"
+    arguments = ["train", *options(total_steps=1_000_000), *SHORT]
+    process = subprocess.Popen(  # noqa: S603
+        [sys.executable, "-c", command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        for line in process.stdout:
+            if "% " in line:  # the first progress
+                break
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=300)
+    finally:
+        process.kill()
+    assert process.returncode == 130
+    steps = read_story(Path("runs/first") / CHECKPOINT)["learner"]["steps"]
+    assert steps > 0
+    assert f"saved at step {steps:,} of 1,000,000" in said
+    assert line_that_goes_on(said) == [*arguments, "--resume", "--out", "runs/first"]

@@ -1,0 +1,189 @@
+"""Unfinished games of a run: stored as seeds and actions, and taken up by playing them again.
+
+A game is what its seeds and commands make it, the opponent's memory and random stream included, whatever kind
+of policy that is. So nothing of all this is stored: each unfinished game is played again, from its start.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env import VecEnvWrapper
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
+
+from swarm_pz.config import GameConfig
+from swarm_pz.policy import Player
+from swarm_pz.training.checkpoint import Arrays, Story
+from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
+
+
+class Seat(NamedTuple):
+    """An opponent, as it can be had again: what it is called, and the noise on its actions."""
+
+    name: str
+    noise: float
+
+
+class InFlight(VecEnvWrapper):
+    """Games that may be stored unfinished.
+
+    Parameters
+    ----------
+    venv : SwarmVecEnv or StackedVecEnv
+    opponents : sequence of str
+        Names that `venv` was made with.
+
+    Attributes
+    ----------
+    ages : int64 array (E,)
+        Steps that each unfinished game has had.
+    """
+
+    venv: SwarmVecEnv | StackedVecEnv
+
+    def __init__(self, venv: SwarmVecEnv | StackedVecEnv, opponents: Sequence[str]) -> None:
+        super().__init__(venv)
+        self._batches = venv.parts if isinstance(venv, StackedVecEnv) else [venv]
+        self._dealt = [Seat(name, 0.0) for name in opponents]
+        self._seated = self._next_seats()
+        self._seed: int | None = None
+        self._begun = np.zeros(self.num_envs, np.int64)
+        """(E,) games that each row has begun since it was seeded."""
+        self.ages = np.zeros(self.num_envs, np.int64)
+        self._actions: list[NDArray[np.float32]] = []
+        """(E, a, a) each, of the latest steps, as many as the oldest unfinished game has."""
+
+    def _next_seats(self) -> list[Seat]:
+        """Return who sits in each row from its next start on: opponents are dealt in turn, batch by batch."""
+        rows = itertools.chain.from_iterable(range(batch.num_envs) for batch in self._batches)
+        return [self._dealt[row % len(self._dealt)] for row in rows]
+
+    def deal(self, opponents: Sequence[Player], names: Sequence[str]) -> None:
+        """Give other opponents to the games that start from now on."""
+        self.venv.deal(opponents, names)
+        self._dealt = [
+            Seat(name, float(getattr(player, "noise", 0.0))) for name, player in zip(names, opponents, strict=True)
+        ]
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Seed the games that `reset` starts next."""
+        self._seed = seed
+        self._begun[:] = 0
+        return self.venv.seed(seed)
+
+    def reset(self) -> VecEnvObs:
+        """Start all games afresh."""
+        observations = self.venv.reset()
+        self._begin(np.ones(self.num_envs, np.bool_))
+        return observations
+
+    def _begin(self, started: NDArray[np.bool_]) -> None:
+        self._begun[started] += 1
+        self.ages[started] = 0
+        seats = self._next_seats()
+        for row in np.flatnonzero(started).tolist():
+            self._seated[row] = seats[row]
+
+    def step_async(self, actions: NDArray[np.float32]) -> None:
+        """Take the learners' actions."""
+        self._actions.append(np.array(actions, np.float32))
+        self.venv.step_async(actions)
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Play the actions; games that end start afresh at once."""
+        observations, rewards, dones, infos = self.venv.step_wait()
+        self.ages += 1
+        if dones.any():
+            self._begin(dones)
+        del self._actions[: len(self._actions) - int(self.ages.max())]
+        return observations, rewards, dones, infos
+
+    # --- stop and go on -------------------------------------------------------------------------
+
+    def state(self) -> tuple[Story, Arrays]:
+        """Return what `take_up` needs."""
+        seats = list(dict.fromkeys([*self._dealt, *self._seated]))
+        story: Story = {
+            "seed": self._seed,
+            "seats": seats,
+            "dealt": [seats.index(seat) for seat in self._dealt],
+            "digest": self._digest(),
+        }
+        shape = self.action_space.shape or ()
+        arrays: Arrays = {
+            "begun": self._begun.copy(),
+            "ages": self.ages.copy(),
+            "seated": np.array([seats.index(seat) for seat in self._seated], np.int64),
+            "actions": np.array(self._actions, np.float32).reshape(-1, self.num_envs, *shape),
+        }
+        return story, arrays
+
+    def take_up(
+        self, story: Story, arrays: Arrays, load: Callable[[Seat, GameConfig], Player]
+    ) -> tuple[NDArray[Any], bool]:
+        """Play stored games again, up to where they were.
+
+        Parameters
+        ----------
+        story, arrays : dict
+            As of `state`.
+        load : callable
+            Makes an opponent for a game.
+
+        Returns
+        -------
+        observations : array (E, ...)
+            What the learners see.
+        same : bool
+            Whether the games are those stored, bit for bit; if not, they are others of the same kind.
+        """
+        self.seed(story["seed"])
+        seats = [Seat(name, noise) for name, noise in story["seats"]]
+        self._dealt = [seats[place] for place in story["dealt"]]
+        self._begun, self.ages = arrays["begun"].copy(), arrays["ages"].copy()
+        self._actions = list(arrays["actions"])
+        self._seated = [seats[place] for place in arrays["seated"].tolist()]
+        first = 0
+        for batch in self._batches:
+            rows = slice(first, first + batch.num_envs)
+            players = {seat: load(seat, batch.duel.config) for seat in seats}
+            batch.deal(list(players.values()), [seat.name for seat in seats])  # all meet the names in the same order
+            self._replay(batch, rows, players)
+            batch.deal([players[seat] for seat in self._dealt], [seat.name for seat in self._dealt])
+            first += batch.num_envs
+        ended = np.concatenate([~batch.duel.batch.running for batch in self._batches])
+        if ended.any():  # games that came out differently, and sooner
+            self._restart(ended)
+        observations = np.concatenate([batch.duel.observe() for batch in self._batches])
+        return observations, self._digest() == story["digest"]
+
+    def _restart(self, ended: NDArray[np.bool_]) -> None:
+        first = 0
+        for batch in self._batches:
+            batch.restart(np.flatnonzero(ended[first : first + batch.num_envs]))
+            first += batch.num_envs
+        self._begin(ended)
+
+    def _digest(self) -> str:
+        """Return a hash of the games as they stand."""
+        content = hashlib.sha256()
+        for batch in self._batches:
+            for array in (*batch.duel.batch.simulator.games, batch.duel.sides):
+                content.update(np.ascontiguousarray(array).tobytes())
+        return content.hexdigest()
+
+    def _replay(self, batch: SwarmVecEnv, rows: slice, players: dict[Seat, Player]) -> None:
+        """Play the unfinished games of one batch again; the oldest begins first."""
+        seated, ages = self._seated[rows], self.ages[rows]
+        batch.deal([players[seat] for seat in seated], [seat.name for seat in seated])
+        batch.skip(self._begun[rows] - 1)
+        for left, actions in zip(range(len(self._actions), 0, -1), self._actions, strict=True):
+            batch.restart(np.flatnonzero(ages == left))
+            if batch.duel.batch.running.any():
+                batch.duel.step(actions[rows])
+        batch.restart(np.flatnonzero(ages == 0))

@@ -1,0 +1,102 @@
+"""What a folder holds of earlier runs, so that none is lost, and where the next one may go."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import time
+from pathlib import Path
+
+from swarm_pz.errors import CheckpointError, ConfigError
+from swarm_pz.policies.learned import CARD
+from swarm_pz.training.checkpoint import CHECKPOINT, read_story
+
+OLD_CHECKPOINT, LEAGUE, LEARNER = "checkpoint.pt", "league.json", "main"
+
+
+def held_by(folder: Path) -> str | None:
+    """Say what a folder holds that a new run would replace; None if nothing."""
+    if (folder / LEAGUE).is_file():
+        inner = held_by(folder / LEARNER)
+        return f"a league, {inner}" if inner else "a league"
+    for name in (CHECKPOINT, OLD_CHECKPOINT, CARD):
+        path = folder / name
+        if path.is_file():
+            when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
+            return f"{_describe(path)} ({when})"
+    return None
+
+
+def _describe(path: Path) -> str:
+    try:
+        if path.name == CHECKPOINT:
+            story = read_story(path)
+            steps, total = story["learner"]["steps"], story["total_steps"]
+            return (
+                f"a finished run of {steps:,} steps" if story["finished"] else f"a run at step {steps:,} of {total:,}"
+            )
+        if path.name == CARD:
+            return f"a policy trained for {json.loads(path.read_text())['steps']:,} steps"
+    except (CheckpointError, LookupError, TypeError, ValueError):
+        return f"a file {path.name} that cannot be read"
+    return "a run of an earlier version"
+
+
+def check_folder(folder: Path, *, resume: bool, overwrite: bool, marks: tuple[str, ...]) -> None:
+    """Check that a run may begin in a folder, or go on there.
+
+    Parameters
+    ----------
+    folder : Path
+    resume, overwrite : bool
+    marks : tuple of str
+        Files of which one is there if there is something to go on with.
+
+    Raises
+    ------
+    CheckpointError
+        If there is nothing to resume, or something that was not to be replaced.
+    """
+    held = held_by(folder)
+    if resume and not any((folder / name).is_file() for name in marks):
+        there = "holds " + held if held else "holds none" if folder.is_dir() else "does not exist"
+        raise CheckpointError(
+            f"--resume expects a folder with {marks[0]}, which a run leaves: {folder} {there}; "
+            "name the run's folder (--out), or begin one without --resume"
+        )
+    if held and not resume and not overwrite:
+        raise CheckpointError(
+            f"{folder} holds {held}: go on with it (--resume), replace it (--overwrite), or take a free folder "
+            f"(--out {next_free(folder)})"
+        )
+
+
+def _series(first: Path) -> itertools.chain[Path]:
+    """Return first, first-2, first-3, ..."""
+    later = (first.with_name(f"{first.name}-{number}") for number in itertools.count(2))
+    return itertools.chain([first], later)
+
+
+def next_free(first: Path) -> Path:
+    """Return the first of the folders NAME, NAME-2, NAME-3, ... that holds no run."""
+    return next(folder for folder in _series(first) if held_by(folder) is None)
+
+
+def choose(out: Path | None, default: Path, *, resume: bool, overwrite: bool) -> Path:
+    """Return the folder that is meant: as given, or the next free one, or, to resume, the latest.
+
+    Raises
+    ------
+    ConfigError
+        If `overwrite` does not say what, or contradicts `resume`.
+    """
+    if resume and overwrite:
+        raise ConfigError("resume goes on with a run, overwrite replaces it: give one of them")
+    if out is not None:
+        return out
+    if overwrite:
+        raise ConfigError("overwrite must say which run to replace: give its folder (--out)")
+    if not resume:
+        return next_free(default)
+    taken = list(itertools.takewhile(lambda folder: held_by(folder) is not None, _series(default)))
+    return taken[-1] if taken else default
