@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from swarm_pz import shapes
 from swarm_pz.config import CHANNELS, GameConfig, ObservationConfig
-from swarm_pz.errors import PolicyError
+from swarm_pz.errors import CommandError, PolicyError
 from swarm_pz.scenario import Seed
+from swarm_pz.target import check_values
 
 Array = NDArray[np.float64]
 
@@ -124,9 +125,16 @@ class ScriptedPolicy:
         )
         for row in games:
             self._steps[row] += 1
-        densities = self._tactic.play(view)
+        densities = self._check(self._tactic.play(view), len(games))
         peaks = densities.max(axis=(1, 2), keepdims=True)
         return np.asarray(densities / np.where(peaks > 0, peaks, 1.0))
+
+    def _check(self, returned: Array, games: int) -> Array:
+        shape = (games, self._cells, self._cells)
+        try:
+            return check_values(returned, shape, 0.0, np.inf, f"what tactic {self.name!r} returns for {games} games")
+        except CommandError as error:
+            raise PolicyError(str(error)) from error
 
 
 class Tactic:

@@ -23,8 +23,16 @@ from __future__ import annotations
 
 import difflib
 import importlib
+import importlib.metadata
+import json
+import shlex
+import sys
 from collections.abc import Iterable
+from pathlib import Path
 from types import ModuleType
+
+NAME = "swarm-pz"
+"""What is installed."""
 
 
 class SwarmError(Exception):
@@ -92,7 +100,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def require_extra(module: str, extra: str) -> ModuleType:
-    """Import `module`, or say which extra of swarm-pz brings it.
+    """Import `module`, or say which extra of swarm-pz brings it, and the line that installs it here.
 
     Raises
     ------
@@ -103,5 +111,31 @@ def require_extra(module: str, extra: str) -> ModuleType:
         return importlib.import_module(module)
     except ImportError as error:
         raise MissingExtraError(
-            f"{module.split('.')[0]} is not installed; install it with: pip install 'swarm-pz[{extra}]'"
+            f"{module.split('.')[0]} is not installed; install it with: {installing(extra)}"
         ) from error
+
+
+def installing(extra: str) -> str:
+    """Return the line that installs an extra where this swarm-pz came from, for the Python that runs.
+
+    A clone is installed from its folder, with the versions pinned there; a wheel, an archive or a repository
+    from where it was fetched; only what came from a registry by its name.
+    """
+    try:
+        origin = json.loads(importlib.metadata.distribution(NAME).read_text("direct_url.json") or "{}")
+    except (importlib.metadata.PackageNotFoundError, ValueError):
+        origin = {}
+    address, wanted = str(origin.get("url", "")), f"{NAME}[{extra}]"
+    words = [sys.executable, "-m", "pip", "install"]
+    if origin.get("dir_info", {}).get("editable"):
+        from urllib.request import url2pathname  # slow to import
+
+        folder = Path(url2pathname(address.removeprefix("file://")))
+        if (folder / "constraints.txt").exists():
+            words += ["--constraint", str(folder / "constraints.txt")]
+        words += ["--editable", f"{folder}[{extra}]"]
+    elif "vcs_info" in origin:
+        words += [f"{wanted} @ {origin['vcs_info']['vcs']}+{address}@{origin['vcs_info']['commit_id']}"]
+    else:
+        words += [f"{wanted} @ {address}" if address else wanted]
+    return shlex.join(words)

@@ -18,9 +18,9 @@ def check_file(path: Path) -> None:
     OutputError
         If the file could not be written: it is a folder, or its folder cannot be made or written to.
     """
+    check_folder(path.parent)
     if path.is_dir():
         raise OutputError(f"expected the name of a file to write, got the folder {str(path)!r}")
-    check_folder(path.parent)
     if path.exists() and not os.access(path, os.W_OK):
         raise OutputError(f"cannot write {str(path)!r}: the file is read-only")
 
@@ -33,15 +33,15 @@ def check_folder(path: Path) -> None:
     OutputError
         If that cannot be: it, or what it would lie in, is a file, or may not be written to.
     """
-    for place in (path, *path.parents):
-        if place.exists():
-            if not place.is_dir():
-                raise OutputError(f"cannot write into {str(path)!r}: {str(place)!r} is a file, not a folder")
-            if not os.access(place, os.W_OK):
-                raise OutputError(f"cannot write into {str(path)!r}: no permission to write in {str(place)!r}")
-            break
     try:
+        place = next(place for place in (path, *path.absolute().parents) if place.exists())
+        if not place.is_dir():
+            raise OutputError(f"cannot write into {str(path)!r}: {str(place)!r} is a file, not a folder")
+        if not os.access(place, os.W_OK):
+            raise OutputError(f"cannot write into {str(path)!r}: no permission to write in {str(place)!r}")
         path.mkdir(parents=True, exist_ok=True)
+    except OutputError:
+        raise
     except OSError as error:
         raise OutputError(f"cannot make the folder {str(path)!r}: {explain(error)}") from error
 

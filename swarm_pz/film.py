@@ -174,7 +174,7 @@ def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callab
             require_extra("PIL.Image", "render").fromarray(_palette()).save(palette)
             coding = ["-i", str(palette), "-lavfi", "paletteuse=dither=none:diff_mode=rectangle"]
         else:
-            coding = ["-c:v", "libx264", "-preset", "ultrafast", "-crf", "28", "-pix_fmt", "yuv420p", "-threads", "1"]
+            coding = ["-c:v", "libx264", "-preset", "ultrafast", "-crf", "30", "-pix_fmt", "yuv420p", "-threads", "1"]
         encoder = subprocess.Popen(  # noqa: S603
             [program, "-y", "-v", "error", *pictures, *coding, str(draft.absolute())],
             stdin=subprocess.PIPE,

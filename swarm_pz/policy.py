@@ -63,14 +63,49 @@ PolicyFactory = Callable[[GameConfig], Player]
 
 
 def registered() -> dict[str, importlib.metadata.EntryPoint]:
-    """Return the entry point of every installed policy, by name."""
-    return {point.name: point for point in importlib.metadata.entry_points(group=GROUP)}
+    """Return the entry point of every installed policy, by name: of several, swarm-pz's own or else the first."""
+    found: dict[str, importlib.metadata.EntryPoint] = {}
+    for point in _entry_points():
+        found.setdefault(point.name, point)
+    return found
+
+
+def _entry_points() -> list[importlib.metadata.EntryPoint]:
+    points = importlib.metadata.entry_points(group=GROUP)
+    return sorted(points, key=lambda point: (_origin(point) != "swarm-pz", _origin(point), point.value))
+
+
+def _origin(point: importlib.metadata.EntryPoint) -> str:
+    """Return the name of the package that registered a policy."""
+    return str(point.dist.name) if point.dist is not None else "unknown"
+
+
+def faults() -> dict[str, str]:
+    """Return what is wrong with what other packages registered, in words: broken policies by name, copies by origin."""
+    found: dict[str, str] = {}
+    for point in _entry_points():
+        where = f"policy {point.name!r} of {_origin(point)} ({point.value})"
+        if point != registered()[point.name]:
+            taken = _origin(registered()[point.name])
+            found[f"{point.name} of {_origin(point)}"] = f"{where}: {taken} has a policy of that name already"
+            continue
+        try:
+            factory = point.load()
+        except Exception as error:  # whatever another package's code does wrong
+            found[point.name] = f"{where} cannot be imported: {error!r}"
+        else:
+            if not callable(factory):
+                found[point.name] = f"{where} must be callable, got {factory!r}"
+    return found
 
 
 def about(name: str) -> str:
     """Return a line about an installed policy, from the first of its factory's docstring; nothing about others."""
     point = registered().get(name.split(":", 1)[0])
-    text = (getattr(point.load(), "__doc__", None) or "").strip() if point is not None else ""
+    try:
+        text = (getattr(point.load(), "__doc__", None) or "").strip() if point is not None else ""
+    except Exception:  # `faults` says it
+        return ""
     return text.splitlines()[0] if text else ""
 
 
@@ -102,13 +137,14 @@ def _make(policy: str, config: GameConfig) -> object:
         point, arguments = points[name], (config, *argument)
     elif Path(policy).is_dir():
         point, arguments = _reader_of(Path(policy)), (Path(policy), config)
+    elif Path(policy).exists():
+        raise PolicyError(f"expected a policy or a folder that training wrote, got the file {policy!r}")
     elif Path(policy).name != policy:
         raise PolicyError(
-            f"there is no folder {policy}; a policy is a folder that training wrote, or one of these "
-            f"names: {', '.join(sorted(points))}"
+            f"there is no folder {policy!r}, nor a policy of that name; there are {', '.join(sorted(points))}"
         )
     else:
-        raise PolicyError(f"there is no policy {name!r}; {nearest(name, points)}")
+        raise PolicyError(f"there is no policy {name!r}, and no such folder; {nearest(name, points)}")
     try:
         return point.load()(*arguments)
     except SwarmError:

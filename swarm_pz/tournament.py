@@ -21,13 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import CommandError, ResultsError
+from swarm_pz.errors import CommandError, ResultsError, Stopped
 from swarm_pz.ledger import Ledger, PlayedGame
 from swarm_pz.match import POINTS, FaultError, Game, blame, play_games
 from swarm_pz.policy import Player, PrivilegedPolicy, load_players
 from swarm_pz.ratings import Results
 from swarm_pz.settings import Config, check, check_count, check_number
-from swarm_pz.worker import alarm, prepare_process
+from swarm_pz.worker import alarm, end_processes, prepare_process
 
 _BLOCK = 20
 """Games that one process plays side by side."""
@@ -183,7 +183,12 @@ class Tournament:
         # Long ones first, so that no process works alone in the end.
         return sorted(blocks, key=lambda block: not {block[0], block[1]} & self.privileged)
 
-    def play(self, processes: int = 1, progress: Callable[[int, int], None] | None = None) -> None:
+    def play(
+        self,
+        processes: int = 1,
+        progress: Callable[[int, int], None] | None = None,
+        asked: Callable[[], bool] = lambda: False,
+    ) -> None:
         """Play what is missing.
 
         Parameters
@@ -192,18 +197,24 @@ class Tournament:
             Processes that share the games; with 1 they are played in this one.
         progress : callable, optional
             Called with (games finished, games that were missing).
+        asked : callable, optional
+            Called between blocks of games: whether to stop there.
 
         Raises
         ------
         ResultsError
             If another process plays in the folder, the folder holds another tournament, or a process died.
+        Stopped
+            If it was asked to; every game that began is finished and kept.
         """
         check_count(processes, "processes", 1, 1024)
         with self._ledger.held():
             self.games = self._ledger.take_up(self.command)
-            self._play_missing(processes, progress)
+            self._play_missing(processes, progress, asked)
 
-    def _play_missing(self, processes: int, progress: Callable[[int, int], None] | None) -> None:
+    def _play_missing(
+        self, processes: int, progress: Callable[[int, int], None] | None, asked: Callable[[], bool]
+    ) -> None:
         blocks = self.missing()
         done = 0
         total = sum(len(numbers) for _, _, numbers in blocks)
@@ -218,6 +229,8 @@ class Tournament:
 
         if processes == 1:
             for block in blocks:
+                if asked():
+                    raise self._stopped()
                 keep(play_block(self._loader, *block, self.config))
             return
         context = multiprocessing.get_context("spawn")
@@ -225,7 +238,7 @@ class Tournament:
             left = iter(blocks)
             waiting: dict[Future[list[PlayedGame]], tuple[str, str, list[int]]] = {}
             try:
-                while True:
+                while not asked():
                     for block in itertools.islice(left, 2 * processes - len(waiting)):
                         waiting[pool.submit(play_block, self._loader, *block, self.config)] = block
                     if not waiting:
@@ -236,6 +249,9 @@ class Tournament:
                             keep(future.result())
                         else:
                             future.result()
+            except KeyboardInterrupt:  # at once
+                end_processes()
+                raise
             except BrokenProcessPool as error:
                 playing = ", ".join(sorted({f"{one} against {other}" for one, other, _ in waiting.values()}))
                 raise ResultsError(
@@ -247,6 +263,12 @@ class Tournament:
                 for future in waiting:  # what was finished meanwhile is finished
                     if not future.cancelled() and future.done() and future.exception() is None:
                         keep(future.result())
+        if self.missing():
+            raise self._stopped()
+
+    def _stopped(self) -> Stopped:
+        left = sum(len(numbers) for _, _, numbers in self.missing())
+        return Stopped(f"{len(self.games):,} games are in {self.folder}, {left:,} are missing")
 
     # --- what the games say -----------------------------------------------------------------------
 

@@ -42,10 +42,18 @@ def _end_with(parent: multiprocessing.process.BaseProcess) -> None:
     os._exit(1)
 
 
+def end_processes() -> None:
+    """End the processes that this one started, whatever they are at."""
+    for process in multiprocessing.active_children():
+        process.terminate()
+
+
 def prepare_process() -> None:
-    """Make ready: end with the process that started this one, and leave other cores to others."""
+    """Make ready: end with the process that started this one, not by Ctrl-C, and leave other cores to others."""
     parent = multiprocessing.parent_process()
     if parent is not None:
+        # A terminal sends it to all of them; what becomes of the work is for the one that shares it out.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     # Read by PyTorch's and others' thread pools when they are first loaded.
     os.environ["OMP_NUM_THREADS"] = "1"

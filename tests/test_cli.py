@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import subprocess
 import sys
 
 import pytest
@@ -183,6 +184,15 @@ def test_league_writes_a_policy(tmp_path, capsys):
         (["diagnose", "--out", "game.txt"], "out must be a file .png, .pdf or .svg"),
         (["diagnose", "--seconds", "0"], "seconds must be a number above 0"),
         (["render", "--out", "film.avi"], "must end in .gif or .mp4"),
+        (["evaluate", "runs/nothing"], "there is no folder 'runs/nothing'"),
+        (["evaluate", "ring", "--json", "/"], "expected the name of a file to write, got the folder"),
+        (["play", "--port", "99999"], "port must be a whole number in [0, 65535]"),
+        (["tournament", "ring", "uniform", "--out", __file__], "is a file, not a folder"),
+        (["figures", "--out", __file__], "is a file, not a folder"),
+        (["diagnose", "--out", f"{__file__}/game.png"], "is a file, not a folder"),
+        (["bench", "--plot", "/"], "expected the name of a file to write, got the folder"),
+        (["evaluate", "ring", "--game.drones-per-team", "0"], "Error parsing game: drones_per_team must be"),
+        (["evaluate", "ring", "--gaems", "2"], "--games INT"),
         (["render", "--overlay", "potential", "--overlay-team", "both"], "one team at a time"),
     ],
 )
@@ -219,3 +229,39 @@ def test_help_teaches(capsys):
     printed = capsys.readouterr().out
     assert "Environment steps in all" in printed
     assert "stable_baselines3" not in sys.modules or "swarm_pz.training" in sys.modules
+
+
+@pytest.mark.parametrize("command", ["evaluate", "tournament", "render", "diagnose", "play"])
+def test_help_calls_players_by_their_name(command, capsys):
+    with pytest.raises(SystemExit, match="0"):
+        main([command, "--help"])
+    printed = capsys.readouterr().out
+    assert "PLAYER" in printed
+    assert "STR]" not in printed and " STR\n" not in printed
+
+
+def test_ctrl_c_is_not_a_traceback(capsys, monkeypatch):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("swarm_pz.bench.batch_env_face", stop)
+    with pytest.raises(SystemExit, match="130"):
+        main(["warmup"])
+    assert capsys.readouterr().err == "\nswarm-pz: stopped\n"
+
+
+def test_errors_of_the_system_are_words(capsys, monkeypatch):
+    def fail(*_):
+        raise OSError(28, "No space left on device", "runs/a")
+
+    monkeypatch.setattr("swarm_pz.bench.batch_env_face", fail)
+    with pytest.raises(SystemExit, match="2"):
+        main(["warmup"])
+    assert capsys.readouterr().err == "swarm-pz: no space left on device: 'runs/a'\n"
+
+
+def test_a_reader_that_has_seen_enough_gets_no_error():
+    code = [sys.executable, "-c", "from swarm_pz.cli import main; main(['train', '--help'])"]
+    with subprocess.Popen(code, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:  # noqa: S603
+        process.stdout.close()
+        assert process.stderr.read() == b""

@@ -1,27 +1,47 @@
-"""The scripts do what they say, with a stand-in for the interpreter that they install into."""
+"""What `scripts/setup` installs, told by a python that only writes down what it is asked."""
 
 from __future__ import annotations
 
 import os
+import re
 import subprocess
-import sys
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).parents[1]
 
 
-def test_what_is_installed_is_not_installed_again(tmp_path):
-    interpreter = tmp_path / "venv/bin/python"
-    interpreter.parent.mkdir(parents=True)
-    interpreter.write_text(f'#!/bin/sh\necho "$@" >> {tmp_path / "calls"}\n')
-    interpreter.chmod(0o755)
+@pytest.fixture
+def setup(tmp_path):
+    """Run scripts/setup in an environment that is none, and give the extras that it installs."""
+    python = tmp_path / "bin" / "python"
+    python.parent.mkdir()
+    python.write_text(f'#!/bin/sh\necho "$@" >> {tmp_path}/said\n')
+    python.chmod(0o755)
 
-    def installed(*extras):
-        (tmp_path / "calls").write_text("")
-        for extra in extras:
-            environment = os.environ | {"VENV": str(tmp_path / "venv"), "PYTHON": sys.executable}
-            subprocess.run([ROOT / "scripts/setup", extra], env=environment, check=True, capture_output=True)  # noqa: S603
-        return [line.split(".[")[1] for line in (tmp_path / "calls").read_text().splitlines() if ".[" in line]
+    def run(extras):
+        (tmp_path / "said").write_text("")
+        environment = os.environ | {"VENV": str(tmp_path)}
+        subprocess.run([ROOT / "scripts/setup", extras], check=True, env=environment, capture_output=True)  # noqa: S603
+        return re.findall(r"--editable [.]\[(.*)\]", (tmp_path / "said").read_text())
 
-    assert installed("play", "training", "play", "training") == ["play]", "training]"]
-    assert installed("test", "play", "docs", "peers", "peers") == ["test]", "peers]"]
+    return run
+
+
+def test_what_is_installed_is_not_installed_again(setup):
+    assert setup("training,play") == ["training,play"]
+    assert setup("training") == setup("play") == setup("play,training") == []
+    assert setup("study") == ["study"]
+    assert setup("study,play") == []
+
+
+def test_the_tests_extra_holds_all_but_the_peers(setup):
+    assert setup("test") == ["test"]
+    assert setup("docs") == setup("training,play") == []
+    assert setup("peers") == ["peers"]
+
+
+def test_the_readmes_commands_work_after_its_first_one():
+    (extras,) = re.findall(r"^scripts/setup (.*)$", (ROOT / "scripts/train").read_text(), re.MULTILINE)
+    assert set(extras.split(",")) == {"training", "play"}

@@ -15,7 +15,7 @@ import pytest
 
 from swarm_pz import ladder, policies
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.errors import CommandError, PolicyError, ResultsError
+from swarm_pz.errors import CommandError, PolicyError, ResultsError, Stopped
 from swarm_pz.ledger import GAMES, SETTINGS
 from swarm_pz.match import play_match
 from swarm_pz.tournament import Tournament, TournamentConfig
@@ -298,3 +298,40 @@ def test_a_crashed_process_is_named(tmp_path):
     tournament = Tournament(("crashing", "ring"), CONFIG, tmp_path, load_crashing)
     with pytest.raises(ResultsError, match="died while these were played: crashing against ring"):
         tournament.play(2)
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_a_tournament_that_is_asked_to_stop_keeps_its_games_and_says_what_is_missing(tmp_path, processes):
+    finished = []
+    tournament = Tournament(("ring", "uniform", "noise", "halo"), CONFIG, tmp_path, load)
+    with pytest.raises(Stopped) as stop:
+        tournament.play(processes, lambda done, _: finished.append(done), lambda: bool(finished))
+    kept, all_games = len(lines(tmp_path)), 6 * CONFIG.games
+    assert finished[-1] == kept and 0 < kept < all_games
+    assert str(stop.value) == f"{kept} games are in {tmp_path}, {all_games - kept} are missing"
+    again = played(tmp_path, ("ring", "uniform", "noise", "halo"))
+    assert len(lines(tmp_path)) == len(again.games) == all_games
+
+
+COMMAND = """
+import sys, threading, _thread
+sys.argv = ["swarm-pz", "tournament", "ring", "uniform", "noise", "halo", "--games", "40", "--out", sys.argv[1]]
+from swarm_pz.cli import main
+main()
+"""
+
+
+def test_ctrl_c_ends_a_tournament_with_the_line_that_goes_on(tmp_path):
+    folder = tmp_path / "my ladder"
+    code = [sys.executable, "-c", COMMAND, str(folder)]
+    with subprocess.Popen(code, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:  # noqa: S603
+        began = time.monotonic()
+        while not (folder / GAMES).exists() or not lines(folder):
+            assert process.poll() is None and time.monotonic() - began < 300
+            time.sleep(0.1)
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to all of them
+        said = process.communicate(timeout=300)[1]
+    assert process.returncode == 130
+    assert f"games are in {folder}" in said
+    assert f"go on with: swarm-pz tournament ring uniform noise halo --games 40 --out '{folder}'" in said
+    assert "Traceback" not in said

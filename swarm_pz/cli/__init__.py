@@ -6,16 +6,20 @@ The one place that knows every part of the project; each command imports what it
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable
 
 from swarm_pz.config import PRESETS
-from swarm_pz.errors import SwarmError
+from swarm_pz.errors import MissingExtraError, Stopped, SwarmError, require_extra
+from swarm_pz.files import explain
 
 try:
-    import tyro
-except ImportError:  # the entry point is installed even without the extra
-    sys.exit(str(SwarmError("swarm-pz's commands need an extra: pip install 'swarm-pz[cli]'")))
+    require_extra("tyro", "cli")
+except MissingExtraError as missing:  # the entry point is installed even without the extra
+    sys.exit(f"swarm-pz: {missing}")
+
+import tyro
 
 from swarm_pz.cli import compare, evidence, learn, machine, presets, report, table
 
@@ -41,16 +45,30 @@ def main(arguments: list[str] | None = None) -> None:
     report.arguments.set(arguments)
     try:
         preset, rest = presets.take(arguments)
+        if preset is not None:
+            commands = {name: presets.begin_with(preset, function) for name, function in commands.items()}
+        if rest and rest[0] in commands:  # so that what is wrong is said of this command alone
+            name, *rest = rest
+            tyro.cli(commands[name], prog=f"swarm-pz {name}", args=rest, config=(tyro.conf.AvoidSubcommands,))
+            return
         tyro.extras.subcommand_cli_from_dict(
-            commands if preset is None else {name: presets.begin_with(preset, commands[name]) for name in commands},
+            commands,
             prog="swarm-pz",
             description="Swarm against swarm: train, measure, watch and play tactics. With --preset NAME, the "
             f"rules of a command that has any begin with those of a preset: {', '.join(PRESETS)}.",
             args=rest,
             config=(tyro.conf.AvoidSubcommands,),
         )
-    except (SwarmError, OSError) as error:
+    except SwarmError as error:
         print(f"swarm-pz: {error}", file=sys.stderr)
         sys.exit(2)
-    except KeyboardInterrupt:
+    except BrokenPipeError:  # whoever read what this prints has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
+    except OSError as error:
+        print(f"swarm-pz: {explain(error)}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt as interrupt:
+        where = f": {interrupt}" if isinstance(interrupt, Stopped) else ""
+        print(f"\nswarm-pz: stopped{where}", file=sys.stderr)
         sys.exit(130)

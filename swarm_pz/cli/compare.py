@@ -5,22 +5,21 @@ from __future__ import annotations
 import functools
 import json as json_module
 from pathlib import Path
-from typing import Annotated
-
-import tyro
 
 from swarm_pz import tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
+from swarm_pz.cli.players import Opponent, Player, Players, able, known
 from swarm_pz.cli.report import command, print_rules, progress, write_json
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
+from swarm_pz.files import check_file, check_folder
 from swarm_pz.settings import check
 
 
 def evaluate(
-    policy: Annotated[str, tyro.conf.Positional],
+    policy: Player,
     /,
-    opponent: str = "uniform",
+    opponent: Opponent = "uniform",
     games: int = 200,
     seed: int = 0,
     json: Path | None = None,
@@ -60,6 +59,8 @@ def evaluate(
         check(not (resume or overwrite), "resume and overwrite", (resume, overwrite), "left out without exploit")
     if held_out or exploit:
         check(opponent == "uniform", "opponent", opponent, "left out, since held_out and exploit choose their own")
+    if json is not None:
+        check_file(json)
     print_rules(game)
     if held_out:
         _evaluate_held_out(policy, games, seed, json, threads, game)
@@ -138,7 +139,7 @@ def _evaluate_exploit(
 
 
 def tournament(
-    players: Annotated[tuple[str, ...], tyro.conf.Positional] = (),
+    players: Players = (),
     /,
     games: int = 40,
     seed: int = 0,
@@ -166,10 +167,11 @@ def tournament(
     from swarm_pz.tournament import Tournament, TournamentConfig
 
     config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
-    field = Tournament(players or policies.names(), config, out, policies.load, command())
+    check_folder(out)
+    field = Tournament(players or able(game), config, out, policies.load, command())
     print_rules(game)
-    with progress() as show:
-        field.play(processes, show)
+    with goes_on_with(command()), progress() as show, stops_at_safe_points() as asked:
+        field.play(processes, show, asked)
     figures = ladder.make_ladder(field)
     (out / "ladder.json").write_text(json_module.dumps(figures, indent=2) + "\n")
     (out / "ladder.md").write_text(ladder.to_markdown(figures, "ladder.png"))
@@ -180,7 +182,5 @@ def tournament(
 
 def list_policies() -> None:
     """List the installed policies."""
-    from swarm_pz.policy import about, registered
-
-    for name in sorted(registered()):
-        print(f"{name:<12} {about(name)}".rstrip())
+    for name, line in known().items():
+        print(f"{name:<12} {line}".rstrip())

@@ -10,7 +10,7 @@ import tyro
 
 from swarm_pz import tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
-from swarm_pz.cli.report import command, print_rules
+from swarm_pz.cli.report import command, filming, print_rules
 from swarm_pz.errors import require_extra
 from swarm_pz.settings import check
 from swarm_pz.training.config import LeagueConfig, TrainConfig
@@ -60,7 +60,10 @@ def train(
                 f"share above {comparison.match.policy:<10} {comparison.difference:+.3f} "
                 f"(95 % interval {comparison.low:+.3f} to {comparison.high:+.3f})"
             )
-        standing = film_game(trained, "uniform", out / "game.mp4", config=config.game, seed=1, speed=4.0)
+        with filming() as show:
+            standing = film_game(
+                trained, "uniform", out / "game.mp4", config=config.game, seed=1, speed=4.0, progress=show
+            )
     print(f"learning curve: {out / 'learning_curve.png'}\none game, {standing}: {out / 'game.mp4'}")
     print(f"policy: {out}  (try: swarm-pz evaluate {out} --opponent ring)")
 

@@ -6,21 +6,22 @@ import functools
 import itertools
 import time
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-import tyro
 
 from swarm_pz import tables
+from swarm_pz.cli.players import Player
 from swarm_pz.cli.report import filming, print_rules, write_json
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig, ObservationConfig
 from swarm_pz.errors import require_extra
+from swarm_pz.files import check_file, draft_of
 from swarm_pz.settings import check
 
 
 def render(
-    red: Annotated[str, tyro.conf.Positional] = "ring",
-    blue: Annotated[str, tyro.conf.Positional] = "uniform",
+    red: Player = "ring",
+    blue: Player = "uniform",
     /,
     out: Path = Path("game.mp4"),
     seed: int = 0,
@@ -66,8 +67,8 @@ def render(
 
 
 def diagnose(
-    red: Annotated[str, tyro.conf.Positional] = "ring",
-    blue: Annotated[str, tyro.conf.Positional] = "uniform",
+    red: Player = "ring",
+    blue: Player = "uniform",
     /,
     out: Path = Path("game.png"),
     json: Path | None = None,
@@ -90,10 +91,14 @@ def diagnose(
 
     require_extra("matplotlib.figure", "ladder")
     check(out.suffix in (".png", ".pdf", ".svg"), "out", str(out), "a file .png, .pdf or .svg")
+    for path in (out, json):
+        if path is not None:
+            check_file(path)
     found = diagnosis.diagnose(
         policies.load(red, game), policies.load(blue, game), config=game, seed=seed, seconds=seconds
     )
-    diagnosis.plot(found, out)
+    with draft_of(out) as draft:
+        diagnosis.plot(found, draft)
     print(f"{found.title}: {out}")
     print_rules(game)
     if json is not None:
@@ -127,6 +132,9 @@ def bench(
     for name, values in (("games", games), ("drones", drones), ("threads", threads), ("repeats", (repeats,))):
         check(bool(values) and min(values) >= 1, name, values, "at least 1")
     check(all(size % 2 == 0 for size in drones), "drones", drones, "even, for two teams alike")
+    for path in (json, plot):
+        if path is not None:
+            check_file(path)
     faces: dict[str, speed.Face] = {"simulator": speed.simulator_face, "batch_env": speed.batch_env_face}
     try:
         from swarm_pz.training.vec_env import SwarmVecEnv
@@ -161,7 +169,8 @@ def bench(
     if json is not None:
         write_json(figures, json, config)
     if plot is not None:
-        speed.plot(speeds, plot)
+        with draft_of(plot) as draft:
+            speed.plot(speeds, draft)
         print(f"plot: {plot}")
 
 

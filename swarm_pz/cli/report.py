@@ -53,7 +53,7 @@ def progress(what: str = "games", doing: str = "playing") -> Iterator[Callable[[
 @contextmanager
 def filming() -> Iterator[Callable[[float, float], None]]:
     """As `progress`, while a film is drawn."""
-    with progress("seconds of game", "filming, at most to the time limit") as move:
+    with progress("seconds of game at most", "filming") as move:
         yield move
 
 

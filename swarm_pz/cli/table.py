@@ -11,15 +11,16 @@ from typing import Annotated
 import tyro
 
 from swarm_pz import tables
+from swarm_pz.cli.players import known
 from swarm_pz.cli.report import command, filming, print_rules
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import SwarmError, require_extra
 from swarm_pz.policy import about
-from swarm_pz.settings import check
+from swarm_pz.settings import check, check_count
 
 
 def play(
-    opponent: str | None = None,
+    opponent: Annotated[str | None, tyro.conf.arg(metavar="PLAYER")] = None,
     host: str = "127.0.0.1",
     port: int = 8000,
     min_command_interval: float = 0.5,
@@ -42,16 +43,17 @@ def play(
     from swarm_pz.play.game import TableConfig
     from swarm_pz.play.serve import serve
 
-    known = {name: about(name) for name in policies.names()}
+    check_count(port, "port", 0, 65535)
+    installed = known()
     if opponent is not None and opponent != "none":
         policies.load(opponent, game)
-        known |= {opponent: about(opponent)}
+        installed |= {opponent: about(opponent)}
     page = f"play={opponent}" if opponent is not None else ""
     say = functools.partial(print, flush=True)
     print_rules(game)
     serve(
         policies.load,
-        known,
+        installed,
         host=host,
         port=port,
         folder=out,
@@ -88,6 +90,7 @@ def replay(
     from swarm_pz.play.serve import serve
 
     check(speed > 0, "speed", speed, "above 0")
+    check_count(port, "port", 0, 65535)
     playback = Playback(Recording.read(recording))
     if film is not None:
         with filming() as show:
@@ -104,9 +107,8 @@ def replay(
     if film is None and not verify:
         page = f"replay={checked_name(recording.name)}"
         say = functools.partial(print, flush=True)
-        known = {name: about(name) for name in policies.names()}
         folder = recording.parent
-        serve(policies.load, known, host=host, port=port, folder=folder, page=page, say=say, draw_code=_draw_code)
+        serve(policies.load, known(), host=host, port=port, folder=folder, page=page, say=say, draw_code=_draw_code)
 
 
 def study(

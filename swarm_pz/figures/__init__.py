@@ -9,12 +9,12 @@ from __future__ import annotations
 import multiprocessing
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_pz.config import PRESETS, GameConfig
-from swarm_pz.errors import CommandError, nearest
+from swarm_pz.errors import CommandError, Stopped, nearest
 from swarm_pz.figures import (
     adversary,
     capture_geometry,
@@ -33,7 +33,7 @@ from swarm_pz.figures.page import draw, to_dict, write, write_page
 from swarm_pz.figures.playing import play
 from swarm_pz.scenario import check_seed
 from swarm_pz.settings import check_count
-from swarm_pz.worker import prepare_process
+from swarm_pz.worker import end_processes, prepare_process
 
 __all__ = ["FIGURES", "Figure", "Finding", "Made", "make", "make_all"]
 
@@ -85,8 +85,8 @@ def make(name: str, seed: int, out: Path, command: str = "") -> Made:
     began = time.monotonic()
     finding = figure.measure(seed)
     record = to_dict(figure, finding, seed, command)
-    write(record, out)
     draw(figure, record["series"], out)
+    write(record, out)  # last: the page shows what has one
     return Made(name, finding.supported, time.monotonic() - began)
 
 
@@ -98,6 +98,7 @@ def make_all(
     processes: int = 2,
     done: Callable[[Made], None] | None = None,
     command: str = "",
+    asked: Callable[[], bool] = lambda: False,
 ) -> list[Made]:
     """Make figures, and a page index.md of all that the folder holds.
 
@@ -114,9 +115,13 @@ def make_all(
         Called with each figure as soon as it is made.
     command : str
         What was called; it stands in the files.
+    asked : callable, optional
+        Called between figures: whether to stop there.
 
     Raises
     ------
+    Stopped
+        If it was asked to; every figure that was begun is made, and on the page.
     CommandError
         If there is no figure of a name.
     """
@@ -135,19 +140,31 @@ def make_all(
 
     if processes == 1 or len(ordered) == 1:
         for name in ordered:
+            if asked():
+                break
             keep(make(name, seed, out, command))
     else:
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(processes, mp_context=context, initializer=prepare_process) as pool:
             # Two figures that find nothing compiled would both compile all of it.
             list(pool.map(_compile, PRESETS))
-            futures = [pool.submit(make, name, seed, out, command) for name in ordered]
+            waiting = {pool.submit(make, name, seed, out, command) for name in ordered}
             try:
-                for future in as_completed(futures):
-                    keep(future.result())
+                while waiting and not asked():
+                    for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+                        waiting.remove(future)
+                        keep(future.result())
+            except KeyboardInterrupt:  # at once
+                end_processes()
+                raise
             finally:
                 pool.shutdown(cancel_futures=True)
+            for future in waiting:  # what was begun is made
+                if not future.cancelled():
+                    keep(future.result())
     write_page(list(FIGURES), out)
+    if len(made) < len(ordered):
+        raise Stopped(f"{len(made)} of {len(ordered)} figures are in {out}")
     return made
 
 

@@ -67,17 +67,23 @@ def entry_point(function: Function) -> Function:
         def load_or_tell(signature: Any, target: Any) -> Any:
             found = load(signature, target)
             if found is None:
-                _tell_that_it_compiles()
+                _tell_that_it_compiles(function.__name__)
             return found
 
         compiled._cache.load_overload = load_or_tell
     return compiled  # type: ignore[no-any-return]
 
 
+def _tell_that_it_compiles(name: str) -> None:
+    logger = logging.getLogger("swarm_pz")
+    _announce_compilation(logger)
+    logger.warning("compiling %s", name)
+
+
 @cache
-def _tell_that_it_compiles() -> None:
-    logging.getLogger("swarm_pz").warning(
-        "swarm-pz compiles its kernels for this machine: once, in about half a minute "
+def _announce_compilation(logger: logging.Logger) -> None:
+    logger.warning(
+        "swarm-pz compiles its kernels for this machine: once, in one to two minutes "
         "(`swarm-pz warmup` does it ahead of time)"
     )
 

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure as Canvas
 
 import swarm_pz
 from swarm_pz import figures
-from swarm_pz.cli import main
+from swarm_pz.cli import evidence, main, report
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import CommandError
+from swarm_pz.errors import CommandError, Stopped
 from swarm_pz.figures import FIGURES, make_all
 from swarm_pz.figures.page import to_dict, to_markdown
 from swarm_pz.figures.style import RC
@@ -122,3 +122,41 @@ def test_a_page_says_no_where_a_claim_does_not_hold():
     assert "Of 1 claims 0 hold" in page
     assert "**Holds**: no" in page
     assert "| cells that differ | never |" in page
+
+
+def test_figures_that_are_asked_to_stop_leave_what_is_made_on_the_page(tmp_path, monkeypatch):
+    made = []
+    for names in (["capture_geometry", "permutation_invariance"],):
+        with pytest.raises(Stopped, match="1 of 2 figures are in"):
+            make_all(names, tmp_path, processes=1, done=made.append, asked=lambda: bool(made))
+    assert f"## {made[0].name}" in (tmp_path / "index.md").read_text()
+
+
+def test_ctrl_c_names_the_line_that_makes_the_other_figures(tmp_path, capsys, monkeypatch):
+    def interrupt(name, seed, out):
+        if name != "dropout":  # the longest, so the first
+            raise KeyboardInterrupt
+        return figures.Made(name, True, 0.1)
+
+    monkeypatch.setattr(figures, "make", interrupt)
+    only = ["--only", "capture_geometry", "dropout", "team_sizes"]
+    with pytest.raises(SystemExit, match="130"):
+        main(["figures", "--seed", "3", *only, "--processes", "1", "--out", str(tmp_path)])
+    line = f"swarm-pz figures --seed 3 --processes 1 --out {tmp_path} --only capture_geometry team_sizes"
+    assert f"go on with: {line}\n" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("given", [["--only", "a", "b", "--seed", "3"], ["--seed", "3", "--only=a"], ["--seed", "3"]])
+def test_the_line_that_goes_on_asks_for_what_is_missing(given):
+    token = report.arguments.set(["figures", *given])
+    try:
+        assert evidence._making(["b"]) == "swarm-pz figures --seed 3 --only b"
+    finally:
+        report.arguments.reset(token)
+
+
+def test_help_lists_the_figures(capsys):
+    with pytest.raises(SystemExit):
+        main(["figures", "--help"])
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in FIGURES)

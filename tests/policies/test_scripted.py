@@ -9,7 +9,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.figures import ensemble_tactic
 from swarm_pz.policies import held_out
-from swarm_pz.policies.scripted import SCRIPTS, View
+from swarm_pz.policies.scripted import SCRIPTS, View, tactic
 from swarm_pz.policy import Policy, ask
 
 NAMES = sorted(script.__name__ for script in SCRIPTS)
@@ -68,7 +68,10 @@ def test_the_opponents_mean_position_is_theirs_and_the_centre_if_there_are_none(
 
 
 def test_unknown_names_list_the_nearest():
-    with pytest.raises(PolicyError, match=r"there is no policy 'unifrom'; did you mean 'uniform'\? Known: .*wavefront"):
+    with pytest.raises(
+        PolicyError,
+        match=r"no policy 'unifrom', and no such folder; did you mean 'uniform'\? Known: .*wavefront",
+    ):
         policies.load("unifrom")
 
 
@@ -86,3 +89,23 @@ def test_ring_surrounds_the_opponents():
     assert density[4, 4] < 0.1
     assert density[5, 7] > 0.8
     assert density[0, 0] < 0.01
+
+
+@pytest.mark.parametrize(
+    ("returned", "message"),
+    [
+        (np.ones((10, 10)), r"numbers in \[0, inf\] of shape \(2, 10, 10\), got shape \(10, 10\)"),
+        (np.full((2, 10, 10), -1.0), r"got values from -1 to -1"),
+        (np.full((2, 10, 10), np.nan), r"got nan at index \(0, 0, 0\)"),
+        (None, r"got NoneType None"),
+    ],
+)
+def test_a_tactic_that_returns_nonsense_hears_what_was_expected(returned, message):
+    @tactic(sees=("time_left",))
+    def lost(view):
+        return returned
+
+    policy = lost(GameConfig())
+    policy.reset([0, 1], np.arange(2))
+    with pytest.raises(PolicyError, match="what tactic 'lost' returns for 2 games must be " + ".*" + f"({message})"):
+        policy.act(np.zeros((2, 1, 10, 10), np.uint8), np.arange(2))

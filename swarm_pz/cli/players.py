@@ -1,0 +1,37 @@
+"""Players on the command line: how they are named, and which of those that are installed can play."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import tyro
+
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import SwarmError
+from swarm_pz.policy import about, faults, load, registered
+
+Player = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="PLAYER")]
+Players = Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[PLAYER ...]")]
+Opponent = Annotated[str, tyro.conf.arg(metavar="PLAYER")]
+
+
+def known() -> dict[str, str]:
+    """Return the names of installed policies that can be used, with a line about each; name others on stderr."""
+    broken = faults()
+    for fault in broken.values():
+        print(f"left out: {fault}", file=sys.stderr)
+    return {name: about(name) for name in sorted(registered()) if name not in broken}
+
+
+def able(game: GameConfig) -> tuple[str, ...]:
+    """Return the names of installed policies that can play a game; name others on stderr."""
+    found = []
+    for name in known():
+        try:
+            load(name, game)
+        except SwarmError as error:
+            print(f"left out: {name}: {error}", file=sys.stderr)
+        else:
+            found.append(name)
+    return tuple(found)

@@ -1,0 +1,100 @@
+"""Policies that other packages register, and what is done about broken ones."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import sys
+import types
+
+import pytest
+
+from swarm_pz import policies
+from swarm_pz.cli import main
+from swarm_pz.cli.players import able, known
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import PolicyError
+from swarm_pz.policies.scripted import halo
+from swarm_pz.policy import GROUP, about, faults, registered
+
+
+def fail(config):
+    raise RuntimeError("no luck")
+
+
+def raising(name):
+    raise AttributeError(f"nothing called {name}")
+
+
+@pytest.fixture
+def guests(monkeypatch):
+    """A package whose policies are broken in every way, and one that works."""
+    module = types.ModuleType("guests_tactics")
+    module.number, module.fail, module.halo = 3, fail, halo
+    module.__getattr__ = raising
+    monkeypatch.setitem(sys.modules, "guests_tactics", module)
+    distribution = types.SimpleNamespace(name="guests")
+    points = importlib.metadata.entry_points(group=GROUP)
+
+    def point(name, value):
+        made = importlib.metadata.EntryPoint(name, value, GROUP)
+        vars(made)["dist"] = distribution
+        return made
+
+    broken = [
+        point("gone", "no_such_package:tactic"),
+        point("attribute", "guests_tactics:missing"),
+        point("number", "guests_tactics:number"),
+        point("ring", "guests_tactics:halo"),
+        point("fails", "guests_tactics:fail"),
+        point("works", "guests_tactics:halo"),
+    ]
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: (*broken, *points))
+    return len(points)
+
+
+def test_broken_policies_are_named_with_their_package_and_error(guests):
+    found = faults()
+    assert set(found) == {"gone", "attribute", "number", "ring of guests"}
+    assert all("of guests (" in fault for fault in found.values())
+    assert "No module named 'no_such_package'" in found["gone"]
+    assert "nothing called missing" in found["attribute"]
+    assert "must be callable, got 3" in found["number"]
+    assert "swarm-pz has a policy of that name already" in found["ring of guests"]
+
+
+def test_the_own_policy_stays_where_another_package_takes_its_name(guests):
+    assert registered()["ring"].value == "swarm_pz.policies.scripted:ring"
+
+
+def test_commands_name_broken_policies_and_go_on(guests, capsys):
+    main(["policies"])
+    printed = capsys.readouterr()
+    assert len(printed.out.splitlines()) == guests + 2
+    assert "works        Make a broad ring" in printed.out
+    assert printed.err.count("left out: policy") == 4
+    assert set(known()) == set(registered()) - {"gone", "attribute", "number"}
+
+
+def test_a_tournament_of_all_leaves_out_who_cannot_play(guests, capsys):
+    field = able(GameConfig(drones_per_team=2))
+    assert "works" in field and "fails" not in field
+    assert "left out: fails: policy 'fails' (guests_tactics:fail) cannot be made" in capsys.readouterr().err
+
+
+def test_a_broken_policy_is_still_refused_where_it_is_asked_for(guests):
+    assert about("gone") == ""
+    with pytest.raises(PolicyError, match="cannot be made"):
+        policies.load("gone")
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("runs/nothing", "there is no folder 'runs/nothing', nor a policy of that name"),
+        ("rign", "there is no policy 'rign', and no such folder; did you mean 'ring'"),
+        (__file__, "expected a policy or a folder that training wrote, got the file"),
+    ],
+)
+def test_what_is_neither_a_policy_nor_a_folder_is_said_to_be_so(name, message):
+    with pytest.raises(PolicyError, match=message):
+        policies.load(name)

@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import shlex
+import sys
+
+import pytest
+
+from swarm_pz.errors import MissingExtraError, installing, require_extra
+
+
+def came_from(monkeypatch, origin):
+    class Installed:
+        def read_text(self, name):
+            assert name == "direct_url.json"
+            return None if origin is None else json.dumps(origin)
+
+    monkeypatch.setattr(importlib.metadata, "distribution", lambda name: Installed())
+
+
+@pytest.mark.parametrize(
+    ("origin", "wanted"),
+    [
+        (None, "swarm-pz[play]"),
+        ({"url": "file:///a/b/swarm_pz-1-py3-none-any.whl", "archive_info": {}},
+         "swarm-pz[play] @ file:///a/b/swarm_pz-1-py3-none-any.whl"),
+        ({"url": "file:///a/clone", "dir_info": {}}, "swarm-pz[play] @ file:///a/clone"),
+        ({"url": "https://x.org/s.git", "vcs_info": {"vcs": "git", "commit_id": "abc"}},
+         "swarm-pz[play] @ git+https://x.org/s.git@abc"),
+    ],
+)  # fmt: skip
+def test_a_missing_extra_is_installed_from_where_swarm_pz_came(monkeypatch, origin, wanted):
+    came_from(monkeypatch, origin)
+    assert shlex.split(installing("play")) == [sys.executable, "-m", "pip", "install", wanted]
+
+
+def test_in_a_clone_the_line_names_its_folder_and_its_pinned_versions(monkeypatch, tmp_path):
+    clone = tmp_path / "my clone"
+    clone.mkdir()
+    came_from(monkeypatch, {"url": clone.as_uri(), "dir_info": {"editable": True}})
+    assert shlex.split(installing("play"))[4:] == ["--editable", f"{clone}[play]"]
+    (clone / "constraints.txt").write_text("")
+    pinned = ["--constraint", str(clone / "constraints.txt"), "--editable", f"{clone}[play]"]
+    assert shlex.split(installing("play"))[4:] == pinned
+
+
+def test_without_an_installation_the_name_is_given(monkeypatch):
+    def none(name):
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(importlib.metadata, "distribution", none)
+    assert shlex.split(installing("play"))[4:] == ["swarm-pz[play]"]
+
+
+def test_a_missing_module_says_how_to_install_it():
+    with pytest.raises(MissingExtraError, match=r"no_such_module is not installed; install it with: .* -m pip install"):
+        require_extra("no_such_module.part", "play")

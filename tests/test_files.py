@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+import pytest
+
+from swarm_pz.errors import OutputError
+from swarm_pz.files import check_file, check_folder, draft_of, explain
+
+
+def write_and_fail(path):
+    with draft_of(path) as draft:
+        draft.write_text("half")
+        raise KeyboardInterrupt
+
+
+def test_a_file_is_whole_or_not_there(tmp_path):
+    path = tmp_path / "new folder" / "a.txt"
+    with draft_of(path) as draft:
+        draft.write_text("first")
+        assert not path.exists()
+        assert draft.suffix == ".txt"
+    assert path.read_text() == "first"
+    with pytest.raises(KeyboardInterrupt):
+        write_and_fail(path)
+    assert path.read_text() == "first"
+    assert [file.name for file in path.parent.iterdir()] == ["a.txt"]
+
+
+def test_what_cannot_be_written_is_said_in_words(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="the name of a file to write, got the folder"):
+        check_file(tmp_path)
+    for path in (tmp_path / "file" / "a.txt", tmp_path / "file" / "deeper" / "a.txt"):
+        with pytest.raises(OutputError, match=r"file' is a file, not a folder"):
+            check_file(path)
+    with pytest.raises(OutputError, match="file name too long"):
+        check_folder(tmp_path / ("x" * 300))
+
+
+def test_a_folder_without_permission_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.access", lambda path, mode: path != tmp_path)
+    with pytest.raises(OutputError, match=f"no permission to write in '{tmp_path}'"):
+        check_file(tmp_path / "a" / "b.txt")
+
+
+def test_errors_of_the_system_are_words():
+    assert explain(IsADirectoryError(21, "Is a directory", "here")) == "is a directory: 'here'"
+    assert explain(OSError("odd")) == "odd"
+    assert explain(OSError()) == "oserror"
