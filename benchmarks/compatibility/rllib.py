@@ -75,6 +75,7 @@ def named_commands(**keywords: Any) -> None:
         .env_runners(num_env_runners=0)
         .rl_module(model_config=DefaultModelConfig(conv_filters=FILTERS))
         .training(train_batch_size_per_learner=8, num_steps_sampled_before_learning_starts=8)
+        .reporting(min_sample_timesteps_per_iteration=20)
     )
     algorithm = config.build_algo()
     for _ in range(2):

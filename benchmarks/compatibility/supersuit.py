@@ -99,6 +99,8 @@ def chain(**keywords: Any) -> None:
     env = supersuit.frame_stack_v1(parallel_env(**SMALL, **keywords), 4)
     envs = supersuit.concat_vec_envs_v1(supersuit.pettingzoo_env_to_vec_env_v1(env), 2, base_class="stable_baselines3")
     PPO("CnnPolicy", envs, n_steps=8, batch_size=8, n_epochs=1).learn(32)
+    shape = envs.observation_space.shape
+    assert shape == (50, 50, 4 * 9), f"it learns, from frames joined at their edges: {shape}"
 
 
 @row()

@@ -1,6 +1,7 @@
 """TorchRL.
 
-Its wrappers take the faces as they are: infos are numbers, and the same ones at every step.
+Its wrappers take the faces as they are. Where games live in processes of their own, the module stands before the id,
+`"swarm_pz:swarm_pz/Capture-v0"`, so that these import it, too.
 """
 
 from __future__ import annotations
@@ -57,12 +58,12 @@ def one_learner() -> None:
 
 @row()
 def copies() -> None:
-    """`GymEnv("swarm_pz/Capture-v0", num_envs=2)`, a process a game: a rollout over several games."""
+    """`GymEnv("swarm_pz:swarm_pz/Capture-v0", num_envs=2)`, a process a game: a rollout over several games."""
     from torchrl.envs import GymEnv
 
-    import swarm_pz
-
-    assert GymEnv("swarm_pz/Capture-v0", num_envs=2, **SMALL).rollout(12, break_when_any_done=False).shape == (2, 12)
+    env = GymEnv("swarm_pz:swarm_pz/Capture-v0", num_envs=2, **SMALL)
+    assert env.rollout(12, break_when_any_done=False).shape == (2, 12)
+    env.close()
 
 
 @row(autoreset_mode="SameStep")
@@ -77,7 +78,7 @@ def batch(**keywords: str) -> None:
     assert GymWrapper(envs).rollout(12, break_when_any_done=False).shape == (2, 12)
 
 
-@row(action="discrete")
+@row(action="discrete", observation_dtype="float32")
 def named_commands(**keywords: str) -> None:
     """`GymEnv` with a categorical action: a rollout to the end, `QValueActor`."""
     from torch import nn
@@ -88,4 +89,4 @@ def named_commands(**keywords: str) -> None:
 
     env = GymEnv("swarm_pz/Capture-v0", categorical_action_encoding=True, **SMALL, **keywords)
     values = nn.Sequential(nn.Flatten(-3), nn.LazyLinear(env.action_spec.n))
-    env.rollout(50, QValueActor(values, in_keys=["pixels"], spec=env.action_spec))
+    env.rollout(50, QValueActor(values, in_keys=["observation"], spec=env.action_spec))
