@@ -516,7 +516,9 @@ def resolve(config: GameConfig | None, overrides: Mapping[str, Any], face: type)
     for name in fields:
         if name not in GameConfig.__dataclass_fields__:
             known = {"preset", *GameConfig.__dataclass_fields__, *inspect.signature(face).parameters} - {"overrides"}
-            raise UnknownNameError(f"{face.__name__} has no keyword {name!r}; {nearest(name, known)}")
+            # Python's own words: libraries look for them to find out what they may leave away.
+            argument = f"{face.__name__}() got an unexpected keyword argument {name!r}"
+            raise UnknownNameError(f"{argument}; {nearest(name, known)}")
     if preset is not None:
         check(config is None, "preset", preset, "given alone, not beside a config")
         config = GameConfig.preset(preset)
