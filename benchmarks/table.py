@@ -46,7 +46,8 @@ def server(folder: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
         printed = process.stdout or sys.stdin
         try:
-            yield printed.readline().split("http://")[1].strip().rstrip("/"), process
+            said = next(line for line in printed if "http://" in line)
+            yield said.split("http://")[1].strip().rstrip("/"), process
         finally:
             process.send_signal(signal.SIGTERM)
             process.wait(20)

@@ -41,7 +41,7 @@ def test_names_come_before_folders(tmp_path):
 
 def test_what_is_neither_name_nor_folder_is_said(tmp_path):
     config = GameConfig()
-    with pytest.raises(PolicyError, match="there is no policy 'rign'; did you mean 'ring'"):
+    with pytest.raises(PolicyError, match="there is no policy 'rign', and no such folder; did you mean 'ring'"):
         load("rign", config)
     with pytest.raises(
         PolicyError, match=r"there is no folder 'runs/frist', nor a policy of that name; there are blind_ring, "

@@ -133,7 +133,7 @@ def test_figures_that_are_asked_to_stop_leave_what_is_made_on_the_page(tmp_path,
 
 
 def test_ctrl_c_names_the_line_that_makes_the_other_figures(tmp_path, capsys, monkeypatch):
-    def interrupt(name, seed, out):
+    def interrupt(name, seed, out, command):
         if name != "dropout":  # the longest, so the first
             raise KeyboardInterrupt
         return figures.Made(name, True, 0.1)

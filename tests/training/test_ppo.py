@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -190,13 +189,18 @@ def test_a_checkpoint_of_another_configuration_is_refused(trained):
 
 def test_a_checkpoint_from_when_equal_pairs_had_hashes_of_their_own_goes_on(trained, tmp_path):
     _, _, folder = trained
-    shutil.copytree(folder, tmp_path / "run")
-    state = torch.load(folder / CHECKPOINT, weights_only=True)
-    # As version 0.1.0 wrote it for drones_per_team=(2, 2) and two equal observations.
-    torch.save(state | {"config_hash": "5b24ba02571431ce"}, tmp_path / "run" / CHECKPOINT)
+    run = Training(TINY, folder, resume=True, say=quiet)
+    old = {
+        "config_hash": "5b24ba02571431ce",  # as version 0.1.0 wrote it for drones_per_team=(2, 2), two equal seats
+        "steps": run.model.num_timesteps,
+        "policy": run.model.policy.state_dict(),
+        "optimizer": run.model.policy.optimizer.state_dict(),
+        "history": run.history.to_json(),
+    }
+    torch.save(old, tmp_path / OLD_CHECKPOINT)
     pairs = TINY.game.replace(drones_per_team=(2, 2), observation=TINY.game.observations)
     for config in (TINY, TINY.replace(game=pairs)):
-        assert Training(config, tmp_path / "run", resume=True, say=quiet).model.num_timesteps == state["steps"]
+        assert Training(config, tmp_path, resume=True, say=quiet).model.num_timesteps == old["steps"]
 
 
 def test_card_and_history_say_what_they_come_from(trained):
