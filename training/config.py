@@ -13,6 +13,11 @@ FIELD = (*["uniform"] * 2, *SCRIPTS, "centre", "evade", "evade", "halo", "lasso"
 """Whom a run meets: all scripts, and more often those that are measured against or hard to beat."""
 
 
+def _check_names(names: object, field: str) -> None:
+    holds = isinstance(names, tuple) and all(isinstance(name, str) for name in names)
+    check(holds, field, names, "a tuple of policies' names")
+
+
 @dataclass(frozen=True, kw_only=True)
 class TrainConfig(Config):
     """A training run.
@@ -101,14 +106,12 @@ class TrainConfig(Config):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check(not isinstance(self.opponents, str), "opponents", self.opponents, "a tuple of policies' names")
-        object.__setattr__(self, "opponents", tuple(self.opponents))
-        object.__setattr__(self, "sizes", tuple(self.sizes))
+        check(isinstance(self.game, GameConfig), "game", self.game, "a GameConfig")
+        _check_names(self.opponents, "opponents")
+        check(len(self.opponents) > 0, "opponents", self.opponents, "at least one policy's name")
+        check(isinstance(self.sizes, tuple), "sizes", self.sizes, "a tuple of numbers of drones")
         for size in self.sizes:
             check_count(size, "sizes", 1, 10_000)
-        shared = self.num_envs % max(len(self.sizes), 1) == 0
-        check(shared, "num_envs", self.num_envs, f"a multiple of {len(self.sizes)}, the number of sizes")
-        check(len(self.opponents) > 0, "opponents", self.opponents, "at least one policy's name")
         for name, low, high in (
             ("critic_steps", 0, 10**12),
             ("width", 8, 512),
@@ -134,6 +137,8 @@ class TrainConfig(Config):
             ("final_log_std", -10.0, 2.0),
         ):
             check_number(getattr(self, name), name, lowest, highest)
+        shared = self.num_envs % max(len(self.sizes), 1) == 0
+        check(shared, "num_envs", self.num_envs, f"a multiple of {len(self.sizes)}, the number of sizes")
         seat = self.game.observations[0]
         check(seat.kind == "grids", "game.observation.kind", seat.kind, "'grids', which the network is made for")
         check(seat.grid >= 10, "game.observation.grid", seat.grid, "at least 10, else SB3 takes channels for rows")
@@ -197,8 +202,7 @@ class LeagueConfig(Config):
         super().__post_init__()
         check(isinstance(self.learner, TrainConfig), "learner", self.learner, "a TrainConfig")
         for name in ("scripts", "rivals"):
-            check(not isinstance(getattr(self, name), str), name, getattr(self, name), "a tuple of policies' names")
-            object.__setattr__(self, name, tuple(getattr(self, name)))
+            _check_names(getattr(self, name), name)
         for name, low, high in (
             ("seats", 1, 65536),
             ("cycle", 1, 10**12),

@@ -276,6 +276,9 @@ def test_bad_settings_are_refused(tmp_path):
         TrainConfig(action_cells=3)
     with pytest.raises(ConfigError, match="opponents must be a tuple"):
         TrainConfig(opponents="ring")
+    for name, value in (("sizes", 5), ("num_envs", None), ("game", 5), ("opponents", (1,)), ("opponents", None)):
+        with pytest.raises(ConfigError, match=f"{name} must be"):
+            TrainConfig(**{name: value})
     with pytest.raises(ConfigError, match="evaluation_games must be even"):
         TrainConfig(evaluation_games=3)
     with pytest.raises(ConfigError, match="num_envs must be a multiple of 3"):
