@@ -61,6 +61,8 @@ class View:
 
     def mean_position(self, side: str) -> Array:
         """Return the mean position (n, 2) of the "own" or "opposing" drones; the centre if none."""
+        if side not in ("own", "opposing"):
+            raise PolicyError(f"side must be 'own' or 'opposing', got {side!r}")
         weights = self[f"{side}_positions"]
         cells = weights.shape[-1]
         # Whole numbers, twice the distance in cells: their sums are exact in any order. With others, a

@@ -209,7 +209,8 @@ class Progress(BaseCallback):
             f"{done:4.0%} {self.num_timesteps:>9,} steps  {rate:6,.0f}/s  "
             f"{_clock(max(total - self.num_timesteps, 0) / rate)} left  "
             f"exploring: won {self.run.training_win_rate():3.0%}, share {self.run.training_share():.2f}  "
-            f"evaluated: won {records[-1]['win_rate']:3.0%}, share {records[-1]['share']:.2f}"
+            f"evaluated at {records[-1]['step']:,}: won {records[-1]['win_rate']:3.0%}, "
+            f"share {records[-1]['share']:.2f}"
         )
         if sys.stdout.isatty():
             filled = round(20 * done)

@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Callable
 
+import swarm_pz
 from swarm_pz.config import PRESETS
 from swarm_pz.errors import MissingExtraError, Stopped, SwarmError, require_extra
 from swarm_pz.files import explain
@@ -42,6 +43,9 @@ def main(arguments: list[str] | None = None) -> None:
         "warmup": machine.warmup,
     }
     arguments = sys.argv[1:] if arguments is None else arguments
+    if arguments == ["--version"]:
+        print(f"swarm-pz {swarm_pz.__version__}")
+        return
     report.arguments.set(arguments)
     try:
         preset, rest = presets.take(arguments)

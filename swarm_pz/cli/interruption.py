@@ -43,7 +43,8 @@ def goes_on_with(line: str) -> Iterator[None]:
             yield
         except KeyboardInterrupt as interrupt:
             where = f": {interrupt}" if isinstance(interrupt, Stopped) else ""
-            print(f"\nstopped{where}\ngo on with: {line}", file=sys.stderr, flush=True)
+            typed = line.replace("swarm-pz", report.program(), 1)
+            print(f"\nstopped{where}\ngo on with: {typed}", file=sys.stderr, flush=True)
             sys.exit(STOPPED)
 
 

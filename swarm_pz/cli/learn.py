@@ -10,7 +10,7 @@ import tyro
 
 from swarm_pz import tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
-from swarm_pz.cli.report import command, filming, print_rules
+from swarm_pz.cli.report import command, filming, print_rules, program
 from swarm_pz.errors import require_extra
 from swarm_pz.settings import check
 from swarm_pz.training.config import LeagueConfig, TrainConfig
@@ -65,7 +65,7 @@ def train(
                 trained, "uniform", out / "game.mp4", config=config.game, seed=1, speed=4.0, progress=show
             )
     print(f"learning curve: {out / 'learning_curve.png'}\none game, {standing}: {out / 'game.mp4'}")
-    print(f"policy: {out}  (try: swarm-pz evaluate {out} --opponent ring)")
+    print(f"policy: {out}  (try: {program()} evaluate {out} --opponent ring)")
 
 
 def league(

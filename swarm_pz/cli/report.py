@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import shlex
+import shutil
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,6 +28,14 @@ arguments: ContextVar[list[str]] = ContextVar("arguments")
 def command() -> str:
     """Return the command that is being run."""
     return shlex.join(["swarm-pz", *arguments.get()])
+
+
+def program() -> str:
+    """Return how to call swarm-pz from here: by its name, or by its place where that is not on the path."""
+    called = Path(sys.argv[0])
+    if called.name != "swarm-pz" or shutil.which("swarm-pz") is not None:
+        return "swarm-pz"
+    return shlex.quote(os.path.relpath(called))
 
 
 def print_rules(game: GameConfig, note: str = "") -> None:
