@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from swarm_pz.config import TICKS_PER_SECOND
@@ -180,7 +181,13 @@ class Session:
         self.recorder = Recorder(house.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}", header)
         self._thinking: list[asyncio.Task[None] | None] = [None, None]
         self._places = [
-            PolicySeat(key=(name, team), policy=seat.policy, game=config.game, team=team, seed=seed)
+            PolicySeat(
+                key=(name, team),
+                policy=seat.policy,
+                game=config.game,
+                team=team,
+                seed=np.random.SeedSequence(seed, spawn_key=(team,)),  # neither the other's nor the start's
+            )
             for team, seat in enumerate(seats)
         ]
         self._numbers = [0, 0]

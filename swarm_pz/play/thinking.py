@@ -23,6 +23,7 @@ from swarm_pz.errors import PolicyError
 from swarm_pz.kernels.game import Games
 from swarm_pz.match import FaultError, blame
 from swarm_pz.policy import Player, ask
+from swarm_pz.scenario import Seed
 from swarm_pz.worker import alarm, prepare_process
 
 Loader = Callable[[str, GameConfig], Player]
@@ -44,7 +45,7 @@ class PolicySeat:
     policy : str
     game : GameConfig
     team : int
-    seed : int
+    seed : int or SeedSequence
         Of its random stream.
     """
 
@@ -52,7 +53,7 @@ class PolicySeat:
     policy: str
     game: GameConfig
     team: int
-    seed: int
+    seed: Seed
 
 
 def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:

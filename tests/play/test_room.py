@@ -91,6 +91,36 @@ def test_a_table_without_people_plays_on(tmp_path):
     assert recording.end.outcome == "draw" and recording.last_tick == 30
 
 
+def test_two_policies_at_a_table_have_streams_of_their_own(tmp_path, monkeypatch):
+    async def play():
+        shared, seeds, answers = house(tmp_path, 5.0), {}, {}
+        ask = shared.thinkers.ask
+
+        async def noting(place, games):
+            seeds[place.team] = place.seed
+            answers[place.team] = await ask(place, games)
+            return answers[place.team]
+
+        monkeypatch.setattr(shared.thinkers, "ask", noting)
+        room, client = Room("ABCD", protocol.Settings(time_limit=None), shared), Client()
+        room.watch(client)
+        for side in ("red", "blue"):
+            room.place_policy(side, "noise")
+        room.ready(client, True)
+        await until(lambda: len(answers) == 2)
+        room.stop()
+        shared.thinkers.close()
+        return room.session.recorder.path, seeds, answers
+
+    path, seeds, answers = asyncio.run(play())
+    assert not np.array_equal(answers[0], answers[1])
+    recording = Recording.read(path)
+    assert Playback(recording).verify().verified
+    start = recording.header.seed
+    firsts = {np.random.default_rng(seed).random() for seed in (start, seeds[0], seeds[1])}
+    assert len(firsts) == 3, "nor is either the start's"
+
+
 def test_ticks_are_caught_up_two_at_a_time_and_then_time_slips(tmp_path):
     async def play():
         shared, client = house(tmp_path), Client()
