@@ -7,9 +7,10 @@ import pytest
 from scipy.stats import binomtest
 
 from swarm_pz import policies
+from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CommandError, PolicyError
-from swarm_pz.match import _MATCH, paired_difference, play_match
+from swarm_pz.match import _MATCH, Game, MatchResult, paired_difference, play_match
 from tests.test_duel_env import Nonsense
 
 SHORT = GameConfig(time_limit=30.0, drones_per_team=3)
@@ -50,6 +51,54 @@ def test_a_pair_that_is_the_same_game_twice_counts_once():
     assert low <= summary["win_rate"] <= high
     assert low < high
     assert summary["mean_share"] == pytest.approx(0.5)
+
+
+def test_the_score_counts_a_pair_that_is_the_same_game_twice_once():
+    def game(pair, side, outcome, end):
+        return Game(
+            pair=pair,
+            side=side,
+            outcome=outcome,
+            share=float(outcome == "win"),
+            seconds=9.0,
+            captures=3,
+            recaptures=0,
+            fingerprint=end,
+            sizes=[3],
+        )
+
+    twice = [game(0, "red", "win", b"0"), game(0, "blue", "loss", b"0")]
+    others = [game(1, "red", "win", b"1"), game(1, "blue", "win", b"2")]
+    match = MatchResult(policy="a", opponent="b", seed=0, config=SHORT, limit_s=30.0, games=twice + others)
+    assert match.unique == [twice[0], *others]
+    assert match.score() == 1.0
+    assert match.standing() == "3-0-0"
+
+
+def test_start_policy_and_opponent_have_a_stream_each_that_both_games_of_a_pair_share(monkeypatch):
+    class Keeper:
+        observation = ObservationConfig(grid=10)
+        name = "keeper"
+
+        def reset(self, seeds, rows):
+            self.seeds = list(seeds)
+
+        def act(self, observations, rows):
+            return np.ones((len(rows), 10, 10))
+
+    starts, reset = [], BatchEnv.reset
+
+    def noting(batch, seeds):
+        starts.extend(seeds)
+        reset(batch, seeds)
+
+    monkeypatch.setattr(BatchEnv, "reset", noting)
+    policy, opponent = Keeper(), Keeper()
+    play_match(policy, opponent, games=4, config=SHORT.replace(time_limit=1.0))
+    streams = (starts, policy.seeds, opponent.seeds)
+    firsts = np.array([[np.random.default_rng(seed).random() for seed in seeds] for seeds in streams])
+    np.testing.assert_array_equal(firsts[:, ::2], firsts[:, 1::2])
+    assert len(np.unique(firsts)) == 6, "three streams of each of two pairs"
 
 
 def test_matches_repeat_and_do_not_depend_on_batch_or_threads(monkeypatch):

@@ -69,6 +69,13 @@ def test_a_ladder_is_transitive_and_rock_paper_scissors_is_not():
     assert game.cyclic_share == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize(("share", "decided"), [(0.58, 0), (0.62, 1)])
+def test_only_what_is_95_percent_sure_is_decided(share, decided):
+    # Of 100 games each: Wilson's intervals begin at 0.48 and 0.52.
+    found = intransitivity(field({(0, 1): share, (1, 2): share, (0, 2): 1 - share}, 50, ("a", "b", "c")))
+    assert (found.cycles, found.triples) == (decided, decided)
+
+
 def test_an_anchor_that_nobody_is_is_refused():
     with pytest.raises(CommandError, match="did you mean 'strong'"):
         rate(field({(0, 1): 0.5}, 10, ("strong", "weak")), anchor="strnog")

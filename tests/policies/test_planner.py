@@ -151,15 +151,18 @@ def test_it_is_met_in_training_at_every_size_that_is_dealt():
     env.close()
 
 
-def test_it_does_not_know_what_will_happen_by_chance():
+@pytest.mark.parametrize("model", [None, "ring", "guess"])
+@pytest.mark.parametrize("row", [0, 1])
+def test_it_does_not_know_what_will_happen_by_chance(model, row):
     config = CONFIG.replace(dynamics=DynamicsConfig(failure_rate=1.0, repair_rate=1.0))
+    settings, rows = SMALL.replace(drone_steps=1_000), np.array([row])
     answers = []
     for chance in (1, 2):
-        planner, batch = Planner(config, settings=SMALL), BatchEnv(config)
-        batch.reset([0])
+        planner, batch = Planner(config, model, settings), BatchEnv(config, 2)
+        batch.reset([0, 0])
         batch.simulator.games.seeds[:] = chance
-        planner.reset([5], np.zeros(1, int))
-        answers.append(ask(planner, batch, np.zeros(1, int), np.zeros(1, int)))
+        planner.reset([5], rows)
+        answers.append(ask(planner, batch, np.zeros(1, int), rows))
     np.testing.assert_array_equal(answers[0], answers[1])
 
 
