@@ -161,7 +161,8 @@ def test_training_its_evaluations_and_the_matches_after_it_are_on_different_game
     assert not trained & evaluated
     assert not trained & reported
     assert not evaluated & reported
-    assert evaluated & begun_by(evaluation.evaluate)  # the same ones every time
+    run.learn(64, evaluation)
+    assert evaluated & begun_by(evaluation.evaluate)  # the same ones every time, however far the run is
 
 
 def test_a_run_whose_steps_do_not_fill_its_rollouts_still_learns(tmp_path):

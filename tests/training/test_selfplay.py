@@ -119,13 +119,28 @@ def test_a_won_game_is_a_point_for_the_learner_and_a_lost_one_is_none(tmp_path, 
     assert {0.0, 1.0} & set(points)
 
 
+@pytest.mark.parametrize(("points", "is_early"), [(2.0, False), (3.0, True), (4.0, True)])
+def test_a_snapshot_is_taken_early_where_the_newest_is_beaten(tmp_path, monkeypatch, points, is_early):
+    monkeypatch.setattr(Member, "count", lambda *_: None)
+    monkeypatch.setattr(League, "_rate", lambda _: 0.0)
+    config = TINY.replace(
+        learner=LEARNER.replace(total_steps=32), snapshot_score=0.75, snapshot_every=10_000, exploiter_steps=0
+    )
+    league = League(config, tmp_path, say=quiet)
+    newest = league.pool.newest()
+    newest.games, newest.score = 4.0, points
+    league.run()
+    assert (league.pool.newest() is not newest) is is_early
+
+
 @pytest.mark.parametrize(("score", "joins"), [(0.2, False), (0.5, False), (0.51, True), (0.9, True)])
 def test_an_exploiter_joins_the_pool_only_if_it_beats_its_target(tmp_path, monkeypatch, score, joins):
-    match = SimpleNamespace(score=lambda: score, standing=lambda: "so and so")
+    target = SimpleNamespace(score=lambda: score, standing=lambda: "so and so")
+    other = SimpleNamespace(score=lambda: 1.0 - score, standing=lambda: "that shows its competence alone")
     monkeypatch.setattr(
         "swarm_pz.training.selfplay.make_exploiter", lambda *_, **__: SimpleNamespace(run=lambda _: None)
     )
-    monkeypatch.setattr("swarm_pz.training.selfplay.play_exploiter", lambda *_, **__: [match])
+    monkeypatch.setattr("swarm_pz.training.selfplay.play_exploiter", lambda *_, **__: [target, other, other])
     learner = LEARNER.replace(total_steps=32)
     league = League(TINY.replace(learner=learner, exploiter_every=32), tmp_path, say=quiet)
     league.run()
@@ -165,6 +180,11 @@ def test_partners_explore_as_the_learner_does(tmp_path):
     partner.noise = 0.0
     plain = partner.act(boards, np.arange(2))
     np.testing.assert_array_equal(plain[0], plain[1])
+    league.main.learn(64)
+    league._deal()
+    partner = league.main.env.duel._dealt[0].player
+    assert partner.noise == pytest.approx(league.main.exploration())
+    assert partner.noise < 0.99 * np.exp(LEARNER.log_std)  # it fades, as the learner's does
     league.main.env.close()
 
 

@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+import numpy as np
+
+from swarm_pz import policies
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.training.flight import InFlight
+from swarm_pz.training.vec_env import SwarmVecEnv
+
+GAME = GameConfig(observation=ObservationConfig(grid=10), drones_per_team=1, time_limit=5.0)
+FIRST, NEXT = ["noise", "ring"], ["uniform", "blind_ring"]
+
+
+def make():
+    return InFlight(SwarmVecEnv(GAME, 2, opponent=FIRST, seed=3), FIRST)
+
+
+def step(env):
+    return env.step(np.full((env.num_envs, *env.action_space.shape), 0.5, np.float32))
+
+
+def met(env):
+    """Play until each game has ended twice; return whom the learners met, game by game."""
+    names = [[] for _ in range(env.num_envs)]
+    while min(map(len, names)) < 2:
+        for row, info in enumerate(step(env)[3]):
+            if "outcome" in info:
+                names[row].append(env.opponent_names[info["opponent"]])
+    return [of_row[:2] for of_row in names]
+
+
+def test_games_taken_up_end_against_those_they_began_with_and_the_next_meet_those_dealt_last():
+    env = make()
+    env.seed(3)
+    env.reset()
+    env.deal([policies.load(name, GAME) for name in NEXT], NEXT)
+    step(env)
+    assert env.ages.tolist() == [1, 1]
+    again = make()
+    _, same = again.take_up(*env.state(), lambda seat, game: policies.load(seat.name, game))
+    assert same
+    assert met(again) == met(env) == [["noise", "uniform"], ["ring", "blind_ring"]]
+    for one in (env, again):
+        one.close()
