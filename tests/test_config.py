@@ -264,6 +264,24 @@ def test_times_that_are_the_same_ticks_are_the_same_rules():
     assert rules.rules_hash == GameConfig(time_limit=0.3, command_period=0.3, memory=MemoryConfig(trail=0.3)).rules_hash
 
 
+@pytest.mark.parametrize(
+    ("ticks", "setting"),
+    [
+        (1, lambda seconds: GameConfig(memory=MemoryConfig(trail=seconds))),
+        (3, lambda seconds: GameConfig(time_limit=seconds)),
+        (3, lambda seconds: GameConfig(command_period=seconds)),
+    ],
+)
+def test_times_count_as_the_nearest_ticks_not_as_those_that_are_over(ticks, setting):
+    hashes = set()
+    for count in range(2, 130):
+        seconds = count * ticks / 30
+        around = {setting(float(np.nextafter(seconds, to))).rules_hash for to in (0.0, seconds, np.inf)}
+        assert len(around) == 1, seconds
+        hashes |= around
+    assert len(hashes) == 128
+
+
 def test_options_at_rest_leave_the_hash_alone():
     assert GameConfig().hash == "6c87a3d2c1f6ff12"  # of files that were written before there were options
     assert len({config.hash for config in [GameConfig(), *OPTIONS]}) == 1 + len(OPTIONS)

@@ -11,6 +11,7 @@ from swarm_pz import board, parallel_env
 from swarm_pz.board import TEAM_COLOURS
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import MissingExtraError, OutputError, RenderError
+from swarm_pz.exhibition import Exhibition
 from swarm_pz.film import film_game, open_film
 from swarm_pz.render import ARENA, FILM, HEADER, MARGIN, Painter, ansi, draw
 from swarm_pz.simulator import Simulator
@@ -101,6 +102,19 @@ def test_a_still_shows_the_board_at_its_moment(tmp_path):
     assert end.startswith("a draw (2.0 s")
 
 
+def test_a_still_is_of_the_moment_that_its_words_tell(tmp_path):
+    path, drawn = tmp_path / "game.png", {}
+    said = film_game("ring", "uniform", path, seconds=1.5)
+    game, painter = Exhibition("ring", "uniform"), Painter(("ring", "uniform"), targets=True)
+
+    def look():
+        drawn[game.standing] = painter.draw(game.simulator)
+
+    game.play(1.5, after_control_period=look)
+    still = picture_of(path)
+    assert [standing for standing, picture in drawn.items() if np.array_equal(picture, still)] == [said]
+
+
 def test_animations_keep_the_colours_of_the_teams(tmp_path):
     import imageio.v2 as imageio
 
@@ -163,12 +177,13 @@ def test_both_targets_are_seen_as_lines_in_their_teams_colours():
         assert lines.min() > -200  # light, so that drones and trails stand out
 
 
-def test_a_painter_draws_what_is_in_force_not_what_was():
+@pytest.mark.parametrize("team", [0, 1])
+def test_a_painter_draws_what_is_in_force_not_what_was(team):
     simulator = Simulator()
     simulator.reset([0])
     kept = Painter(targets=True)
     kept.draw(simulator)
-    simulator.command(0, np.eye(10)[None])
+    simulator.command(team, np.eye(10)[None])
     np.testing.assert_array_equal(kept.draw(simulator), Painter(targets=True).draw(simulator))
 
 
@@ -206,6 +221,17 @@ def test_a_film_has_a_picture_for_every_moment(tmp_path, suffix):
     assert imageio_ffmpeg.count_frames_and_secs(path)[0] == 21
 
 
+@pytest.mark.parametrize("speed", [0.5, 1.0, 2.0, 5.0, 10.0])
+def test_a_film_runs_as_fast_as_it_was_asked_to(tmp_path, speed):
+    import imageio_ffmpeg
+
+    path = tmp_path / "game.mp4"
+    film_game("ring", "uniform", path, seconds=2, speed=speed, config=GameConfig(drones_per_team=1))
+    pictures, seconds = imageio_ffmpeg.count_frames_and_secs(path)
+    assert seconds * (pictures - 1) / pictures == pytest.approx(2 / speed, abs=0.02)
+    assert pictures / seconds == pytest.approx(20, rel=0.3) or pictures == 21  # about, or every one that there is
+
+
 def test_how_far_a_film_is_can_be_shown(tmp_path):
     seen = []
     film_game("ring", "uniform", tmp_path / "a.mp4", seconds=2, progress=lambda *now: seen.append(now))
@@ -226,3 +252,56 @@ def test_trails_that_were_forgotten_are_not_drawn():
     seen = board._paths(simulator, 0)
     assert np.isnan(seen[:60, 0]).all() and not np.isnan(seen[60:, 0]).any()
     assert not np.isnan(seen[:, 1]).any()
+
+
+def test_a_trail_is_where_its_drone_was_in_the_colour_of_its_team():
+    simulator, side = Simulator(GameConfig(drones_per_team=1)), 600
+    simulator.reset([0], scenario={"positions": [[0.1, 0.2], [0.9, 0.6]], "teams": [0, 1]})
+    for team, place in ((0, (2, 9)), (1, (6, 0))):  # red flies to the right, blue to the left above it
+        density = np.zeros((10, 10))
+        density[place] = 1.0
+        simulator.command(team, density[None])
+    places = []
+    for _ in range(30):
+        places.append(simulator.positions[0].copy())
+        simulator.advance(3)
+    arena = board.blank(side, side)
+    board.paint_trails(arena, simulator, 0, side)
+    picture = arena.array().astype(int)
+    redder = picture[..., 0] - picture[..., 2]
+    for drone, sign in enumerate((1, -1)):
+        places_now = np.array(places)[:, drone] * [side, -side] + [0, side]
+        x, y = places_now.T.round().astype(int)
+        assert np.ptp(x) > 100
+        coloured = np.pad(np.maximum(sign * redder, 0), 12)
+        seen = [coloured[j : j + 25, i : i + 25].max() for i, j in zip(x, y, strict=True)]
+        assert min(seen[-15:]) > 20 and seen[0] < max(seen)
+        found_y, found_x = np.nonzero(sign * redder > 5)
+        assert np.hypot(found_x[:, None] - x, found_y[:, None] - y).min(axis=1).max() < 40
+
+
+@pytest.mark.parametrize("paint", [board.paint_captures, board.paint_fields])
+def test_the_ground_of_a_team_is_in_its_colour(paint):
+    simulator = Simulator(GameConfig(drones_per_team=(12, 6)))
+    simulator.reset([1])
+    simulator.advance(60)
+    arena = board.blank(600, 600)
+    paint(arena, simulator, 0, 600)
+    picture = arena.array().astype(int)[::-1]
+    redder = (picture[..., 0] - picture[..., 2]).reshape(50, 12, 50, 12).mean(axis=(1, 3))
+    red, blue = simulator.captures_here[0]
+    assert (red & ~blue).any() and (blue & ~red).any()
+    assert redder[red & ~blue].min() > 3
+    assert redder[blue & ~red].max() < -3
+
+
+def test_a_game_of_many_is_drawn_as_if_it_was_alone():
+    alone, many = Simulator(), Simulator(num_games=2)
+    alone.reset([5])
+    many.reset([4, 5])
+    for simulator in (alone, many):
+        simulator.command(0, np.eye(10)[None].repeat(len(simulator.sizes), axis=0))
+        simulator.advance(60)
+    for targets in (False, True):
+        picture = Painter(targets=targets).draw(many, 1)
+        np.testing.assert_array_equal(picture, Painter(targets=targets).draw(alone))

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import os
 import re
@@ -242,14 +243,93 @@ def test_who_fails_forfeits_that_game_and_the_tournament_goes_on(tmp_path, monke
     assert entry["forfeits"] == len(forfeits)
 
 
+@pytest.mark.parametrize("opponent", ["corners", "ring"])
+def test_a_forfeit_is_the_loss_of_who_failed_whichever_name_comes_first(tmp_path, opponent):
+    name = "faulty_raises"
+    tournament = played(tmp_path, players=("uniform", opponent, name), config=CONFIG.replace(games=8))
+    forfeits = [game for game in tournament.between(name, opponent) if game.forfeit]
+    assert {game.number % 2 for game in forfeits} == {0, 1}
+    for game in forfeits:
+        assert (game.one == name) == (opponent > name)
+        assert (game.outcome, game.share) == (("loss", 0.0) if game.one == name else ("win", 1.0))
+        assert (game.outcome_of(name), game.outcome_of(opponent)) == ("loss", "win")
+        assert game.forfeit.startswith(f"{name}: ")
+    entries = {entry["player"]: entry for entry in ladder.make_ladder(tournament)["players"]}
+    assert entries[name]["forfeits"] == sum(bool(game.forfeit) for game in tournament.games.values())
+    assert entries[opponent]["forfeits"] == entries["uniform"]["forfeits"] == 0
+
+
+def test_of_more_games_than_are_asked_for_the_first_count(tmp_path):
+    games = played(tmp_path, players=("ring", "uniform")).between("ring", "uniform")
+    tournament = Tournament(("uniform", "ring"), CONFIG.replace(games=2), tmp_path, load)
+    assert tournament.missing() == [] and len(tournament.games) == 6
+    assert tournament.between("uniform", "ring") == games[:2] and [game.number for game in games] == [*range(6)]
+    assert tournament.results().payoffs()[1].sum() == 2 * len({game.fingerprint for game in games[:2]})
+    assert {entry["games"] for entry in ladder.make_ladder(tournament)["players"]} == {
+        len({game.fingerprint for game in games[:2]})
+    }
+
+
+def test_who_learned_on_is_refused_even_after_others_played_in_the_folder(tmp_path):
+    digest = {"learned": "a"}
+
+    def load_learned(name, config):
+        player = load(name if name != "learned" else "noise", config)
+        if name == "learned":
+            player.digest = digest[name]
+        return player
+
+    def enter(*players):
+        return Tournament(players, CONFIG.replace(games=2), tmp_path, load_learned)
+
+    early = enter("learned", "halo")
+    digest["learned"] = "b"
+    enter("learned", "ring").play()
+    enter("ring", "uniform").play()
+    assert enter("learned", "ring").kind("learned") == "learned"
+    with pytest.raises(ResultsError, match="learned changed since its games"):
+        early.play()
+    digest["learned"] = "c"
+    with pytest.raises(ResultsError, match="learned changed since its games"):
+        enter("learned", "ring")
+    assert len(enter("ring", "uniform").games) == 4
+
+
+class Thinking(Faulty):
+    """Thinks for some milliseconds of a clock that only it moves."""
+
+    now = 0.0
+
+    def act(self, observations, rows):
+        Thinking.now += 1e-3 * float(self.fault) * len(rows)
+        return np.ones((len(rows), 10, 10))
+
+
+def test_the_ladder_shows_everybodys_own_thinking(tmp_path, monkeypatch):
+    monkeypatch.setattr("swarm_pz.match.time.perf_counter", lambda: Thinking.now)
+    tournament = Tournament(
+        ("10", "2", "5"), CONFIG.replace(games=4, game=SHORT), tmp_path, lambda name, config: Thinking(config, name)
+    )
+    tournament.play()
+    assert {game.one: game.thinking_ms for game in tournament.between("2", "10")} == {"10": (10.0, 2.0)}
+    shown = {entry["player"]: entry["thinking_ms"] for entry in ladder.make_ladder(tournament)["players"]}
+    assert shown == {"2": 2.0, "5": 5.0, "10": 10.0}
+
+
 def test_the_ladder_orders_plots_and_tells(tmp_path):
     config = CONFIG.replace(games=20, game=GameConfig(time_limit=60.0))
-    figures = ladder.make_ladder(played(tmp_path, players=("corners", "uniform", "halo"), config=config))
+    tournament = played(tmp_path, players=("corners", "uniform", "halo"), config=config)
+    figures = ladder.make_ladder(tournament)
     assert [entry["player"] for entry in figures["players"]] == ["halo", "uniform", "corners"]
     assert figures["players"][1]["rating"] == 1000.0
     assert figures["players"][0]["kind"] == "scripted"
     payoffs = np.array(figures["payoffs"], float)
     np.testing.assert_allclose(payoffs + payoffs.T, np.where(np.eye(3) == 1, np.nan, 1.0), atol=2e-4)
+    assert payoffs[0, 2] > 0.5 > payoffs[2, 0]
+    points, games = tournament.results().payoffs()
+    for (i, one), (j, other) in itertools.permutations(enumerate(["halo", "uniform", "corners"]), 2):
+        at = tournament.players.index(one), tournament.players.index(other)
+        assert payoffs[i, j] == pytest.approx(points[at] / games[at], abs=1e-4)
     json.dumps(figures)
     text = ladder.to_markdown(figures, "ladder.png")
     assert "| 1 | `halo` | scripted |" in text

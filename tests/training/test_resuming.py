@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -208,6 +209,22 @@ def test_a_file_that_cannot_be_written_leaves_the_earlier_one(tmp_path):
         write_atomically(tmp_path / CHECKPOINT, fail)
     assert read_story(tmp_path / CHECKPOINT)["told"] == 1
     assert [path.name for path in tmp_path.iterdir()] == [CHECKPOINT]
+
+
+def test_a_checkpoint_that_is_being_written_is_not_seen(tmp_path, monkeypatch):
+    path, write_bytes = tmp_path / CHECKPOINT, Path.write_bytes
+    write(path, {"told": 1}, {"numbers": np.zeros(2)})
+
+    def killed(file, content):
+        write_bytes(file, content[: len(content) // 2])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "write_bytes", killed)
+    with pytest.raises(KeyboardInterrupt):
+        write(path, {"told": 2}, {"numbers": np.ones(2)})
+    story, arrays = read(path)
+    assert story["told"] == 1 and not arrays["numbers"].any()
+    assert [file.name for file in tmp_path.iterdir()] == [CHECKPOINT]
 
 
 def test_a_checkpoint_holds_no_code_and_everybody_may_read_what_is_written(uninterrupted):

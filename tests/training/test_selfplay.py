@@ -62,6 +62,13 @@ def test_scripts_keep_their_share_however_many_snapshots_there_are():
     np.testing.assert_allclose(Pool(snapshots).weights(exponent=2.0, floor=0.02, scripts=0.4), 1 / 30)
 
 
+def test_the_newest_snapshot_is_the_last_of_them_whatever_else_came_after():
+    kinds = {"ring": "script", "s1": "snapshot", "x1": "exploiter", "s2": "snapshot", "x2": "exploiter", "r": "rival"}
+    pool = Pool([Member(name, name, kind) for name, kind in kinds.items()])
+    assert pool.newest().name == "s2"
+    assert Pool.from_dict(json.loads(pool.to_json())).newest().name == "s2"
+
+
 def test_old_games_fade():
     member = Member("m", "m", "script")
     for _ in range(1000):
