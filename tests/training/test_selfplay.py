@@ -62,6 +62,11 @@ def test_scripts_keep_their_share_however_many_snapshots_there_are():
     np.testing.assert_allclose(Pool(snapshots).weights(exponent=2.0, floor=0.02, scripts=0.4), 1 / 30)
 
 
+def test_the_newest_snapshot_is_the_one_that_came_last():
+    kinds = {"ring": "script", "s1": "snapshot", "x1": "exploiter", "s2": "snapshot", "x2": "exploiter", "r": "rival"}
+    assert Pool([Member(name, name, kind) for name, kind in kinds.items()]).newest().name == "s2"
+
+
 def test_old_games_fade():
     member = Member("m", "m", "script")
     for _ in range(1000):
