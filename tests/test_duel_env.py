@@ -9,6 +9,7 @@ from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.duel_batch import DuelBatch
 from swarm_pz.duel_env import DuelEnv
 from swarm_pz.errors import CommandError, ConfigError, GameOverError, PolicyError
+from swarm_pz.parallel_env import parallel_env
 from swarm_pz.scenario import random_start
 
 
@@ -70,6 +71,15 @@ def test_the_learner_sits_on_either_side():
     duel.reset(np.random.SeedSequence(0).spawn(32), np.arange(32))
     assert {0, 1} == set(duel.sides.tolist())
     assert DuelEnv(side="blue").reset(seed=0)[1]["side"] == 1
+
+
+@pytest.mark.parametrize(("side", "grid"), [("red", 25), ("blue", 10)])
+def test_the_learner_sees_what_its_side_sees(side, grid):
+    seats = (ObservationConfig(grid=25), ObservationConfig(grid=10))
+    environment = DuelEnv(side=side, observation=seats)
+    assert environment.observation_space.shape == (9, grid, grid)
+    observation, _ = environment.reset(seed=3)
+    np.testing.assert_array_equal(observation, parallel_env(observation=seats).reset(seed=3)[0][f"{side}_0"])
 
 
 class Seeded:

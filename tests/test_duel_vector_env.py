@@ -115,12 +115,19 @@ def test_a_mask_starts_some_games_and_leaves_the_others_as_they_are():
     envs.step(np.zeros((3, 10, 10)))
     simulator = envs.duel.batch.simulator
     kept = simulator.snapshot([0, 2])
+    streams = [generator.bit_generator.state for generator in envs.np_random]
     options = {"reset_mask": np.array([False, True, False])}
     observations, infos = envs.reset(seed=11, options=options)
     assert "reset_mask" in options  # wrappers read it afterwards
     assert simulator.time_s.tolist() == [1.0, 0.0, 1.0]
     for one, other in zip(kept, simulator.snapshot([0, 2]), strict=True):
         np.testing.assert_array_equal(one, other)
+    assert envs.np_random_seed == (0, 12, 2)
+    assert [old == new.bit_generator.state for old, new in zip(streams, envs.np_random, strict=True)] == [
+        True,
+        False,
+        True,
+    ]
     assert infos["_size"].tolist() == [False, True, False]
     assert infos["size"].tolist() == [0, 3, 0]
     np.testing.assert_array_equal(observations[1], DuelEnv(drones_per_team=3).reset(seed=12)[0])

@@ -26,6 +26,16 @@ def test_log_densities_become_a_softmax_and_coarse_actions_are_interpolated():
     assert np.diff(command_from_action(ramp, 10, is_log=False)[0, 3]).min() >= 0
 
 
+@pytest.mark.parametrize("is_log", [False, True])
+@pytest.mark.parametrize(("row", "column"), [(4, 0), (0, 4)])
+def test_a_coarse_action_asks_for_the_place_where_it_is_bright(row, column, is_log):
+    action = np.zeros((1, 5, 5))
+    action[0, row, column] = 1.0
+    command = command_from_action(action, 10, is_log=is_log)[0]
+    found = np.unravel_index(command.argmax(), command.shape)
+    assert [int(place) // 8 for place in found] == [row // 4, column // 4]
+
+
 def test_flat_actions_are_the_same_commands_row_after_row():
     square, flat = made(action_cells=5), made(action_cells=5, flatten_actions=True)
     actions = np.random.default_rng(0).uniform(-1, 1, (3, 5, 5)).astype(np.float32)
@@ -76,6 +86,16 @@ def test_places_are_named_by_x_and_then_y():
     row, column = np.unravel_index(density.argmax(), density.shape)
     assert row in (6, 7)
     assert column in (0, 1)
+    ring = named_commands(10)[COMMAND_NAMES.index("ring_10_70")]
+    assert ring[row, column] < 0.1
+    assert ring[row, 3] > 0.8
+
+
+@pytest.mark.parametrize(("name", "axis", "near"), [("left", 1, 0), ("right", 1, 9), ("bottom", 0, 0), ("top", 0, 9)])
+def test_a_named_half_of_the_square_is_that_half(name, axis, near):
+    across = np.moveaxis(named_commands(10)[COMMAND_NAMES.index(name)], axis, 0)[:: 1 if near == 0 else -1]
+    assert across[:4].min() > 0.9
+    assert across[6:].max() < 0.1
 
 
 @pytest.mark.parametrize("bad", [[0], [0, 57], [0, -1], [0, 1.0], [True, False], "ab", None, [[0, 1]], [0, 10**400]])

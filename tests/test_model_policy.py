@@ -23,10 +23,11 @@ class Model:
     def __init__(self, observation_space, action_space, action=None, state=None):
         self.observation_space, self.action_space = observation_space, action_space
         self.action, self.state = action, state
-        self.shown = []
+        self.shown, self.asked = [], []
 
     def predict(self, observation, deterministic=False):
         self.shown.append(observation)
+        self.asked.append(deterministic)
         count = len(next(iter(observation.values()))) if isinstance(observation, dict) else len(observation)
         return np.stack([self.action] * count), self.state
 
@@ -70,6 +71,13 @@ def test_a_model_is_shown_what_it_was_trained_on_and_understood_as_it_was():
     assert env.observation_space.contains(model.shown[0][0])
     target = duel.duel.batch.simulator.targets[0, 1 - duel.duel.sides[0]]
     np.testing.assert_allclose(target / target.max(), np.exp(4 * (action - action.max())), rtol=1e-5)
+
+
+def test_a_model_plays_its_best_action_unless_it_is_to_draw_one():
+    model = Model(IMAGES, LOG, np.zeros((5, 5)))
+    for policy in (load(model, GAME), ModelPolicy(model, GAME), ModelPolicy(model, GAME, deterministic=False)):
+        policy.act(np.zeros((1, 9, 50, 50), np.uint8), np.arange(1))
+    assert model.asked == [True, True, False]
 
 
 def test_a_model_may_look_at_lists_of_drones():

@@ -16,7 +16,10 @@ from pettingzoo.test import (
 
 import swarm_pz
 from swarm_pz import GameConfig, ObservationConfig, env, parallel_env
+from swarm_pz.config import CaptureConfig
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
+from swarm_pz.parallel_env import STATE_CHANNELS
+from swarm_pz.shapes import COMMAND_NAMES, named_commands
 
 VARIANTS = {
     "default": {},
@@ -138,6 +141,26 @@ def test_a_seed_is_the_simulators_seed():
     simulator = swarm_pz.simulator.Simulator()
     simulator.reset([11])
     np.testing.assert_array_equal(environment.batch.simulator.positions, simulator.positions)
+
+
+def test_the_state_shows_each_team_in_its_own_channels():
+    environment = parallel_env(drones_per_team=(6, 2), capture=CaptureConfig(enabled=False))
+    environment.reset(seed=3)
+    left = named_commands(10)[COMMAND_NAMES.index("left")].astype(np.float32)
+    top = named_commands(10)[COMMAND_NAMES.index("top")].astype(np.float32)
+    environment.step({"red_0": left, "blue_0": top})
+    state = dict(zip(STATE_CHANNELS, environment.state(), strict=True))
+    simulator = environment.batch.simulator
+    for team, name in enumerate(("red", "blue")):
+        places = {tuple(cell) for cell in (50 * simulator.positions[0][simulator.teams[0] == team]).astype(int)}
+        assert {(x, y) for y, x in np.argwhere(state[f"{name}_positions"])} == places
+        assert {(x, y) for y, x in np.argwhere(state[f"{name}_trail_age"] == 255)} == places
+        field = simulator.capture_field[0, team]
+        np.testing.assert_array_equal(state[f"{name}_capture_field"] == 255, field == field.max())
+    assert state["red_target"][:, :20].min() > 200 and state["red_target"][:, 30:].max() < 50
+    assert state["blue_target"][30:].min() > 200 and state["blue_target"][:20].max() < 50
+    assert set(np.unique(state["red_share"])) == {191}
+    assert set(np.unique(state["time_left"])) == {254}
 
 
 def test_infos_tell_size_captures_time_and_outcome():

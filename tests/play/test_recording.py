@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -135,6 +136,17 @@ def test_a_recording_from_when_equal_pairs_had_hashes_of_their_own_is_read(tmp_p
     assert {row.config_hash for row in rows} == {CONFIG.hash}
     assert {row.rules_hash for row in [*rows, *summarise(rows)]} == {CONFIG.game.rules_hash}
     assert [row.games for row in summarise(rows)] == [2, 2]
+
+
+@pytest.mark.parametrize("end", ["win", "loss"])
+def test_to_lose_ends_a_game_as_to_win_does_and_a_draw_says_only_that_it_would_have_lasted_longer(tmp_path, end):
+    record(tmp_path / "a.jsonl", outcome="draw")
+    rows, _ = read_folder(tmp_path)
+    ends = [(end, 10.0), ("draw", 20.0), (end, 60.0)]
+    (summary,) = summarise([replace(rows[0], outcome=outcome, seconds=seconds) for outcome, seconds in ends])
+    assert summary.median_s == 60.0
+    assert summary.restricted_mean_s == pytest.approx(10 + 50 * 2 / 3)
+    assert (summary.wins, summary.draws, summary.losses) == ((2, 1, 0) if end == "win" else (0, 1, 2))
 
 
 @pytest.mark.parametrize("tick", [0, 59, 60, 61])

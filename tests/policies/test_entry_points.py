@@ -16,24 +16,37 @@ from swarm_pz.errors import PolicyError
 from swarm_pz.policies.scripted import halo
 from swarm_pz.policy import GROUP, about, faults, registered
 
+BROKEN = {"gone", "attribute", "crashes", "syntax", "number"}
+
 
 def fail(config):
     raise RuntimeError("no luck")
 
 
+def picky(config):
+    if config.drones_per_team != 10:
+        raise PolicyError("this tactic wants ten drones")
+    return halo(config)
+
+
 def raising(name):
+    if name == "crashes":
+        raise RuntimeError("crashed while it was imported")
     raise AttributeError(f"nothing called {name}")
 
 
 @pytest.fixture
-def guests(monkeypatch):
+def guests(monkeypatch, tmp_path):
     """A package whose policies are broken in every way, and one that works."""
     module = types.ModuleType("guests_tactics")
-    module.number, module.fail, module.halo = 3, fail, halo
+    module.number, module.fail, module.halo, module.picky = 3, fail, halo, picky
     module.__getattr__ = raising
     monkeypatch.setitem(sys.modules, "guests_tactics", module)
+    (tmp_path / "guests_unreadable.py").write_text("def tactic(:\n")
+    monkeypatch.syspath_prepend(tmp_path)
     distribution = types.SimpleNamespace(name="guests")
-    points = importlib.metadata.entry_points(group=GROUP)
+    installed = importlib.metadata.entry_points
+    points = installed(group=GROUP)
 
     def point(name, value):
         made = importlib.metadata.EntryPoint(name, value, GROUP)
@@ -43,21 +56,31 @@ def guests(monkeypatch):
     broken = [
         point("gone", "no_such_package:tactic"),
         point("attribute", "guests_tactics:missing"),
+        point("crashes", "guests_tactics:crashes"),
+        point("syntax", "guests_unreadable:tactic"),
         point("number", "guests_tactics:number"),
         point("ring", "guests_tactics:halo"),
         point("fails", "guests_tactics:fail"),
         point("works", "guests_tactics:halo"),
+        point("picky", "guests_tactics:picky"),
     ]
-    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: (*broken, *points))
+
+    def entry_points(**wanted):
+        # Other groups stay as they are: torch, imported meanwhile, asks for its own, and half imported it crashes.
+        return (*broken, *points) if wanted.get("group") == GROUP else installed(**wanted)
+
+    monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
     return len(points)
 
 
 def test_broken_policies_are_named_with_their_package_and_error(guests):
     found = faults()
-    assert set(found) == {"gone", "attribute", "number", "ring of guests"}
+    assert set(found) == {*BROKEN, "ring of guests"}
     assert all("of guests (" in fault for fault in found.values())
     assert "No module named 'no_such_package'" in found["gone"]
     assert "nothing called missing" in found["attribute"]
+    assert "crashed while it was imported" in found["crashes"]
+    assert "SyntaxError" in found["syntax"]
     assert "must be callable, got 3" in found["number"]
     assert "swarm-pz has a policy of that name already" in found["ring of guests"]
 
@@ -69,20 +92,24 @@ def test_the_own_policy_stays_where_another_package_takes_its_name(guests):
 def test_commands_name_broken_policies_and_go_on(guests, capsys):
     main(["policies"])
     printed = capsys.readouterr()
-    assert len(printed.out.splitlines()) == guests + 2
+    assert len(printed.out.splitlines()) == guests + 3
     assert "works        Make a broad ring" in printed.out
-    assert printed.err.count("left out: policy") == 4
-    assert set(known()) == set(registered()) - {"gone", "attribute", "number"}
+    assert printed.err.count("left out: policy") == 6
+    assert set(known()) == set(registered()) - BROKEN
 
 
 def test_a_tournament_of_all_leaves_out_who_cannot_play(guests, capsys):
     field = able(GameConfig(drones_per_team=2))
-    assert "works" in field and "fails" not in field
-    assert "left out: fails: policy 'fails' (guests_tactics:fail) cannot be made" in capsys.readouterr().err
+    assert "works" in field and not {"fails", "picky"} & set(field)
+    said = capsys.readouterr().err
+    assert "left out: fails: policy 'fails' (guests_tactics:fail) cannot be made" in said
+    assert "left out: picky: this tactic wants ten drones" in said
+    assert {*BROKEN, "fails", "picky"} == set(registered()) - set(field)
+    assert "picky" in able(GameConfig())
 
 
 def test_a_broken_policy_is_still_refused_where_it_is_asked_for(guests):
-    assert about("gone") == ""
+    assert [about(name) for name in ("gone", "crashes", "syntax")] == [""] * 3
     with pytest.raises(PolicyError, match="cannot be made"):
         policies.load("gone")
 

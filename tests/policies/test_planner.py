@@ -13,6 +13,7 @@ from swarm_pz.match import play_match
 from swarm_pz.policies.lookahead import Lookahead
 from swarm_pz.policies.planner import Planner, PlannerConfig
 from swarm_pz.policy import PrivilegedPolicy, ask
+from swarm_pz.simulator import Simulator
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 SMALL = PlannerConfig(drone_steps=3_000, horizon=2.0)
@@ -61,6 +62,53 @@ def test_a_candidate_is_worth_what_the_simulator_says():
         game.simulator.advance(60)
         if game.simulator.sizes[0].min() > 0:
             assert worth == pytest.approx(game.simulator.sizes[0, 0] / 8)
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_a_modelled_opponent_sees_and_commands_its_own_side(team):
+    class Watching:
+        observation = ObservationConfig(channels=("own_positions",))
+        seen = ()
+
+        def reset(self, seeds, rows):
+            pass
+
+        def act(self, observations, rows):
+            self.seen = (*self.seen, observations[0].copy())
+            commands = np.zeros((len(rows), 10, 10))
+            commands[:, 8, 1] = 1.0
+            return commands
+
+    batch, model = a_game(), Watching()
+    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=3_000, promise=0.0)
+    evenly = np.zeros((lookahead.candidates, 10, 10))
+    lookahead.try_out(batch.simulator.snapshot([0]), team, evenly, model)
+    assert len(model.seen) == 2
+    np.testing.assert_array_equal(model.seen[0], batch.observe(model.observation, 1 - team)[0])
+    targets = lookahead._trials.simulator.targets[0]
+    assert np.ptp(targets[team]) < 1e-12
+    assert targets[1 - team].argmax() == 81
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_what_threatens_a_drone_is_the_opposing_field_where_it_is(team, monkeypatch):
+    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=3_000, promise=1.0)
+    positions = np.full((8, 2), 0.1)
+    positions[4 * team], positions[4 * (1 - team)] = (0.31, 0.71), (0.71, 0.31)
+    batch = BatchEnv(CONFIG)
+    batch.reset([0], scenario={"positions": positions})
+    lookahead._trials.simulator.restore(batch.simulator.snapshot([0]))
+
+    def worth(side, x, y):
+        field = np.zeros((lookahead.candidates, 2, 50, 50))
+        field[:, side, int(50 * y), int(50 * x)] = 1.0
+        monkeypatch.setattr(Simulator, "capture_field", field)
+        return lookahead._worth(team, 0)[0]
+
+    assert worth(1 - team, 0.31, 0.71) == pytest.approx(0.5 - 1 / 8)
+    assert worth(1 - team, 0.71, 0.31) == pytest.approx(0.5)
+    assert worth(team, 0.31, 0.71) == pytest.approx(0.5)
+    assert worth(team, 0.71, 0.31) == pytest.approx(0.5 + 1 / 8)
 
 
 def test_it_beats_uniform_coverage_quickly():

@@ -91,6 +91,45 @@ def test_ring_surrounds_the_opponents():
     assert density[0, 0] < 0.01
 
 
+def first_answer(name, team, place):
+    """Return a script's first answer where the opponents are at a place, and its own drones at the mirrored one."""
+    batch, only = BatchEnv(), np.zeros(1, int)
+    places = [np.subtract(1, place), place]
+    positions = np.repeat(places if team == 0 else places[::-1], 10, axis=0)
+    batch.reset([0], scenario={"positions": positions})
+    policy = policies.load(name)
+    policy.reset([0], only)
+    return ask(policy, batch, np.full(1, team), only)[0]
+
+
+@pytest.mark.parametrize("team", [0, 1])
+@pytest.mark.parametrize(("x", "y"), [(0.86, 0.26), (0.26, 0.86)])
+def test_scripts_know_where_the_opponents_are(x, y, team):
+    answers = {name: first_answer(name, team, (x, y)) for name in ("chase", "ring", "lasso", "evade", "wavefront")}
+    row, column = int(10 * y), int(10 * x)
+    assert answers["chase"].argmax() == 10 * row + column
+    assert answers["ring"][row, column] < 0.01 < answers["ring"].mean()
+    mass = answers["lasso"] / answers["lasso"].sum()
+    cells = (np.arange(10) + 0.5) / 10
+    leans = np.array([mass.sum(axis=0) @ cells, mass.sum(axis=1) @ cells]) - 0.5
+    np.testing.assert_allclose(leans, 0.3 * (np.array([x, y]) - 0.5), atol=0.05)
+    far_row, far_column = (0 if y > 0.5 else 9), (0 if x > 0.5 else 9)
+    assert answers["evade"].argmax() == 10 * far_row + far_column
+    wall = answers["wavefront"] if x > 0.5 else answers["wavefront"][:, ::-1]
+    assert wall[:, :2].min() > 0.8
+    assert wall[:, 4:].max() < 0.01
+
+
+def test_a_wave_ends_at_the_other_side_and_begins_anew():
+    policy, only = policies.load("wavefront"), np.zeros(1, int)
+    policy.reset([0], only)
+    images = np.zeros((1, 1, 25, 25), np.uint8)
+    images[0, 0, 12, 24] = 64
+    covered = [(policy.act(images, only)[0] > 0.5).sum() // 10 for _ in range(13)]
+    assert covered[:5] == [covered[0]] * 5 and covered == [*sorted(covered[:12]), covered[0]]
+    assert covered[0] <= 3 and covered[11] >= 9
+
+
 @pytest.mark.parametrize(
     ("returned", "message"),
     [
