@@ -102,6 +102,7 @@ def test_what_threatens_a_drone_is_the_opposing_field_where_it_is(team, monkeypa
     def worth(side, x, y):
         field = np.zeros((lookahead.candidates, 2, 50, 50))
         field[:, side, int(50 * y), int(50 * x)] = 1.0
+        field[:, 1 - side, 49, 0] = 100.0  # where nobody is: each side's field has a maximum of its own
         monkeypatch.setattr(Simulator, "capture_field", field)
         return lookahead._worth(team, 0)[0]
 
