@@ -229,7 +229,7 @@ def test_a_film_runs_as_fast_as_it_was_asked_to(tmp_path, speed):
     film_game("ring", "uniform", path, seconds=2, speed=speed, config=GameConfig(drones_per_team=1))
     pictures, seconds = imageio_ffmpeg.count_frames_and_secs(path)
     assert seconds * (pictures - 1) / pictures == pytest.approx(2 / speed, abs=0.02)
-    assert pictures / seconds == pytest.approx(20, rel=0.3) or pictures == 21  # about, or every one that there is
+    assert pictures == 21 if speed <= 2.0 else 15 < pictures / seconds < 27  # all that there are, or about 20 a second
 
 
 def test_how_far_a_film_is_can_be_shown(tmp_path):
@@ -275,7 +275,7 @@ def test_a_trail_is_where_its_drone_was_in_the_colour_of_its_team():
         assert np.ptp(x) > 100
         coloured = np.pad(np.maximum(sign * redder, 0), 12)
         seen = [coloured[j : j + 25, i : i + 25].max() for i, j in zip(x, y, strict=True)]
-        assert min(seen[-15:]) > 20 and seen[0] < max(seen)
+        assert min(seen[-15:]) > 20 and np.mean(seen[:8]) < np.mean(seen[-8:]) / 2
         found_y, found_x = np.nonzero(sign * redder > 5)
         assert np.hypot(found_x[:, None] - x, found_y[:, None] - y).min(axis=1).max() < 40
 
@@ -299,9 +299,10 @@ def test_a_game_of_many_is_drawn_as_if_it_was_alone():
     alone, many = Simulator(), Simulator(num_games=2)
     alone.reset([5])
     many.reset([4, 5])
-    for simulator in (alone, many):
-        simulator.command(0, np.eye(10)[None].repeat(len(simulator.sizes), axis=0))
+    for simulator, targets in ((alone, [np.eye(10)]), (many, [np.ones((10, 10)), np.eye(10)])):
+        simulator.command(0, np.array(targets))
         simulator.advance(60)
-    for targets in (False, True):
-        picture = Painter(targets=targets).draw(many, 1)
-        np.testing.assert_array_equal(picture, Painter(targets=targets).draw(alone))
+    for painter in (Painter(), Painter(targets=True)):
+        picture = painter.draw(alone)
+        assert (painter.draw(many, 0) != picture).any()
+        np.testing.assert_array_equal(painter.draw(many, 1), picture)
