@@ -173,3 +173,14 @@ def test_max_cycles_follows_from_the_time_limit_and_may_be_assigned():
     assert result.truncated.all()
     with pytest.raises(CommandError, match="max_cycles must be a whole number"):
         batch.max_cycles = 0
+
+
+def test_the_time_left_is_that_of_the_steps_asked_for():
+    batch = BatchEnv(GameConfig(drones_per_team=2), max_cycles=4)
+    batch.reset([0])
+    batch.step(np.ones((1, 2, 10, 10)))
+    clock, lists = ObservationConfig(grid=10, channels=("time_left",)), ObservationConfig(kind="entities")
+    assert (batch.observe(clock, 0) == round(0.75 * 255)).all()
+    assert any(np.allclose(np.ravel(part)[-1], 0.75) for part in batch.observe(lists, 0).values())
+    batch.max_cycles = 2
+    assert (batch.observe(clock, 1) == round(0.5 * 255)).all()

@@ -238,3 +238,13 @@ def test_commands_of_another_shape_do_not_reach_the_kernel():
     simulator = Simulator(num_games=2)
     with pytest.raises(CommandError, match="float64 of shape"):
         simulator.advance(3, np.ones((2, 2, 5, 5)))
+
+
+def test_a_snapshot_stays_what_it_was_while_the_games_go_on():
+    simulator = Simulator(GameConfig(drones_per_team=2), num_games=2)
+    simulator.reset([0, 1])
+    taken = [simulator.snapshot(), simulator.snapshot([0, 1])]
+    simulator.advance(30)
+    for snapshot in taken:
+        assert (snapshot.ticks == 0).all() and (simulator.games.ticks == 30).all()
+        assert not np.array_equal(snapshot.positions, simulator.positions)
