@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from torch import Tensor
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, SwarmError
+from swarm_pz.files import draft_of
 from swarm_pz.formats import command_from_action
 from swarm_pz.policies.network import Actor
 from swarm_pz.scenario import Seed
@@ -26,17 +27,6 @@ from swarm_pz.scenario import Seed
 WEIGHTS, CARD = "policy.safetensors", "policy.json"
 FORMAT = 3
 _ROWS = 32
-
-
-def write_atomically(path: Path, write: Callable[[Path], Any]) -> None:
-    """Write a file under another name and rename it, so that nobody ever sees half of it."""
-    draft = path.with_name(f".{path.name}.draft")
-    try:
-        write(draft)
-        draft.replace(path)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
 
 
 def _digest(card: dict[str, Any], weights: dict[str, Tensor]) -> str:
@@ -143,9 +133,11 @@ class LearnedPolicy:
         folder.mkdir(parents=True, exist_ok=True)
         weights = {name: values.numpy() for name, values in self._actor.state_dict().items()}
         # Not its `save_file`, whose files nobody but their owner may read.
-        write_atomically(folder / WEIGHTS, lambda path: path.write_bytes(save(weights)))
+        with draft_of(folder / WEIGHTS) as draft:
+            draft.write_bytes(save(weights))
         card = self.card | {"digest": self.digest}
-        write_atomically(folder / CARD, lambda path: path.write_text(json.dumps(card, indent=2) + "\n"))
+        with draft_of(folder / CARD) as draft:
+            draft.write_text(json.dumps(card, indent=2) + "\n")
 
     def with_results(self, results: dict[str, Any]) -> LearnedPolicy:
         """Return the same policy with results on its card."""

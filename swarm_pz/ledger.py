@@ -13,6 +13,7 @@ from pathlib import Path
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError, require_extra
+from swarm_pz.files import draft_of
 from swarm_pz.provenance import provenance
 
 SETTINGS, GAMES = "tournament.json", "games.jsonl"
@@ -156,10 +157,8 @@ class Ledger:
             "learned": self._check() | self._learned,
             **provenance(self._game, command),
         }
-        path = self.folder / SETTINGS
-        draft = path.with_name(f".{path.name}.draft")
-        draft.write_text(json.dumps(settings, indent=2) + "\n")
-        draft.replace(path)
+        with draft_of(self.folder / SETTINGS) as draft:
+            draft.write_text(json.dumps(settings, indent=2) + "\n")
         return self.read(mend=True)
 
     def read(self, *, mend: bool = False) -> dict[tuple[str, str, int], PlayedGame]:

@@ -14,7 +14,7 @@ from safetensors import safe_open
 from safetensors.numpy import save
 
 from swarm_pz.errors import CheckpointError
-from swarm_pz.policies.learned import write_atomically
+from swarm_pz.files import draft_of
 
 CHECKPOINT = "checkpoint.safetensors"
 FORMAT = 1
@@ -34,7 +34,8 @@ def write(path: Path, story: Story, arrays: Arrays) -> None:
     arrays : dict of array
     """
     packed = save(arrays, metadata={"story": json.dumps(story | {"format": FORMAT})})
-    write_atomically(path, lambda draft: draft.write_bytes(packed))
+    with draft_of(path) as draft:
+        draft.write_bytes(packed)
 
 
 def read_story(path: Path) -> Story:

@@ -21,7 +21,8 @@ from stable_baselines3.common.vec_env import VecMonitor
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
-from swarm_pz.policies.learned import CARD, FORMAT, WEIGHTS, LearnedPolicy, write_atomically
+from swarm_pz.files import draft_of
+from swarm_pz.policies.learned import CARD, FORMAT, WEIGHTS, LearnedPolicy
 from swarm_pz.policy import Player
 from swarm_pz.provenance import provenance
 from swarm_pz.training import randomness
@@ -148,9 +149,8 @@ class Training:
                 (folder / name).unlink(missing_ok=True)
             shutil.rmtree(folder / TENSORBOARD, ignore_errors=True)
             self.save_checkpoint()
-        write_atomically(
-            folder / "config.json", lambda path: path.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
-        )
+        with draft_of(folder / "config.json") as draft:
+            draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
 
     def _learning_rate(self) -> float:
         done = self.model.num_timesteps / self.config.total_steps if hasattr(self, "model") else 0.0
@@ -292,7 +292,8 @@ class Training:
         write(self.folder / CHECKPOINT, story, arrays)
         (self.folder / OLD_CHECKPOINT).unlink(missing_ok=True)
         report = json.loads(self.history.to_json()) | provenance(self.config.game, self.command)
-        write_atomically(self.folder / HISTORY, lambda path: path.write_text(json.dumps(report) + "\n"))
+        with draft_of(self.folder / HISTORY) as draft:
+            draft.write_text(json.dumps(report) + "\n")
 
     def _load_checkpoint(self) -> None:
         path = self.folder / CHECKPOINT

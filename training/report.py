@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
+from swarm_pz.files import draft_of
 from swarm_pz.match import MatchResult, paired_difference, play_match
-from swarm_pz.policies.learned import LearnedPolicy, write_atomically
+from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.training.callbacks import History
 
 matplotlib.use("Agg")
@@ -88,7 +89,8 @@ def plot_learning_curve(history: History, opponent: str, path: Path) -> None:
     )
     axes.title.set_fontsize(10)
     figure.legend(loc="outside lower center", ncols=4, fontsize=9)
-    write_atomically(path, lambda draft: figure.savefig(draft, dpi=120, format="png"))
+    with draft_of(path) as draft:
+        figure.savefig(draft, dpi=120)
 
 
 def plot_sizes(match: MatchResult, path: Path) -> None:

@@ -23,7 +23,8 @@ from stable_baselines3.common.callbacks import BaseCallback
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError, Stopped
-from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy, write_atomically
+from swarm_pz.files import draft_of
+from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.policy import Player
 from swarm_pz.ratings import rate
 from swarm_pz.tournament import Tournament, TournamentConfig
@@ -292,4 +293,5 @@ class League:
     def _save(self) -> None:
         # The pool must be of the same moment as the learner, so it is in the same file.
         self.main.save_checkpoint(pool=asdict(self.pool))
-        write_atomically(self.folder / STATE, lambda path: path.write_text(self.pool.to_json() + "\n"))
+        with draft_of(self.folder / STATE) as draft:
+            draft.write_text(self.pool.to_json() + "\n")

@@ -106,7 +106,7 @@ def test_a_signal_stops_training_at_a_checkpoint_and_the_line_that_is_said_goes_
     assert status == 130
     assert "runs/first is saved at step 32 of 64" in said
     assert read_story(Path("runs/first") / CHECKPOINT)["learner"]["steps"] == 32
-    assert not list(Path("runs").rglob("*.draft"))
+    assert not list(Path("runs").rglob(".*draft*"))
     again = line_that_goes_on(said)
     assert again == [*TRAIN, "--resume", "--out", "runs/first"]
     status, said = run(again, capsys)

@@ -13,7 +13,6 @@ import torch
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import Stopped
-from swarm_pz.policies.learned import write_atomically
 from swarm_pz.training.checkpoint import CHECKPOINT, read, read_story, write
 from swarm_pz.training.config import LeagueConfig, TrainConfig
 from swarm_pz.training.folders import OLD_CHECKPOINT
@@ -196,19 +195,6 @@ def test_a_league_of_an_earlier_version_goes_on(tmp_path):
     assert again.pool.members == league.pool.members
     again.run()
     assert again.main.model.num_timesteps == 96
-
-
-def test_a_file_that_cannot_be_written_leaves_the_earlier_one(tmp_path):
-    write(tmp_path / CHECKPOINT, {"told": 1}, {"numbers": np.zeros(2)})
-
-    def fail(draft):
-        draft.write_text("half")
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        write_atomically(tmp_path / CHECKPOINT, fail)
-    assert read_story(tmp_path / CHECKPOINT)["told"] == 1
-    assert [path.name for path in tmp_path.iterdir()] == [CHECKPOINT]
 
 
 def test_a_checkpoint_that_is_being_written_is_not_seen(tmp_path, monkeypatch):
