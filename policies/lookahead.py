@@ -119,7 +119,7 @@ class Lookahead:
             model.reset([0] * len(rows), rows)
             while left > 0 and len(live := np.flatnonzero(~simulator.decided)):
                 answers = ask(model, self._trials, np.full(len(live), 1 - team), live)
-                simulator.command(1 - team, answers, live)
+                simulator.command_checked(1 - team, answers, live)
                 simulator.advance(min(left, self._config.step_ticks))
                 left -= self._config.step_ticks
         return self._worth(team, int(game.ticks[0]))

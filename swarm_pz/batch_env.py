@@ -141,12 +141,13 @@ class BatchEnv:
             If no game is running.
         """
         cells = self.config.command_cells
-        return self.play(check_densities(commands, (self.num_games, 2, cells, cells), "commands"), after_control_period)
+        densities = check_densities(commands, (self.num_games, 2, cells, cells), "commands")
+        return self.step_checked(densities, after_control_period)
 
-    def play(
+    def step_checked(
         self, densities: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
     ) -> StepResult:
-        """As `step`, for densities that have been checked."""
+        """As `step`, for who has checked the densities (E, 2, A, A) already: their values are taken as they are."""
         running = self.running.copy()
         if not running.any():
             raise GameOverError("no game is running: call reset before step")
@@ -194,7 +195,8 @@ class BatchEnv:
         whole = np.issubdtype(given.dtype, np.integer) or not given.size
         if not whole or given.shape not in ((), chosen.shape) or not ((given == RED) | (given == BLUE)).all():
             raise CommandError(f"teams must be 0 (red) or 1 (blue), one or one a game, got {teams!r}")
-        sides = np.array(np.broadcast_to(given.astype(np.int64), len(chosen)))
+        sides = np.empty(len(chosen), np.int64)
+        sides[:] = given
         left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)
         return observe(self.simulator, seat, sides, chosen, left)
 

@@ -169,7 +169,7 @@ class DuelBatch:
         for policy, mine in self._by_opponent(rows):
             others = 1 - self.sides[mine]
             commands[mine, others] = ask(policy, self.batch, others, mine)
-        result = self.batch.play(commands, after_control_period)
+        result = self.batch.step_checked(commands, after_control_period)
         games = np.arange(self.batch.num_games)
         return DuelResult(result.rewards[games, self.sides], result.terminated, result.truncated, result)
 

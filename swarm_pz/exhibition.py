@@ -70,7 +70,7 @@ class Exhibition:
                 ask(player, self.batch, np.array([team]), self._row)[0]
                 for team, player in zip((RED, BLUE), self._players, strict=True)
             ]
-            self.batch.step([commands], after_control_period)
+            self.batch.step_checked(np.stack(commands)[None], after_control_period)
             if after_step is not None:
                 after_step()
 

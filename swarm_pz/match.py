@@ -300,7 +300,7 @@ def play_games(
             with blame(place, name_of(player)), allow(len(rows), len(sizes) == 1):
                 commands[rows, sides[place, rows]] = ask(player, batch, sides[place, rows], rows)
             spent[place, rows] += 1000.0 * (time.perf_counter() - began) / len(rows)
-        batch.step(commands)
+        batch.step_checked(commands)
         sizes.append(batch.simulator.sizes[:, RED])
         if progress is not None:
             progress(int((~batch.running).sum()))

@@ -82,7 +82,7 @@ def observe(
     config = simulator.config
     coarse_cells, brightness = _coarse_cells(seat.grid), _brightness(config.trail_ticks)
     interpolation = _coarse_interpolation(seat.grid, config.command_cells)
-    channels = np.array([CHANNELS.index(channel) for channel in seat.channels])
+    channels = _numbers(seat.channels)
 
     def paint(places: NDArray[np.int64]) -> None:
         paint_grids(
@@ -113,6 +113,12 @@ def of_game(observations: Observations, place: int) -> Observations:
     if isinstance(observations, dict):
         return {name: part[place] for name, part in observations.items()}
     return observations[place]
+
+
+@cache
+def _numbers(channels: tuple[str, ...]) -> NDArray[np.int64]:
+    """Tell each channel's place among all."""
+    return np.array([CHANNELS.index(channel) for channel in channels])
 
 
 @cache

@@ -10,7 +10,8 @@ from gymnasium import spaces
 from gymnasium.utils import seeding
 from numpy.typing import NDArray
 from pettingzoo import AECEnv, ParallelEnv
-from pettingzoo.utils import parallel_to_aec, wrappers
+from pettingzoo.utils import BaseParallelWrapper, wrappers
+from pettingzoo.utils.conversions import parallel_to_aec_wrapper
 
 from swarm_pz.batch_env import BatchEnv, StepResult, plain
 from swarm_pz.config import AGENTS, BLUE, CHANNELS, GRID_CELLS, RED, GameConfig, ObservationConfig, resolve
@@ -20,6 +21,8 @@ from swarm_pz.observation import Observations, of_game
 from swarm_pz.render import METADATA, Screen
 from swarm_pz.scenario import check_seed, next_seed, seeds_of
 
+Step = tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]
+"""Observations, rewards, terminations, truncations and infos, each by agent."""
 STATE_CHANNELS = (
     "red_positions",
     "blue_positions",
@@ -213,9 +216,7 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
         self.screen.begin()
         return self._observations(), self._infos(None)
 
-    def step(
-        self, actions: Mapping[str, Any]
-    ) -> tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
+    def step(self, actions: Mapping[str, Any]) -> Step:
         """Hold both agents' commands for one command period, or until the game ends.
 
         Parameters
@@ -239,8 +240,12 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
         if not isinstance(actions, Mapping) or set(actions) != set(AGENTS):
             came = sorted(map(str, actions)) if isinstance(actions, Mapping) else repr(actions)
             raise CommandError(f"actions must hold one command for each of {list(AGENTS)}, got {came}")
-        densities = np.stack([self.check_action(agent, actions[agent]) for agent in AGENTS])
-        result = self.batch.play(densities[None], self.screen.after_control_period)
+        return self.step_checked({agent: self.check_action(agent, actions[agent]) for agent in AGENTS})
+
+    def step_checked(self, densities: Mapping[str, NDArray[np.float64]]) -> Step:
+        """As `step`, for who has checked the actions already: for each agent, what `check_action` returned."""
+        commands = np.stack([densities[agent] for agent in AGENTS])[None]
+        result = self.batch.step_checked(commands, self.screen.after_control_period)
         if not self.batch.running[0]:
             self.agents = []
         return (
@@ -297,11 +302,20 @@ def env(config: GameConfig | None = None, **keywords: Any) -> AECEnv[str, Observ
     return CaptureAECEnv(CaptureEnv(config, **keywords))
 
 
+class _Checked(BaseParallelWrapper[str, Observations, Any]):  # type: ignore[misc]  # untyped base
+    """`CaptureEnv` for actions that `CaptureAECEnv` has checked, each in its agent's own turn."""
+
+    env: CaptureEnv
+
+    def step(self, actions: Mapping[str, NDArray[np.float64]]) -> Step:
+        return self.env.step_checked(actions)
+
+
 class CaptureAECEnv(wrappers.OrderEnforcingWrapper):  # type: ignore[misc]  # untyped base
     """`CaptureEnv` with agents that move in turn; a bad command is refused in its agent's own turn."""
 
     def __init__(self, parallel: CaptureEnv) -> None:
-        super().__init__(parallel_to_aec(parallel))
+        super().__init__(parallel_to_aec_wrapper(_Checked(parallel)))
         self._parallel = parallel
 
     @property
@@ -317,5 +331,5 @@ class CaptureAECEnv(wrappers.OrderEnforcingWrapper):  # type: ignore[misc]  # un
         """Take the selected agent's command; both are played in the second agent's turn."""
         agent = self.agent_selection
         if not (self.terminations[agent] or self.truncations[agent]):
-            self._parallel.check_action(agent, action)
+            action = self._parallel.check_action(agent, action)
         super().step(action)

@@ -206,9 +206,22 @@ class Simulator:
             values = density_around(attractors, cells)
         else:
             values = check_densities(commands, (len(chosen), cells, cells), f"{name}'s command")  # type: ignore[arg-type]
-        self._aim(values[:, None], np.arange(len(chosen)), chosen, np.array([team]))
+        self.command_checked(team, values, chosen)
         if attractors is not None:
             self.games.attractors[chosen, team] = attractors
+
+    def command_checked(self, team: int, densities: NDArray[np.float64], rows: NDArray[np.int64]) -> None:
+        """As `command`, for who has checked team, rows (n,) and the values of densities (n, A, A) already."""
+        self._check_form(densities, (len(rows),))
+        self._aim(densities[:, None], np.arange(len(rows)), rows, np.array([team]))
+
+    def _check_form(self, densities: NDArray[np.float64], games: tuple[int, ...]) -> None:
+        """Refuse what a kernel would read beyond its end, or be compiled again for."""
+        expected = (*games, self.config.command_cells, self.config.command_cells)
+        if densities.dtype != np.float64 or densities.shape != expected:
+            raise CommandError(
+                f"commands must be float64 of shape {expected}, got {densities.dtype} of shape {densities.shape}"
+            )
 
     def _aim(
         self,
@@ -243,14 +256,11 @@ class Simulator:
         shape_fits = amounts.shape in ((), (self.num_games,))
         if not np.issubdtype(amounts.dtype, np.integer) or not shape_fits or (amounts < 0).any():
             raise CommandError(f"ticks must be whole and not negative, one number or one a game, got {ticks!r}")
-        # A copy: kernels would be compiled again for a view that cannot be written.
-        per_game = np.array(np.broadcast_to(amounts.astype(np.int64), self.num_games))
+        per_game = np.empty(self.num_games, np.int64)
+        per_game[:] = amounts
         rows = np.flatnonzero((per_game > 0) & ~self.decided)
-        expected = (self.num_games, 2, self.config.command_cells, self.config.command_cells)
-        if commands is not None and (commands.dtype != np.float64 or commands.shape != expected):
-            raise CommandError(
-                f"commands must be float64 of shape {expected}, got {commands.dtype} of shape {commands.shape}"
-            )
+        if commands is not None:
+            self._check_form(commands, (self.num_games, 2))
         all_rows, teams = np.arange(self.num_games), np.array([RED, BLUE])
 
         def work(part: NDArray[np.int64]) -> None:
@@ -351,8 +361,10 @@ class Simulator:
     @property
     def sizes(self) -> NDArray[np.int64]:
         """(E, 2) drones of red and blue."""
-        blue = self.games.teams.sum(axis=1, dtype=np.int64)
-        return np.stack([self.config.num_drones - blue, blue], axis=1)
+        sizes = np.empty((self.num_games, 2), np.int64)
+        sizes[:, BLUE] = self.games.teams.sum(axis=1, dtype=np.int64)
+        sizes[:, RED] = self.config.num_drones - sizes[:, BLUE]
+        return sizes
 
     @property
     def occupancy(self) -> NDArray[np.int64]:

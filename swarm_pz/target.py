@@ -104,12 +104,15 @@ def check_values(given: ArrayLike, shape: tuple[int, ...], low: float, high: flo
         raise CommandError(f"{expected}, got {_describe(given) if values.ndim == 0 else f'shape {values.shape}'}")
     if not values.size:
         return values
-    if not np.isfinite(values).all():
+    least, largest = values.min(), values.max()  # NaN if any value is
+    if not (math.isfinite(least) and math.isfinite(largest)):
         place = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])
         raise CommandError(f"{expected}, got {values[place]} at index {place}")
-    if values.min() < low - TOLERANCE or values.max() > high + TOLERANCE:
-        raise CommandError(f"{expected}, got values from {values.min():g} to {values.max():g}")
-    return np.asarray(np.clip(values, low, high))
+    if least < low - TOLERANCE or largest > high + TOLERANCE:
+        raise CommandError(f"{expected}, got values from {least:g} to {largest:g}")
+    if least < low or largest > high:
+        np.clip(values, low, high, out=values)
+    return values
 
 
 def _describe(value: Any) -> str:

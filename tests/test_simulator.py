@@ -238,6 +238,9 @@ def test_commands_of_another_shape_do_not_reach_the_kernel():
     simulator = Simulator(num_games=2)
     with pytest.raises(CommandError, match="float64 of shape"):
         simulator.advance(3, np.ones((2, 2, 5, 5)))
+    for densities in (np.ones((2, 5, 5)), np.ones((1, 10, 10)), np.ones((2, 10, 10), np.float32)):
+        with pytest.raises(CommandError, match="float64 of shape"):
+            simulator.command_checked(0, densities, np.arange(2))
 
 
 def test_a_snapshot_stays_what_it_was_while_the_games_go_on():

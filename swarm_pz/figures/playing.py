@@ -56,7 +56,7 @@ def play(
         commands = np.zeros((len(seeds), 2, cells, cells))
         for team, player in zip((RED, BLUE), players, strict=True):
             commands[rows, team] = ask(player, batch, np.full(len(rows), team), rows)
-        batch.step(commands, None if animate is None else lambda: animate(batch))
+        batch.step_checked(commands, None if animate is None else lambda: animate(batch))
         if watch is not None:
             watch(batch, rows)
     return batch

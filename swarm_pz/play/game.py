@@ -68,7 +68,7 @@ class TableConfig(Config):
 
 @dataclass(frozen=True)
 class Command:
-    """A team's command, and the number by which its sender knows it."""
+    """A team's command, its density checked, and the number by which its sender knows it."""
 
     team: int
     number: int
@@ -154,13 +154,17 @@ class LiveGame:
             raise CommandError(f"team must be 0 (red) or 1 (blue), got {team!r}")
         cells = self.config.game.command_cells
         values = check_densities(density, (cells, cells), f"{TEAM_NAMES[team]}'s command")
-        command = Command(team, number, np.round(values, _DECIMALS))
+        return self.submit_checked(team, number, values)
+
+    def submit_checked(self, team: int, number: int, density: NDArray[np.float64]) -> Command:
+        """As `submit`, for who has checked team and density (A, A) already."""
+        command = Command(team, number, np.round(density, _DECIMALS))
         self._waiting[team] = command
         return command
 
     def put_in_force(self, command: Command) -> None:
         """Let a team follow a command from the next solve on, however young its last one is."""
-        self.simulator.command(command.team, command.density[None])
+        self.simulator.command_checked(command.team, command.density[None], np.zeros(1, np.int64))
         self._last_in_force[command.team] = self.tick
 
     def advance(self, ticks: int = 1) -> list[Event]:

@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
+from numpy.typing import ArrayLike
 
 from swarm_pz.config import RED, TEAM_NAMES
 from swarm_pz.errors import CommandError, SwarmError
@@ -268,9 +268,12 @@ class Room:
         if (message.strokes is None) == (message.density is None):
             raise RefusedError("not_valid", "a command must hold either strokes or a density")
         try:
-            density = np.asarray(message.density, np.float64)
-            if message.strokes is not None:
-                strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in message.strokes]
+            density: ArrayLike
+            if message.density is not None:
+                density = message.density
+            else:
+                drawn = message.strokes or []
+                strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in drawn]
                 density = density_of(strokes, self.config.game.command_cells, self.config.mapping)
             command = self.session.submit(seat.team, message.number, density, message.strokes, message.timing)
         except (CommandError, ValueError) as error:

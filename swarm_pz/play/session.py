@@ -225,17 +225,22 @@ class Session:
             If it is not valid; the game goes on with what it had.
         """
         command = self.game.submit(team, number, density)
+        self._write_down(command, strokes, timing)
+        return command
+
+    def _write_down(
+        self, command: Command, strokes: list[StrokeMessage] | None = None, timing: Timing | None = None
+    ) -> None:
         self.recorder.write(
             CommandLine(
-                team=team,
-                number=number,
+                team=command.team,
+                number=command.number,
                 density=command.density.tolist(),
                 received_ms=self.now_ms,
                 strokes=strokes,
                 timing=timing,
             )
         )
-        return command
 
     def stop(self, outcome: Outcome = "stopped") -> None:
         """End the game and finish its file."""
@@ -308,7 +313,7 @@ class Session:
             density = await self._house.thinkers.ask(self._places[team], self.game.simulator.snapshot())
             if not self._ended:
                 self._numbers[team] += 1
-                self.submit(team, self._numbers[team], density)
+                self._write_down(self.game.submit_checked(team, self._numbers[team], density))
         except SwarmError as error:
             self._tell.failed(team, str(error))
         except Exception:
