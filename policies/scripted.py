@@ -6,6 +6,7 @@ A tactic is one function from a `View` of n games to n densities; `tactic` makes
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -165,17 +166,43 @@ class Tactic:
         return ScriptedPolicy(self, config)
 
 
-def tactic(*, sees: tuple[str, ...] = CHANNELS, grid: int = 10) -> Callable[[Callable[[View], Array]], Tactic]:
+@overload
+def tactic(play: Callable[[View], Array], /) -> Tactic: ...
+
+
+@overload
+def tactic(*, sees: tuple[str, ...] = CHANNELS, grid: int = 10) -> Callable[[Callable[[View], Array]], Tactic]: ...
+
+
+def tactic(
+    play: Callable[[View], Array] | None = None, /, *, sees: tuple[str, ...] = CHANNELS, grid: int = 10
+) -> Tactic | Callable[[Callable[[View], Array]], Tactic]:
     """Turn a function from a `View` to densities into a tactic that makes policies.
 
     Parameters
     ----------
+    play : callable, optional
+        The function, where the decorator is used without parentheses.
     sees : tuple of str
         Channels that the view offers; to name only those looked at saves time.
     grid : int
         Cells a side of these images.
+
+    Raises
+    ------
+    PolicyError
+        If something else than a function is decorated.
     """
-    return lambda play: Tactic(play, ObservationConfig(grid=grid, channels=sees))
+
+    def decorate(play: Callable[[View], Array]) -> Tactic:
+        if not callable(play):
+            raise PolicyError(
+                "tactic decorates a function from a View to densities, as @tactic or @tactic(sees=..., grid=...), "
+                f"got {play!r}"
+            )
+        return Tactic(play, ObservationConfig(grid=grid, channels=sees))
+
+    return decorate if play is None else decorate(play)
 
 
 CLOCK, OPPONENTS = ("time_left",), ("opposing_positions",)

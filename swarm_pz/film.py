@@ -113,12 +113,14 @@ def _write_film(
 
         def show() -> None:
             nonlocal count
-            if count % every == 0 or game.simulator.decided[0]:
+            if count % every == 0:
                 film(painter.draw(game.simulator))
             count += 1
 
         show()
         game.play(seconds, after_control_period=show, after_step=report)
+        if (count - 1) % every:  # how it ended, which would be left out
+            film(painter.draw(game.simulator))
 
 
 def _write_still(

@@ -27,6 +27,8 @@ from swarm_pz.simulator import Simulator
 from swarm_pz.target import check_densities
 
 GROUP, FOLDERS = "swarm_pz.policies", "swarm_pz.policy_folders"
+_FAULTS = (Exception, SystemExit)
+"""Whatever another package's code does wrong; to end the process is for who started it."""
 
 
 @runtime_checkable
@@ -91,7 +93,7 @@ def faults() -> dict[str, str]:
             continue
         try:
             factory = point.load()
-        except Exception as error:  # whatever another package's code does wrong
+        except _FAULTS as error:
             found[point.name] = f"{where} cannot be imported: {error!r}"
         else:
             if not callable(factory):
@@ -104,7 +106,7 @@ def about(name: str) -> str:
     point = registered().get(name.split(":", 1)[0])
     try:
         text = (getattr(point.load(), "__doc__", None) or "").strip() if point is not None else ""
-    except Exception:  # `faults` says it
+    except _FAULTS:  # `faults` says it
         return ""
     return text.splitlines()[0] if text else ""
 
@@ -149,7 +151,7 @@ def _make(policy: str, config: GameConfig) -> object:
         return point.load()(*arguments)
     except SwarmError:
         raise
-    except Exception as error:  # whatever another package's code does wrong
+    except _FAULTS as error:
         raise PolicyError(f"policy {policy!r} ({point.value}) cannot be made: {error!r}") from error
 
 

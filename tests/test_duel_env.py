@@ -148,6 +148,49 @@ def test_opponents_are_dealt_in_turn_and_see_their_own_grids():
     assert [bool(np.ptp(target) < 1e-12) for target in targets] == [True, False, True, False, True]
 
 
+class Constant:
+    """An opponent that asks for one cell, and keeps the rows that it began and answered."""
+
+    observation = ObservationConfig(grid=10)
+
+    def __init__(self, cell):
+        self.cell, self.began, self.answered = cell, [], []
+
+    def reset(self, seeds, rows):
+        self.began += rows.tolist()
+
+    def act(self, observations, rows):
+        self.answered += rows.tolist()
+        return np.broadcast_to(np.arange(100).reshape(10, 10) == self.cell, (len(rows), 10, 10)).astype(float)
+
+
+def test_a_deal_is_for_the_games_that_begin_and_running_ones_keep_their_opponents():
+    first, second, third = (Constant(cell) for cell in range(3))
+    duel, rows = DuelBatch(GameConfig(), 4, opponent=[first, second]), np.arange(4)
+    duel.reset(np.random.SeedSequence(0).spawn(4), rows)
+    duel.deal(third, ["third"])
+    duel.reset(np.random.SeedSequence(1).spawn(1), rows[2:3])
+    duel.step(np.zeros((4, 10, 10)))
+    assert (first.answered, second.answered, third.began, third.answered) == ([0], [1, 3], [2], [2])
+    assert duel.batch.simulator.targets[rows, 1 - duel.sides].reshape(4, -1).argmax(axis=1).tolist() == [0, 1, 2, 1]
+    assert [duel.opponent_names[number] for number in duel.infos()["opponent"]] == [
+        *["Constant"] * 2,
+        "third",
+        "Constant",
+    ]
+
+
+def test_a_learner_goes_on_against_whom_it_began_with_until_its_next_game():
+    first, second = Constant(0), Constant(1)
+    environment = DuelEnv(opponent=first, max_cycles=3)
+    for _ in range(2):
+        environment.reset(seed=0)
+        environment.duel.deal(second)
+        for _ in range(3):
+            environment.step(np.zeros((10, 10)))
+    assert (first.began, first.answered, second.began, second.answered) == ([0], [0] * 3, [0], [0] * 3)
+
+
 @pytest.mark.parametrize(
     "bad", [np.full((10, 10), np.nan), np.full((10, 10), 1.5), np.full((10, 10), -1.5), np.zeros((5, 5)), "up", None]
 )

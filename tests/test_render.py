@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -9,7 +10,7 @@ import pytest
 
 from swarm_pz import board, parallel_env
 from swarm_pz.board import TEAM_COLOURS
-from swarm_pz.config import GameConfig
+from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import MissingExtraError, OutputError, RenderError
 from swarm_pz.exhibition import Exhibition
 from swarm_pz.film import film_game, open_film
@@ -230,6 +231,31 @@ def test_a_film_runs_as_fast_as_it_was_asked_to(tmp_path, speed):
     pictures, seconds = imageio_ffmpeg.count_frames_and_secs(path)
     assert seconds * (pictures - 1) / pictures == pytest.approx(2 / speed, abs=0.02)
     assert pictures == 21 if speed <= 2.0 else 15 < pictures / seconds < 27  # all that there are, or about 20 a second
+
+
+@pytest.mark.parametrize(
+    ("game", "seconds", "end"),
+    [
+        (GameConfig(drones_per_team=2, time_limit=2.0), None, "a draw"),
+        (GameConfig(drones_per_team=(19, 1), capture=CaptureConfig(threshold=0.5)), None, "won"),
+        (GameConfig(drones_per_team=2), 2.0, "unfinished"),
+    ],
+)
+def test_the_last_picture_is_in_the_film_however_many_are_left_out(tmp_path, monkeypatch, game, seconds, end):
+    pictures = []
+
+    @contextlib.contextmanager
+    def kept(path, rate, size):
+        yield pictures.append
+
+    monkeypatch.setattr("swarm_pz.film.open_film", kept)
+    standing = film_game("uniform", "uniform", tmp_path / "a.mp4", speed=1e6, config=game, seconds=seconds)
+    assert end in standing
+    played = Exhibition("uniform", "uniform", config=game)
+    painter = Painter(("uniform", "uniform"), targets=True, layout=FILM)
+    first = painter.draw(played.simulator)
+    played.play(seconds)
+    np.testing.assert_array_equal(pictures, [first, painter.draw(played.simulator)])
 
 
 def test_how_far_a_film_is_can_be_shown(tmp_path):

@@ -19,7 +19,7 @@ from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CommandError, PolicyError, ResultsError, Stopped
 from swarm_pz.ledger import GAMES, SETTINGS
 from swarm_pz.match import play_match
-from swarm_pz.tournament import Tournament, TournamentConfig
+from swarm_pz.tournament import Tournament, TournamentConfig, play_block
 
 SHORT = GameConfig(time_limit=8.0, drones_per_team=3)
 CONFIG = TournamentConfig(games=6, game=SHORT)
@@ -314,6 +314,32 @@ def test_the_ladder_shows_everybodys_own_thinking(tmp_path, monkeypatch):
     assert {game.one: game.thinking_ms for game in tournament.between("2", "10")} == {"10": (10.0, 2.0)}
     shown = {entry["player"]: entry["thinking_ms"] for entry in ladder.make_ladder(tournament)["players"]}
     assert shown == {"2": 2.0, "5": 5.0, "10": 10.0}
+
+
+@contextlib.contextmanager
+def alarm_of_that_clock(seconds):
+    began = Thinking.now
+    yield
+    if Thinking.now - began > seconds + 1e-9:
+        raise TimeoutError(f"no command within {seconds:g} s")
+
+
+@pytest.mark.parametrize(("thinks_ms", "is_late"), [(14, False), (15, False), (16, True)])
+def test_each_game_has_its_own_time_to_think_among_games_that_are_played_side_by_side(monkeypatch, thinks_ms, is_late):
+    monkeypatch.setattr("swarm_pz.tournament._PATIENCE", 0.0)
+    monkeypatch.setattr("swarm_pz.tournament.alarm", alarm_of_that_clock)
+    made = []
+
+    def load_thinking(name, config):
+        made.append(name)
+        return Thinking(config, name) if name.isdigit() else policies.load(name, config)
+
+    numbers, slow = [3, 4, 6, 9], str(thinks_ms)
+    games = play_block(load_thinking, slow, "uniform", numbers, CONFIG.replace(budget_ms=15.0))
+    assert [game.number for game in games] == numbers
+    assert [bool(game.forfeit) for game in games] == [is_late] * 4
+    assert all(game.forfeit.startswith(f"{slow}: ") for game in games if is_late)
+    assert made.count(slow) == (5 if is_late else 1), "only after a fault is each game played on its own"
 
 
 def test_the_ladder_orders_plots_and_tells(tmp_path):

@@ -202,6 +202,11 @@ class Training:
         weights = {key: value.detach().clone().numpy() for key, value in network.actor.state_dict().items()}
         return LearnedPolicy(card, weights, self.config.game, name)
 
+    @property
+    def is_finished(self) -> bool:
+        """Whether there is nothing left to train."""
+        return self.model.num_timesteps >= self.config.total_steps
+
     def standing(self) -> str:
         """Say how far the run is."""
         return f"{self.folder} is saved at step {self.model.num_timesteps:,} of {self.config.total_steps:,}"
@@ -215,7 +220,7 @@ class Training:
         return float(np.mean([share for _, share in self.recent])) if self.recent else 0.0
 
     def run(self, asked: Callable[[], bool] = never) -> LearnedPolicy:
-        """Train to the end, write the policy and return it.
+        """Train to the end, write the policy and return it; of a finished run, say so.
 
         Parameters
         ----------
@@ -227,7 +232,12 @@ class Training:
         Stopped
             If asked to stop; a checkpoint has been written.
         """
-        if self.model.num_timesteps < self.config.total_steps:
+        if self.is_finished:
+            self._say(
+                f"{self.folder} is finished, and nothing is trained: it has had {self.model.num_timesteps:,} of "
+                f"{self.config.total_steps:,} steps; ask for more to go on"
+            )
+        else:
             evaluation = PeriodicEvaluation(self)
             stops = Checkpoint(self, self.save_checkpoint, asked)
             try:
@@ -279,7 +289,7 @@ class Training:
         story = {
             "config_hash": str(self._identity),
             "total_steps": self.config.total_steps,
-            "finished": self.model.num_timesteps >= self.config.total_steps,
+            "finished": self.is_finished,
             "learner": learner,
             "games": games,
             "recent": list(self.recent),

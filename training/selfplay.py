@@ -147,6 +147,11 @@ class League:
             If asked to stop; all that is needed to go on has been written.
         """
         total = self.config.learner.total_steps
+        if self.main.is_finished:
+            self._say(
+                f"the learner of {self.folder} is finished, and not trained any further: it has had "
+                f"{self.main.model.num_timesteps:,} of {total:,} steps; ask for more to go on"
+            )
         try:
             while self._follow_up(asked) < total:
                 step = self.main.model.num_timesteps

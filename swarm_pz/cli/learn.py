@@ -46,7 +46,8 @@ def train(
     print_rules(config.game)
     with goes_on_with(resuming(out)):
         untrained = run.untrained()
-        say(f"training for {config.total_steps:,} steps in {out} (Ctrl-C stops, --resume goes on)")
+        if not run.is_finished:
+            say(f"training for {config.total_steps:,} steps in {out} (Ctrl-C stops, --resume goes on)")
         with stops_at_safe_points() as asked:
             trained = run.run(asked)
         plot_learning_curve(run.history, config.opponents[0], out / "learning_curve.png")
@@ -99,7 +100,8 @@ def league(
     learner = config.learner
     print_rules(learner.game)
     with goes_on_with(resuming(out)):
-        say(f"training for {learner.total_steps:,} steps in {out} (Ctrl-C stops, --resume goes on)")
+        if not run.main.is_finished:
+            say(f"training for {learner.total_steps:,} steps in {out} (Ctrl-C stops, --resume goes on)")
         with stops_at_safe_points() as asked:
             policy = run.run(asked)
         matches = [

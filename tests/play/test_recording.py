@@ -4,9 +4,11 @@ import csv
 import json
 from dataclasses import replace
 
+import imageio_ffmpeg
 import numpy as np
 import pytest
 
+from swarm_pz.cli import main
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import RecordingError, RenderError
 from swarm_pz.play.frames import Frame, encode_frame
@@ -249,6 +251,14 @@ def test_a_recording_becomes_a_film(tmp_path):
         playback.film(tmp_path / "a.avi")
 
 
+def test_a_film_of_a_recording_runs_as_fast_as_the_command_was_told(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=60, config=CONFIG.replace(game=CONFIG.game.replace(capture=MILD)))
+    for speed in (2.0, 5.0):
+        main(["replay", str(tmp_path / "a.jsonl"), "--film", str(tmp_path / "a.mp4"), "--speed", str(speed)])
+        pictures, seconds = imageio_ffmpeg.count_frames_and_secs(tmp_path / "a.mp4")
+        assert seconds * (pictures - 1) / pictures == pytest.approx(2.0 / speed, abs=0.02)
+
+
 # --- tables -----------------------------------------------------------------------------------------
 
 
@@ -265,6 +275,17 @@ def test_a_seat_as_a_row(tmp_path):
     assert red.input_to_in_force_ms == pytest.approx(30.0) and red.input_to_painted_ms == pytest.approx(50.0)
     assert red.hidden_s == 2.0 and red.disconnections == 0
     assert red.min_command_interval == 0.5
+
+
+@pytest.mark.parametrize(("speed", "lost"), [(0.5, 2), (1.0, 1), (2.0, 0)])
+def test_drones_are_lost_while_drawing_by_the_tables_clock_which_its_speed_sets(speed, lost):
+    timing = Timing(input_ms=0.0, sent_ms=0.0, drawing_ms=1000.0)
+    drawn = CommandLine(team=0, number=1, density=[], received_ms=5000.0, timing=timing)  # from 4 to 5 s on
+    taken = [CapturedLine(tick=tick, drone=drone, team=1) for drone, tick in enumerate((61, 74, 134, 151))]
+    own = CapturedLine(tick=134, drone=5, team=0)
+    told = header(CONFIG.replace(speed=speed), 1, "ring")
+    red, blue = seat_rows(Recording("a.jsonl", told, [drawn, *taken, own]))
+    assert (red.lost_while_drawing, blue.lost_while_drawing) == (lost, 0)
 
 
 @pytest.mark.parametrize("parquet", [False, True])

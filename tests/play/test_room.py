@@ -13,9 +13,11 @@ from swarm_pz.play.playback import Playback
 from swarm_pz.play.recording import Recording, SeatLine
 from swarm_pz.play.room import RefusedError, Room
 from swarm_pz.play.room_settings import settings_of, table_config
+from swarm_pz.play.screening import Film, Screening
 from swarm_pz.play.session import House
 from swarm_pz.play.thinking import Thinkers
 from tests.play.faulty import FAULTS, loader
+from tests.play.test_recording import record
 
 
 class Client:
@@ -187,3 +189,33 @@ def test_seats_are_not_given_away(tmp_path):
         shared.thinkers.close()
 
     asyncio.run(play())
+
+
+def test_a_rematch_after_a_take_over_is_a_game_of_its_own(tmp_path):
+    old = tmp_path / "old.jsonl"
+    record(old, ticks=90)
+
+    async def play():
+        shared, client = house(tmp_path), Client()
+        screening = Screening(Film.read(old), client)
+        screening.seek(60)
+        moment = screening.moment()
+        screening.close()
+        room = Room("ABCD", settings_of(moment.game.config), shared, moment)
+        room.sit(client, "red", "")
+        room.place_policy("blue", "uniform")
+        paths = []
+        for _ in range(3):
+            room.ready(client, True)
+            paths.append(room.session.recorder.path)
+            room.stop()
+            assert room.phase == "over"
+        shared.thinkers.close()
+        return paths
+
+    taken, *rematches = [Recording.read(path) for path in asyncio.run(play())]
+    assert taken.header.seed == Recording.read(old).header.seed and taken.header.origin.tick == 60
+    assert [recording.header.origin for recording in rematches] == [None, None]
+    assert [next(iter(recording.frames())).tick for recording in rematches] == [0, 0]
+    assert len({recording.header.seed for recording in (taken, *rematches)}) == 3
+    assert all(Playback(recording).verify().verified for recording in rematches)

@@ -16,11 +16,15 @@ from swarm_pz.errors import PolicyError
 from swarm_pz.policies.scripted import halo
 from swarm_pz.policy import GROUP, about, faults, registered
 
-BROKEN = {"gone", "attribute", "crashes", "syntax", "number"}
+BROKEN = {"gone", "attribute", "crashes", "exits", "syntax", "number"}
 
 
 def fail(config):
     raise RuntimeError("no luck")
+
+
+def leave(config):
+    sys.exit("no licence")
 
 
 def picky(config):
@@ -32,6 +36,8 @@ def picky(config):
 def raising(name):
     if name == "crashes":
         raise RuntimeError("crashed while it was imported")
+    if name == "exits":
+        sys.exit("needs another system")
     raise AttributeError(f"nothing called {name}")
 
 
@@ -39,7 +45,7 @@ def raising(name):
 def guests(monkeypatch, tmp_path):
     """A package whose policies are broken in every way, and one that works."""
     module = types.ModuleType("guests_tactics")
-    module.number, module.fail, module.halo, module.picky = 3, fail, halo, picky
+    module.number, module.fail, module.leave, module.halo, module.picky = 3, fail, leave, halo, picky
     module.__getattr__ = raising
     monkeypatch.setitem(sys.modules, "guests_tactics", module)
     (tmp_path / "guests_unreadable.py").write_text("def tactic(:\n")
@@ -57,10 +63,12 @@ def guests(monkeypatch, tmp_path):
         point("gone", "no_such_package:tactic"),
         point("attribute", "guests_tactics:missing"),
         point("crashes", "guests_tactics:crashes"),
+        point("exits", "guests_tactics:exits"),
         point("syntax", "guests_unreadable:tactic"),
         point("number", "guests_tactics:number"),
         point("ring", "guests_tactics:halo"),
         point("fails", "guests_tactics:fail"),
+        point("leaves", "guests_tactics:leave"),
         point("works", "guests_tactics:halo"),
         point("picky", "guests_tactics:picky"),
     ]
@@ -80,6 +88,7 @@ def test_broken_policies_are_named_with_their_package_and_error(guests):
     assert "No module named 'no_such_package'" in found["gone"]
     assert "nothing called missing" in found["attribute"]
     assert "crashed while it was imported" in found["crashes"]
+    assert "SystemExit('needs another system')" in found["exits"]
     assert "SyntaxError" in found["syntax"]
     assert "must be callable, got 3" in found["number"]
     assert "swarm-pz has a policy of that name already" in found["ring of guests"]
@@ -92,26 +101,28 @@ def test_the_own_policy_stays_where_another_package_takes_its_name(guests):
 def test_commands_name_broken_policies_and_go_on(guests, capsys):
     main(["policies"])
     printed = capsys.readouterr()
-    assert len(printed.out.splitlines()) == guests + 3
+    assert len(printed.out.splitlines()) == guests + 4
     assert "works        Make a broad ring" in printed.out
-    assert printed.err.count("left out: policy") == 6
+    assert printed.err.count("left out: policy") == 7
     assert set(known()) == set(registered()) - BROKEN
 
 
 def test_a_tournament_of_all_leaves_out_who_cannot_play(guests, capsys):
     field = able(GameConfig(drones_per_team=2))
-    assert "works" in field and not {"fails", "picky"} & set(field)
+    assert "works" in field and not {"fails", "leaves", "picky"} & set(field)
     said = capsys.readouterr().err
     assert "left out: fails: policy 'fails' (guests_tactics:fail) cannot be made" in said
+    assert "left out: leaves: policy 'leaves' (guests_tactics:leave) cannot be made: SystemExit('no licence')" in said
     assert "left out: picky: this tactic wants ten drones" in said
-    assert {*BROKEN, "fails", "picky"} == set(registered()) - set(field)
+    assert {*BROKEN, "fails", "leaves", "picky"} == set(registered()) - set(field)
     assert "picky" in able(GameConfig())
 
 
 def test_a_broken_policy_is_still_refused_where_it_is_asked_for(guests):
-    assert [about(name) for name in ("gone", "crashes", "syntax")] == [""] * 3
-    with pytest.raises(PolicyError, match="cannot be made"):
-        policies.load("gone")
+    assert [about(name) for name in ("gone", "crashes", "exits", "syntax")] == [""] * 4
+    for name in ("gone", "exits"):
+        with pytest.raises(PolicyError, match="cannot be made"):
+            policies.load(name)
 
 
 @pytest.mark.parametrize(

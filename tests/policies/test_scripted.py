@@ -5,7 +5,7 @@ import pytest
 
 from swarm_pz import policies
 from swarm_pz.batch_env import BatchEnv
-from swarm_pz.config import GameConfig
+from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.figures import ensemble_tactic
 from swarm_pz.policies import held_out
@@ -128,6 +128,20 @@ def test_a_wave_ends_at_the_other_side_and_begins_anew():
     covered = [(policy.act(images, only)[0] > 0.5).sum() // 10 for _ in range(13)]
     assert covered[:5] == [covered[0]] * 5 and covered == [*sorted(covered[:12]), covered[0]]
     assert covered[0] <= 3 and covered[11] >= 9
+
+
+def test_a_tactic_that_says_nothing_about_what_it_sees_needs_no_parentheses():
+    def halves(view):
+        return view.every(np.where(view.x < 0.5, 1.0, 0.0))
+
+    for made in (tactic(halves), tactic()(halves)):
+        assert (made.__name__, made.seat) == ("halves", ObservationConfig(grid=10))
+        batch, policy, only = BatchEnv(), made(GameConfig()), np.zeros(1, int)
+        batch.reset([0])
+        policy.reset([0], only)
+        assert ask(policy, batch, only, only)[0].tolist() == [[1.0] * 5 + [0.0] * 5] * 10
+    with pytest.raises(PolicyError, match=r"as @tactic or @tactic\(sees=..., grid=...\), got \('time_left',\)"):
+        tactic(("time_left",))
 
 
 @pytest.mark.parametrize(

@@ -90,6 +90,22 @@ def test_training_twice_loses_nothing(capsys):
     assert contents("runs/first") == before
 
 
+@pytest.mark.usefixtures("no_film")
+@pytest.mark.parametrize(("command", "steps"), [(TRAIN, 64), ([*LEAGUE, "--exploiter-steps", "0"], 96)])
+def test_resuming_what_is_finished_says_so_and_trains_nothing(command, steps, capsys):
+    status, said = run(command, capsys)
+    assert status == 0
+    assert "finished" not in said
+    weights = {path: path.read_bytes() for path in Path("runs").rglob("policy.safetensors")}
+    status, said = run([*command, "--resume"], capsys)
+    assert status == 0
+    assert "is finished, and no" in said
+    assert f"it has had {steps} of {steps} steps; ask for more to go on" in said
+    assert "training for" not in said
+    assert weights
+    assert {path: path.read_bytes() for path in Path("runs").rglob("policy.safetensors")} == weights
+
+
 @pytest.mark.parametrize("command", [TRAIN, LEAGUE, [*EXPLOIT[:1], "centre", *EXPLOIT[2:]]])
 def test_resuming_where_nothing_is_says_what_was_expected(command, capsys):
     status, said = run([*command, "--resume"], capsys)

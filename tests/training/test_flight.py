@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 
 from swarm_pz import policies
-from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.training.flight import InFlight
-from swarm_pz.training.vec_env import SwarmVecEnv
+from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 GAME = GameConfig(observation=ObservationConfig(grid=10), drones_per_team=1, time_limit=5.0)
 FIRST, NEXT = ["noise", "ring"], ["uniform", "blind_ring"]
@@ -40,5 +40,26 @@ def test_games_taken_up_end_against_those_they_began_with_and_the_next_meet_thos
     _, same = again.take_up(*env.state(), lambda seat, game: policies.load(seat.name, game))
     assert same
     assert met(again) == met(env) == [["noise", "uniform"], ["ring", "blind_ring"]]
+    for one in (env, again):
+        one.close()
+
+
+def test_where_one_game_begins_the_others_are_stored_with_whom_they_play():
+    calm = GAME.replace(capture=CaptureConfig(enabled=False))  # none ends before its last step
+
+    def make_uneven():
+        parts = [SwarmVecEnv(calm, 1, opponent="noise", max_cycles=cycles) for cycles in (2, 5)]
+        return InFlight(StackedVecEnv(parts), ["noise"])
+
+    env, again = make_uneven(), make_uneven()
+    env.seed(3)
+    env.reset()
+    env.deal([policies.load("uniform", calm)], ["uniform"])
+    for _ in range(3):
+        step(env)
+    assert env.ages.tolist() == [1, 3]
+    _, same = again.take_up(*env.state(), lambda seat, game: policies.load(seat.name, game))
+    assert same
+    assert met(again) == met(env) == [["uniform", "uniform"], ["noise", "uniform"]]
     for one in (env, again):
         one.close()
