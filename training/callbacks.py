@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
@@ -16,71 +13,42 @@ from stable_baselines3.common.callbacks import BaseCallback
 from swarm_pz import policies
 from swarm_pz.errors import Stopped
 from swarm_pz.match import play_match
+from swarm_pz.policy import Player
 from swarm_pz.training.randomness import kept
-
-if TYPE_CHECKING:
-    from swarm_pz.training.ppo import Training
+from swarm_pz.training.run_state import RunState
 
 EVALUATION_SEEDS = 1_000_000
 """Sets the seeds of evaluations during a run apart from those of the matches after it."""
 
 
-@dataclass
-class History:
-    """How a run went: one record an evaluation.
-
-    Attributes
-    ----------
-    records : list of dict
-        step, seconds, and of `evaluation_games` games without exploration against the first
-        opponent: win_rate, loss_rate, share and the interval of the win rate; of the latest training
-        games, with exploration: training_share.
-    seconds : float
-        Time spent training, over all sittings.
-    """
-
-    records: list[dict[str, float]] = field(default_factory=list)
-    seconds: float = 0.0
-
-    def to_json(self) -> str:
-        """Return the history as JSON."""
-        return json.dumps({"seconds": self.seconds, "records": self.records})
-
-    @classmethod
-    def from_json(cls, text: str) -> History:
-        """Read what `to_json` wrote."""
-        plain = json.loads(text)
-        return cls(records=list(plain["records"]), seconds=float(plain["seconds"]))
-
-
 class Account(BaseCallback):
     """Keeps the run's account: the latest finished games, and the time spent."""
 
-    def __init__(self, run: Training) -> None:
+    def __init__(self, state: RunState) -> None:
         super().__init__()
-        self.run = run
+        self.state = state
 
     def _on_training_start(self) -> None:
-        self._began, self._before = time.monotonic(), self.run.history.seconds
+        self._began, self._before = time.monotonic(), self.state.history.seconds
 
     def _on_step(self) -> bool:
-        self.run.history.seconds = self._before + time.monotonic() - self._began
+        self.state.history.seconds = self._before + time.monotonic() - self._began
         for info in self.locals["infos"]:
             if "outcome" in info:
-                self.run.recent.append((bool(info["outcome"] > 0), float(info["share"])))
+                self.state.recent.append((bool(info["outcome"] > 0), float(info["share"])))
         return True
 
 
 class FadingExploration(BaseCallback):
     """Lowers the exploration's standard deviation as the run goes on."""
 
-    def __init__(self, run: Training) -> None:
+    def __init__(self, state: RunState) -> None:
         super().__init__()
-        self.run = run
+        self.state = state
 
     def _on_rollout_start(self) -> None:
         with torch.no_grad():
-            self.run.model.policy.log_std.fill_(math.log(self.run.exploration()))
+            self.model.policy.log_std.fill_(math.log(self.state.exploration(self.num_timesteps)))  # type: ignore[operator]
 
     def _on_step(self) -> bool:
         return True
@@ -89,13 +57,13 @@ class FadingExploration(BaseCallback):
 class CriticFirst(BaseCallback):
     """Holds the actor still at the start, until the critic knows what the taken-over tactic is worth."""
 
-    def __init__(self, run: Training) -> None:
+    def __init__(self, state: RunState) -> None:
         super().__init__()
-        self.run = run
+        self.state = state
 
     def _on_rollout_start(self) -> None:
-        learns = self.num_timesteps >= self.run.config.critic_steps
-        for parameter in self.run.model.policy.actor.parameters():  # type: ignore[union-attr]
+        learns = self.num_timesteps >= self.state.config.critic_steps
+        for parameter in self.model.policy.actor.parameters():  # type: ignore[union-attr]
             parameter.requires_grad_(learns)
 
     def _on_step(self) -> bool:
@@ -103,16 +71,24 @@ class CriticFirst(BaseCallback):
 
 
 class PeriodicEvaluation(BaseCallback):
-    """Plays the tactic without exploration every so often, from the start on."""
+    """Plays the tactic without exploration every so often, from the start on.
 
-    def __init__(self, run: Training) -> None:
+    Parameters
+    ----------
+    state : RunState
+    policy : callable
+        Gives the tactic as it stands.
+    """
+
+    def __init__(self, state: RunState, policy: Callable[[], Player]) -> None:
         super().__init__()
-        self.run = run
+        self.state = state
+        self._policy = policy
 
     # At the start of a rollout, since at its end the update that it is for is still to come.
     def _on_rollout_start(self) -> None:
-        records = self.run.history.records
-        if not records or self.num_timesteps >= records[-1]["step"] + self.run.config.evaluate_every:
+        records = self.state.history.records
+        if not records or self.num_timesteps >= records[-1]["step"] + self.state.config.evaluate_every:
             self.evaluate()
 
     def _on_step(self) -> bool:
@@ -120,10 +96,10 @@ class PeriodicEvaluation(BaseCallback):
 
     def evaluate(self) -> None:
         """Play the tactic as it stands and write it down."""
-        config = self.run.config
+        config = self.state.config
         with kept():  # an evaluation more or less changes nothing in the run
             match = play_match(
-                self.run.policy(),
+                self._policy(),
                 policies.load(config.opponents[0], config.game),
                 games=config.evaluation_games,
                 seed=EVALUATION_SEEDS + config.seed,
@@ -133,18 +109,18 @@ class PeriodicEvaluation(BaseCallback):
         summary = match.summary()
         record = {
             "step": self.num_timesteps,
-            "seconds": round(self.run.history.seconds, 1),
+            "seconds": round(self.state.history.seconds, 1),
             "win_rate": summary["win_rate"],
             "win_rate_low": summary["win_rate_ci95"][0],
             "win_rate_high": summary["win_rate_ci95"][1],
             "loss_rate": summary["losses"] / summary["games"],
             "share": summary["mean_share"],
-            "training_share": self.run.training_share(),
+            "training_share": self.state.training_share(),
         }
-        self.run.history.records.append(record)
+        self.state.history.records.append(record)
         for name in ("win_rate", "loss_rate", "share"):
             self.logger.record(f"evaluation/{name}", record[name])
-        self.logger.record("train/win_rate", self.run.training_win_rate())
+        self.logger.record("train/win_rate", self.state.training_win_rate())
         self.logger.record("train/share", record["training_share"])
         self.logger.dump(self.num_timesteps)
 
@@ -154,30 +130,35 @@ class Checkpoint(BaseCallback):
 
     Parameters
     ----------
-    run : Training
+    state : RunState
     save : callable
         Writes all that is needed to go on.
     asked : callable
         Says whether to stop.
+    standing : callable
+        Says how far the run is.
     """
 
-    def __init__(self, run: Training, save: Callable[[], None], asked: Callable[[], bool]) -> None:
+    def __init__(
+        self, state: RunState, save: Callable[[], None], asked: Callable[[], bool], standing: Callable[[], str]
+    ) -> None:
         super().__init__()
-        self.run = run
+        self.state = state
         self._save = save
         self._asked = asked
+        self._standing = standing
 
     def _on_training_start(self) -> None:
-        self._next = self.num_timesteps + self.run.config.checkpoint_every
+        self._next = self.num_timesteps + self.state.config.checkpoint_every
 
     # Between two rollouts nothing is half done; what is saved then changes nothing in the run.
     def _on_rollout_start(self) -> None:
         stops = self._asked()
         if stops or self.num_timesteps >= self._next:
-            self._next = self.num_timesteps + self.run.config.checkpoint_every
+            self._next = self.num_timesteps + self.state.config.checkpoint_every
             self._save()
         if stops:
-            raise Stopped(self.run.standing())
+            raise Stopped(self._standing())
 
     def _on_step(self) -> bool:
         return True
@@ -186,9 +167,9 @@ class Checkpoint(BaseCallback):
 class Progress(BaseCallback):
     """Says how far the run is: a line in place on a terminal, a line every tenth elsewhere."""
 
-    def __init__(self, run: Training, say: Callable[[str], None]) -> None:
+    def __init__(self, state: RunState, say: Callable[[str], None]) -> None:
         super().__init__()
-        self.run = run
+        self.state = state
         self._say = say
         self._tenth = -1
 
@@ -200,15 +181,15 @@ class Progress(BaseCallback):
         return True
 
     def _on_rollout_end(self) -> None:
-        total = self.run.config.total_steps
+        total = self.state.config.total_steps
         spent = time.monotonic() - self._began
         rate = (self.num_timesteps - self._first_step) / spent
         done = min(self.num_timesteps / total, 1.0)
-        records = self.run.history.records
+        records = self.state.history.records
         line = (
             f"{done:4.0%} {self.num_timesteps:>9,} steps  {rate:6,.0f}/s  "
             f"{_clock(max(total - self.num_timesteps, 0) / rate)} left  "
-            f"exploring: won {self.run.training_win_rate():3.0%}, share {self.run.training_share():.2f}  "
+            f"exploring: won {self.state.training_win_rate():3.0%}, share {self.state.training_share():.2f}  "
             f"evaluated at {records[-1]['step']:,}: won {records[-1]['win_rate']:3.0%}, "
             f"share {records[-1]['share']:.2f}"
         )

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
-import math
 import shutil
-from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -31,7 +29,6 @@ from swarm_pz.training.callbacks import (
     Checkpoint,
     CriticFirst,
     FadingExploration,
-    History,
     PeriodicEvaluation,
     Progress,
 )
@@ -41,13 +38,10 @@ from swarm_pz.training.flight import InFlight, Seat
 from swarm_pz.training.folders import OLD_CHECKPOINT, check_folder
 from swarm_pz.training.learner import Learner
 from swarm_pz.training.networks import GridPolicy
+from swarm_pz.training.run_state import History, RunState
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 HISTORY, TENSORBOARD = "history.json", "tensorboard"
-
-
-_RECENT = 256
-"""Finished games over which the running figures are taken."""
 
 
 def never() -> bool:
@@ -83,9 +77,8 @@ class Training:
 
     Attributes
     ----------
-    history : History
-    recent : deque of (bool, float)
-        Of the latest games, with exploration: won, and the final share of drones.
+    state : RunState
+        What has happened so far, which callbacks share.
     found : dict
         What the checkpoint told that this run was taken up from.
 
@@ -111,8 +104,7 @@ class Training:
         self.config = config
         self.command = command
         self.folder = folder
-        self.history = History()
-        self.recent: deque[tuple[bool, float]] = deque(maxlen=_RECENT)
+        self.state = RunState(config)
         self.found: Story = {}
         self._say = say
         self._load_opponent = load_opponent
@@ -156,10 +148,14 @@ class Training:
         done = self.model.num_timesteps / self.config.total_steps if hasattr(self, "model") else 0.0
         return self.config.learning_rate * max(1.0 - done, 0.05)
 
+    @property
+    def history(self) -> History:
+        """How the run went so far."""
+        return self.state.history
+
     def exploration(self) -> float:
         """Return the standard deviation that the learner explores with at this point of the run."""
-        done = min(self.model.num_timesteps / self.config.total_steps, 1.0)
-        return math.exp(self.config.log_std + done * (self.config.final_log_std - self.config.log_std))
+        return self.state.exploration(self.model.num_timesteps)
 
     def _take_over(self, name: str) -> None:
         given = policies.load(name, self.config.game)
@@ -211,14 +207,6 @@ class Training:
         """Say how far the run is."""
         return f"{self.folder} is saved at step {self.model.num_timesteps:,} of {self.config.total_steps:,}"
 
-    def training_win_rate(self) -> float:
-        """Return the fraction of the latest games won, with exploration."""
-        return float(np.mean([won for won, _ in self.recent])) if self.recent else 0.0
-
-    def training_share(self) -> float:
-        """Return the mean final share of drones in the latest games, with exploration."""
-        return float(np.mean([share for _, share in self.recent])) if self.recent else 0.0
-
     def run(self, asked: Callable[[], bool] = never) -> LearnedPolicy:
         """Train to the end, write the policy and return it; of a finished run, say so.
 
@@ -238,10 +226,10 @@ class Training:
                 f"{self.config.total_steps:,} steps; ask for more to go on"
             )
         else:
-            evaluation = PeriodicEvaluation(self)
-            stops = Checkpoint(self, self.save_checkpoint, asked)
+            evaluation = PeriodicEvaluation(self.state, self.policy)
+            stops = Checkpoint(self.state, self.save_checkpoint, asked, self.standing)
             try:
-                self.learn(self.config.total_steps, evaluation, stops, Progress(self, self._say))
+                self.learn(self.config.total_steps, evaluation, stops, Progress(self.state, self._say))
                 evaluation.evaluate()
             finally:
                 self.logger.close()
@@ -265,7 +253,7 @@ class Training:
         """Train up to a number of steps, counted from the run's start."""
         self.model.set_logger(self.logger)
         self._take_up_games()
-        schedules: list[BaseCallback] = [FadingExploration(self), CriticFirst(self), Account(self)]
+        schedules: list[BaseCallback] = [FadingExploration(self.state), CriticFirst(self.state), Account(self.state)]
         # SB3 draws from the process's streams; what else runs in it draws from others.
         with randomness.kept():
             randomness.set_streams(self._streams)
@@ -292,7 +280,7 @@ class Training:
             "finished": self.is_finished,
             "learner": learner,
             "games": games,
-            "recent": list(self.recent),
+            "recent": list(self.state.recent),
             "history": self.history.to_json(),
             **more,
         }
@@ -314,8 +302,8 @@ class Training:
         self._check_identity(story.get("config_hash"), path)
         try:
             self.model.take_up(story["learner"], arrays)
-            self.history = History.from_json(story["history"])
-            self.recent.extend((bool(won), float(share)) for won, share in story["recent"])
+            self.state.history = History.from_json(story["history"])
+            self.state.recent.extend((bool(won), float(share)) for won, share in story["recent"])
             self._streams = of("random", arrays)
             self._unfinished = of("games", arrays) if self.model.num_timesteps else {}
             total = int(story["total_steps"])
@@ -351,7 +339,7 @@ class Training:
         self._check_identity(state.get("config_hash"), path)
         try:
             self.model.load_weights(state["policy"], state["optimizer"])
-            self.history = History.from_json(state["history"])
+            self.state.history = History.from_json(state["history"])
             self.model.num_timesteps = int(state["steps"])
         except (AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
             raise CheckpointError(f"{path} does not fit this run ({_first_line(error)}); {BEGIN_AFRESH}") from error

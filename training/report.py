@@ -14,7 +14,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.files import draft_of
 from swarm_pz.match import MatchResult, paired_difference, play_match
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.training.callbacks import History
+from swarm_pz.training.run_state import History
 
 matplotlib.use("Agg")
 

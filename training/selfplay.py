@@ -159,7 +159,7 @@ class League:
                     self._deal()
                     self.pool.until = step + self.config.cycle
                 began = time.monotonic()
-                stops = Checkpoint(self.main, self._save, asked)
+                stops = Checkpoint(self.main.state, self._save, asked, self.main.standing)
                 scores = _Scores(self.pool, self.main.env.opponent_names)
                 self.main.learn(min(self.pool.until, total), scores, stops)
                 self._report((self.main.model.num_timesteps - step) / (time.monotonic() - began))

@@ -150,7 +150,7 @@ def test_training_its_evaluations_and_the_matches_after_it_are_on_different_game
 
     run = Training(TINY, tmp_path, say=quiet)
     trained = begun_by(lambda: run.learn(32))
-    evaluation = PeriodicEvaluation(run)
+    evaluation = PeriodicEvaluation(run.state, run.policy)
     evaluation.init_callback(run.model)
     evaluated = begun_by(evaluation.evaluate)
     final = {"games": 2, "seed": TINY.seed, "threads": 1}
