@@ -12,23 +12,23 @@
 `chance`          random numbers within a game
 `game`            one game's tick in the order of the rules, and a loop over games
 `grids`           one seat's grid observation
+`painting`        strokes of a brush on an image
 `phases`          parts of a control period, for measuring
+`cache`           where machine code is kept, and until when
 ================  ==========================================================
 
 Change a rule by changing its function: the compiled code is rebuilt whenever any file of this
-package changes.
+package or of `swarm_pz.config` changes. All that is compiled and kept stands here.
 """
 
 from __future__ import annotations
 
-import hashlib
-import logging
 from collections.abc import Callable
-from functools import cache
-from pathlib import Path
 from typing import Any, TypeVar
 
 from numba import njit
+
+from swarm_pz.kernels.cache import StampedCache
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -54,44 +54,8 @@ def reduction(function: Function) -> Function:
 
 
 def entry_point(function: Function) -> Function:
-    """Compile a function that Python calls, and keep the machine code on disk.
-
-    numba's cache looks at the file of the function alone and would miss a change in a kernel that
-    it calls, so the cache is stamped with the text of the whole package and of the constants in config.
-    """
-    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy", cache=True)(function)
+    """Compile a function that Python calls, and keep the machine code on disk until a source changes; see `cache`."""
+    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy")(function)
     if hasattr(compiled, "_cache"):  # not with NUMBA_DISABLE_JIT=1, which leaves plain Python
-        compiled._cache._cache_file._source_stamp = _sources_digest()
-        load = compiled._cache.load_overload
-
-        def load_or_tell(signature: Any, target: Any) -> Any:
-            found = load(signature, target)
-            if found is None:
-                _tell_that_it_compiles(function.__name__)
-            return found
-
-        compiled._cache.load_overload = load_or_tell
+        compiled._cache = StampedCache(function)
     return compiled  # type: ignore[no-any-return]
-
-
-def _tell_that_it_compiles(name: str) -> None:
-    logger = logging.getLogger("swarm_pz")
-    _announce_compilation(logger)
-    logger.warning("compiling %s", name)
-
-
-@cache
-def _announce_compilation(logger: logging.Logger) -> None:
-    logger.warning(
-        "swarm-pz compiles its kernels for this machine: once, in one to two minutes "
-        "(`swarm-pz warmup` does it ahead of time)"
-    )
-
-
-@cache
-def _sources_digest() -> str:
-    digest = hashlib.sha256()
-    folder = Path(__file__).parent
-    for path in [*sorted(folder.glob("*.py")), folder.parent / "config.py"]:
-        digest.update(path.read_bytes())
-    return digest.hexdigest()

@@ -16,6 +16,7 @@ from swarm_pz.play import protocol
 from swarm_pz.play.game import LiveGame, TableConfig
 from swarm_pz.play.server import Server
 from swarm_pz.play.session import House
+from swarm_pz.play.strokes import WIDEST, Stroke, density_of
 from swarm_pz.play.thinking import Loader, Thinkers
 from swarm_pz.play.views import capture_fields, target_message
 
@@ -61,11 +62,13 @@ def _own_addresses() -> set[str]:
 
 
 def _warm_up(table: TableConfig) -> None:
-    """Load what is compiled, so that the first game does not wait for it."""
+    """Load what is compiled, so that neither the first game nor the first drawing waits for it."""
     game = LiveGame(table, 0)
     game.advance(TICKS_PER_SECOND)
     capture_fields(game.simulator)
     target_message(RED, 0, game.simulator.games.coefficients[0, RED])
+    dot = Stroke(brush="attract", width=WIDEST, points=((0.5, 0.5),))
+    density_of([dot], table.game.command_cells, table.mapping)
 
 
 def serve(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GRID_CELLS
 from swarm_pz.errors import CommandError, nearest
-from swarm_pz.kernels import entry_point
+from swarm_pz.kernels.painting import paint
 
 Brush = Literal["attract", "repel", "erase"]
 BRUSHES: tuple[Brush, ...] = ("attract", "repel", "erase")
@@ -123,30 +123,12 @@ def density_of(strokes: Sequence[Stroke], cells: int, mapping: str = DEFAULT_MAP
     painted = np.full((_PIXELS, _PIXELS), BRUSHES.index("erase"), np.int8)
     for stroke in strokes:
         points = np.array(stroke.points, np.float64) * _PIXELS
-        _paint(painted, points, stroke.width / 2 * _PIXELS, BRUSHES.index(stroke.brush))
+        paint(painted, points, stroke.width / 2 * _PIXELS, BRUSHES.index(stroke.brush))
     attracts = painted == BRUSHES.index("attract")
     untouched = chosen.untouched_beside_attract if attracts.any() else chosen.untouched
     image = np.where(attracts, chosen.attract, np.where(painted == BRUSHES.index("repel"), chosen.repel, untouched))
     along = _smoothing_matrix(chosen.smoothing, cells)
     return np.asarray(np.clip(along @ image @ along.T, 0.0, 1.0))
-
-
-@entry_point
-def _paint(image: NDArray[np.int8], points: NDArray[np.float64], reach: float, value: int) -> None:
-    """Give a value to the pixels whose centres lie within `reach` of a line, all in pixels."""
-    side = image.shape[0]
-    for k in range(len(points)):
-        ax, ay = points[k]
-        bx, by = points[min(k + 1, len(points) - 1)]
-        dx, dy = bx - ax, by - ay
-        length = dx * dx + dy * dy
-        for row in range(max(0, int(min(ay, by) - reach)), min(side, int(max(ay, by) + reach) + 1)):
-            for column in range(max(0, int(min(ax, bx) - reach)), min(side, int(max(ax, bx) + reach) + 1)):
-                x, y = column + 0.5 - ax, row + 0.5 - ay
-                share = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
-                x, y = x - share * dx, y - share * dy
-                if x * x + y * y <= reach * reach:
-                    image[row, column] = value
 
 
 @cache

@@ -1,12 +1,25 @@
 from __future__ import annotations
 
+import ast
+import importlib
 import os
+import pkgutil
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+from numba.core.caching import NullCache
+from numba.core.dispatcher import Dispatcher
+
 import swarm_pz
+from swarm_pz import config, kernels
+from swarm_pz.errors import SwarmError
+from swarm_pz.kernels.cache import SOURCES, STAMP, StampedCache, sources, stamp_of
+
+PACKAGE = Path(swarm_pz.__file__).parent
+ROOT = PACKAGE.parent
 
 PLAY = """
 import hashlib
@@ -17,20 +30,34 @@ simulator.advance(600)
 print(hashlib.sha256(simulator.games.memory.tobytes() + simulator.positions.tobytes()).hexdigest())
 """
 SMALL = """
+from typing import NamedTuple
 import numpy as np
 from swarm_pz.kernels import entry_point
 from swarm_pz.kernels.dynamics import move
+from swarm_pz.kernels.inner.gain import gain
+
+class Body(NamedTuple):
+    positions: np.ndarray
+    velocities: np.ndarray
 
 @entry_point
-def push(positions, velocities, accelerations):
-    move(positions, velocities, accelerations, np.float32(1.0), np.float32(1.0))
+def push(body, accelerations):
+    move(body.positions, body.velocities, accelerations, np.float32(1.0), gain())
 
 def main():
     position, velocity, acceleration = np.full((3, 1, 2), np.float32(0.25))
-    push(position, velocity, acceleration)
+    push(Body(position, velocity), acceleration)
     print(position[0, 0], sum(push.stats.cache_hits.values()))
 """
-"""A small entry point that calls a kernel of another file."""
+"""A small entry point that takes a named tuple and calls kernels of other files, above it and in a folder."""
+GAIN = """
+import numpy as np
+from swarm_pz.kernels import kernel
+
+@kernel
+def gain():
+    return np.float32(1.0)
+"""
 
 
 def run(code: str, folder: Path, **environment: str) -> tuple[list[str], bool]:
@@ -46,21 +73,143 @@ def run(code: str, folder: Path, **environment: str) -> tuple[list[str], bool]:
     return result.stdout.split(), "compiles its kernels" in result.stderr
 
 
-def test_machine_code_is_kept_for_each_kind_of_processor_until_a_rule_changes(tmp_path):
+@pytest.fixture
+def package(tmp_path):
+    """A copy of the package with the small entry point, all of it yet to be compiled."""
     package = tmp_path / "swarm_pz"
-    shutil.copytree(Path(swarm_pz.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__"))
+    (package / "kernels" / "inner").mkdir()
+    (package / "kernels" / "inner" / "__init__.py").touch()
+    (package / "kernels" / "inner" / "gain.py").write_text(GAIN)
     (package / "kernels" / "small.py").write_text(SMALL)
-    code = "from swarm_pz.kernels.small import main; main()"
+    return package
+
+
+def edit(path: Path, before: str, after: str) -> None:
+    text = path.read_text()
+    assert before in text
+    path.write_text(text.replace(before, after))
+
+
+RUN_SMALL = "from swarm_pz.kernels.small import main; main()"
+
+
+def test_machine_code_is_kept_for_each_kind_of_processor(package):
     native = os.environ.get("NUMBA_CPU_NAME", "host")
     other = "x86-64" if native == "generic" else "generic"
-    assert run(code, tmp_path) == (["0.75", "0"], True)
-    assert run(code, tmp_path) == (["0.75", "1"], False)
-    assert run(code, tmp_path, NUMBA_CPU_NAME=other) == (["0.75", "0"], True)
-    assert run(code, tmp_path, NUMBA_CPU_NAME=other) == (["0.75", "1"], False)
-    assert run(code, tmp_path) == (["0.75", "1"], False)
-    dynamics = package / "kernels" / "dynamics.py"
-    dynamics.write_text(dynamics.read_text().replace("accelerations[i, axis] * tick", "accelerations[i, axis] * 0.0"))
-    assert run(code, tmp_path) == (["0.5", "0"], True)
+    assert run(RUN_SMALL, package.parent) == (["0.75", "0"], True)
+    assert run(RUN_SMALL, package.parent) == (["0.75", "1"], False)
+    assert run(RUN_SMALL, package.parent, NUMBA_CPU_NAME=other) == (["0.75", "0"], True)
+    assert run(RUN_SMALL, package.parent, NUMBA_CPU_NAME=other) == (["0.75", "1"], False)
+    assert run(RUN_SMALL, package.parent) == (["0.75", "1"], False)
+
+
+def test_machine_code_is_kept_until_a_source_changes_in_whatever_folder(package):
+    assert run(RUN_SMALL, package.parent) == (["0.75", "0"], True)
+    edit(package / "kernels" / "dynamics.py", "accelerations[i, axis] * tick", "accelerations[i, axis] * 0.0")
+    assert run(RUN_SMALL, package.parent) == (["0.5", "0"], True)
+    edit(package / "kernels" / "inner" / "gain.py", "1.0", "0.0")
+    assert run(RUN_SMALL, package.parent) == (["0.25", "0"], True)
+    assert run(RUN_SMALL, package.parent) == (["0.25", "1"], False)
+    kept = sorted(path.suffix for path in (package / "kernels" / "__pycache__").glob("small.push*"))
+    assert kept == [".nbc", ".nbi"], "what is of other sources is removed"
+
+
+def test_machine_code_of_a_class_that_is_there_no_more_is_not_opened(package):
+    assert run(RUN_SMALL, package.parent) == (["0.75", "0"], True)
+    edit(package / "kernels" / "small.py", "Body", "Pair")
+    assert run(RUN_SMALL, package.parent) == (["0.75", "0"], True)
+
+
+def compiled_functions() -> list[Dispatcher]:
+    modules = pkgutil.walk_packages(kernels.__path__, f"{kernels.__name__}.")
+    values = [value for module in modules for value in vars(importlib.import_module(module.name)).values()]
+    return list({value for value in values if isinstance(value, Dispatcher)})
+
+
+def test_all_machine_code_that_is_kept_carries_the_stamp_of_the_sources():
+    kept = [function for function in compiled_functions() if not isinstance(function._cache, NullCache)]
+    for function in kept:
+        assert isinstance(function._cache, StampedCache), function
+        file = function._cache._cache_file
+        assert file._source_stamp == STAMP == stamp_of(PACKAGE) and STAMP in file._index_name, function
+    names = {function.__name__ for function in kept}
+    assert names >= {"advance_games", "make_targets", "make_attractors", "paint_grids", "paint", "find_coefficients"}
+    assert set(sources(PACKAGE)) >= {*(PACKAGE / "kernels").rglob("*.py"), Path(config.__file__)}
+
+
+@pytest.mark.parametrize("constants", ["config.py", "config/constants.py"])
+def test_the_stamp_changes_with_every_source_its_name_and_its_place(tmp_path, constants):
+    files = [tmp_path / name for name in (constants, "kernels/__init__.py", "kernels/game.py", "kernels/inner/gain.py")]
+    for path in files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"NAME = {path.name!r}\n")
+    assert sources(tmp_path) == sorted(files)
+    stamps = {stamp_of(tmp_path)}
+    for path in files:
+        text = path.read_text()
+        path.write_text(text + "# more\n")
+        stamps.add(stamp_of(tmp_path))
+        path.write_text(text)
+    for place in ("kernels/match.py", "kernels/inner/game.py"):
+        stamps.add(stamp_of(tmp_path))
+        files[2] = files[2].rename(tmp_path / place)
+    stamps.add(stamp_of(tmp_path))
+    assert len(stamps) == 1 + len(files) + 2
+
+
+def imports(path: Path) -> set[tuple[str, str]]:
+    """Modules that a file imports from, and what; a module itself is a pair with nothing."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {(alias.name, "") for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path} imports by a relative name"
+            found |= {(str(node.module), alias.name) for alias in node.names}
+    return found
+
+
+def definitions(path: Path) -> set[str]:
+    """Names that a file itself defines."""
+    found = set()
+    for node in ast.parse(path.read_text()).body:
+        match node:
+            case ast.FunctionDef(name=name) | ast.ClassDef(name=name) | ast.AnnAssign(target=ast.Name(id=name)):
+                found.add(name)
+            case ast.Assign(targets=targets):
+                names = [part for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)]
+                found |= {part.id for part in names}
+    return found
+
+
+def test_kernels_take_nothing_of_ours_that_the_stamp_does_not_cover():
+    stamped = set().union(*map(definitions, sources(PACKAGE)))
+    plain = PACKAGE / "kernels" / "cache.py"  # compiles nothing
+    for path in sources(PACKAGE):
+        if PACKAGE / "kernels" in path.parents and path != plain:
+            for module, name in imports(path):
+                if module.split(".")[0] == "swarm_pz":
+                    assert module.split(".")[1] in SOURCES and name in stamped, (path, module, name)
+
+
+def test_nothing_is_compiled_outside_the_kernels():
+    shipped = [PACKAGE, ROOT / "policies", ROOT / "training"]
+    compilers = {"entry_point", "kernel", "reduction"}
+    for folder in [*shipped, ROOT / "benchmarks", ROOT / "docs", ROOT / "tests"]:
+        for path in folder.rglob("*.py"):
+            if PACKAGE / "kernels" in path.parents:
+                continue
+            # A benchmark may time a function of its own, which is compiled each time and kept nowhere.
+            refused = compilers if folder in shipped else {"entry_point"}
+            for module, name in imports(path):
+                jits = module.split(".")[0] == "numba" and folder.name != "tests"
+                assert not jits and (module != "swarm_pz.kernels" or name not in {*refused, ""}), path
+
+
+def test_an_entry_point_elsewhere_is_refused_with_what_to_do():
+    with pytest.raises(SwarmError, match=r"a function of swarm_pz\.kernels.* got run of .*test_cache.*numba\.njit"):
+        kernels.entry_point(run)
 
 
 def test_other_garbage_in_memory_and_another_layout_of_it_do_not_show():

@@ -1,0 +1,37 @@
+"""Strokes of a round brush on an image; `swarm_pz.play.strokes` makes commands of what is painted."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.kernels import entry_point
+
+
+@entry_point
+def paint(image: NDArray[np.int8], points: NDArray[np.float64], reach: float, value: int) -> None:
+    """Give a value to the pixels whose centres lie within `reach` of a line.
+
+    Parameters
+    ----------
+    image : int8 array (pixels, pixels)
+        Changed; `[row = y, column = x]`.
+    points : float64 array (n, 2)
+        The line's points x, y in pixels; one point is a dot. They may lie outside.
+    reach : float
+        Half the brush's width, in pixels.
+    value : int
+    """
+    side = image.shape[0]
+    for k in range(len(points)):
+        ax, ay = points[k]
+        bx, by = points[min(k + 1, len(points) - 1)]
+        dx, dy = bx - ax, by - ay
+        length = dx * dx + dy * dy
+        for row in range(max(0, int(min(ay, by) - reach)), min(side, int(max(ay, by) + reach) + 1)):
+            for column in range(max(0, int(min(ax, bx) - reach)), min(side, int(max(ax, bx) + reach) + 1)):
+                x, y = column + 0.5 - ax, row + 0.5 - ay
+                share = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
+                x, y = x - share * dx, y - share * dy
+                if x * x + y * y <= reach * reach:
+                    image[row, column] = value
