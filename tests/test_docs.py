@@ -22,7 +22,7 @@ from swarm_pz.cli import compare, evidence, learn, machine, main, table
 from swarm_pz.play.frames import Frame
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 COMMANDS = {
     learn: ("train", "league"),
     compare: ("evaluate", "tournament", "list_policies"),
@@ -88,6 +88,33 @@ def test_scripts_named_in_the_text_exist():
             assert (ROOT / name).is_file(), f"{page.name} names {name}"
         for name in re.findall(r"`python -m (benchmarks\.[a-z_]+)", page.read_text()):
             assert (ROOT / f"{name.replace('.', '/')}.py").is_file(), f"{page.name} names {name}"
+
+
+def parsed(name):
+    """Return what a YAML file of the repository holds."""
+    yaml = pytest.importorskip("yaml", reason="NO YAML: it comes with mkdocs, pip install 'swarm-pz[docs]' brings it")
+    return yaml.safe_load((ROOT / name).read_text())
+
+
+def test_the_citation_is_of_this_version_its_holder_and_the_paper():
+    citation = parsed("CITATION.cff")
+    assert (citation["cff-version"], citation["type"]) == ("1.2.0", "software")
+    assert citation["version"] == swarm_pz.__version__
+    assert [author["name"] in (ROOT / "LICENSE").read_text() for author in citation["authors"]] == [True]
+    (paper,) = citation["references"]
+    cited = " ".join((ROOT / "README.md").read_text().split())
+    assert paper["title"] in cited
+    assert ", ".join(f"{one['given-names']} {one['family-names']}" for one in paper["authors"]) in cited
+
+
+def test_forms_ask_what_is_needed_to_try_it_again():
+    asked = {}
+    for path in sorted((ROOT / ".github/ISSUE_TEMPLATE").glob("*.yml")):
+        form = parsed(path)
+        assert form["name"] and form["description"]
+        asked[path.stem] = {field["id"] for field in form["body"] if field["attributes"]["label"]}
+    assert asked["bug"] == {"happened", "expected", "command", "version", "processor", "hash"}
+    assert asked["idea"]
 
 
 def test_extras_named_in_the_text_exist():
