@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from swarm_pz.board import SHADE_COLOURS, TEAM_COLOURS
 from swarm_pz.config import BLUE, GRID_CELLS, RED, TICKS_PER_SECOND, CaptureConfig, GameConfig
 from swarm_pz.ergodicity import reconstruct
-from swarm_pz.exhibition import Exhibition
 from swarm_pz.render import ARENA, HEADER, MARGIN, draw
+from swarm_pz.rollout import Rollout
 from swarm_pz.simulator import Simulator
 
 INKS = [tuple(channel / 255 for channel in colour) for colour in TEAM_COLOURS]
@@ -59,7 +59,7 @@ def cut(picture: NDArray[np.uint8], left: float, bottom: float, side: float) -> 
 
 def draw_game(path: Path) -> None:
     """Draw a moment of a game, and say what is what beside it."""
-    game = Exhibition("ring", "uniform", seed=1)
+    game = Rollout("ring", "uniform", [0], seed=1)
     game.play(12.0)
     simulator = game.simulator
     red, blue = simulator.sizes[0].tolist()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,8 @@ from swarm_pz.board import INK, SHADE_COLOURS, TEAM_COLOURS
 from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES, GameConfig
 from swarm_pz.ergodicity import ErgodicMetric
 from swarm_pz.errors import RenderError, require_extra
-from swarm_pz.exhibition import Exhibition
 from swarm_pz.policy import Player
+from swarm_pz.rollout import Rollout, game_number
 
 WINDOW_S = 5.0
 """Seconds of a team's latest past that are compared with its target."""
@@ -30,7 +31,9 @@ class Diagnosis:
     ----------
     names : (str, str)
         Policies of red and blue.
-    seed : int
+    seed, pair : int
+    side : {"red", "blue"}
+        Which game of which match: its seed, the pair, and whose drones the policy commands.
     result : str
         "red won", "blue won", "a draw" or "unfinished".
     config : GameConfig
@@ -50,6 +53,8 @@ class Diagnosis:
 
     names: tuple[str, str]
     seed: int
+    pair: int
+    side: str
     result: str
     config: GameConfig
     times: NDArray[np.float64]
@@ -91,6 +96,8 @@ class Diagnosis:
             "red": self.names[0],
             "blue": self.names[1],
             "seed": self.seed,
+            "pair": self.pair,
+            "side": self.side,
             "result": self.result,
             "config_hash": self.config.hash,
             "rules_hash": self.config.rules_hash,
@@ -104,21 +111,27 @@ class Diagnosis:
 
 
 def diagnose(
-    red: str | Player,
-    blue: str | Player,
+    policy: str | Player,
+    opponent: str | Player,
     *,
     config: GameConfig | None = None,
     seed: int = 0,
+    pair: int = 0,
+    side: str = "red",
     seconds: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Diagnosis:
-    """Play one game and keep its curves.
+    """Play one game of a match and keep its curves.
 
     Parameters
     ----------
-    red, blue : str or Policy
+    policy, opponent : str or Policy
     config : GameConfig, optional
     seed : int
+        Of the match.
+    pair : int
+    side : {"red", "blue"}
+        Which game of the pair: whose drones the policy commands.
     seconds : float, optional
         Play until the step in which so many are over; all of the game if not given.
     progress : callable, optional
@@ -133,19 +146,16 @@ def diagnose(
     """
     if seconds is not None and (isinstance(seconds, bool) or not 0 < seconds < math.inf):
         raise RenderError(f"seconds must be a number above 0, got {seconds!r}")
-    game = Exhibition(red, blue, config=config, seed=seed)
-    simulator, games = game.simulator, game.simulator.games
     window = round(WINDOW_S / CONTROL_PERIOD)
-    pasts = [ErgodicMetric(simulator, team) for team in range(2)]
-    latest = [ErgodicMetric(simulator, team, window) for team in range(2)]
     series: dict[str, list[Any]] = {name: [] for name in _SERIES}
 
-    def note() -> None:
+    def note(game: Rollout) -> None:
+        simulator = game.simulator
         values = (
             float(simulator.time_s[0]),
             simulator.sizes[0],
-            games.captures[0].copy(),
-            games.recaptures[0].copy(),
+            simulator.games.captures[0].copy(),
+            simulator.games.recaptures[0].copy(),
             [past.value()[0] for past in pasts],
             [past.value()[0] for past in latest],
             [_entropy_bits(target) for target in simulator.targets[0]],
@@ -153,22 +163,26 @@ def diagnose(
         for name, value in zip(_SERIES, values, strict=True):
             series[name].append(value)
 
-    def look() -> None:
+    def look(game: Rollout) -> None:
         for past in (*pasts, *latest):
             past.observe()
-        note()
+        note(game)
 
-    def report() -> None:
+    def report(game: Rollout) -> None:
         if progress is not None:
-            progress(float(simulator.time_s[0]))
+            progress(float(game.simulator.time_s[0]))
 
-    note()
-    game.play(seconds, after_control_period=look, after_step=report)
-    game.close()
+    with closing(Rollout(policy, opponent, [game_number(pair, side)], seed=seed, config=config)) as game:
+        pasts = [ErgodicMetric(game.simulator, team) for team in range(2)]
+        latest = [ErgodicMetric(game.simulator, team, window) for team in range(2)]
+        note(game)
+        game.play(seconds, after_control_period=look, after_step=report)
     curves = {name: np.array(values) for name, values in series.items()}
     for name in ("captures", "recaptures"):
         curves[name] = np.diff(curves[name], axis=0, prepend=0)
-    return Diagnosis(names=game.names, seed=seed, result=game.result, config=game.batch.config, **curves)
+    return Diagnosis(
+        names=game.names(), seed=seed, pair=pair, side=side, result=game.result(), config=game.config, **curves
+    )
 
 
 _SERIES = ("times", "sizes", "captures", "recaptures", "metric", "latest_metric", "entropy_bits")
@@ -229,7 +243,7 @@ def plot(diagnosis: Diagnosis, path: Path) -> None:
         axes.set_title(title, loc="left", fontsize=10)
         axes.grid(alpha=0.3)
     sizes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, borderpad=0.1)
-    figure.suptitle(f"{diagnosis.title} (seed {diagnosis.seed})", fontsize=13)
+    figure.suptitle(f"{diagnosis.title} (seed {diagnosis.seed}, pair {diagnosis.pair})", fontsize=13)
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=120)
 

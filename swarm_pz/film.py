@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import IO, cast
@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from swarm_pz.board import INK, SHADE_COLOURS, TEAM_COLOURS
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.errors import RenderError, require_extra
-from swarm_pz.exhibition import Exhibition
 from swarm_pz.files import check_file, draft_of
 from swarm_pz.policy import Player
 from swarm_pz.render import FILM, PICTURE, Overlay, Painter
+from swarm_pz.rollout import Rollout, Watch, game_number
 
 FORMATS = (".gif", ".mp4")
 STILL = ".png"
@@ -28,29 +28,35 @@ FILM_RATE = 20
 
 
 def film_game(
-    red: str | Player,
-    blue: str | Player,
+    policy: str | Player,
+    opponent: str | Player,
     path: Path,
     *,
     config: GameConfig | None = None,
     seed: int = 0,
+    pair: int = 0,
+    side: str = "red",
     seconds: float | None = None,
     speed: float = 2.0,
     overlays: Sequence[Overlay] = (),
     progress: Callable[[float, float], None] | None = None,
 ) -> str:
-    """Play one game and write it as a film, or the board at one moment as a picture.
+    """Play one game of a match and write it as a film, or the board at one moment as a picture.
 
     Both players are named, and lines in their colours show what each of them asks its drones to cover. The
     file is there when it is complete; where something fails nothing is left.
 
     Parameters
     ----------
-    red, blue : str or Policy
+    policy, opponent : str or Policy
     path : Path
         Where to; its suffix chooses the format: .gif or .mp4, or .png for a picture.
     config : GameConfig, optional
     seed : int
+        Of the match.
+    pair : int
+    side : {"red", "blue"}
+        Which game of the pair: whose drones the policy commands.
     seconds : float, optional
         Show this much of the game at most; all of it if not given. The moment of a picture.
     speed : float
@@ -81,63 +87,54 @@ def film_game(
         if value is not None and not (math.isfinite(value) and value > 0):
             raise RenderError(f"{name} must be a number above 0, got {value!r}")
     check_file(path)
-    game = Exhibition(red, blue, config=config, seed=seed)
+    number = game_number(pair, side)
 
-    def report() -> None:
+    def report(game: Rollout) -> None:
         if progress is not None:
             end = game.batch.limit_s if seconds is None else min(seconds, game.batch.limit_s)
             progress(min(float(game.simulator.time_s[0]), end), end)
 
-    if path.suffix == STILL:
-        standing = _write_still(game, path, seconds, overlays, report)
-    else:
+    with closing(Rollout(policy, opponent, [number], seed=seed, config=config)) as game:
+        if path.suffix == STILL:
+            return _write_still(game, path, seconds, overlays, report)
         _write_film(game, path, seconds, speed, overlays, report)
-        standing = game.standing
-    game.close()
-    return standing
+        return game.standing()
 
 
 def _write_film(
-    game: Exhibition,
-    path: Path,
-    seconds: float | None,
-    speed: float,
-    overlays: Sequence[Overlay],
-    report: Callable[[], None],
+    game: Rollout, path: Path, seconds: float | None, speed: float, overlays: Sequence[Overlay], report: Watch
 ) -> None:
     every = max(1, round(speed / CONTROL_PERIOD / FILM_RATE))
     layout = FILM if not overlays else PICTURE
-    painter = Painter(game.names, targets=True, overlays=overlays, layout=layout)
+    painter = Painter(game.names(), targets=True, overlays=overlays, layout=layout)
     count = 0
     with open_film(path, speed / CONTROL_PERIOD / every, painter.size) as film:
 
-        def show() -> None:
+        def show(game: Rollout) -> None:
             nonlocal count
             if count % every == 0:
                 film(painter.draw(game.simulator))
             count += 1
 
-        show()
+        show(game)
         game.play(seconds, after_control_period=show, after_step=report)
         if (count - 1) % every:  # how it ended, which would be left out
             film(painter.draw(game.simulator))
 
 
-def _write_still(
-    game: Exhibition, path: Path, seconds: float | None, overlays: Sequence[Overlay], report: Callable[[], None]
-) -> str:
+def _write_still(game: Rollout, path: Path, seconds: float | None, overlays: Sequence[Overlay], report: Watch) -> str:
     """Write the board at the first control period that ends no earlier than `seconds`, or at the end."""
-    painter = Painter(game.names, targets=True, overlays=overlays)
+    painter = Painter(game.names(), targets=True, overlays=overlays)
     seen: tuple[NDArray[np.uint8], str] | None = None
 
-    def look() -> None:
+    def look(game: Rollout) -> None:
         nonlocal seen
         if seen is None and seconds is not None and game.simulator.time_s[0] >= seconds - 1e-9:
-            seen = painter.draw(game.simulator), game.standing
+            seen = painter.draw(game.simulator), game.standing()
 
     with draft_of(path) as draft:
         game.play(seconds, after_control_period=look, after_step=report)
-        picture, standing = seen if seen is not None else (painter.draw(game.simulator), game.standing)
+        picture, standing = seen if seen is not None else (painter.draw(game.simulator), game.standing())
         require_extra("PIL.Image", "render").fromarray(picture).save(draft)
     return standing
 

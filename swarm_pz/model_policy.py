@@ -16,6 +16,9 @@ from swarm_pz.observation import Observations
 from swarm_pz.scenario import Seed
 from swarm_pz.shapes import COMMAND_NAMES
 
+_ROWS = 8
+"""Observations that a model is shown at once."""
+
 
 @runtime_checkable
 class Model(Protocol):
@@ -73,10 +76,19 @@ class ModelPolicy:
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
         """Answer n observations with densities (n, A, A)."""
-        actions, state = self.model.predict(self._format.show(observations), deterministic=self.deterministic)
+        shown, count = self._format.show(observations), len(rows)
+        # Always as many at once, the last ones over again: another number would round differently, and a game
+        # would depend on how many others are played beside it.
+        places = np.minimum(np.arange(-(-count // _ROWS) * _ROWS), count - 1).reshape(-1, _ROWS)
+        return np.concatenate([self._answer(shown, part) for part in places])[:count]
+
+    def _answer(self, shown: Observations, places: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Answer `_ROWS` of the observations that the model is shown."""
+        part = {name: lists[places] for name, lists in shown.items()} if isinstance(shown, dict) else shown[places]
+        actions, state = self.model.predict(part, deterministic=self.deterministic)
         if state is not None:
             raise PolicyError(f"model {self.name} has a memory, which must be kept for each game: wrap it in a policy")
-        return self._format.read(actions, len(rows), f"model {self.name}'s actions")
+        return self._format.read(actions, _ROWS, f"model {self.name}'s actions")
 
 
 def _actions_of(space: spaces.Space[Any], config: GameConfig) -> FormatOptions:

@@ -13,9 +13,9 @@ import multiprocessing
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +23,10 @@ from numpy.typing import NDArray
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError, ResultsError, Stopped
 from swarm_pz.ledger import Ledger, PlayedGame
-from swarm_pz.match import POINTS, FaultError, Game, blame, play_games
-from swarm_pz.policy import Player, PrivilegedPolicy, load_players
+from swarm_pz.match import POINTS
+from swarm_pz.policy import Player, PrivilegedPolicy
 from swarm_pz.ratings import Results
+from swarm_pz.rollout import Clock, FaultError, Game, blame, play_games
 from swarm_pz.settings import Config, check, check_count, check_number
 from swarm_pz.worker import alarm, end_processes, prepare_process
 
@@ -71,8 +72,8 @@ class TournamentConfig(Config):
 # --- playing ----------------------------------------------------------------------------------------
 
 
-def _clock(budget_ms: float) -> Callable[[int, bool], Any]:
-    def allow(games: int, is_first: bool) -> Any:
+def _clock(budget_ms: float) -> Clock:
+    def allow(games: int, is_first: bool) -> AbstractContextManager[None]:
         return alarm(games * budget_ms / 1000.0 + (_PATIENCE if is_first else 0.0))
 
     return allow
@@ -92,8 +93,7 @@ def play_block(
         for place, name in enumerate((one, other)):
             with blame(place, name), clock(1, True):
                 loaded.append(loader(name, config.game))
-        players = load_players(loaded[0], loaded[1], config.game)
-        games = play_games(players, numbers, seed=config.seed, config=config.game, clock=clock)
+        games = play_games(loaded[0], loaded[1], numbers, seed=config.seed, config=config.game, clock=clock)
     except FaultError as fault:
         if len(numbers) > 1:
             alone = [play_block(loader, one, other, [number], config) for number in numbers]

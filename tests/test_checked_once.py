@@ -16,8 +16,6 @@ from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.duel_env import DuelEnv
 from swarm_pz.duel_vector_env import DuelVectorEnv
 from swarm_pz.errors import CommandError, PolicyError
-from swarm_pz.exhibition import Exhibition
-from swarm_pz.figures import playing
 from swarm_pz.match import play_match
 from swarm_pz.parallel_env import CaptureEnv
 from swarm_pz.play import protocol
@@ -26,6 +24,7 @@ from swarm_pz.play.recording import CommandLine, InForceLine, Recording
 from swarm_pz.play.room import Room
 from swarm_pz.play.session import House
 from swarm_pz.policies.lookahead import Lookahead
+from swarm_pz.rollout import Rollout
 from swarm_pz.simulator import Simulator
 from swarm_pz.target import check_values
 from swarm_pz.training.vec_env import SwarmVecEnv
@@ -102,17 +101,13 @@ def sb3(red, blue):
     return environment.duel.batch.simulator, lambda: environment.step([red, red])
 
 
-def exhibition(red, blue):
-    game = Exhibition(Constant(red), Constant(blue))
+def rollout(red, blue):
+    game = Rollout(Constant(red), Constant(blue), [0])
     return game.simulator, lambda: game.play(1.0)
 
 
 def match(red, blue):
     return None, lambda: play_match(Constant(red), Constant(blue), games=2, config=ONE_STEP)
-
-
-def figure(red, blue):
-    return None, lambda: playing.play(Constant(red), Constant(blue), [0, 1], ONE_STEP)
 
 
 def lookahead(red, blue):
@@ -131,9 +126,8 @@ FACES = {
     gymnasium: [1, 1],
     vector: [2, 2],
     sb3: [2, 2],
-    exhibition: [1, 1],
+    rollout: [1, 1],
     match: [2, 2],
-    figure: [2, 2],
     lookahead: [4, 4],
 }
 

@@ -2,8 +2,10 @@ from __future__ import annotations
 
 import inspect
 import json
+import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -61,6 +63,42 @@ def test_training_keeps_what_it_sees_under_a_preset():
     rules, _ = presets.take(["--preset", "released"])
     learner = inspect.signature(presets.begin_with(rules, learn.train)).parameters["config"].default
     assert learner.game == rules.replace(observation=TrainConfig().game.observation)
+
+
+@pytest.mark.parametrize("preset", [[], ["--preset", "paper"]])
+def test_evaluate_names_lost_games_and_the_line_that_shows_one(tmp_path, capsys, monkeypatch, preset):
+    out = tmp_path / "e.json"
+    rules = ["--game.drones-per-team", "1", "12", "--game.time-limit", "60"]  # red loses
+    main([*preset, "evaluate", *rules, "corners", "--games", "24", "--seed", "3", "--json", str(out)])
+    printed = capsys.readouterr().out
+    lost = json.loads(out.read_text())["lost"]
+    named = [f"pair {game['pair']} as {game['side']}" for game in lost]
+    assert len(named) > 6
+    assert f"lost: {', '.join(named[:6])}, and {len(named) - 6} more (--json FILE has all)\n" in printed
+    line = next(line for line in printed.splitlines() if line.startswith("see one: ")).removeprefix("see one: ")
+    program, *words = shlex.split(line)
+    assert Path(program).name == "swarm-pz" and words[-2:] == ["--out", "lost.mp4"]
+    monkeypatch.chdir(tmp_path)
+    main(words)
+    winner = {"red": "blue", "blue": "red"}[lost[0]["side"]]
+    assert f"{winner} won ({lost[0]['seconds']:.1f} s" in capsys.readouterr().out
+    assert (tmp_path / "lost.mp4").stat().st_size > 1000
+
+
+def test_a_match_without_losses_names_none(capsys):
+    main(["evaluate", "uniform", "--opponent", "halo", "--games", "2", "--game.time-limit", "1"])
+    assert "lost:" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["render", "diagnose"])
+def test_one_game_of_a_match_can_be_chosen(tmp_path, capsys, command):
+    out = ["--out", str(tmp_path / "game.png"), *SHORT]
+    main([command, "noise", "uniform", "--seed", "2", "--pair", "3", "--side", "blue", *out])
+    chosen = capsys.readouterr().out
+    main([command, "noise", "uniform", "--seed", "2", "--pair", "4", "--side", "blue", *out])
+    assert chosen != capsys.readouterr().out
+    if command == "diagnose":
+        assert "uniform (red)" in chosen and "noise (blue)" in chosen
 
 
 def test_render_writes_a_film(tmp_path, capsys):
@@ -181,6 +219,8 @@ def test_league_writes_a_policy(tmp_path, capsys):
         (["bench", "--drones", "5"], "drones must be even"),
         (["bench", "--drones", "1000000"], "nothing to measure"),
         (["render", "--speed", "0"], "speed must be a number above 0"),
+        (["render", "--pair", "-1"], "pair must be a whole number in [0, 1000000000], got -1"),
+        (["diagnose", "--side", "green"], "red"),
         (["diagnose", "--out", "game.txt"], "out must be a file .png, .pdf or .svg"),
         (["diagnose", "--seconds", "0"], "seconds must be a number above 0"),
         (["render", "--out", "film.avi"], "must end in .gif or .mp4"),

@@ -14,8 +14,9 @@ from scipy.stats import binom
 
 from swarm_pz import intervals, match, ratings
 from swarm_pz.config import GameConfig
-from swarm_pz.match import Game, MatchResult, paired_difference
+from swarm_pz.match import MatchResult, paired_difference
 from swarm_pz.ratings import SCALE, Results, rate
+from swarm_pz.rollout import Game
 
 Generator = np.random.Generator
 

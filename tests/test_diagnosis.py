@@ -10,7 +10,8 @@ import pytest
 from swarm_pz.config import GameConfig
 from swarm_pz.diagnosis import WINDOW_S, Diagnosis, diagnose, plot
 from swarm_pz.errors import RenderError
-from swarm_pz.exhibition import Exhibition
+from swarm_pz.match import play_match
+from swarm_pz.rollout import Rollout
 from tests import reference
 
 
@@ -37,7 +38,7 @@ def test_a_uniform_command_is_spread_over_the_whole_square_and_a_ring_is_not(dia
     np.testing.assert_allclose(diagnosis.entropy_bits[:, 1], math.log2(100))
     np.testing.assert_allclose(diagnosis.effective_share[:, 1], 1.0)
     assert (diagnosis.effective_share[1:, 0] < 0.6).all()
-    target = Exhibition("ring", "uniform", seed=1)
+    target = Rollout("ring", "uniform", [0], seed=1)
     target.play(1)
     shares = target.simulator.targets[0, 0].ravel()
     bits = -sum(share * math.log2(share) for share in shares if share > 0)
@@ -45,10 +46,10 @@ def test_a_uniform_command_is_spread_over_the_whole_square_and_a_ring_is_not(dia
 
 
 def test_the_metrics_are_those_of_the_true_past_and_of_its_end(diagnosis):
-    game = Exhibition("ring", "uniform", seed=1)
+    game = Rollout("ring", "uniform", [0], seed=1)
     places: list[list[np.ndarray]] = []
 
-    def look():
+    def look(game):
         of_blue = game.simulator.positions[0][game.simulator.teams[0] == 1]
         places.append([reference.basis(place) for place in of_blue])
 
@@ -83,6 +84,20 @@ def test_json_holds_every_curve_and_no_nan(diagnosis):
 def test_the_title_states_the_result(diagnosis, result, title):
     ended = dataclasses.replace(diagnosis, result=result)
     assert ended.title == title.format(*diagnosis.sizes[-1])
+
+
+def test_the_curves_are_of_the_game_that_a_match_counted():
+    config = GameConfig(time_limit=20.0, drones_per_team=3)
+    counted = play_match("blind_ring", "noise", games=6, seed=3, config=config).games[5]
+    shown = diagnose("blind_ring", "noise", seed=3, pair=2, side="blue", config=config)
+    assert (counted.pair, counted.side) == (2, "blue")
+    assert shown.names == ("noise", "blind_ring")
+    assert shown.times[-1] == counted.seconds
+    assert shown.sizes[[*range(0, len(shown.sizes) - 1, 10), -1], 0].tolist() == counted.sizes
+    assert shown.captures.sum() == counted.captures and shown.recaptures.sum() == counted.recaptures
+    assert shown.result == {"win": "blue won", "draw": "a draw", "loss": "red won"}[counted.outcome]
+    plain = shown.to_dict()
+    assert (plain["red"], plain["seed"], plain["pair"], plain["side"]) == ("noise", 3, 2, "blue")
 
 
 def test_a_game_is_drawn_to_its_deciding_tick(tmp_path):

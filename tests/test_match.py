@@ -10,7 +10,8 @@ from swarm_pz import policies
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CommandError, PolicyError
-from swarm_pz.match import _MATCH, Game, MatchResult, paired_difference, play_match
+from swarm_pz.match import MatchResult, paired_difference, play_match
+from swarm_pz.rollout import _MATCH, Game
 from tests.test_duel_env import Nonsense
 
 SHORT = GameConfig(time_limit=30.0, drones_per_team=3)
@@ -150,9 +151,20 @@ def test_json_holds_the_figures(tmp_path):
     match = play_match("ring", "uniform", games=4, config=SHORT)
     match.write(tmp_path / "folder" / "figures.json")
     written = json.loads((tmp_path / "folder" / "figures.json").read_text())
-    story = {name: written.pop(name) for name in ("rules", "versions", "command")}
+    story = {name: written.pop(name) for name in ("rules", "versions", "command", "lost")}
     assert written == match.summary()
     assert GameConfig.from_dict(story["rules"]).rules_hash == written["rules_hash"] == SHORT.rules_hash
+
+
+def test_the_lost_games_that_count_are_named(tmp_path):
+    match = play_match("noise", "uniform", games=10, seed=5, config=SHORT)
+    alike = play_match("uniform", "uniform", games=10, config=SHORT)
+    for played in (match, alike):
+        lost = [game for game in played.unique if game.outcome == "loss"]
+        assert lost and played.lost == lost and len(lost) == played.summary()["losses"]
+        played.write(tmp_path / "figures.json")
+        written = json.loads((tmp_path / "figures.json").read_text())["lost"]
+        assert written == [{"pair": game.pair, "side": game.side, "seconds": game.seconds} for game in lost]
 
 
 def test_bad_seeds_are_refused():

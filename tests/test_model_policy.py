@@ -11,6 +11,7 @@ from swarm_pz.errors import PolicyError
 from swarm_pz.match import play_match
 from swarm_pz.model_policy import ModelPolicy
 from swarm_pz.policy import load
+from swarm_pz.rollout import play_games
 from swarm_pz.training.vec_env import SwarmVecEnv
 
 GAME = GameConfig(drones_per_team=2, time_limit=3.0)
@@ -117,6 +118,19 @@ def test_what_it_sees_may_be_said():
 def test_what_does_not_fit_is_named(observes, acts, message):
     with pytest.raises(PolicyError, match=message):
         load(Model(observes, acts), GAME)
+
+
+@pytest.mark.parametrize("network", ["MlpPolicy", "CnnPolicy"])
+def test_a_game_of_a_model_does_not_depend_on_those_beside_it(network):
+    game = GameConfig(drones_per_team=3, time_limit=8.0)
+    env = DuelEnv(game)
+    policy = load(PPO(network, env, n_steps=2, batch_size=2, device="cpu", seed=0), game)
+    seen = np.random.default_rng(0).integers(0, 256, (11, *env.observation_space.shape), np.uint8)
+    answers = policy.act(seen, np.arange(11))
+    for row in (0, 4, 10):
+        np.testing.assert_array_equal(policy.act(seen[row : row + 1], np.array([row])), answers[row : row + 1])
+    many = play_games(policy, "uniform", range(11), seed=1, config=game)
+    assert play_games(policy, "uniform", [9], seed=1, config=game) == [many[9]]
 
 
 def test_a_model_with_a_memory_is_refused():

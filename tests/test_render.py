@@ -12,9 +12,10 @@ from swarm_pz import board, parallel_env
 from swarm_pz.board import TEAM_COLOURS
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import MissingExtraError, OutputError, RenderError
-from swarm_pz.exhibition import Exhibition
 from swarm_pz.film import film_game, open_film
+from swarm_pz.match import play_match
 from swarm_pz.render import ARENA, FILM, HEADER, MARGIN, Painter, ansi, draw
+from swarm_pz.rollout import Rollout, game_number
 from swarm_pz.simulator import Simulator
 
 
@@ -106,14 +107,29 @@ def test_a_still_shows_the_board_at_its_moment(tmp_path):
 def test_a_still_is_of_the_moment_that_its_words_tell(tmp_path):
     path, drawn = tmp_path / "game.png", {}
     said = film_game("ring", "uniform", path, seconds=1.5)
-    game, painter = Exhibition("ring", "uniform"), Painter(("ring", "uniform"), targets=True)
+    game, painter = Rollout("ring", "uniform", [0]), Painter(("ring", "uniform"), targets=True)
 
-    def look():
-        drawn[game.standing] = painter.draw(game.simulator)
+    def look(game):
+        drawn[game.standing()] = painter.draw(game.simulator)
 
     game.play(1.5, after_control_period=look)
     still = picture_of(path)
     assert [standing for standing, picture in drawn.items() if np.array_equal(picture, still)] == [said]
+
+
+def test_the_game_shown_is_the_one_that_a_match_counted(tmp_path):
+    config = GameConfig(time_limit=20.0, drones_per_team=3)
+    counted = play_match("blind_ring", "noise", games=6, seed=3, config=config).games[5]
+    options = {"seed": 3, "pair": 2, "side": "blue", "config": config}
+    said = film_game("blind_ring", "noise", tmp_path / "end.png", **options)
+    ends = {"win": "blue won", "draw": "a draw", "loss": "red won"}
+    red = counted.sizes[-1]
+    assert said == f"{ends[counted.outcome]} ({counted.seconds:.1f} s, red {red}, blue {6 - red})"
+    game = Rollout("blind_ring", "noise", [5], seed=3, config=config)
+    game.play()
+    end = Painter(("noise", "blind_ring"), targets=True).draw(game.simulator)
+    np.testing.assert_array_equal(picture_of(tmp_path / "end.png"), end)
+    assert game.games() == [counted]
 
 
 def test_animations_keep_the_colours_of_the_teams(tmp_path):
@@ -227,7 +243,8 @@ def test_a_film_runs_as_fast_as_it_was_asked_to(tmp_path, speed):
     import imageio_ffmpeg
 
     path = tmp_path / "game.mp4"
-    film_game("ring", "uniform", path, seconds=2, speed=speed, config=GameConfig(drones_per_team=1))
+    config = GameConfig(drones_per_team=1, capture=CaptureConfig(enabled=False))
+    film_game("ring", "uniform", path, seconds=2, speed=speed, config=config)
     pictures, seconds = imageio_ffmpeg.count_frames_and_secs(path)
     assert seconds * (pictures - 1) / pictures == pytest.approx(2 / speed, abs=0.02)
     assert pictures == 21 if speed <= 2.0 else 15 < pictures / seconds < 27  # all that there are, or about 20 a second
@@ -251,7 +268,7 @@ def test_the_last_picture_is_in_the_film_however_many_are_left_out(tmp_path, mon
     monkeypatch.setattr("swarm_pz.film.open_film", kept)
     standing = film_game("uniform", "uniform", tmp_path / "a.mp4", speed=1e6, config=game, seconds=seconds)
     assert end in standing
-    played = Exhibition("uniform", "uniform", config=game)
+    played = Rollout("uniform", "uniform", [game_number(0)], config=game)
     painter = Painter(("uniform", "uniform"), targets=True, layout=FILM)
     first = painter.draw(played.simulator)
     played.play(seconds)

@@ -306,7 +306,7 @@ class Thinking(Faulty):
 
 
 def test_the_ladder_shows_everybodys_own_thinking(tmp_path, monkeypatch):
-    monkeypatch.setattr("swarm_pz.match.time.perf_counter", lambda: Thinking.now)
+    monkeypatch.setattr("swarm_pz.rollout.time.perf_counter", lambda: Thinking.now)
     tournament = Tournament(
         ("10", "2", "5"), CONFIG.replace(games=4, game=SHORT), tmp_path, lambda name, config: Thinking(config, name)
     )

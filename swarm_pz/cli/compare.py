@@ -4,16 +4,24 @@ from __future__ import annotations
 
 import functools
 import json as json_module
+import shlex
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from swarm_pz import tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
 from swarm_pz.cli.players import Opponent, Player, Players, able, known
-from swarm_pz.cli.report import command, print_rules, progress, write_json
+from swarm_pz.cli.report import arguments, command, print_rules, program, progress, write_json
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
 from swarm_pz.files import check_file, check_folder
 from swarm_pz.settings import check
+
+if TYPE_CHECKING:
+    from swarm_pz.match import MatchResult
+
+_NAMED = 6
+"""Lost games that are named; a file of results has all of them."""
 
 
 def evaluate(
@@ -79,9 +87,34 @@ def evaluate(
             progress=show,
         )
     tables.print_matches([match])
+    if match.lost:
+        _print_lost(match, policy, opponent)
     if json is not None:
         match.write(json, command())
         print(f"figures: {json}")
+
+
+def _print_lost(match: MatchResult, policy: str, opponent: str) -> None:
+    """Name the games that were lost, and the line that shows one of them."""
+    named = ", ".join(f"pair {game.pair} as {game.side}" for game in match.lost[:_NAMED])
+    more = f", and {len(match.lost) - _NAMED} more (--json FILE has all)" if len(match.lost) > _NAMED else ""
+    print(f"lost: {named}{more}")
+    one = match.lost[0]
+    seed = ["--seed", str(match.seed)] if match.seed else []
+    which = [*seed, "--pair", str(one.pair), "--side", one.side]
+    words = ["render", policy, opponent, *which, *_rules_given(policy), "--out", "lost.mp4"]
+    print(f"see one: {program()} {shlex.join(words)}")
+
+
+def _rules_given(policy: str) -> list[str]:
+    """Return those words of the command being run that say which rules are played."""
+    words, of_rules = [], False
+    for word in arguments.get():
+        if word.startswith("--"):
+            of_rules = word.startswith(("--game.", "--preset"))
+        if of_rules and word not in ("evaluate", policy):  # which may follow an option, but are not its values
+            words.append(word)
+    return words
 
 
 def _evaluate_held_out(policy: str, games: int, seed: int, json: Path | None, threads: int, game: GameConfig) -> None:

@@ -18,26 +18,34 @@ from swarm_pz.errors import require_extra
 from swarm_pz.files import check_file, draft_of
 from swarm_pz.settings import check
 
+Side = Literal["red", "blue"]
+
 
 def render(
-    red: Player = "ring",
-    blue: Player = "uniform",
+    policy: Player = "ring",
+    opponent: Player = "uniform",
     /,
     out: Path = Path("game.mp4"),
     seed: int = 0,
+    pair: int = 0,
+    side: Side = "red",
     seconds: float | None = None,
     speed: float = 2.0,
     overlay: tuple[Literal["target", "coverage", "captures", "potential"], ...] = (),
     overlay_team: Literal["red", "blue", "both"] = "red",
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
-    """Play one game between two policies and write it as a film, or one moment of it as a picture.
+    """Play one game of a match between two policies and write it as a film, or one moment of it as a picture.
+
+    With the same players, seed and rules it is that game of swarm-pz evaluate.
 
     Args:
-        red: Name of a policy, or a folder that training wrote.
-        blue: Name of a policy, or a folder that training wrote.
+        policy: Name of a policy, or a folder that training wrote.
+        opponent: Name of a policy, or a folder that training wrote.
         out: File to write: .gif or .mp4, or .png for a picture.
-        seed: Seed of the game.
+        seed: Seed of the match.
+        pair: Number of the pair of games from one start.
+        side: Which game of the pair: the side that the policy plays.
         seconds: Show this much of the game at most; the moment of a picture, its end if not given.
         speed: Seconds of game a second of film.
         overlay: What to show on the ground: the density that a team was asked for, the one that its controller
@@ -52,11 +60,13 @@ def render(
     teams = (RED, BLUE) if overlay_team == "both" else (TEAM_NAMES.index(overlay_team),)
     with filming() as show:
         standing = film_game(
-            policies.load(red, game),
-            policies.load(blue, game),
+            policies.load(policy, game),
+            policies.load(opponent, game),
             out,
             config=game,
             seed=seed,
+            pair=pair,
+            side=side,
             seconds=seconds,
             speed=speed,
             overlays=make_overlays(overlay, teams),
@@ -67,23 +77,29 @@ def render(
 
 
 def diagnose(
-    red: Player = "ring",
-    blue: Player = "uniform",
+    policy: Player = "ring",
+    opponent: Player = "uniform",
     /,
     out: Path = Path("game.png"),
     json: Path | None = None,
     seed: int = 0,
+    pair: int = 0,
+    side: Side = "red",
     seconds: float | None = None,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
-    """Play one game between two policies and plot sizes, captures, coverage and commands over time.
+    """Play one game of a match between two policies and plot sizes, captures, coverage and commands over time.
+
+    With the same players, seed and rules it is that game of swarm-pz evaluate.
 
     Args:
-        red: Name of a policy, or a folder that training wrote.
-        blue: Name of a policy, or a folder that training wrote.
+        policy: Name of a policy, or a folder that training wrote.
+        opponent: Name of a policy, or a folder that training wrote.
         out: File to write, .png, .pdf or .svg.
         json: Write the curves to this file, too.
-        seed: Seed of the game.
+        seed: Seed of the match.
+        pair: Number of the pair of games from one start.
+        side: Which game of the pair: the side that the policy plays.
         seconds: Play this much of the game at most.
         game: The rules.
     """
@@ -95,7 +111,13 @@ def diagnose(
         if path is not None:
             check_file(path)
     found = diagnosis.diagnose(
-        policies.load(red, game), policies.load(blue, game), config=game, seed=seed, seconds=seconds
+        policies.load(policy, game),
+        policies.load(opponent, game),
+        config=game,
+        seed=seed,
+        pair=pair,
+        side=side,
+        seconds=seconds,
     )
     with draft_of(out) as draft:
         diagnosis.plot(found, draft)

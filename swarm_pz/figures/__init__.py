@@ -30,7 +30,7 @@ from swarm_pz.figures import (
 )
 from swarm_pz.figures.finding import Figure, Finding
 from swarm_pz.figures.page import draw, to_dict, write, write_page
-from swarm_pz.figures.playing import play
+from swarm_pz.rollout import play_games
 from swarm_pz.scenario import check_seed
 from swarm_pz.settings import check_count
 from swarm_pz.worker import end_processes, prepare_process
@@ -170,7 +170,7 @@ def make_all(
 
 def _compile(preset: str) -> None:
     """Compile what games of a preset need, unless that has been done."""
-    play("noise", "uniform", [0], GameConfig.preset(preset).replace(time_limit=1.0))
+    play_games("noise", "uniform", [0], seed=0, config=GameConfig.preset(preset).replace(time_limit=1.0))
 
 
 def _find(name: str) -> Figure:

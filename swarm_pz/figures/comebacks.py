@@ -10,10 +10,10 @@ import numpy as np
 from swarm_pz.config import RED, GameConfig
 from swarm_pz.errors import MissingExtraError
 from swarm_pz.figures import style
-from swarm_pz.figures.finding import Figure, Finding, game_seeds
-from swarm_pz.figures.playing import Sizes, outcomes, play
+from swarm_pz.figures.finding import Figure, Finding, games_as_red
 from swarm_pz.intervals import wilson
 from swarm_pz.policy import load
+from swarm_pz.rollout import play_games
 
 GAMES = 100
 PLAYERS = ("ring", "hunter", "champion")
@@ -41,15 +41,14 @@ def longest_behind(histories: list[list[int]], results: list[str], total: int) -
 
 def measure(seed: int) -> Finding:
     """Play from behind."""
-    seeds = game_seeds(seed, GAMES)
     players = installed(PLAYERS, GameConfig())
     strongest = players[-1]
     configs = {f"{own} against {other}": GameConfig(drones_per_team=(own, other)) for own, other in HANDICAPS}
     rows, shown, statistic, interval = [], {}, {}, {}
     for handicap, config in configs.items():
         for player in players:
-            sizes = Sizes(GAMES)
-            results = outcomes(play(player, OPPONENT, seeds, config, sizes))
+            games = play_games(player, OPPONENT, games_as_red(GAMES), seed=seed, config=config)
+            results, histories = [game.outcome for game in games], [game.sizes for game in games]
             wins, draws = results.count("win"), results.count("draw")
             rows.append(
                 {
@@ -64,8 +63,8 @@ def measure(seed: int) -> Finding:
             if player == strongest:
                 name = "win_rate_from_" + handicap.replace(" ", "_")
                 statistic[name], interval[name] = wins / GAMES, wilson(wins, GAMES)
-                number = longest_behind(sizes.red, results, config.num_drones)
-                shown[handicap] = None if number is None else sizes.red[number]
+                number = longest_behind(histories, results, config.num_drones)
+                shown[handicap] = None if number is None else histories[number]
     supported = all(low > LEAST for low, _ in interval.values())
     best = {handicap: [row for row in rows if row["handicap"] == handicap] for handicap in configs}
     seen = " ".join(
@@ -83,7 +82,7 @@ def measure(seed: int) -> Finding:
         supported=supported,
         seen=seen,
         configs=configs,
-        seeds=seeds,
+        seeds=[seed],
         series={"rows": rows, "strongest": strongest, "games": shown, "drones": sum(HANDICAPS[0])},
     )
 

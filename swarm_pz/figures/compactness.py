@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.figures import style
-from swarm_pz.figures.finding import Figure, Finding, game_seeds
-from swarm_pz.figures.playing import play
+from swarm_pz.figures.finding import Figure, Finding, games_as_red
 from swarm_pz.intervals import bootstrap, rank_correlation, rounded
+from swarm_pz.rollout import Rollout
 
 GAMES = 24
 PLAYERS = ("centre", "chase", "halo", "noise", "ring", "uniform", "wavefront")
@@ -38,13 +37,13 @@ class Watcher:
         self._before: dict[tuple[int, int], tuple[float, NDArray[np.bool_], int]] = {}
         self._steps = 0
 
-    def __call__(self, batch: BatchEnv, rows: NDArray[np.int64]) -> None:
+    def __call__(self, rollout: Rollout) -> None:
         """Look at the running games, every few seconds and at their ends."""
         looks = self._steps % AHEAD == 0
         self._steps += 1
-        games = batch.simulator.games
-        for row, team in itertools.product(rows.tolist(), (RED, BLUE)):
-            ended = not batch.running[row]
+        games = rollout.simulator.games
+        for row, team in itertools.product(rollout.rows.tolist(), (RED, BLUE)):
+            ended = not rollout.batch.running[row]
             if not looks and not ended:
                 continue
             before = self._before.pop((row, team), None)
@@ -89,10 +88,11 @@ def binned(games: list[NDArray[np.float64]]) -> dict[str, Any]:
 def measure(seed: int) -> Finding:
     """Play everybody against everybody, and look every few seconds."""
     config, games = GameConfig(), []
-    seeds = game_seeds(seed, GAMES)
     for red, blue in itertools.combinations(PLAYERS, 2):
         watcher = Watcher(GAMES)
-        play(red, blue, seeds, config, watcher)
+        rollout = Rollout(red, blue, games_as_red(GAMES), seed=seed, config=config)
+        watcher(rollout)
+        rollout.play(after_step=watcher)
         games += [np.array(samples) for samples in watcher.samples if samples]
     correlation, interval = rank_correlation(games)
     bins = binned(games)
@@ -106,7 +106,7 @@ def measure(seed: int) -> Finding:
         supported=supported,
         seen=_describe(bins, correlation, len(games), count, supported),
         configs={"paper": config},
-        seeds=seeds,
+        seeds=[seed],
         series={**bins, "looks": count, "games": len(games)},
     )
 

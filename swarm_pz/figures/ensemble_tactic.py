@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, GameConfig, ObservationConfig
 from swarm_pz.figures import style
-from swarm_pz.figures.finding import Figure, Finding, game_seeds
-from swarm_pz.figures.playing import Sizes, outcomes, play
+from swarm_pz.figures.finding import Figure, Finding, games_as_red
 from swarm_pz.intervals import mean_with_interval, wilson
+from swarm_pz.rollout import Rollout, game_number, play_games
 from swarm_pz.scenario import Seed
 
 GAMES = 100
@@ -66,9 +65,9 @@ class Recorder:
         self.grounds: list[NDArray[np.bool_]] = []
         self.commands: list[NDArray[np.float64]] = []
 
-    def __call__(self, batch: BatchEnv) -> None:
+    def __call__(self, rollout: Rollout) -> None:
         """Keep the present state."""
-        simulator = batch.simulator
+        simulator = rollout.simulator
         self.positions.append(simulator.positions[0].copy())
         self.teams.append(simulator.teams[0].copy())
         self.grounds.append(simulator.captures_here[0])
@@ -91,17 +90,17 @@ def last_stand(blue_sizes: Sequence[int]) -> int:
 
 def measure(seed: int) -> Finding:
     """Play the tactic, and the same without its second command, on the same seeds."""
-    config, seeds = GameConfig(), game_seeds(seed, GAMES)
-    sizes = Sizes(GAMES)
-    results = outcomes(play(Ensemble(config), OPPONENT, seeds, config, sizes))
-    centre = outcomes(play(Ensemble(config, last=0), OPPONENT, seeds, config))
-    wins = np.array([result == "win" for result in results], np.float64)
-    gain, gain_interval = mean_with_interval(wins - np.array([result == "win" for result in centre]))
+    config, numbers = GameConfig(), games_as_red(GAMES)
+    games = play_games(Ensemble(config), OPPONENT, numbers, seed=seed, config=config)
+    centre = play_games(Ensemble(config, last=0), OPPONENT, numbers, seed=seed, config=config)
+    wins, centre_wins = (np.array([game.outcome == "win" for game in each], np.float64) for each in (games, centre))
+    gain, gain_interval = mean_with_interval(wins - centre_wins)
     rate, interval = float(wins.mean()), wilson(int(wins.sum()), GAMES)
-    won = [row for row in range(GAMES) if results[row] == "win"]
-    row = max(won, key=lambda row: last_stand([config.num_drones - size for size in sizes.red[row]]))
+    won = [game for game in games if game.outcome == "win"]
+    shown = max(won, key=lambda game: last_stand([config.num_drones - size for size in game.sizes]))
     recorder = Recorder()
-    play(Ensemble(config), OPPONENT, seeds[row : row + 1], config, animate=recorder)
+    numbers = [game_number(shown.pair)]
+    Rollout(Ensemble(config), OPPONENT, numbers, seed=seed, config=config).play(after_control_period=recorder)
     places = moments([int(teams.sum()) for teams in recorder.teams])
     return Finding(
         statistic={"win_rate": rate, "win_rate_gained_by_tracking": gain},
@@ -111,12 +110,12 @@ def measure(seed: int) -> Finding:
         seen=f"Against `{OPPONENT}` the tactic wins {len(won)} of {GAMES} games, "
         + ("clearly more" if interval[0] > 0.5 else "not clearly more")
         + " than half; shown is the won game in which the last opposing drone held out for the longest. Without its "
-        f"second command it wins {centre.count('win')}: holding the centre wins these games, and to track the last "
+        f"second command it wins {int(centre_wins.sum())}: holding the centre wins these games, and to track the last "
         f"drone changes the win rate by {100 * gain:+.0f} points ({100 * gain_interval[0]:+.0f} to "
         f"{100 * gain_interval[1]:+.0f}).",
         configs={"paper": config},
-        seeds=seeds,
-        series={"game": seeds[row], "frames": [_frame(recorder, place) for place in places]},
+        seeds=[seed],
+        series={"pair": shown.pair, "frames": [_frame(recorder, place) for place in places]},
     )
 
 

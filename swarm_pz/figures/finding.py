@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarm_pz.config import GameConfig
+from swarm_pz.rollout import game_number
 
 Interval = tuple[float, float]
 
@@ -84,6 +85,11 @@ class Figure:
     revised: str = ""
 
 
+def games_as_red(count: int) -> list[int]:
+    """Return the numbers of a match's first games with the policy as red: every one starts as no other does."""
+    return [game_number(pair) for pair in range(count)]
+
+
 def game_seeds(seed: int, count: int) -> list[int]:
-    """Return seeds of games that no other figure's seed shares: 0, 1, 2, ... for seed 0."""
+    """Return seeds of flights without an opponent that no other figure's seed shares: 0, 1, 2, ... for seed 0."""
     return [1000 * seed + number for number in range(count)]

@@ -8,9 +8,9 @@ import numpy as np
 
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.figures import style
-from swarm_pz.figures.finding import Figure, Finding, game_seeds
-from swarm_pz.figures.playing import Sizes, outcomes, play
+from swarm_pz.figures.finding import Figure, Finding, games_as_red
 from swarm_pz.intervals import mean_with_interval
+from swarm_pz.rollout import play_games
 
 GAMES = 20
 RED_PLAYER, BLUE_PLAYER = "ring", "uniform"
@@ -26,13 +26,11 @@ def turns_of_lead(sizes: list[int], total: int) -> int:
 
 def measure(seed: int) -> Finding:
     """Play and count captures."""
-    config, seeds = GameConfig(), game_seeds(seed, GAMES)
-    sizes = Sizes(GAMES)
-    batch = play(RED_PLAYER, BLUE_PLAYER, seeds, config, sizes)
-    seconds, captures = batch.simulator.time_s, batch.simulator.games.captures.sum(axis=1)
-    rate, interval = mean_with_interval(captures / seconds)
-    turns, turns_interval = mean_with_interval([turns_of_lead(history, config.num_drones) for history in sizes.red])
-    results = outcomes(batch)
+    config = GameConfig()
+    games = play_games(RED_PLAYER, BLUE_PLAYER, games_as_red(GAMES), seed=seed, config=config)
+    rate, interval = mean_with_interval([game.captures / game.seconds for game in games])
+    turns, turns_interval = mean_with_interval([turns_of_lead(game.sizes, config.num_drones) for game in games])
+    results = [game.outcome for game in games]
     return Finding(
         statistic={"captures_a_second": rate, "turns_of_the_lead_a_game": turns},
         interval={"captures_a_second": interval, "turns_of_the_lead_a_game": turns_interval},
@@ -42,12 +40,12 @@ def measure(seed: int) -> Finding:
         f"s, and the lead turns {turns:.1f} times a game. `{RED_PLAYER}` wins {results.count('win')}, loses "
         f"{results.count('loss')} and draws {results.count('draw')}. The bold line is the game of median length.",
         configs={"paper": config},
-        seeds=seeds,
+        seeds=[seed],
         series={
-            "seconds": [round(float(value), 2) for value in seconds],
-            "red_sizes": sizes.red,
+            "seconds": [round(game.seconds, 2) for game in games],
+            "red_sizes": [game.sizes for game in games],
             "outcomes": results,
-            "bold": int(np.argsort(seconds, kind="stable")[GAMES // 2]),
+            "bold": int(np.argsort([game.seconds for game in games], kind="stable")[GAMES // 2]),
         },
     )
 

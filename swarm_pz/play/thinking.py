@@ -21,8 +21,8 @@ from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.kernels.game import Games
-from swarm_pz.match import FaultError, blame
 from swarm_pz.policy import Player, ask
+from swarm_pz.rollout import FaultError, blame
 from swarm_pz.scenario import Seed
 from swarm_pz.worker import alarm, prepare_process
 
