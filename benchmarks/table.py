@@ -172,8 +172,7 @@ async def soak(seconds: float, rooms: int = 10) -> dict[str, Any]:
         stop = asyncio.Event()
         _, tasks = await fill(address, stop, ["uniform"])
         await asyncio.sleep(3.0)  # a first game starts what then stays: the process in which policies think
-        await _end(stop, tasks)
-        idle = await asyncio.to_thread(status, address)
+        idle = await _end(stop, tasks, address)
         stop = asyncio.Event()
         clients, tasks = await fill(address, stop, (["uniform", None] * rooms)[:rooms])
         began, readings = time.monotonic(), []
@@ -186,10 +185,12 @@ async def soak(seconds: float, rooms: int = 10) -> dict[str, Any]:
             print(f"{spent:6.0f} s  " + "  ".join(f"{name} {figures[name]}" for name in names), flush=True)
             await asyncio.sleep(min(10.0, seconds / 20))
         frames = [client.frames for client in clients]
-        await asyncio.sleep(1.0)
-        silent = sum(client.frames == before for client, before in zip(clients, frames, strict=True))
-        await _end(stop, tasks)
-        after = await asyncio.to_thread(status, address)
+        for _ in range(30):  # until those who are on their way back are back
+            await asyncio.sleep(1.0)
+            silent = sum(client.frames == before for client, before in zip(clients, frames, strict=True))
+            if not silent:
+                break
+        after = await _end(stop, tasks, address, idle)
         early = next(figures for spent, figures in readings if spent >= seconds / 6)
         paths = list(Path(folder).glob("*.jsonl"))
         return {
@@ -205,11 +206,19 @@ async def soak(seconds: float, rooms: int = 10) -> dict[str, Any]:
         }
 
 
-async def _end(stop: asyncio.Event, tasks: list[Any]) -> None:
-    """Let clients leave, and their rooms close."""
+async def _end(
+    stop: asyncio.Event, tasks: list[Any], address: str, idle: dict[str, Any] | None = None
+) -> dict[str, Any]:
+    """Let clients leave, and return the server's figures once they are gone, and it is as idle as before."""
     stop.set()
     await asyncio.gather(*tasks, return_exceptions=True)
-    await asyncio.sleep(2.0)
+    for _ in range(30):
+        await asyncio.sleep(2.0)  # what has not been sent to who is gone is given up after as long
+        figures = await asyncio.to_thread(status, address)
+        is_empty = figures["rooms"] == figures["connections"] == 0
+        if is_empty and (idle is None or all(figures[name] <= idle[name] for name in ("tasks", "open_files"))):
+            break
+    return figures
 
 
 async def _misbehave(victim: Client) -> None:

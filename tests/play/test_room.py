@@ -6,11 +6,11 @@ import time
 import numpy as np
 import pytest
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import TICKS_PER_SECOND, GameConfig
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.playback import Playback
-from swarm_pz.play.recording import Recording, SeatLine
+from swarm_pz.play.recording import InForceLine, Recording, SeatLine
 from swarm_pz.play.room import RefusedError, Room
 from swarm_pz.play.room_settings import settings_of, table_config
 from swarm_pz.play.screening import Film, Screening
@@ -38,11 +38,11 @@ class Client:
         self.frames.append((frame, sequence))
 
 
-def house(tmp_path, limit_s=0.5):
-    return House(folder=tmp_path, thinkers=Thinkers(loader, limit_s=limit_s))
+def house(tmp_path):
+    return House(folder=tmp_path, thinkers=Thinkers(loader))
 
 
-async def until(holds, seconds=20.0):
+async def until(holds, seconds=120.0):
     for _ in range(int(seconds / 0.02)):
         if holds():
             return
@@ -70,14 +70,15 @@ def test_a_policy_that_fails_keeps_its_last_command_and_the_room_says_so(how, tm
     path, notice = asyncio.run(play())
     assert notice.startswith(f"{how} keeps its last command")
     recording = Recording.read(path)
-    assert "failed" in {line.event for line in recording.of(SeatLine)}
-    assert [command.number for _, command in recording.in_force() if command.team == 1] == [1]
+    told = [line for line in recording.events if isinstance(line, InForceLine | SeatLine) and line.team == 1]
+    assert [getattr(line, "event", line) for line in told].index("failed") == 1
+    assert told[0].number == 1, "nor did what failed come into force, whatever is answered later"
     assert Playback(recording).verify().verified
 
 
 def test_a_table_without_people_plays_on(tmp_path):
     async def play():
-        shared, client = house(tmp_path, 5.0), Client()
+        shared, client = house(tmp_path), Client()
         room = Room("ABCD", protocol.Settings(time_limit=1.0), shared)
         room.sit(client, "red", "")
         room.place_policy("blue", "ring")
@@ -95,7 +96,7 @@ def test_a_table_without_people_plays_on(tmp_path):
 
 def test_two_policies_at_a_table_have_streams_of_their_own(tmp_path, monkeypatch):
     async def play():
-        shared, seeds, answers = house(tmp_path, 5.0), {}, {}
+        shared, seeds, answers = house(tmp_path), {}, {}
         ask = shared.thinkers.ask
 
         async def noting(place, games):
@@ -131,9 +132,10 @@ def test_ticks_are_caught_up_two_at_a_time_and_then_time_slips(tmp_path):
         room.ready(client, True)
         await until(lambda: len(client.frames) > 5)
         before = room.session.game.tick
-        time.sleep(0.5)  # the whole server stalls
+        time.sleep(0.5)  # the whole server stalls, for 15 ticks
+        woken = time.monotonic()
         await asyncio.sleep(0.05)
-        assert room.session.game.tick - before <= 5
+        assert room.session.game.tick - before <= 4 + TICKS_PER_SECOND * (time.monotonic() - woken)
         assert shared.punctuality.most_caught_up == 2 and shared.punctuality.slipped >= 1
         room.stop()
         shared.thinkers.close()
