@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import CONTROL_PERIOD, GRID_CELLS, TICKS_PER_CONTROL_PERIOD, GameConfig
 from swarm_pz.kernels.game import Games
-from swarm_pz.policy import Player, ask
+from swarm_pz.policy import Player
 from swarm_pz.target import interpolation_matrix
 
 Array = NDArray[np.float64]
@@ -118,7 +118,7 @@ class Lookahead:
             rows, left = np.arange(len(candidates)), self._ticks
             model.reset([0] * len(rows), rows)
             while left > 0 and len(live := np.flatnonzero(~simulator.decided)):
-                answers = ask(model, self._trials, np.full(len(live), 1 - team), live)
+                answers = self._trials.ask(model, np.full(len(live), 1 - team), live)
                 simulator.command_checked(1 - team, answers, live)
                 simulator.advance(min(left, self._config.step_ticks))
                 left -= self._config.step_ticks

@@ -24,7 +24,7 @@ from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.kernels.game import Games
 from swarm_pz.policies.lookahead import Array, Lookahead
-from swarm_pz.policy import Player, ask, load, registered
+from swarm_pz.policy import Player, load, registered
 from swarm_pz.scenario import Seed
 from swarm_pz.settings import Config, check_count, check_number
 from swarm_pz.simulator import Simulator
@@ -186,7 +186,7 @@ class Planner:
         for model in bench.models[1:]:
             assert model is not None  # noqa: S101  (only the first is)
             model.reset([0], only)
-            density = ask(model, bench.present, side, only)[0]
+            density = bench.present.ask(model, side, only)[0]
             expected.append(density / max(density.sum(), 1e-12))
         self._guesses[row] = _Guess(np.stack(expected), errors)
         return bench.models[int(errors.argmin())]

@@ -20,8 +20,9 @@ from swarm_pz.config import (
     GameConfig,
     ObservationConfig,
 )
-from swarm_pz.errors import CommandError, GameOverError
+from swarm_pz.errors import CommandError, GameOverError, PolicyError
 from swarm_pz.observation import Observations, observe
+from swarm_pz.policy import Player, PrivilegedPolicy, name_of
 from swarm_pz.reward import red_rewards
 from swarm_pz.scenario import Seed, check_team
 from swarm_pz.simulator import Simulator
@@ -199,6 +200,38 @@ class BatchEnv:
         sides[:] = given
         left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)
         return observe(self.simulator, seat, sides, chosen, left)
+
+    def ask(self, policy: Player, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Show a policy some games, each from a team's side, and check the commands that it gives.
+
+        Parameters
+        ----------
+        policy : Player
+        teams : int64 array (n,)
+            The policy's team in each game.
+        rows : int64 array (n,)
+            The games.
+
+        Returns
+        -------
+        float64 array (n, A, A)
+
+        Raises
+        ------
+        PolicyError
+            If the answer is not n densities with values in [0, 1].
+        """
+        cells = self.config.command_cells
+        if not len(rows):
+            return np.zeros((0, cells, cells))
+        if isinstance(policy, PrivilegedPolicy):
+            answer = policy.plan(self.simulator, teams, rows)
+        else:
+            answer = policy.act(self.observe(policy.observation, teams, rows), rows)
+        try:
+            return check_densities(answer, (len(rows), cells, cells), f"policy {name_of(policy)}'s answer")
+        except CommandError as error:
+            raise PolicyError(str(error)) from error
 
     def outcome(self, row: int, team: int) -> str | None:
         """Return "win", "loss" or "draw" of an ended game for a team, None while it runs."""

@@ -19,7 +19,7 @@ from swarm_pz.errors import ConfigError, GameOverError
 from swarm_pz.formats import Format, FormatOptions
 from swarm_pz.model_policy import Model
 from swarm_pz.observation import Observations
-from swarm_pz.policy import Player, ask, load, name_of
+from swarm_pz.policy import Player, load, name_of
 from swarm_pz.settings import check_choice
 
 Opponent = str | Path | Player | Model
@@ -168,7 +168,7 @@ class DuelBatch:
         commands[rows, self.sides[rows]] = learners[rows]
         for policy, mine in self._by_opponent(rows):
             others = 1 - self.sides[mine]
-            commands[mine, others] = ask(policy, self.batch, others, mine)
+            commands[mine, others] = self.batch.ask(policy, others, mine)
         result = self.batch.step_checked(commands, after_control_period)
         games = np.arange(self.batch.num_games)
         return DuelResult(result.rewards[games, self.sides], result.terminated, result.truncated, result)

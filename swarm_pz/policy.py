@@ -17,14 +17,12 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.errors import CheckpointError, CommandError, PolicyError, SwarmError, nearest
+from swarm_pz.errors import CheckpointError, PolicyError, SwarmError, nearest
 from swarm_pz.model_policy import Model, ModelPolicy
 from swarm_pz.observation import Observations
 from swarm_pz.scenario import Seed
 from swarm_pz.simulator import Simulator
-from swarm_pz.target import check_densities
 
 GROUP, FOLDERS = "swarm_pz.policies", "swarm_pz.policy_folders"
 _FAULTS = (Exception, SystemExit)
@@ -180,37 +178,3 @@ def load_players(first: str | Player, second: str | Player, config: GameConfig) 
     """Load two policies that share nothing, even where the same object is given twice."""
     one, other = load(first, config), load(second, config)
     return one, copy.deepcopy(other) if other is one else other
-
-
-def ask(policy: Player, batch: BatchEnv, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Show a policy some games, each from a team's side, and check the commands that it gives.
-
-    Parameters
-    ----------
-    policy : Player
-    batch : BatchEnv
-    teams : int64 array (n,)
-        The policy's team in each game.
-    rows : int64 array (n,)
-        The games.
-
-    Returns
-    -------
-    float64 array (n, A, A)
-
-    Raises
-    ------
-    PolicyError
-        If the answer is not n densities with values in [0, 1].
-    """
-    cells = batch.config.command_cells
-    if not len(rows):
-        return np.zeros((0, cells, cells))
-    if isinstance(policy, PrivilegedPolicy):
-        answer = policy.plan(batch.simulator, teams, rows)
-    else:
-        answer = policy.act(batch.observe(policy.observation, teams, rows), rows)
-    try:
-        return check_densities(answer, (len(rows), cells, cells), f"policy {name_of(policy)}'s answer")
-    except CommandError as error:
-        raise PolicyError(str(error)) from error

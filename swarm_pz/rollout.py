@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import RED, TEAM_NAMES, GameConfig
 from swarm_pz.errors import CommandError, PolicyError
-from swarm_pz.policy import Player, ask, load_players, name_of
+from swarm_pz.policy import Player, load_players, name_of
 from swarm_pz.scenario import check_seed
 from swarm_pz.settings import check_choice, check_count
 
@@ -222,7 +222,7 @@ class Rollout:
             teams = self._sides[place, rows]
             began = time.perf_counter()
             with blame(place, self._names[place]), self._clock(len(rows), len(self._sizes) == 1):
-                commands[rows, teams] = ask(player, self.batch, teams, rows)
+                commands[rows, teams] = self.batch.ask(player, teams, rows)
             self._spent[place, rows] += 1000.0 * (time.perf_counter() - began) / len(rows)
         return commands
 

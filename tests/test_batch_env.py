@@ -6,7 +6,7 @@ import pytest
 from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig, ObservationConfig, RewardConfig
 from swarm_pz.errors import CommandError, GameOverError
-from swarm_pz.policy import ask, load
+from swarm_pz.policy import load
 
 
 def random_commands(generator, games):
@@ -90,7 +90,7 @@ def test_nothing_may_be_asked_of_no_games():
     assert batch.observe(ObservationConfig(kind="entities"), [], [])["own_mask"].shape == (0, 20)
     assert batch.infos(None, nobody, nobody)["size"].shape == (0,)
     for name in ("ring", "planner"):
-        assert ask(load(name, batch.config), batch, nobody, nobody).shape == (0, 10, 10)
+        assert batch.ask(load(name, batch.config), nobody, nobody).shape == (0, 10, 10)
 
 
 @pytest.mark.parametrize("row", [True, 1.0, 7, -1, [], [0, 1], None, "first", [[0], [0, 1]]])

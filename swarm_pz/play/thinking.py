@@ -21,7 +21,7 @@ from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.kernels.game import Games
-from swarm_pz.policy import Player, ask
+from swarm_pz.policy import Player
 from swarm_pz.rollout import FaultError, blame
 from swarm_pz.scenario import Seed
 from swarm_pz.worker import alarm, prepare_process
@@ -77,13 +77,13 @@ def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
                         batch.reset([0])
                         policy.reset([seat.seed], _ROW)
                         batch.simulator.restore(games)
-                        ask(policy, batch, np.array([seat.team]), _ROW)  # what is compiled is compiled now
+                        batch.ask(policy, np.array([seat.team]), _ROW)  # what is compiled is compiled now
                         policy.reset([seat.seed], _ROW)
                     seats[seat.key] = policy, batch
                 policy, batch = seats[seat.key]
                 batch.simulator.restore(games)
                 with alarm(limit_s):
-                    answer: object = ask(policy, batch, np.array([seat.team]), _ROW)[0]
+                    answer: object = batch.ask(policy, np.array([seat.team]), _ROW)[0]
         except FaultError as fault:
             answer = fault
         pipe.send(answer)

@@ -9,7 +9,6 @@ from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.play.thinking import PolicySeat, Thinkers
-from swarm_pz.policy import ask
 from swarm_pz.simulator import Simulator
 from tests.play.faulty import loader
 
@@ -58,7 +57,7 @@ def test_a_policys_first_answers_are_those_of_a_game_that_has_just_begun(snapsho
     batch.simulator.restore(snapshot)
     policy.reset([place.seed], row)
     for answer in answers:
-        np.testing.assert_array_equal(answer, ask(policy, batch, np.zeros(1, int), row)[0])
+        np.testing.assert_array_equal(answer, batch.ask(policy, np.zeros(1, int), row)[0])
 
 
 @pytest.mark.parametrize(

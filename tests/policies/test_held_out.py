@@ -8,7 +8,6 @@ from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig
 from swarm_pz.policies.held_out import SUITE, play_suites
 from swarm_pz.policies.scripted import SCRIPTS
-from swarm_pz.policy import ask
 
 
 @pytest.mark.parametrize("trial", SUITE, ids=lambda trial: trial.name)
@@ -23,7 +22,7 @@ def test_every_opponent_of_the_suite_plays_and_moves_on(trial):
     for _ in range(25):
         rows = np.flatnonzero(batch.running)
         commands = np.ones((2, 2, 10, 10))
-        commands[rows, 0] = ask(player, batch, np.zeros_like(rows), rows)
+        commands[rows, 0] = batch.ask(player, np.zeros_like(rows), rows)
         batch.step(commands)
         answers.append(commands[0, 0])
     if trial.opponent.__name__ not in ("uniform", "halo"):

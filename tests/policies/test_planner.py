@@ -12,7 +12,7 @@ from swarm_pz.errors import ConfigError, PolicyError
 from swarm_pz.match import play_match
 from swarm_pz.policies.lookahead import Lookahead
 from swarm_pz.policies.planner import Planner, PlannerConfig
-from swarm_pz.policy import PrivilegedPolicy, ask
+from swarm_pz.policy import PrivilegedPolicy
 from swarm_pz.simulator import Simulator
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
@@ -35,7 +35,7 @@ def test_the_same_budget_and_seed_give_the_same_commands_and_the_game_is_left_al
     for _ in range(2):
         planner = Planner(CONFIG, settings=SMALL)
         planner.reset([5, 6], np.arange(2))
-        answers.append(ask(planner, batch, np.array([0, 1]), np.arange(2)))
+        answers.append(batch.ask(planner, np.array([0, 1]), np.arange(2)))
     np.testing.assert_array_equal(answers[0], answers[1])
     for array, copied in zip(batch.simulator.games, before, strict=True):
         np.testing.assert_array_equal(array, copied)
@@ -47,8 +47,8 @@ def test_answers_do_not_depend_on_the_batch():
     together, alone = Planner(CONFIG, settings=SMALL), Planner(CONFIG, settings=SMALL)
     together.reset([5, 6], np.arange(2))
     alone.reset([6], np.array([1]))
-    both = ask(together, batch, np.array([0, 1]), np.arange(2))
-    np.testing.assert_array_equal(both[1], ask(alone, batch, np.array([1]), np.array([1]))[0])
+    both = batch.ask(together, np.array([0, 1]), np.arange(2))
+    np.testing.assert_array_equal(both[1], batch.ask(alone, np.array([1]), np.array([1]))[0])
 
 
 def test_a_candidate_is_worth_what_the_simulator_says():
@@ -127,7 +127,7 @@ def test_it_may_know_the_opponents_policy():
     known = Planner(CONFIG, "ring", SMALL)
     batch = a_game()
     known.reset([5], np.zeros(1, int))
-    assert ask(known, batch, np.zeros(1, int), np.zeros(1, int)).max() == pytest.approx(1.0)
+    assert batch.ask(known, np.zeros(1, int), np.zeros(1, int)).max() == pytest.approx(1.0)
     with pytest.raises(PolicyError, match="no policy 'rign'"):
         policies.load("planner:rign")
 
@@ -143,7 +143,7 @@ def test_it_finds_out_who_the_opponent_is(name):
     planner.reset([5], only)
     opponent.reset([6], only)
     for _ in range(4):
-        commands = np.stack([ask(planner, batch, red, only), ask(opponent, batch, blue, only)], axis=1)
+        commands = np.stack([batch.ask(planner, red, only), batch.ask(opponent, blue, only)], axis=1)
         batch.step(commands)
     assert planner._explain(planner._bench(config), batch.simulator.snapshot([0]), 0, 0).name == name
 
@@ -153,7 +153,7 @@ def test_a_wall_clock_budget_is_kept():
     planner = Planner(CONFIG, settings=SMALL.replace(milliseconds=150.0))
     planner.reset([5], np.zeros(1, int))
     began = time.perf_counter()
-    ask(planner, batch, np.zeros(1, int), np.zeros(1, int))
+    batch.ask(planner, np.zeros(1, int), np.zeros(1, int))
     assert 1000 * (time.perf_counter() - began) < 1000  # generous: machines stall
 
 
@@ -171,7 +171,7 @@ def test_it_plays_against_nobody_and_for_nobody(sizes, model):
     batch.reset([0])
     planner.reset([5], np.zeros(1, int))
     for _ in range(2):
-        answer = ask(planner, batch, np.zeros(1, int), np.zeros(1, int))
+        answer = batch.ask(planner, np.zeros(1, int), np.zeros(1, int))
         batch.step(np.stack([answer, np.ones((1, 10, 10))], axis=1))
     assert answer.max() == pytest.approx(1.0)
 
@@ -186,7 +186,7 @@ def test_it_plays_by_the_rules_of_the_game_that_it_is_shown(other):
         batch.reset([0])
         batch.step(np.ones((1, 2, other.command_cells, other.command_cells)))
         planner.reset([5], np.zeros(1, int))
-        answers.append(ask(planner, batch, np.zeros(1, int), np.zeros(1, int)))
+        answers.append(batch.ask(planner, np.zeros(1, int), np.zeros(1, int)))
     np.testing.assert_array_equal(answers[0], answers[1])
 
 
@@ -211,7 +211,7 @@ def test_it_does_not_know_what_will_happen_by_chance(model, row):
         batch.reset([0, 0])
         batch.simulator.games.seeds[:] = chance
         planner.reset([5], rows)
-        answers.append(ask(planner, batch, np.zeros(1, int), rows))
+        answers.append(batch.ask(planner, np.zeros(1, int), rows))
     np.testing.assert_array_equal(answers[0], answers[1])
 
 

@@ -10,7 +10,7 @@ from swarm_pz.errors import PolicyError
 from swarm_pz.figures import ensemble_tactic
 from swarm_pz.policies import held_out
 from swarm_pz.policies.scripted import SCRIPTS, View, tactic
-from swarm_pz.policy import Policy, ask
+from swarm_pz.policy import Policy
 
 NAMES = sorted(script.__name__ for script in SCRIPTS)
 HELD_OUT = sorted({trial.opponent for trial in held_out.SUITE} - set(SCRIPTS), key=lambda made: made.__name__)
@@ -28,7 +28,7 @@ def test_every_policy_answers_every_board(name, cells):
     for _ in range(15):
         rows = np.flatnonzero(batch.running)
         commands = np.ones((6, 2, cells, cells))
-        answer = ask(policy, batch, np.ones_like(rows), rows)
+        answer = batch.ask(policy, np.ones_like(rows), rows)
         assert answer.max() == pytest.approx(1.0)
         commands[rows, 1] = answer
         batch.step(commands)
@@ -99,7 +99,7 @@ def first_answer(name, team, place):
     batch.reset([0], scenario={"positions": positions})
     policy = policies.load(name)
     policy.reset([0], only)
-    return ask(policy, batch, np.full(1, team), only)[0]
+    return batch.ask(policy, np.full(1, team), only)[0]
 
 
 @pytest.mark.parametrize("team", [0, 1])
@@ -139,7 +139,7 @@ def test_a_tactic_that_says_nothing_about_what_it_sees_needs_no_parentheses():
         batch, policy, only = BatchEnv(), made(GameConfig()), np.zeros(1, int)
         batch.reset([0])
         policy.reset([0], only)
-        assert ask(policy, batch, only, only)[0].tolist() == [[1.0] * 5 + [0.0] * 5] * 10
+        assert batch.ask(policy, only, only)[0].tolist() == [[1.0] * 5 + [0.0] * 5] * 10
     with pytest.raises(PolicyError, match=r"as @tactic or @tactic\(sees=..., grid=...\), got \('time_left',\)"):
         tactic(("time_left",))
 
