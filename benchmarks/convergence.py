@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.ergodicity import ErgodicMetric
 from swarm_pz.figures.coverage import TARGETS, lone_team, start
+from swarm_pz.simulator.ergodicity import ErgodicMetric
 
 SIZES = (6, 12, 24)
 TIMES = (1, 10, 30, 60)

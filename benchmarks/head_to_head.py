@@ -12,7 +12,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from swarm_pz.match import paired_difference, play_match
+from swarm_pz.evaluation.match import paired_difference, play_match
 from swarm_pz.policy import registered
 from swarm_pz.training.report import plot_sizes
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.kernels.ergodic import ergodic, make_scratch, saturate
+from swarm_pz.kernels.controllers.ergodic import ergodic, make_scratch, saturate
 from swarm_pz.simulator import Simulator
 from tests.reference import ControllerReference, RuleReference, target_coefficients
 from tests.reference import saturate as saturate_reference

@@ -17,7 +17,7 @@ from typing import Any
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
-from swarm_pz.match import play_match
+from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies.planner import GUESS, Planner, PlannerConfig
 from swarm_pz.policy import registered
 

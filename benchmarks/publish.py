@@ -11,7 +11,7 @@ from typing import Any
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
-from swarm_pz.match import play_match
+from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.policies.scripted import SCRIPTS
 

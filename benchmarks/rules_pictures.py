@@ -15,12 +15,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import NDArray
 
-from swarm_pz.board import SHADE_COLOURS, TEAM_COLOURS
 from swarm_pz.config import BLUE, GRID_CELLS, RED, TICKS_PER_SECOND, CaptureConfig, GameConfig
-from swarm_pz.ergodicity import reconstruct
-from swarm_pz.render import ARENA, HEADER, MARGIN, draw
-from swarm_pz.rollout import Rollout
+from swarm_pz.evaluation.rollout import Rollout
+from swarm_pz.rendering.board import SHADE_COLOURS, TEAM_COLOURS
+from swarm_pz.rendering.painter import ARENA, HEADER, MARGIN, draw
 from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.ergodicity import reconstruct
 
 INKS = [tuple(channel / 255 for channel in colour) for colour in TEAM_COLOURS]
 SHADES = [tuple(channel / 255 for channel in colour) for colour in SHADE_COLOURS]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 
 from swarm_pz.config import CaptureConfig, ControllerConfig, GameConfig, MemoryConfig
-from swarm_pz.match import play_match
+from swarm_pz.evaluation.match import play_match
 
 VARIANTS: dict[str, GameConfig] = {
     "the rules": GameConfig(),

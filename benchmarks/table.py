@@ -30,8 +30,8 @@ from websockets.asyncio.client import connect
 
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, decode_frame
-from swarm_pz.play.playback import Playback
-from swarm_pz.play.recording import Recording
+from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.recordings.playback import Playback
 
 ACKNOWLEDGE_EVERY = 4
 CHANCE = np.random.default_rng(0)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
-from swarm_pz.match import MatchResult, play_match
+from swarm_pz.evaluation.match import MatchResult, play_match
 from swarm_pz.policies.scripted import (
     CLOCK,
     OPPONENTS,

@@ -20,14 +20,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
+from swarm_pz.config.base import Config, check_count, check_number
+from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.game import Games
 from swarm_pz.policies.lookahead import Array, Lookahead
 from swarm_pz.policy import Player, load, registered
-from swarm_pz.scenario import Seed
-from swarm_pz.settings import Config, check_count, check_number
 from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.spawn import Seed
 
 _ELITES = 0.1
 """Fraction of a round's candidates that the next round's descend from."""

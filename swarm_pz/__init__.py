@@ -16,8 +16,8 @@ from swarm_pz.config import (
     RewardConfig,
     SpawnConfig,
 )
-from swarm_pz.parallel_env import env, parallel_env
-from swarm_pz.target import FlockingCommand
+from swarm_pz.envs.parallel_env import env, parallel_env
+from swarm_pz.simulator.commands import FlockingCommand
 
 __all__ = [
     "CaptureConfig",
@@ -36,8 +36,10 @@ __all__ = [
 __version__ = version("swarm-pz")
 
 _ID = "swarm_pz/Capture-v0"
-pettingzoo.register("parallel", _ID, "swarm_pz.parallel_env:parallel_env")
-pettingzoo.register("aec", _ID, "swarm_pz.parallel_env:env")
+pettingzoo.register("parallel", _ID, "swarm_pz.envs.parallel_env:parallel_env")
+pettingzoo.register("aec", _ID, "swarm_pz.envs.parallel_env:env")
 gymnasium.register(
-    _ID, entry_point="swarm_pz.duel_env:DuelEnv", vector_entry_point="swarm_pz.duel_vector_env:DuelVectorEnv"
+    _ID,
+    entry_point="swarm_pz.envs.gymnasium_env:DuelEnv",
+    vector_entry_point="swarm_pz.envs.gymnasium_vector_env:DuelVectorEnv",
 )

@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import AGENTS, TICKS_PER_CONTROL_PERIOD, GameConfig, ObservationConfig
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.envs.parallel_env import parallel_env
 from swarm_pz.errors import ConfigError, require_extra
-from swarm_pz.kernels.phases import find_coefficients, solve
-from swarm_pz.parallel_env import parallel_env
-from swarm_pz.provenance import versions
+from swarm_pz.evaluation.provenance import versions
+from swarm_pz.kernels.profiling import find_coefficients, solve
 from swarm_pz.simulator import Simulator
 
 MOST_DRONES = 102_400

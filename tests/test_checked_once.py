@@ -11,22 +11,22 @@ import numpy as np
 import pytest
 
 import swarm_pz
-from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.duel_env import DuelEnv
-from swarm_pz.duel_vector_env import DuelVectorEnv
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.envs.gymnasium_env import DuelEnv
+from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
+from swarm_pz.envs.parallel_env import CaptureEnv
 from swarm_pz.errors import CommandError, PolicyError
-from swarm_pz.match import play_match
-from swarm_pz.parallel_env import CaptureEnv
+from swarm_pz.evaluation.match import play_match
+from swarm_pz.evaluation.rollout import Rollout
 from swarm_pz.play import protocol
-from swarm_pz.play.playback import Playback
-from swarm_pz.play.recording import CommandLine, InForceLine, Recording
-from swarm_pz.play.room import Room
-from swarm_pz.play.session import House
+from swarm_pz.play.recordings.format import CommandLine, InForceLine, Recording
+from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.server.live_session import House
+from swarm_pz.play.server.room import Room
 from swarm_pz.policies.lookahead import Lookahead
-from swarm_pz.rollout import Rollout
 from swarm_pz.simulator import Simulator
-from swarm_pz.target import check_values
+from swarm_pz.simulator.commands import check_values
 from swarm_pz.training.vec_env import SwarmVecEnv
 
 ONE_STEP = GameConfig(time_limit=1.0)

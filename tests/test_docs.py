@@ -228,7 +228,7 @@ def test_the_site_builds_without_a_warning_and_fetches_nothing(site):
         loaded = re.findall(r'<(?:script|img|link|iframe)\b[^>]*?(?:src|href)="(https?:)?//', path.read_text())
         assert not loaded, f"{path.relative_to(site)} fetches from another host"
     assert "<math" in (site / "controller.html").read_text()
-    assert "add_potential_gradient" in (site / "source/swarm_pz/kernels/ergodic.py.html").read_text()
+    assert "add_potential_gradient" in (site / "source/swarm_pz/kernels/controllers/ergodic.py.html").read_text()
 
 
 @pytest.mark.browser

@@ -12,14 +12,14 @@ from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test
 
 import swarm_pz
-from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
-from swarm_pz.duel_env import DuelEnv
-from swarm_pz.duel_vector_env import DuelVectorEnv
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.envs.gymnasium_env import DuelEnv
+from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
+from swarm_pz.envs.parallel_env import CaptureEnv
 from swarm_pz.errors import CommandError, ConfigError
-from swarm_pz.parallel_env import CaptureEnv
 from swarm_pz.policies.planner import Planner, PlannerConfig
-from swarm_pz.shapes import COMMAND_NAMES
+from swarm_pz.spaces.densities import COMMAND_NAMES
 from swarm_pz.training.vec_env import SwarmVecEnv
 
 ID = "swarm_pz/Capture-v0"

@@ -12,7 +12,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from swarm_pz import policies
 from swarm_pz.errors import Stopped
-from swarm_pz.match import play_match
+from swarm_pz.evaluation.match import play_match
 from swarm_pz.policy import Player
 from swarm_pz.training.randomness import kept
 from swarm_pz.training.run_state import RunState

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config.base import Config, check, check_count, check_number
 from swarm_pz.policies import scripted
-from swarm_pz.settings import Config, check, check_count, check_number
 
 SCRIPTS = tuple(script.__name__ for script in scripted.SCRIPTS)
 FIELD = (*["uniform"] * 2, *SCRIPTS, "centre", "evade", "evade", "halo", "lasso", "wavefront")

@@ -19,10 +19,10 @@ from stable_baselines3.common.vec_env import VecMonitor
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
+from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import CARD, FORMAT, WEIGHTS, LearnedPolicy
 from swarm_pz.policy import Player
-from swarm_pz.provenance import provenance
 from swarm_pz.training import randomness
 from swarm_pz.training.callbacks import (
     Account,

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
+from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
 from swarm_pz.files import draft_of
-from swarm_pz.match import MatchResult, paired_difference, play_match
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.training.run_state import History
 

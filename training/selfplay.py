@@ -23,11 +23,11 @@ from stable_baselines3.common.callbacks import BaseCallback
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError, Stopped
+from swarm_pz.evaluation.ratings import rate
+from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
 from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.policy import Player
-from swarm_pz.ratings import rate
-from swarm_pz.tournament import Tournament, TournamentConfig
 from swarm_pz.training.callbacks import Checkpoint
 from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import LeagueConfig

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from swarm_pz.batch_env import by_game
 from swarm_pz.config import GameConfig, resolve
-from swarm_pz.duel_batch import DuelBatch, Opponents
-from swarm_pz.formats import ActionKind, Dtype
-from swarm_pz.observation import of_game
+from swarm_pz.envs.batch_env import by_game
+from swarm_pz.envs.duel_batch import DuelBatch, Opponents
 from swarm_pz.policy import Player
-from swarm_pz.render import draw
+from swarm_pz.rendering.painter import draw
+from swarm_pz.spaces.formats import ActionKind, Dtype
+from swarm_pz.spaces.observation import of_game
 
 
 class SwarmVecEnv(VecEnv):
@@ -35,7 +35,7 @@ class SwarmVecEnv(VecEnv):
     num_envs : int
     opponent, side, max_cycles, **overrides
     action, action_cells, flatten_actions, observation_dtype, channels_last
-        As of `swarm_pz.duel_env.DuelEnv`; `opponent` may be a sequence, dealt to the games in turn.
+        As of `swarm_pz.envs.gymnasium_env.DuelEnv`; `opponent` may be a sequence, dealt to the games in turn.
     threads : int
     seed : int, optional
     """

@@ -8,17 +8,17 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from swarm_pz import tables
+from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
 from swarm_pz.cli.players import Opponent, Player, Players, able, known
 from swarm_pz.cli.report import arguments, command, print_rules, program, progress, write_json
 from swarm_pz.config import GameConfig
+from swarm_pz.config.base import check
 from swarm_pz.errors import require_extra
 from swarm_pz.files import check_file, check_folder
-from swarm_pz.settings import check
 
 if TYPE_CHECKING:
-    from swarm_pz.match import MatchResult
+    from swarm_pz.evaluation.match import MatchResult
 
 _NAMED = 6
 """Lost games that are named; a file of results has all of them."""
@@ -60,7 +60,7 @@ def evaluate(
         game: The rules.
     """
     from swarm_pz import policies
-    from swarm_pz.match import play_match
+    from swarm_pz.evaluation.match import play_match
 
     check(not (held_out and exploit), "held_out and exploit", (held_out, exploit), "asked for one at a time")
     if not exploit:
@@ -196,8 +196,9 @@ def tournament(
     """
     for module in ("choix", "matplotlib.figure"):
         require_extra(module, "ladder")
-    from swarm_pz import ladder, policies
-    from swarm_pz.tournament import Tournament, TournamentConfig
+    from swarm_pz import policies
+    from swarm_pz.evaluation import ladder
+    from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
 
     config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
     check_folder(out)

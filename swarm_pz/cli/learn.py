@@ -8,11 +8,11 @@ from typing import Annotated
 
 import tyro
 
-from swarm_pz import tables
+from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
 from swarm_pz.cli.report import command, filming, print_rules, program
+from swarm_pz.config.base import check
 from swarm_pz.errors import require_extra
-from swarm_pz.settings import check
 from swarm_pz.training.config import LeagueConfig, TrainConfig
 
 
@@ -34,7 +34,7 @@ def train(
     """
     for module in ("torch", "stable_baselines3", "matplotlib"):
         require_extra(module, "training")
-    from swarm_pz.film import film_game
+    from swarm_pz.analysis.video import film_game
     from swarm_pz.training import folders
     from swarm_pz.training.ppo import Training
     from swarm_pz.training.report import compare, plot_learning_curve
@@ -88,7 +88,7 @@ def league(
     for module in ("torch", "stable_baselines3", "choix"):
         require_extra(module, "training")
     from swarm_pz import policies
-    from swarm_pz.match import play_match
+    from swarm_pz.evaluation.match import play_match
     from swarm_pz.policies.scripted import SCRIPTS
     from swarm_pz.training import folders
     from swarm_pz.training.selfplay import League

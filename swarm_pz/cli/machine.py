@@ -10,13 +10,13 @@ from typing import Literal
 
 import numpy as np
 
-from swarm_pz import tables
+from swarm_pz.cli import printing as tables
 from swarm_pz.cli.players import Player
 from swarm_pz.cli.report import filming, print_rules, write_json
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig, ObservationConfig
+from swarm_pz.config.base import check
 from swarm_pz.errors import require_extra
 from swarm_pz.files import check_file, draft_of
-from swarm_pz.settings import check
 
 Side = Literal["red", "blue"]
 
@@ -54,8 +54,8 @@ def render(
         game: The rules.
     """
     from swarm_pz import policies
-    from swarm_pz.film import film_game
-    from swarm_pz.overlays import make_overlays
+    from swarm_pz.analysis.video import film_game
+    from swarm_pz.rendering.overlays import make_overlays
 
     teams = (RED, BLUE) if overlay_team == "both" else (TEAM_NAMES.index(overlay_team),)
     with filming() as show:
@@ -103,7 +103,8 @@ def diagnose(
         seconds: Play this much of the game at most.
         game: The rules.
     """
-    from swarm_pz import diagnosis, policies
+    from swarm_pz import policies
+    from swarm_pz.analysis import diagnosis
 
     require_extra("matplotlib.figure", "ladder")
     check(out.suffix in (".png", ".pdf", ".svg"), "out", str(out), "a file .png, .pdf or .svg")

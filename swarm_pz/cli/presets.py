@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from swarm_pz.config import PRESETS, GameConfig
+from swarm_pz.config.base import Config
 from swarm_pz.errors import ConfigError
-from swarm_pz.settings import Config
 
 
 def take(arguments: Sequence[str]) -> tuple[GameConfig | None, list[str]]:

@@ -16,8 +16,8 @@ from typing import Any
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
+from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import draft_of
-from swarm_pz.provenance import provenance
 
 QUIET = 60.0
 """Seconds without a word that a log may have."""

@@ -10,13 +10,13 @@ from typing import Annotated
 
 import tyro
 
-from swarm_pz import tables
+from swarm_pz.cli import printing as tables
 from swarm_pz.cli.players import known
 from swarm_pz.cli.report import command, filming, print_rules
 from swarm_pz.config import GameConfig
+from swarm_pz.config.base import check, check_count
 from swarm_pz.errors import SwarmError, require_extra
 from swarm_pz.policy import about
-from swarm_pz.settings import check, check_count
 
 
 def play(
@@ -41,7 +41,7 @@ def play(
     _need_play()
     from swarm_pz import policies
     from swarm_pz.play.game import TableConfig
-    from swarm_pz.play.serve import serve
+    from swarm_pz.play.server.serve import serve
 
     check_count(port, "port", 0, 65535)
     installed = known()
@@ -85,9 +85,9 @@ def replay(
     """
     _need_play()
     from swarm_pz import policies
-    from swarm_pz.play.playback import Playback
-    from swarm_pz.play.recording import Recording, checked_name
-    from swarm_pz.play.serve import serve
+    from swarm_pz.play.recordings.format import Recording, checked_name
+    from swarm_pz.play.recordings.playback import Playback
+    from swarm_pz.play.server.serve import serve
 
     check(speed > 0, "speed", speed, "above 0")
     check_count(port, "port", 0, 65535)
@@ -125,7 +125,7 @@ def study(
         parquet: Write Parquet instead of CSV.
     """
     _need_play()
-    from swarm_pz.play import study as tables_of
+    from swarm_pz.play.recordings import study as tables_of
 
     rows, faults = tables_of.read_folder(folder)
     for fault in faults:

@@ -14,7 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_pz.config import PRESETS, GameConfig
+from swarm_pz.config.base import check_count
 from swarm_pz.errors import CommandError, Stopped, nearest
+from swarm_pz.evaluation.processes import end_processes, prepare_process
+from swarm_pz.evaluation.rollout import play_games
 from swarm_pz.figures import (
     adversary,
     capture_geometry,
@@ -30,10 +33,7 @@ from swarm_pz.figures import (
 )
 from swarm_pz.figures.finding import Figure, Finding
 from swarm_pz.figures.page import draw, to_dict, write, write_page
-from swarm_pz.rollout import play_games
-from swarm_pz.scenario import check_seed
-from swarm_pz.settings import check_count
-from swarm_pz.worker import end_processes, prepare_process
+from swarm_pz.simulator.spawn import check_seed
 
 __all__ = ["FIGURES", "Figure", "Finding", "Made", "make", "make_all"]
 

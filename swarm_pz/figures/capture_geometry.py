@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import BLUE, GRID_CELLS, RED, ControllerConfig, GameConfig
+from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.figures import style
 from swarm_pz.figures.finding import Figure, Finding
-from swarm_pz.intervals import wilson
 from swarm_pz.simulator import Simulator
 
 Cell = tuple[int, int]

@@ -9,11 +9,11 @@ import numpy as np
 
 from swarm_pz.config import RED, GameConfig
 from swarm_pz.errors import MissingExtraError
+from swarm_pz.evaluation.intervals import wilson
+from swarm_pz.evaluation.rollout import play_games
 from swarm_pz.figures import style
 from swarm_pz.figures.finding import Figure, Finding, games_as_red
-from swarm_pz.intervals import wilson
 from swarm_pz.policy import load
-from swarm_pz.rollout import play_games
 
 GAMES = 100
 PLAYERS = ("ring", "hunter", "champion")

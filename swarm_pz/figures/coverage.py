@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, CaptureConfig, GameConfig
-from swarm_pz.ergodicity import ErgodicMetric
-from swarm_pz.intervals import bootstrap, rounded
+from swarm_pz.evaluation.intervals import bootstrap, rounded
 from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.ergodicity import ErgodicMetric
 
 Array = NDArray[np.float64]
 

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, GameConfig, ObservationConfig
+from swarm_pz.evaluation.intervals import mean_with_interval, wilson
+from swarm_pz.evaluation.rollout import Rollout, game_number, play_games
 from swarm_pz.figures import style
 from swarm_pz.figures.finding import Figure, Finding, games_as_red
-from swarm_pz.intervals import mean_with_interval, wilson
-from swarm_pz.rollout import Rollout, game_number, play_games
-from swarm_pz.scenario import Seed
+from swarm_pz.simulator.spawn import Seed
 
 GAMES = 100
 OPPONENT = "uniform"

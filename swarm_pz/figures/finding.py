@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from swarm_pz.config import GameConfig
-from swarm_pz.rollout import game_number
+from swarm_pz.evaluation.rollout import game_number
 
 Interval = tuple[float, float]
 

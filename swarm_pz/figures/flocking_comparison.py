@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from swarm_pz.evaluation.intervals import mean_with_interval, median_with_interval, rounded, wilson
 from swarm_pz.figures.coverage import SECONDS
 from swarm_pz.figures.finding import Figure, Finding, game_seeds
 from swarm_pz.figures.flocking_flights import (
@@ -20,7 +21,6 @@ from swarm_pz.figures.flocking_flights import (
     target_map,
 )
 from swarm_pz.figures.flocking_picture import draw
-from swarm_pz.intervals import mean_with_interval, median_with_interval, rounded, wilson
 
 SEEDS = 20
 

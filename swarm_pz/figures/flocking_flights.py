@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import RED, GameConfig
-from swarm_pz.ergodicity import ErgodicMetric
+from swarm_pz.evaluation.intervals import rounded
 from swarm_pz.figures.coverage import BIMODAL, SECONDS, TARGETS, gaussian, lone_team, over_seeds, periods, start
-from swarm_pz.intervals import rounded
 from swarm_pz.simulator import Simulator
-from swarm_pz.target import FlockingCommand
+from swarm_pz.simulator.commands import FlockingCommand
+from swarm_pz.simulator.ergodicity import ErgodicMetric
 
 DRONES = 12
 REACHED = 0.005

@@ -11,10 +11,10 @@ from typing import Any
 
 import swarm_pz
 from swarm_pz.errors import require_extra
+from swarm_pz.evaluation.intervals import LEVEL
+from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.figures.finding import Figure, Finding
 from swarm_pz.figures.style import DPI, RC
-from swarm_pz.intervals import LEVEL
-from swarm_pz.provenance import provenance
 
 PAGE = "index.md"
 

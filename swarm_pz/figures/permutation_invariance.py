@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD
-from swarm_pz.ergodicity import ErgodicMetric
+from swarm_pz.evaluation.intervals import mean_with_interval, rounded
 from swarm_pz.figures import style
 from swarm_pz.figures.coverage import JUDGED, TARGETS, give, lone_team, over_seeds, periods, start
 from swarm_pz.figures.finding import Figure, Finding, game_seeds
-from swarm_pz.intervals import mean_with_interval, rounded
 from swarm_pz.kernels.game import Games
 from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.ergodicity import ErgodicMetric
 
 SEEDS, DRONES = 20, 24
 WARM_UP = 5

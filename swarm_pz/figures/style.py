@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.board import INK, SHADE_COLOURS, TEAM_COLOURS
 from swarm_pz.config import BLUE, GRID_CELLS, RED
 from swarm_pz.errors import require_extra
+from swarm_pz.rendering.board import INK, SHADE_COLOURS, TEAM_COLOURS
 
 DPI = 150
 TEAMS = tuple(tuple(value / 255 for value in colour) for colour in TEAM_COLOURS)

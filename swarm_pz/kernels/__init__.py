@@ -1,19 +1,17 @@
 """The rules of the game as plain functions over the arrays of ONE game, compiled by numba.
 
 ================  ==========================================================
+`controllers`     the controllers: commands and the past -> accelerations
 `fourier`         cosine and sine tables of a drone's path
-`ergodic`         the ergodic controller: targets and past -> accelerations
-`communication`   the same where not everybody hears everybody
-`flocking`        the flocking controller: attractors -> accelerations
 `dynamics`        motion of the point masses
 `capture`         capture field and who is captured
 `reconstruction`  the capture field of the preset `released`
 `trails`          trails, and what they add to the capture field
-`chance`          random numbers within a game
+`rng`             random numbers within a game
 `game`            one game's tick in the order of the rules, and a loop over games
-`grids`           one seat's grid observation
+`observation`     one side's grid observation
 `painting`        strokes of a brush on an image
-`phases`          parts of a control period, for measuring
+`profiling`       parts of a control period, for measuring
 `cache`           where machine code is kept, and until when
 ================  ==========================================================
 

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.capture import Boards, add_up, find_captured
-from swarm_pz.kernels.chance import FAILURE, draw
-from swarm_pz.kernels.communication import Talk, ergodic_among_heard
+from swarm_pz.kernels.controllers.communication import Talk, ergodic_among_heard
+from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
+from swarm_pz.kernels.controllers.flocking import FlockingParameters, flocking
 from swarm_pz.kernels.dynamics import move
-from swarm_pz.kernels.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
-from swarm_pz.kernels.flocking import FlockingParameters, flocking
 from swarm_pz.kernels.reconstruction import find_captured_by_density, rebuild_field
+from swarm_pz.kernels.rng import FAILURE, draw
 from swarm_pz.kernels.trails import cell_of, extend_trails, forget_trail, hand_over_trail, take_back_newest
 
 SAME_TARGET = 1e-9
@@ -57,7 +57,7 @@ class Games(NamedTuple):
     recaptures: NDArray[np.int64]
     """(E, 2) of these, drones that it had itself lost within the last second."""
     seeds: NDArray[np.uint64]
-    """(E,) of what happens by chance during the game; see `swarm_pz.kernels.chance`."""
+    """(E,) of what happens by chance during the game; see `swarm_pz.kernels.rng`."""
     failed: NDArray[np.bool_]
     """(E, N) drones that do not work now."""
     attractors: NDArray[np.float32]

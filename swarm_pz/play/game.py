@@ -19,12 +19,12 @@ from swarm_pz.config import (
     TICKS_PER_SECOND,
     GameConfig,
 )
+from swarm_pz.config.base import Config, check, check_number
 from swarm_pz.errors import CommandError
 from swarm_pz.play.strokes import DEFAULT_MAPPING, MAPPINGS
-from swarm_pz.scenario import Seed
-from swarm_pz.settings import Config, check, check_number
 from swarm_pz.simulator import Simulator
-from swarm_pz.target import check_densities
+from swarm_pz.simulator.commands import check_densities
+from swarm_pz.simulator.spawn import Seed
 
 _DECIMALS = 4
 """Digits of a density at the table, so that recordings hold exactly what was played, and are short."""

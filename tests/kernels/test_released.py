@@ -16,8 +16,8 @@ from swarm_pz.config import (
     ObservationConfig,
     SpawnConfig,
 )
-from swarm_pz.observation import observe
 from swarm_pz.simulator import Simulator
+from swarm_pz.spaces.observation import observe
 from tests.kernels.states import SOFT, assert_mirrored, put, random_state, solved
 from tests.reference import ControllerReference, cell_of, move, saturate
 from tests.reference_variants import VariantRules, reconstruction_captures, reconstruction_field

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from swarm_pz.config import DynamicsConfig, GameConfig
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play.frames import FASTEST, Frame, decode_frame, encode_frame, encode_target
-from swarm_pz.play.views import frame_of
+from swarm_pz.play.server.views import frame_of
 from swarm_pz.simulator import Simulator
 
 # Written out by hand from docs/protocol.md; tests/play/test_page.py decodes the same bytes in the page.

@@ -13,8 +13,8 @@ from coloraide import Color
 from playwright.sync_api import expect
 
 import swarm_pz.play
-from swarm_pz.play.playback import Playback
-from swarm_pz.play.recording import CommandLine, PaintedLine, Recording
+from swarm_pz.play.recordings.format import CommandLine, PaintedLine, Recording
+from swarm_pz.play.recordings.playback import Playback
 from tests.play.test_frames import GOLDEN, GOLDEN_TARGET
 
 pytestmark = pytest.mark.browser

@@ -5,7 +5,7 @@ import pytest
 
 from swarm_pz.errors import CommandError
 from swarm_pz.play.strokes import BRUSHES, MAPPINGS, MOST_POINTS, Stroke, density_of
-from swarm_pz.target import interpolation_matrix
+from swarm_pz.simulator.commands import interpolation_matrix
 
 
 def line(*points, brush="attract", width=0.1):

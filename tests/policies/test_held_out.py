@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from swarm_pz import policies
-from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig
+from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.policies.held_out import SUITE, play_suites
 from swarm_pz.policies.scripted import SCRIPTS
 

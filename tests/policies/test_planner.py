@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from swarm_pz import policies
-from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, ObservationConfig
+from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import ConfigError, PolicyError
-from swarm_pz.match import play_match
+from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies.lookahead import Lookahead
 from swarm_pz.policies.planner import Planner, PlannerConfig
 from swarm_pz.policy import PrivilegedPolicy

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from swarm_pz import policies
-from swarm_pz.batch_env import BatchEnv
 from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import PolicyError
 from swarm_pz.figures import ensemble_tactic
 from swarm_pz.policies import held_out

@@ -11,7 +11,7 @@ from scipy.stats import binomtest
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
-from swarm_pz.match import play_match
+from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import zoo
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.training.config import TrainConfig

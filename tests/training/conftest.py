@@ -10,5 +10,5 @@ def _few_games_in_leagues():
         patch.setattr("swarm_pz.training.selfplay._RATING_GAMES", 2)
         patch.setattr("swarm_pz.training.selfplay._RATED", 1)
         patch.setattr("swarm_pz.training.selfplay._EXPLOITED_GAMES", 4)
-        patch.setattr("swarm_pz.ratings._RESAMPLES", 2)
+        patch.setattr("swarm_pz.evaluation.ratings._RESAMPLES", 2)
         yield

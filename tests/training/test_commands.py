@@ -34,7 +34,7 @@ EXPLOIT = ["evaluate", "runs/target", "--exploit", "--exploit-steps", "64", "--g
 
 @pytest.fixture
 def no_film(monkeypatch):
-    monkeypatch.setattr("swarm_pz.film.film_game", lambda *_, **__: "not filmed")
+    monkeypatch.setattr("swarm_pz.analysis.video.film_game", lambda *_, **__: "not filmed")
 
 
 @pytest.fixture

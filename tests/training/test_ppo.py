@@ -13,9 +13,9 @@ from stable_baselines3.common.vec_env import VecEnvWrapper
 from swarm_pz import policies
 from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, ConfigError, PolicyError
-from swarm_pz.match import play_match
+from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.scenario import random_start
+from swarm_pz.simulator.spawn import random_start
 from swarm_pz.training.callbacks import PeriodicEvaluation
 from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import TrainConfig
@@ -78,7 +78,7 @@ def test_the_played_action_is_the_mean_of_sb3s_policy(trained):
     run, policy, _ = trained
     seen = np.random.default_rng(0).integers(0, 256, (3, 9, 10, 10)).astype(np.uint8)
     mean, _ = run.model.predict(seen, deterministic=True)
-    from swarm_pz.formats import command_from_action
+    from swarm_pz.spaces.formats import command_from_action
 
     expected = command_from_action(np.clip(mean, -1, 1).astype(np.float64), 10, is_log=True)
     np.testing.assert_allclose(policy.act(seen, np.arange(3)), expected, rtol=1e-5)
@@ -141,7 +141,7 @@ def test_training_its_evaluations_and_the_matches_after_it_are_on_different_game
         starts.append(positions.tobytes())
         return positions, altitudes
 
-    monkeypatch.setattr("swarm_pz.simulator.random_start", noted)
+    monkeypatch.setattr("swarm_pz.simulator.simulator.random_start", noted)
 
     def begun_by(work):
         starts.clear()

@@ -1,0 +1,1 @@
+"""One game looked at: as a film, and as curves."""

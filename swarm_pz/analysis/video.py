@@ -1,0 +1,212 @@
+"""Films: a game as pictures, written as an animated GIF or an MP4; and stills, as PNG."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import IO, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import CONTROL_PERIOD, GameConfig
+from swarm_pz.errors import RenderError, require_extra
+from swarm_pz.evaluation.rollout import Rollout, Watch, game_number
+from swarm_pz.files import check_file, draft_of
+from swarm_pz.policy import Player
+from swarm_pz.rendering.board import INK, SHADE_COLOURS, TEAM_COLOURS
+from swarm_pz.rendering.painter import FILM, PICTURE, Overlay, Painter
+
+FORMATS = (".gif", ".mp4")
+STILL = ".png"
+FILM_RATE = 20
+"""Pictures a second of film, about."""
+
+
+def film_game(
+    policy: str | Player,
+    opponent: str | Player,
+    path: Path,
+    *,
+    config: GameConfig | None = None,
+    seed: int = 0,
+    pair: int = 0,
+    side: str = "red",
+    seconds: float | None = None,
+    speed: float = 2.0,
+    overlays: Sequence[Overlay] = (),
+    progress: Callable[[float, float], None] | None = None,
+) -> str:
+    """Play one game of a match and write it as a film, or the board at one moment as a picture.
+
+    Both players are named, and lines in their colours show what each of them asks its drones to cover. The
+    file is there when it is complete; where something fails nothing is left.
+
+    Parameters
+    ----------
+    policy, opponent : str or Policy
+    path : Path
+        Where to; its suffix chooses the format: .gif or .mp4, or .png for a picture.
+    config : GameConfig, optional
+    seed : int
+        Of the match.
+    pair : int
+    side : {"red", "blue"}
+        Which game of the pair: whose drones the policy commands.
+    seconds : float, optional
+        Show this much of the game at most; all of it if not given. The moment of a picture.
+    speed : float
+        Seconds of game a second of film.
+    overlays : sequence of Overlay, optional
+        What to show on the ground; see `swarm_pz.rendering.overlays`.
+    progress : callable, optional
+        Called with the seconds of game shown so far, and those that it may become.
+
+    Returns
+    -------
+    str
+        How the game stood at the last picture, in words.
+
+    Raises
+    ------
+    RenderError
+        If the suffix names no format that can be written, or seconds or speed are not above 0.
+    OutputError
+        If the file cannot be written.
+    """
+    if path.suffix not in (*FORMATS, STILL):
+        raise RenderError(
+            f"the file's name must end in {' or '.join(FORMATS)} for a film, or in {STILL} for a picture, "
+            f"got {str(path)!r}"
+        )
+    for name, value in (("seconds", seconds), ("speed", speed)):
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise RenderError(f"{name} must be a number above 0, got {value!r}")
+    check_file(path)
+    number = game_number(pair, side)
+
+    def report(game: Rollout) -> None:
+        if progress is not None:
+            end = game.batch.limit_s if seconds is None else min(seconds, game.batch.limit_s)
+            progress(min(float(game.simulator.time_s[0]), end), end)
+
+    with closing(Rollout(policy, opponent, [number], seed=seed, config=config)) as game:
+        if path.suffix == STILL:
+            return _write_still(game, path, seconds, overlays, report)
+        _write_film(game, path, seconds, speed, overlays, report)
+        return game.standing()
+
+
+def _write_film(
+    game: Rollout, path: Path, seconds: float | None, speed: float, overlays: Sequence[Overlay], report: Watch
+) -> None:
+    every = max(1, round(speed / CONTROL_PERIOD / FILM_RATE))
+    layout = FILM if not overlays else PICTURE
+    painter = Painter(game.names(), targets=True, overlays=overlays, layout=layout)
+    count = 0
+    with open_film(path, speed / CONTROL_PERIOD / every, painter.size) as film:
+
+        def show(game: Rollout) -> None:
+            nonlocal count
+            if count % every == 0:
+                film(painter.draw(game.simulator))
+            count += 1
+
+        show(game)
+        game.play(seconds, after_control_period=show, after_step=report)
+        if (count - 1) % every:  # how it ended, which would be left out
+            film(painter.draw(game.simulator))
+
+
+def _write_still(game: Rollout, path: Path, seconds: float | None, overlays: Sequence[Overlay], report: Watch) -> str:
+    """Write the board at the first control period that ends no earlier than `seconds`, or at the end."""
+    painter = Painter(game.names(), targets=True, overlays=overlays)
+    seen: tuple[NDArray[np.uint8], str] | None = None
+
+    def look(game: Rollout) -> None:
+        nonlocal seen
+        if seen is None and seconds is not None and game.simulator.time_s[0] >= seconds - 1e-9:
+            seen = painter.draw(game.simulator), game.standing()
+
+    with draft_of(path) as draft:
+        game.play(seconds, after_control_period=look, after_step=report)
+        picture, standing = seen if seen is not None else (painter.draw(game.simulator), game.standing())
+        require_extra("PIL.Image", "render").fromarray(picture).save(draft)
+    return standing
+
+
+def check_film(path: Path) -> None:
+    """Raise a RenderError unless a file's suffix names a format that can be written."""
+    if path.suffix not in FORMATS:
+        raise RenderError(f"a film's file name must end in {' or '.join(FORMATS)}, got {str(path)!r}")
+
+
+@contextmanager
+def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callable[[NDArray[np.uint8]], None]]:
+    """Give a function that appends a picture to the film; the file is there, and whole, when the block ends.
+
+    Parameters
+    ----------
+    path : Path
+    rate : float
+        Pictures a second.
+    size : (int, int)
+        Width and height of every picture, even.
+
+    Raises
+    ------
+    RenderError
+        If the suffix names no format that can be written, or the encoder fails.
+    OutputError
+        If the file cannot be written.
+    """
+    check_film(path)
+    program = require_extra("imageio_ffmpeg", "render").get_ffmpeg_exe()
+    pictures = f"-f rawvideo -pix_fmt rgb24 -s {size[0]}x{size[1]} -r {rate} -i -".split()
+    with draft_of(path) as draft, TemporaryDirectory() as folder, Path(folder, "said").open("w+") as said:
+        if path.suffix == ".gif":
+            palette = Path(folder, "palette.png")
+            require_extra("PIL.Image", "render").fromarray(_palette()).save(palette)
+            coding = ["-i", str(palette), "-lavfi", "paletteuse=dither=none:diff_mode=rectangle"]
+        else:
+            coding = ["-c:v", "libx264", "-preset", "ultrafast", "-crf", "30", "-pix_fmt", "yuv420p", "-threads", "1"]
+        encoder = subprocess.Popen(  # noqa: S603
+            [program, "-y", "-v", "error", *pictures, *coding, str(draft.absolute())],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=said,
+            start_new_session=True,  # Ctrl-C is for this process, which ends that one
+        )
+        pipe = cast("IO[bytes]", encoder.stdin)
+        try:
+            yield lambda picture: _send(pipe, picture)
+            pipe.close()
+            failed = encoder.wait() != 0
+        except BrokenPipeError:
+            failed = True
+        finally:
+            encoder.kill()  # unless it has ended
+            with suppress(BrokenPipeError):
+                pipe.close()
+            encoder.wait()
+        if failed:
+            said.seek(0)
+            raise RenderError(
+                f"the film {str(path)!r} could not be encoded: {said.read().strip() or 'no reason given'}"
+            )
+
+
+def _send(pipe: IO[bytes], picture: NDArray[np.uint8]) -> None:
+    pipe.write(np.ascontiguousarray(picture).data)
+
+
+def _palette() -> NDArray[np.uint8]:
+    """Return the colours of animations, uint8 (16, 16, 3): those of the board, and between each of them and white."""
+    inks = np.array([*TEAM_COLOURS, *SHADE_COLOURS, INK], np.float64)
+    strengths = np.arange(1, 52)[:, None, None] / 51
+    colours = (255 + strengths * (inks - 255)).reshape(-1, 3)
+    return np.round(np.concatenate([colours, [(255, 255, 255)]])).astype(np.uint8).reshape(16, 16, 3)

@@ -1,0 +1,165 @@
+"""Figures as tables on the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from swarm_pz.errors import require_extra
+from swarm_pz.evaluation.ladder import figure
+from swarm_pz.evaluation.match import MatchResult
+
+_LEAST = 6
+"""Characters that are left of a name at least."""
+
+
+def print_matches(matches: list[MatchResult]) -> None:
+    """Print matches of several policies against the same opponent."""
+    title = f"against {_marked(matches[0], matches[0].opponent)}, both sides, seed {matches[0].seed}"
+    _print_table([(_marked(match, match.policy), match) for match in matches], "policy", title)
+
+
+def print_opponents(matches: list[MatchResult], title: str) -> None:
+    """Print matches of the same policy against several opponents."""
+    _print_table([(_marked(match, match.opponent), match) for match in matches], "opponent", title)
+
+
+def _marked(match: MatchResult, name: str) -> str:
+    return f"{name}*" if name in match.privileged else name
+
+
+def _print_table(rows: list[tuple[str, MatchResult]], who: str, title: str) -> None:
+    limit = rows[0][1].limit_s
+    note = "; * sees the simulator itself" if any(match.privileged for _, match in rows) else ""
+    lines = []
+    for name, match in rows:
+        summary = match.summary()
+        low, high = summary["win_rate_ci95"]
+        lines.append(
+            (
+                name,
+                str(summary["games"]),
+                str(summary["wins"]),
+                str(summary["draws"]),
+                str(summary["losses"]),
+                f"{100 * low:.0f} to {100 * high:.0f} %",
+                f"{summary['mean_share']:.3f}",
+                f"{summary['restricted_mean_seconds']:.0f}",
+            )
+        )
+    _print(
+        (who, "games", "won", "drawn", "lost", "won 95 %", "share", "mean s"),
+        lines,
+        title=title,
+        caption=f"share of all drones at the end; in the mean length, draws count {limit:g} s{note}",
+    )
+
+
+def print_ladder(ladder: dict[str, Any]) -> None:
+    """Print the figures of `swarm_pz.evaluation.ladder.make_ladder`."""
+    field = ladder["intransitivity"]
+    lines = []
+    for entry in ladder["players"]:
+        low, high = entry["rating_ci95"]
+        lines.append(
+            (
+                entry["player"],
+                entry["kind"],
+                f"{entry['rating']:.0f}",
+                f"{low:.0f} to {high:.0f}",
+                *(str(entry[name]) for name in ("wins", "draws", "losses")),
+                figure(entry["median_seconds"], 0),
+                figure(entry["thinking_ms"], 1),
+            )
+        )
+    _print(
+        ("player", "kind", "rating", "95 %", "won", "drawn", "lost", "median s", "ms"),
+        lines,
+        texts=2,
+        title=f"{ladder['games_per_pairing']} games of every two, seed {ladder['seed']}",
+        caption=f"{100 * field['cyclic_share']:.0f} % cyclic ({100 * field['cyclic_share_of_a_ladder']:.0f} % for a "
+        f"true ladder); {field['cycles']} of {field['decided_triples']} clear "
+        "triples are cycles; planned players see the simulator itself",
+    )
+
+
+def print_speeds(figures: dict[str, Any]) -> None:
+    """Print the figures of `swarm_pz.bench.to_dict`."""
+    _print(
+        ("face", "games", "drones", "threads", "drone-steps", "env-steps"),
+        [
+            (
+                row["face"],
+                str(row["games"]),
+                str(row["drones"]),
+                str(row["threads"]),
+                f"{row['drone_steps'] / 1e6:.2f} M",
+                f"{row['env_steps']:,.0f}",
+            )
+            for row in figures["speeds"]
+        ],
+        title="a second, median",
+        caption=", ".join(f"{name} {value}" for name, value in figures["machine"].items()),
+    )
+    _print(
+        ("phase", "ns"),
+        [(name, f"{nanoseconds:.0f}") for name, nanoseconds in figures["phases_ns_per_drone_step"].items()],
+        title="of one drone-step, 64 games of 20, one thread",
+    )
+    require_extra("rich.console", "cli").Console().print(
+        f"a game's state takes {figures['bytes_per_game'] / 1024:.0f} KiB"
+    )
+
+
+def print_study(rows: Sequence[Any]) -> None:
+    """Print the rows of `swarm_pz.play.recordings.study.summarise`."""
+    _print(
+        ("player", "opponent", "won-drawn-lost", "won 95 %", "median s", "mean s", "a min"),
+        [
+            (
+                row.player or row.kind,
+                row.opponent or row.opponent_kind,
+                f"{row.wins}-{row.draws}-{row.losses}",
+                f"{100 * row.win_rate_low:.0f} to {100 * row.win_rate_high:.0f} %",
+                figure(row.median_s, 0),
+                figure(row.restricted_mean_s, 0),
+                figure(row.commands_per_minute, 1),
+            )
+            for row in rows
+        ],
+        texts=2,
+        title="recorded games, by player and opponent",
+        caption="median: Kaplan-Meier, draws censor it; commands a minute, "
+        + ", ".join(sorted({f"{row.min_command_interval:g} s" for row in rows}))
+        + " apart at least",
+    )
+
+
+def _print(
+    headings: Sequence[str], rows: Sequence[Sequence[str]], *, title: str, caption: str = "", texts: int = 1
+) -> None:
+    """Print a table; where it is too wide for the terminal its first columns, the texts, are cut, never a number."""
+    cell_len, console_class = require_extra("rich.cells", "cli").cell_len, require_extra("rich.console", "cli").Console
+    width = console_class().width
+    widths = [max(map(cell_len, column)) for column in zip(headings, *rows, strict=True)]
+    # Two spaces between columns, where there is room for them.
+    padding = 1 if sum(widths[texts:]) + 8 * texts + 2 * (len(widths) - 1) <= width else 0
+    gaps = (padding + 1) * (len(widths) - 1)
+    room = width - sum(widths[texts:]) - gaps
+    for column in reversed(range(texts)):
+        widths[column] = min(widths[column], max(_LEAST, room // (column + 1)))
+        room -= widths[column]
+    table = require_extra("rich.table", "cli").Table(
+        box=require_extra("rich.box", "cli").SIMPLE_HEAD,  # no rules between columns: it must fit 80 of them
+        show_edge=False,
+        pad_edge=False,
+        padding=(0, padding, 0, 0),
+        title=title,
+        caption=caption or None,
+    )
+    for number, (heading, least) in enumerate(zip(headings, widths, strict=True)):
+        table.add_column(heading, justify="left" if number < texts else "right", no_wrap=True, width=least)
+    for row in rows:
+        table.add_row(*row)
+    # Rather wider than the terminal than without its numbers.
+    console_class(width=max(width, sum(widths) + gaps)).print("", table)

@@ -1,0 +1,57 @@
+"""The rules of a game as nested, frozen, keyword-only dataclasses, and what is fixed for all games.
+
+===========  ===========================================================
+`constants`  the tick, the grid, the teams: fixed by the rules
+`sections`   spawn, memory, capture, controllers, dynamics, observation, reward
+`game`       `GameConfig`, which holds them all, and the presets
+`base`       what every configuration can do: checks, dicts, hashes
+===========  ===========================================================
+"""
+
+from swarm_pz.config.constants import (
+    AGENTS,
+    BLUE,
+    CHANNELS,
+    CONTROL_PERIOD,
+    GRID_CELLS,
+    MAX_MODES,
+    RED,
+    TEAM_NAMES,
+    TICKS_PER_CONTROL_PERIOD,
+    TICKS_PER_SECOND,
+)
+from swarm_pz.config.game import PRESETS, GameConfig, resolve
+from swarm_pz.config.sections import (
+    CaptureConfig,
+    ControllerConfig,
+    DynamicsConfig,
+    FlockingConfig,
+    MemoryConfig,
+    ObservationConfig,
+    RewardConfig,
+    SpawnConfig,
+)
+
+__all__ = [
+    "AGENTS",
+    "BLUE",
+    "CHANNELS",
+    "CONTROL_PERIOD",
+    "GRID_CELLS",
+    "MAX_MODES",
+    "PRESETS",
+    "RED",
+    "TEAM_NAMES",
+    "TICKS_PER_CONTROL_PERIOD",
+    "TICKS_PER_SECOND",
+    "CaptureConfig",
+    "ControllerConfig",
+    "DynamicsConfig",
+    "FlockingConfig",
+    "GameConfig",
+    "MemoryConfig",
+    "ObservationConfig",
+    "RewardConfig",
+    "SpawnConfig",
+    "resolve",
+]

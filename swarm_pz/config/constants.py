@@ -1,0 +1,29 @@
+"""What the rules fix: the tick, the control period, the grid and the two teams."""
+
+from __future__ import annotations
+
+TICKS_PER_SECOND = 30
+TICKS_PER_CONTROL_PERIOD = 3
+CONTROL_PERIOD = TICKS_PER_CONTROL_PERIOD / TICKS_PER_SECOND
+"""Seconds between two solves of the controller."""
+GRID_CELLS = 50
+"""Cells a side of the occupancy grid and the capture field."""
+MAX_MODES = 16
+"""Fourier modes a side that the kernels have room for."""
+CHANNELS = (
+    "own_positions",
+    "opposing_positions",
+    "own_trail_age",
+    "opposing_trail_age",
+    "own_capture_field",
+    "opposing_capture_field",
+    "own_target",
+    "own_share",
+    "time_left",
+)
+"""What grid observations can show; see `swarm_pz.spaces.observation`."""
+LONGEST_TRAIL = 600.0
+"""Seconds of trail that there is room for."""
+RED, BLUE = 0, 1
+AGENTS = ("red_0", "blue_0")
+TEAM_NAMES = ("red", "blue")

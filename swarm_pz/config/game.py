@@ -1,0 +1,260 @@
+"""A whole game as one frozen dataclass of sections, and the presets."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, get_args
+
+from swarm_pz.config.base import (
+    PER_TEAM,
+    Config,
+    canonical,
+    check,
+    check_count,
+    check_number,
+    digest,
+    later,
+)
+from swarm_pz.config.constants import (
+    CONTROL_PERIOD,
+    GRID_CELLS,
+    LONGEST_TRAIL,
+    TICKS_PER_CONTROL_PERIOD,
+    TICKS_PER_SECOND,
+)
+from swarm_pz.config.sections import (
+    CaptureConfig,
+    Controller,
+    ControllerConfig,
+    DynamicsConfig,
+    FlockingConfig,
+    MemoryConfig,
+    ObservationConfig,
+    RewardConfig,
+    SpawnConfig,
+)
+from swarm_pz.errors import ConfigError, UnknownNameError, nearest
+
+_NOT_RULES = ("observation", "reward")
+"""Fields of a `GameConfig` that change no game between two policies."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GameConfig(Config):
+    """A whole game: rules, controller, observation and reward.
+
+    Attributes
+    ----------
+    drones_per_team : int or (int, int)
+        Drones of each team at the start; a pair (red, blue) makes a handicap. Here and below, a pair of two
+        equal values is the same as that value.
+    time_limit : float
+        Seconds after which the game is a draw; whole control periods.
+    command_period : float
+        Seconds that one environment step holds a command; whole control periods.
+    command_cells : int
+        Cells a side of a command.
+    spawn, memory, capture, controller, reward, flocking, dynamics
+        The parts of the rules; see their own classes.
+    observation : ObservationConfig or (ObservationConfig, ObservationConfig)
+        What the agents see; a pair (red, blue) gives each seat its own.
+    controllers : {"ergodic", "flocking"} or a pair of them
+        Who flies the teams; a pair (red, blue) gives each team its own. It goes with the colour: in a match
+        that swaps sides both policies play with both controllers.
+
+    Examples
+    --------
+    >>> GameConfig(drones_per_team=24).team_sizes
+    (24, 24)
+    >>> GameConfig(capture=CaptureConfig(enabled=False)).capture.threshold
+    0.75
+    """
+
+    drones_per_team: int | tuple[int, int] = field(default=10, metadata=PER_TEAM)
+    time_limit: float = 300.0
+    command_period: float = 1.0
+    command_cells: int = 10
+    spawn: SpawnConfig = field(default_factory=SpawnConfig)
+    memory: MemoryConfig = field(default_factory=MemoryConfig)
+    capture: CaptureConfig = field(default_factory=CaptureConfig)
+    controller: ControllerConfig = field(default_factory=ControllerConfig)
+    observation: ObservationConfig | tuple[ObservationConfig, ObservationConfig] = field(
+        default_factory=ObservationConfig, metadata=PER_TEAM
+    )
+    reward: RewardConfig = field(default_factory=RewardConfig)
+    controllers: Controller | tuple[Controller, Controller] = later("ergodic", PER_TEAM)
+    flocking: FlockingConfig = later(FlockingConfig())
+    dynamics: DynamicsConfig = later(DynamicsConfig())
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        sizes = self.drones_per_team
+        if isinstance(sizes, tuple):
+            check(len(sizes) == 2, "drones_per_team", sizes, "a whole number or a pair (red, blue)")
+        # A team without drones has lost already, unless nobody can be captured.
+        check(isinstance(self.capture, CaptureConfig), "capture", self.capture, "a CaptureConfig")
+        fewest = 1 if self.capture.enabled else 0
+        for size in self.team_sizes:
+            check_count(size, "drones_per_team", fewest, 10_000)
+        check(sum(self.team_sizes) > 0, "drones_per_team", sizes, "at least one drone in all")
+        check_number(self.time_limit, "time_limit", CONTROL_PERIOD, 1e6)
+        check_number(self.command_period, "command_period", CONTROL_PERIOD, 1e6)
+        for name in ("time_limit", "command_period"):
+            periods = getattr(self, name) / CONTROL_PERIOD
+            check(
+                abs(periods - round(periods)) < 1e-6,
+                name,
+                getattr(self, name),
+                "a whole number of control periods of 0.1 s",
+            )
+        check_count(self.command_cells, "command_cells", 2, GRID_CELLS)
+        check(
+            len(self.observations) == 2 and all(isinstance(seat, ObservationConfig) for seat in self.observations),
+            "observation",
+            self.observation,
+            "an ObservationConfig or a pair of them",
+        )
+        for name, kind in (
+            ("spawn", SpawnConfig),
+            ("memory", MemoryConfig),
+            ("controller", ControllerConfig),
+            ("reward", RewardConfig),
+            ("flocking", FlockingConfig),
+            ("dynamics", DynamicsConfig),
+        ):
+            check(isinstance(getattr(self, name), kind), name, getattr(self, name), f"a {kind.__name__}")
+        fits = len(self.team_controllers) == 2 and all(one in get_args(Controller) for one in self.team_controllers)
+        check(fits, "controllers", self.controllers, "'ergodic', 'flocking' or a pair of them")
+
+    @classmethod
+    def preset(cls, name: str) -> GameConfig:
+        """Return a named variant of the rules.
+
+        Raises
+        ------
+        ConfigError
+            If there is no such preset.
+        """
+        if not isinstance(name, str) or name not in PRESETS:
+            raise ConfigError(f"there is no preset {name!r}; {nearest(str(name), PRESETS)}")
+        return PRESETS[name]
+
+    @property
+    def rules(self) -> dict[str, Any]:
+        """All that can change a game between two policies, as plain values.
+
+        All but `observation`, since a policy brings what it wants to see, and `reward`.
+        """
+        return {name: value for name, value in self.to_dict().items() if name not in _NOT_RULES}
+
+    @property
+    def rules_hash(self) -> str:
+        """Sixteen hexadecimal digits that are the same for equal rules: what comparable results share.
+
+        Times count as the ticks that they come to, so 0.3 and 0.1 + 0.2 s are equal.
+        """
+        ticks = (self.limit_ticks, self.step_ticks, round((self.memory.trail or 0.0) * TICKS_PER_SECOND))
+        limit, period, trail = (count / TICKS_PER_SECOND for count in ticks)
+        memory = self.memory.replace(trail=trail if self.memory.trail is not None else None)
+        plain = canonical(self.replace(time_limit=limit, command_period=period, memory=memory))
+        return digest({name: value for name, value in plain.items() if name not in _NOT_RULES})
+
+    @property
+    def team_sizes(self) -> tuple[int, int]:
+        """Drones of (red, blue) at the start."""
+        sizes = self.drones_per_team
+        return (sizes[0], sizes[1]) if isinstance(sizes, tuple) else (sizes, sizes)
+
+    @property
+    def num_drones(self) -> int:
+        """Drones of both teams together; the same at every time."""
+        return sum(self.team_sizes)
+
+    @property
+    def observations(self) -> tuple[ObservationConfig, ObservationConfig]:
+        """What (red, blue) see."""
+        seats = self.observation
+        return seats if isinstance(seats, tuple) else (seats, seats)
+
+    @property
+    def team_controllers(self) -> tuple[Controller, Controller]:
+        """Who flies (red, blue)."""
+        both = self.controllers
+        return both if isinstance(both, tuple) else (both, both)
+
+    @property
+    def trails_have_gaps(self) -> bool:
+        """Whether there may be places without a past in trails, after the first ticks."""
+        return bool(self.memory.trail_forgotten_on) or self.dynamics.failure_rate > 0.0
+
+    @property
+    def trail_ticks(self) -> int:
+        """Length of a trail, in ticks."""
+        seconds = min(self.time_limit, LONGEST_TRAIL) if self.memory.trail is None else self.memory.trail
+        return round(seconds * TICKS_PER_SECOND)
+
+    @property
+    def step_ticks(self) -> int:
+        """Ticks of one environment step."""
+        return round(self.command_period / CONTROL_PERIOD) * TICKS_PER_CONTROL_PERIOD
+
+    @property
+    def limit_ticks(self) -> int:
+        """Ticks until the time limit."""
+        return round(self.time_limit / CONTROL_PERIOD) * TICKS_PER_CONTROL_PERIOD
+
+
+def resolve(config: GameConfig | None, overrides: Mapping[str, Any], face: type) -> GameConfig:
+    """Return the configuration that a face's keywords ask for.
+
+    Parameters
+    ----------
+    config : GameConfig, optional
+        The default one if not given.
+    overrides : mapping
+        Fields to replace, and `preset`, the name of one to begin with in place of `config`.
+    face : type
+        Whose keywords they are; an error knows the others.
+
+    Raises
+    ------
+    UnknownNameError
+        If a keyword is unknown; a ConfigError and a TypeError.
+    ConfigError
+        If a value is out of range, or config and preset are both given.
+    """
+    fields = dict(overrides)
+    preset = fields.pop("preset", None)
+    for name in fields:
+        if name not in GameConfig.__dataclass_fields__:
+            known = {"preset", *GameConfig.__dataclass_fields__, *inspect.signature(face).parameters} - {"overrides"}
+            # Python's own words: libraries look for them to find out what they may leave away.
+            argument = f"{face.__name__}() got an unexpected keyword argument {name!r}"
+            raise UnknownNameError(f"{argument}; {nearest(name, known)}")
+    if preset is not None:
+        check(config is None, "preset", preset, "given alone, not beside a config")
+        config = GameConfig.preset(preset)
+    config = config if config is not None else GameConfig()
+    check(isinstance(config, GameConfig), "config", config, "a GameConfig (GameConfig.from_dict makes one of a dict)")
+    return config.replace(**fields)
+
+
+PRESETS: dict[str, GameConfig] = {
+    "paper": GameConfig(),
+    # The authors' published variant, without two slips: its code looks the field up with x and y swapped,
+    # and adds a negative minimum instead of subtracting it.
+    "released": GameConfig(
+        spawn=SpawnConfig(layout="squares"),
+        memory=MemoryConfig(
+            trail=None,
+            controller=None,
+            trail_forgotten_on=("capture", "command"),
+            controller_forgotten_on=("capture", "command"),
+        ),
+        capture=CaptureConfig(field="reconstruction"),
+        controller=ControllerConfig(spectrum="exponential", ergodic_weight=1.0, control_weight=1.0),
+        dynamics=DynamicsConfig(speed_factor=0.8),
+    ),
+}

@@ -1,0 +1,1 @@
+"""The environments: many games at once, and the faces that libraries know."""

@@ -1,0 +1,299 @@
+"""The Markov decision process over E games: simulator, observations, rewards and ends.
+
+Every environment of this project is a face of `BatchEnv`, so that none can drift from the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config import (
+    BLUE,
+    RED,
+    TICKS_PER_CONTROL_PERIOD,
+    TICKS_PER_SECOND,
+    GameConfig,
+    ObservationConfig,
+)
+from swarm_pz.envs.reward import red_rewards
+from swarm_pz.errors import CommandError, GameOverError, PolicyError
+from swarm_pz.policy import Player, PrivilegedPolicy, name_of
+from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.commands import check_densities
+from swarm_pz.simulator.spawn import Seed, check_team
+from swarm_pz.spaces.observation import Observations, observe
+
+_LONGEST = 10**12
+"""Steps of the longest game that can be asked for."""
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """What a step of all games gave; a row of a game that had ended before is all zero or False.
+
+    Attributes
+    ----------
+    rewards : float64 array (E, 2)
+        Of red and blue; each row sums to zero.
+    terminated : bool array (E,)
+        One team owns every drone.
+    truncated : bool array (E,)
+        Time is up: a draw.
+    captured, recaptured : int64 array (E, 2)
+        Drones that each team took in this step, and how many of these it had itself lost within
+        the last second. What one team captures the other loses.
+    """
+
+    rewards: NDArray[np.float64]
+    terminated: NDArray[np.bool_]
+    truncated: NDArray[np.bool_]
+    captured: NDArray[np.int64]
+    recaptured: NDArray[np.int64]
+
+
+class BatchEnv:
+    """E games, stepped together by commands of both teams.
+
+    Parameters
+    ----------
+    config : GameConfig, optional
+    num_games : int
+    threads : int
+    max_cycles : int, optional
+        Steps until a draw; follows from the time limit if not given.
+
+    Attributes
+    ----------
+    simulator : Simulator
+    running : bool array (E,)
+        Games that have begun and not ended.
+    """
+
+    def __init__(
+        self,
+        config: GameConfig | None = None,
+        num_games: int = 1,
+        *,
+        threads: int = 1,
+        max_cycles: int | None = None,
+    ) -> None:
+        self.config = config if config is not None else GameConfig()
+        self.simulator = Simulator(self.config, num_games, threads)
+        self.num_games = num_games
+        self.running = np.zeros(num_games, np.bool_)
+        self._limit_ticks = self.config.limit_ticks
+        if max_cycles is not None:
+            self.max_cycles = max_cycles
+
+    @property
+    def max_cycles(self) -> int:
+        """Steps until a draw; assigning it replaces the time limit."""
+        return -(-self._limit_ticks // self.config.step_ticks)
+
+    @max_cycles.setter
+    def max_cycles(self, cycles: int) -> None:
+        if not isinstance(cycles, int) or isinstance(cycles, bool) or not 1 <= cycles <= _LONGEST:
+            raise CommandError(f"max_cycles must be a whole number from 1 to {_LONGEST:,}, got {cycles!r}")
+        self._limit_ticks = cycles * self.config.step_ticks
+
+    @property
+    def limit_s(self) -> float:
+        """Seconds until a draw."""
+        return self._limit_ticks / TICKS_PER_SECOND
+
+    def reset(
+        self,
+        seeds: Sequence[Seed] | NDArray[np.integer[Any]] | None = None,
+        rows: ArrayLike | None = None,
+        scenario: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        """Start games afresh; arguments as of `Simulator.reset`."""
+        self.simulator.reset(seeds, rows, scenario)
+        self.running[self.simulator.rows(rows)] = True
+
+    def step(
+        self,
+        commands: ArrayLike,
+        after_control_period: Callable[[], None] | None = None,
+    ) -> StepResult:
+        """Hold one command of each team for a command period, or until the game ends.
+
+        Parameters
+        ----------
+        commands : array_like (E, 2, A, A)
+            Densities of red and blue for every game, in [0, 1]; those of ended games are not used.
+        after_control_period : callable, optional
+            Called after every control period, for those who animate.
+
+        Returns
+        -------
+        StepResult
+
+        Raises
+        ------
+        CommandError
+            If a command is not valid; no game is changed.
+        GameOverError
+            If no game is running.
+        """
+        cells = self.config.command_cells
+        densities = check_densities(commands, (self.num_games, 2, cells, cells), "commands")
+        return self.step_checked(densities, after_control_period)
+
+    def step_checked(
+        self, densities: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
+    ) -> StepResult:
+        """As `step`, for who has checked the densities (E, 2, A, A) already: their values are taken as they are."""
+        running = self.running.copy()
+        if not running.any():
+            raise GameOverError("no game is running: call reset before step")
+        games = self.simulator.games
+        sizes_before = self.simulator.sizes
+        captures, recaptures = games.captures.copy(), games.recaptures.copy()
+        left = np.where(running, np.minimum(self.config.step_ticks, self._limit_ticks - games.ticks), 0)
+        left = np.maximum(left, 0)
+        if after_control_period is None:
+            self.simulator.advance(left, densities)
+        else:
+            commands: NDArray[np.float64] | None = densities
+            while left.any() and not self.simulator.decided[running].all():
+                ticks = np.minimum(left, TICKS_PER_CONTROL_PERIOD)
+                self.simulator.advance(ticks, commands)
+                left, commands = left - ticks, None
+                after_control_period()
+
+        decided = self.simulator.decided & running
+        truncated = running & ~decided & (games.ticks >= self._limit_ticks)
+        self.running &= ~(decided | truncated)
+        red = red_rewards(self.config, sizes_before, self.simulator.sizes, decided)
+        return StepResult(
+            rewards=np.stack([red, 0.0 - red], axis=1),
+            terminated=decided,
+            truncated=truncated,
+            captured=games.captures - captures,
+            recaptured=games.recaptures - recaptures,
+        )
+
+    def observe(self, seat: ObservationConfig, teams: ArrayLike, rows: ArrayLike | None = None) -> Observations:
+        """Return fresh observations of games from the side of a team.
+
+        Parameters
+        ----------
+        seat : ObservationConfig
+            What to show.
+        teams : int or array_like of int (n,)
+            Whose side, of all or of each of the games.
+        rows : sequence of int, optional
+            The n games; all if not given.
+        """
+        chosen = self.simulator.rows(rows)
+        given = np.asarray(teams)
+        whole = np.issubdtype(given.dtype, np.integer) or not given.size
+        if not whole or given.shape not in ((), chosen.shape) or not ((given == RED) | (given == BLUE)).all():
+            raise CommandError(f"teams must be 0 (red) or 1 (blue), one or one a game, got {teams!r}")
+        sides = np.empty(len(chosen), np.int64)
+        sides[:] = given
+        left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)
+        return observe(self.simulator, seat, sides, chosen, left)
+
+    def ask(self, policy: Player, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Show a policy some games, each from a team's side, and check the commands that it gives.
+
+        Parameters
+        ----------
+        policy : Player
+        teams : int64 array (n,)
+            The policy's team in each game.
+        rows : int64 array (n,)
+            The games.
+
+        Returns
+        -------
+        float64 array (n, A, A)
+
+        Raises
+        ------
+        PolicyError
+            If the answer is not n densities with values in [0, 1].
+        """
+        cells = self.config.command_cells
+        if not len(rows):
+            return np.zeros((0, cells, cells))
+        if isinstance(policy, PrivilegedPolicy):
+            answer = policy.plan(self.simulator, teams, rows)
+        else:
+            answer = policy.act(self.observe(policy.observation, teams, rows), rows)
+        try:
+            return check_densities(answer, (len(rows), cells, cells), f"policy {name_of(policy)}'s answer")
+        except CommandError as error:
+            raise PolicyError(str(error)) from error
+
+    def outcome(self, row: int, team: int) -> str | None:
+        """Return "win", "loss" or "draw" of an ended game for a team, None while it runs."""
+        check_team(team)
+        chosen = self.simulator.rows(row)
+        if len(chosen) != 1:
+            raise CommandError(f"row must be the number of one game, got {row!r}")
+        if self.running[chosen[0]]:
+            return None
+        sizes = self.simulator.sizes[chosen[0]]
+        if self.config.capture.enabled and sizes.min() == 0:
+            return "win" if sizes[team] else "loss"
+        return "draw"
+
+    def infos(
+        self, result: StepResult | None, teams: int | NDArray[np.int64], rows: int | NDArray[np.int64]
+    ) -> dict[str, Any]:
+        """Return what PettingZoo and Gymnasium call info, by name: numbers alone, the same names always.
+
+        Parameters
+        ----------
+        result : StepResult, optional
+            Of the last step; none if there was none yet.
+        teams : int or int64 array (n,)
+            Whose view, in each of the games.
+        rows : int or int64 array (n,)
+            The games, or one game.
+
+        Returns
+        -------
+        dict of array (n,), or of numbers of NumPy
+            size, captured, lost, recaptured, time_s, and outcome: 1 for a team that has won, -1 for one that
+            has lost, 0 as long as the game goes on and for a draw.
+        """
+        games = self.simulator.games
+        drones, blue = self.config.num_drones, games.teams[rows].sum(axis=-1, dtype=np.int64)
+        sizes = (drones - blue) + teams * (2 * blue - drones)
+        if result is None:
+            captured, lost, recaptured = np.zeros((3, *np.shape(rows)), np.int64)
+        else:
+            captured, lost = result.captured[rows, teams], result.captured[rows, 1 - teams]
+            recaptured = result.recaptured[rows, teams]
+        return {
+            "size": sizes,
+            "captured": captured,
+            "lost": lost,
+            "recaptured": recaptured,
+            "time_s": games.ticks[rows] / TICKS_PER_SECOND,
+            "outcome": sizes // drones - (sizes == 0) if self.config.capture.enabled else 0 * sizes,
+        }
+
+    def close(self) -> None:
+        """End the simulator's threads."""
+        self.simulator.close()
+
+
+def by_game(infos: dict[str, NDArray[Any]]) -> list[dict[str, Any]]:
+    """Turn infos of several games into a dict of plain numbers for each."""
+    names, columns = list(infos), [values.tolist() for values in infos.values()]
+    return [dict(zip(names, values, strict=True)) for values in zip(*columns, strict=True)]
+
+
+def plain(infos: dict[str, Any]) -> dict[str, Any]:
+    """Turn infos of one game into plain numbers."""
+    return {name: value.item() for name, value in infos.items()}

@@ -1,0 +1,200 @@
+"""One learner against an opponent in each of E games: what the one-learner faces share.
+
+Who sits where, what the learner sees, what its action means, and the opponents' answers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config import RED, TEAM_NAMES, GameConfig
+from swarm_pz.config.base import check_choice
+from swarm_pz.envs.batch_env import BatchEnv, StepResult
+from swarm_pz.errors import ConfigError, GameOverError
+from swarm_pz.policy import Player, load, name_of
+from swarm_pz.policy.model_policy import Model
+from swarm_pz.spaces.formats import Format, FormatOptions
+from swarm_pz.spaces.observation import Observations
+
+Opponent = str | Path | Player | Model
+Opponents = Opponent | Sequence[Opponent]
+
+
+@dataclass(frozen=True)
+class DuelResult:
+    """What a step gave the learners: float64 and bool arrays (E,), and the batch's own result."""
+
+    rewards: NDArray[np.float64]
+    terminated: NDArray[np.bool_]
+    truncated: NDArray[np.bool_]
+    result: StepResult
+
+
+class _Seated(NamedTuple):
+    number: int
+    player: Player
+
+
+class DuelBatch:
+    """E games, each with a learner on one side and an opponent on the other.
+
+    Parameters
+    ----------
+    config : GameConfig
+        `observation` of the learner's side is what the learner sees; opponents say for themselves.
+    num_games : int
+    opponent : str, Policy or sequence of these
+        Dealt to the games in turn.
+    side : {"random", "red", "blue"}
+        Where the learner sits; drawn anew for every game if random.
+    threads : int
+    max_cycles : int, optional
+    **options
+        How the learner sees and acts: those of `swarm_pz.spaces.formats.Format`.
+
+    Attributes
+    ----------
+    format : Format
+        The learner's spaces.
+    opponent_names : list of str
+        Everybody who has been dealt so far; infos hold numbers into this list.
+    """
+
+    def __init__(
+        self,
+        config: GameConfig,
+        num_games: int,
+        *,
+        opponent: Opponents = "uniform",
+        side: Literal["random", "red", "blue"] = "random",
+        threads: int = 1,
+        max_cycles: int | None = None,
+        **options: Unpack[FormatOptions],
+    ) -> None:
+        check_choice(side, "side", ("random", *TEAM_NAMES))
+        self.config = config
+        self.batch = BatchEnv(config, num_games, threads=threads, max_cycles=max_cycles)
+        self.format = Format(
+            config, config.observations[RED if side == "random" else TEAM_NAMES.index(side)], **options
+        )
+        self._side = side
+        self.sides = np.zeros(num_games, np.int64)
+        """Team of each game's learner."""
+        self.opponent_names: list[str] = []
+        self.deal(opponent)
+        self._seated = [self._dealt[0]] * num_games
+        self._numbers = np.zeros(num_games, np.int64)
+
+    def deal(self, opponent: Opponents, names: Sequence[str] | None = None) -> None:
+        """Deal opponents to the games in turn, from each one's next start on.
+
+        Parameters
+        ----------
+        opponent : str, Policy or sequence of these
+        names : sequence of str, optional
+            What infos call them; their own names if not given.
+
+        Raises
+        ------
+        ConfigError, PolicyError
+            If none is given, or one cannot be had; the old ones stay.
+        """
+        alone = isinstance(opponent, str) or not isinstance(opponent, Sequence)
+        given: list[Opponent] = [opponent] if alone else list(opponent)  # type: ignore[list-item, arg-type]
+        if not given:
+            raise ConfigError("opponent must be a policy, a name or a sequence of these, got none")
+        # One object for all games against the same opponent: they are answered together.
+        loaded = {key: load(policy, self.config) for key, policy in {_key(one): one for one in given}.items()}
+        called = [name_of(policy) for policy in given] if names is None else list(names)
+        self.opponent_names += [name for name in dict.fromkeys(called) if name not in self.opponent_names]
+        dealt = [
+            _Seated(self.opponent_names.index(name), loaded[_key(policy)])
+            for name, policy in zip(called, given, strict=True)
+        ]
+        self._dealt = [dealt[row % len(dealt)] for row in range(self.batch.num_games)]
+
+    def _by_opponent(self, rows: NDArray[np.int64]) -> Iterable[tuple[Player, NDArray[np.int64]]]:
+        """Group rows by who plays there."""
+        groups: dict[int, list[int]] = {}
+        for row in rows.tolist():
+            groups.setdefault(id(self._seated[row].player), []).append(row)
+        return [(self._seated[group[0]].player, np.array(group)) for group in groups.values()]
+
+    def reset(
+        self,
+        seeds: Sequence[np.random.SeedSequence],
+        rows: NDArray[np.int64],
+        scenario: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        """Start games; each seed decides the start, the learner's side and the opponent's stream."""
+        self.batch.reset(seeds, rows, scenario)
+        streams = [_child_seeds(seed) for seed in seeds]
+        for row, (side_seed, _) in zip(rows, streams, strict=True):
+            if self._side == "random":
+                self.sides[row] = np.random.default_rng(side_seed).integers(2)
+            else:
+                self.sides[row] = TEAM_NAMES.index(self._side)
+            self._seated[row] = self._dealt[row]
+            self._numbers[row] = self._dealt[row].number
+        streams_of = dict(zip(rows.tolist(), (stream for _, stream in streams), strict=True))
+        for policy, mine in self._by_opponent(rows):
+            policy.reset([streams_of[row] for row in mine.tolist()], mine)
+
+    def observe(self, rows: NDArray[np.int64] | None = None) -> Observations:
+        """Return what the learners of some games see."""
+        chosen = np.arange(self.batch.num_games) if rows is None else rows
+        return self.format.show(self.batch.observe(self.format.seat, self.sides[chosen], chosen))
+
+    def step(self, actions: ArrayLike, after_control_period: Callable[[], None] | None = None) -> DuelResult:
+        """Play the learners' actions (E, ...) against the opponents' answers.
+
+        Raises
+        ------
+        CommandError, PolicyError
+            If an action or an answer is not valid; no game is changed.
+        """
+        learners = self.format.read(actions, self.batch.num_games)
+        rows = np.flatnonzero(self.batch.running)
+        if not len(rows):
+            raise GameOverError("no game is running: call reset before step")
+        cells = self.config.command_cells
+        commands = np.zeros((self.batch.num_games, 2, cells, cells))
+        commands[rows, self.sides[rows]] = learners[rows]
+        for policy, mine in self._by_opponent(rows):
+            others = 1 - self.sides[mine]
+            commands[mine, others] = self.batch.ask(policy, others, mine)
+        result = self.batch.step_checked(commands, after_control_period)
+        games = np.arange(self.batch.num_games)
+        return DuelResult(result.rewards[games, self.sides], result.terminated, result.truncated, result)
+
+    def infos(self, result: DuelResult | None = None, rows: int | NDArray[np.int64] | None = None) -> dict[str, Any]:
+        """Return the learners' infos of some games or one, of all if not given, by name: numbers alone.
+
+        They are those of `BatchEnv.infos`, and share, side (0 red, 1 blue) and opponent, a number into
+        `opponent_names`; the same names always.
+        """
+        chosen = np.arange(self.batch.num_games) if rows is None else rows
+        sides = self.sides[chosen]
+        infos = self.batch.infos(None if result is None else result.result, sides, chosen)
+        infos["share"] = infos["size"] / self.config.num_drones
+        infos["side"] = sides
+        infos["opponent"] = self._numbers[chosen]
+        return infos
+
+
+def _key(policy: Opponent) -> str | int:
+    return str(policy) if isinstance(policy, (str, Path)) else id(policy)
+
+
+def _child_seeds(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
+    """Derive streams from a seed without changing it, unlike its own `spawn`."""
+    return [
+        np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, purpose), pool_size=seed.pool_size)
+        for purpose in (1_000_001, 1_000_002)
+    ]

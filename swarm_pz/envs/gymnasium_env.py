@@ -1,0 +1,138 @@
+"""One learner against an opponent, registered with Gymnasium as ``swarm_pz/Capture-v0``."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import gymnasium
+import numpy as np
+from numpy.typing import ArrayLike
+
+from swarm_pz.config import GameConfig, resolve
+from swarm_pz.envs.batch_env import plain
+from swarm_pz.envs.duel_batch import DuelBatch, Opponent
+from swarm_pz.rendering.painter import METADATA, Screen
+from swarm_pz.simulator.spawn import check_seed, next_seed
+from swarm_pz.spaces.formats import ActionKind, Dtype
+from swarm_pz.spaces.observation import Observations, of_game
+
+
+class DuelEnv(gymnasium.Env[Any, Any]):
+    """One learner against an opponent, as a Gymnasium environment.
+
+    Rules, observations and rewards are those of `swarm_pz.envs.parallel_env.CaptureEnv`, seen from the
+    learner's side. Infos hold its numbers, and the learner's ``share`` of all drones, its ``side``
+    (0 red, 1 blue, as of `swarm_pz.config.TEAM_NAMES`) and ``opponent``, a number into `opponent_names`; the
+    same names at every step.
+
+    Parameters
+    ----------
+    config : GameConfig, optional
+    opponent : str, Path, Policy or model
+        A name that `policies.names()` lists, a folder that training wrote, a policy, or a model with
+        `predict` and spaces, as Stable-Baselines3's; see `swarm_pz.policy.load`.
+    side : {"random", "red", "blue"}
+        Where the learner sits.
+    action : {"log_density", "density", "discrete"}
+        With ``log_density``, the action space is Box(-1, 1) and the command its softmax, which
+        suits Gaussian policies; with ``density`` it is the command itself; with ``discrete`` it is
+        the number of one of `command_names`.
+    action_cells : int, optional
+        Cells a side of an action, interpolated to the command's; as many as these if not given.
+    flatten_actions, observation_dtype, channels_last
+        How actions and images are written; see `swarm_pz.spaces.formats`.
+    render_mode : str, optional
+    max_cycles : int, optional
+    **overrides
+        Fields of `GameConfig` to replace; `preset`, the name of one to begin with.
+
+    Examples
+    --------
+    >>> import gymnasium, swarm_pz
+    >>> env = gymnasium.make("swarm_pz/Capture-v0", opponent="uniform")
+    >>> observation, info = env.reset(seed=0)
+    >>> observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+    >>> observation.shape, info["time_s"], env.unwrapped.opponent_names[info["opponent"]]
+    ((9, 50, 50), 1.0, 'uniform')
+    """
+
+    metadata = METADATA
+
+    def __init__(
+        self,
+        config: GameConfig | None = None,
+        *,
+        opponent: Opponent = "uniform",
+        side: Literal["random", "red", "blue"] = "random",
+        action: ActionKind = "log_density",
+        action_cells: int | None = None,
+        flatten_actions: bool = False,
+        observation_dtype: Dtype = "uint8",
+        channels_last: bool = False,
+        render_mode: str | None = None,
+        max_cycles: int | None = None,
+        **overrides: Any,
+    ) -> None:
+        self.duel = DuelBatch(
+            resolve(config, overrides, type(self)),
+            1,
+            opponent=opponent,
+            side=side,
+            max_cycles=max_cycles,
+            action=action,
+            action_cells=action_cells,
+            flatten_actions=flatten_actions,
+            observation_dtype=observation_dtype,
+            channels_last=channels_last,
+        )
+        self.render_mode = render_mode
+        self.screen = Screen(render_mode, self.duel.batch.simulator)
+        self.metadata = self.screen.metadata
+        self.observation_space = self.duel.format.observation_space
+        self.action_space = self.duel.format.action_space
+
+    @property
+    def opponent_names(self) -> list[str]:
+        """Names of opponents, by the numbers in infos."""
+        return self.duel.opponent_names
+
+    @property
+    def command_names(self) -> tuple[str, ...]:
+        """What each discrete action asks for; nothing for actions of other kinds."""
+        return self.duel.format.command_names
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Start a game; `options` may hold a scenario.
+
+        Without a seed it is the next game of the sequence that the last seed began: `np_random`'s.
+        """
+        if seed is not None:
+            check_seed(seed)
+            seed = int(seed)
+        super().reset(seed=seed)
+        game_seed = next_seed(self.np_random) if seed is None else np.random.SeedSequence(seed)
+        self.duel.reset([game_seed], np.zeros(1, np.int64), options)
+        self.screen.begin()
+        return of_game(self.duel.observe(), 0), plain(self.duel.infos(None, 0))
+
+    def step(self, action: ArrayLike) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
+        """Play one command."""
+        result = self.duel.step(np.asarray(action)[None], self.screen.after_control_period)
+        return (
+            of_game(self.duel.observe(), 0),
+            float(result.rewards[0]),
+            bool(result.terminated[0]),
+            bool(result.truncated[0]),
+            plain(self.duel.infos(result, 0)),
+        )
+
+    def render(self) -> Any:
+        """Show or return the board as the render mode says."""
+        return self.screen.render()
+
+    def close(self) -> None:
+        """Close the window and end threads."""
+        self.screen.close()
+        self.duel.batch.close()

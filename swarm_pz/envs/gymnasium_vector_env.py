@@ -1,0 +1,264 @@
+"""Many games at once, one learner in each; what ``gymnasium.make_vec("swarm_pz/Capture-v0")`` gives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config import GameConfig, resolve
+from swarm_pz.envs.duel_batch import DuelBatch, DuelResult, Opponents
+from swarm_pz.errors import CommandError, ConfigError, GameOverError
+from swarm_pz.rendering.painter import METADATA, Screen
+from swarm_pz.simulator.spawn import check_seed, next_seed, seeds_of
+from swarm_pz.spaces.formats import ActionKind, Dtype
+from swarm_pz.spaces.observation import Observations, of_game
+
+
+class DuelVectorEnv(VectorEnv[Any, Any, Any]):
+    """Many games at once, one learner in each; what ``gymnasium.make_vec`` gives.
+
+    Parameters
+    ----------
+    num_envs : int
+    config, opponent, side, max_cycles, **overrides
+    action, action_cells, flatten_actions, observation_dtype, channels_last
+        As of `DuelEnv`; `opponent` may be a sequence, dealt to the games in turn.
+    threads : int
+    render_mode : str, optional
+        `render` returns a tuple, with an entry for each game; ``human`` shows the first.
+    autoreset_mode : AutoresetMode or str
+        When a game that has ended starts afresh, as Gymnasium defines it: at the next step, whose action is
+        not used (``NextStep``); at once, its last observation and info in ``final_obs`` and ``final_info``
+        (``SameStep``); or never but by `reset` (``Disabled``).
+
+    Examples
+    --------
+    >>> import gymnasium, swarm_pz
+    >>> envs = gymnasium.make_vec("swarm_pz/Capture-v0", num_envs=4, opponent="ring")
+    >>> observations, infos = envs.reset(seed=0)
+    >>> observations, rewards, terminated, truncated, infos = envs.step(envs.action_space.sample())
+    >>> observations.shape, rewards.shape
+    ((4, 9, 50, 50), (4,))
+    """
+
+    metadata = METADATA | {"autoreset_mode": AutoresetMode.NEXT_STEP}
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        config: GameConfig | None = None,
+        *,
+        opponent: Opponents = "uniform",
+        side: Literal["random", "red", "blue"] = "random",
+        action: ActionKind = "log_density",
+        action_cells: int | None = None,
+        flatten_actions: bool = False,
+        observation_dtype: Dtype = "uint8",
+        channels_last: bool = False,
+        threads: int = 1,
+        render_mode: str | None = None,
+        max_cycles: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        **overrides: Any,
+    ) -> None:
+        self.autoreset_mode = _check_autoreset(autoreset_mode)
+        self.num_envs = num_envs
+        self.duel = DuelBatch(
+            resolve(config, overrides, type(self)),
+            num_envs,
+            opponent=opponent,
+            side=side,
+            threads=threads,
+            max_cycles=max_cycles,
+            action=action,
+            action_cells=action_cells,
+            flatten_actions=flatten_actions,
+            observation_dtype=observation_dtype,
+            channels_last=channels_last,
+        )
+        self.render_mode = render_mode
+        shown = 1 if render_mode in (None, "human") else num_envs
+        self.screens = [Screen(render_mode, self.duel.batch.simulator, row) for row in range(shown)]
+        self.metadata = self.screens[0].metadata | {"autoreset_mode": self.autoreset_mode}
+        self.single_observation_space = self.duel.format.observation_space
+        self.single_action_space = self.duel.format.action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
+
+    @property
+    def opponent_names(self) -> list[str]:
+        """Names of opponents, by the numbers in infos."""
+        return self.duel.opponent_names
+
+    @property
+    def command_names(self) -> tuple[str, ...]:
+        """What each discrete action asks for; nothing for actions of other kinds."""
+        return self.duel.format.command_names
+
+    @property  # type: ignore[misc]  # as of SyncVectorEnv
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """The random generator of each game, from which its next games come."""
+        return tuple(self._generators)
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]  # as of SyncVectorEnv
+        """What each game's generator was seeded with."""
+        return tuple(seeds_of(generator).entropy for generator in self._generators)  # type: ignore[misc]
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Start all games, or some.
+
+        Parameters
+        ----------
+        seed : int or sequence of int or None, optional
+            One seed s gives game i the seed s + i, as Gymnasium does; without one each game goes on with the
+            next of the sequence that its last seed began.
+        options : mapping, optional
+            A scenario; and ``reset_mask``, a bool array (num_envs,) of the games to start: the others go on
+            as they are, and have no infos.
+
+        Returns
+        -------
+        observations, infos
+            Of all games.
+
+        Raises
+        ------
+        CommandError
+            If seed, mask or scenario do not fit; no game is changed.
+        """
+        options = dict(options or {})
+        mask = _check_mask(options.pop("reset_mask", None), self.num_envs)
+        rows = np.flatnonzero(mask)
+        seeds = self._check_seeds(seed)
+        for row in rows.tolist():
+            if seeds[row] is not None:
+                self._generators[row] = seeding.np_random(seeds[row])[0]
+        given = [seeds[row] for row in rows.tolist()]
+        games = [
+            next_seed(self._generators[row]) if number is None else np.random.SeedSequence(number)
+            for row, number in zip(rows.tolist(), given, strict=True)
+        ]
+        self._start(games, rows, options)
+        return self.duel.observe(), _masked(self.duel.infos(), mask)
+
+    def _check_seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
+        if seed is None:
+            return [None] * self.num_envs
+        if not isinstance(seed, (Sequence, np.ndarray)):
+            check_seed(seed)
+            return [int(seed) + i for i in range(self.num_envs)]
+        seeds = list(seed)
+        if len(seeds) != self.num_envs:
+            raise CommandError(f"seed must be one number or {self.num_envs}, got {len(seeds)}")
+        for number in seeds:
+            if number is not None:
+                check_seed(number)
+        return [None if number is None else int(number) for number in seeds]
+
+    def step(
+        self, actions: ArrayLike
+    ) -> tuple[Observations, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """Play one command in every running game, and start ended games afresh as the autoreset mode says."""
+        waiting = np.flatnonzero(~self.duel.batch.running)
+        if len(waiting) and self.autoreset_mode == AutoresetMode.DISABLED:
+            raise GameOverError(
+                f"games {waiting.tolist()} have ended or not begun, and autoreset is disabled: call "
+                "reset(options={'reset_mask': ...}) before step"
+            )
+        if len(waiting) == self.num_envs:
+            self._restart(waiting)
+            nothing, never = np.zeros(self.num_envs), np.zeros(self.num_envs, np.bool_)
+            return self.duel.observe(), nothing, never, never.copy(), self._all(self.duel.infos())
+        shows = self.screens[0].after_control_period is not None
+        result = self.duel.step(actions, self._show if shows else None)
+        if len(waiting):
+            self._restart(waiting)
+        over = result.terminated | result.truncated
+        final = self._finish(result, over) if self.autoreset_mode == AutoresetMode.SAME_STEP and over.any() else {}
+        # Of games that have just begun the result says nothing: their row is all zero.
+        infos = self.duel.infos(result)
+        if final:
+            for name in ("captured", "lost", "recaptured"):
+                infos[name][over] = 0
+        return self.duel.observe(), result.rewards, result.terminated, result.truncated, self._all(infos) | final
+
+    def _finish(self, result: DuelResult, over: NDArray[np.bool_]) -> dict[str, Any]:
+        """Start the games that are over afresh, and return how they ended as Gymnasium wants it."""
+        rows = np.flatnonzero(over)
+        last, infos = self.duel.observe(rows), self.duel.infos(result)
+        observations = np.full(self.num_envs, None, dtype=object)
+        for place, row in enumerate(rows.tolist()):
+            observations[row] = of_game(last, place)
+        self._restart(rows)
+        return {
+            "final_obs": observations,
+            "_final_obs": over.copy(),
+            "final_info": _masked(infos, over),
+            "_final_info": over.copy(),
+        }
+
+    def _restart(self, rows: NDArray[np.int64]) -> None:
+        self._start([next_seed(self._generators[row]) for row in rows], rows, None)
+
+    def _start(
+        self, seeds: Sequence[np.random.SeedSequence], rows: NDArray[np.int64], scenario: Mapping[str, Any] | None
+    ) -> None:
+        self.duel.reset(seeds, rows, scenario)
+        if self.render_mode is not None:
+            for row in rows[rows < len(self.screens)].tolist():
+                self.screens[row].begin()
+
+    def _all(self, infos: dict[str, NDArray[Any]]) -> dict[str, Any]:
+        return _masked(infos, np.ones(self.num_envs, np.bool_))
+
+    def _show(self) -> None:
+        for screen in self.screens:
+            screen.after_control_period()
+
+    def render(self) -> tuple[Any, ...] | None:
+        """Return what the render mode asks for of each game; show the first in a window, and return nothing."""
+        frames = tuple(screen.render() for screen in self.screens)
+        return None if self.render_mode in (None, "human") else frames
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Close the window and end threads."""
+        for screen in self.screens:
+            screen.close()
+        self.duel.batch.close()
+
+
+def _check_autoreset(mode: AutoresetMode | str) -> AutoresetMode:
+    """Take a mode, its name or its value."""
+    for known in AutoresetMode:
+        if mode in (known, known.value, known.name, known.name.lower()):
+            return known
+    names = " or ".join(repr(known.value) for known in AutoresetMode)
+    raise ConfigError(f"autoreset_mode must be {names}, got {mode!r}")
+
+
+def _check_mask(mask: Any, count: int) -> NDArray[np.bool_]:
+    if mask is None:
+        return np.ones(count, np.bool_)
+    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (count,) or not mask.any():
+        raise CommandError(f"reset_mask must be a bool array of shape ({count},) with at least one True, got {mask!r}")
+    return mask.copy()
+
+
+def _masked(infos: dict[str, NDArray[Any]], mask: NDArray[np.bool_]) -> dict[str, Any]:
+    """Put beside each info, as Gymnasium does, the games that it is of; zero elsewhere."""
+    masked: dict[str, Any] = {}
+    is_whole = bool(mask.all())
+    for name, values in infos.items():
+        masked[name] = values if is_whole else np.where(mask, values, np.zeros_like(values))
+        masked[f"_{name}"] = mask.copy()
+    return masked

@@ -1,0 +1,335 @@
+"""The PettingZoo environment: two agents, each commanding a swarm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import seeding
+from numpy.typing import NDArray
+from pettingzoo import AECEnv, ParallelEnv
+from pettingzoo.utils import BaseParallelWrapper, wrappers
+from pettingzoo.utils.conversions import parallel_to_aec_wrapper
+
+from swarm_pz.config import AGENTS, BLUE, CHANNELS, GRID_CELLS, RED, GameConfig, ObservationConfig, resolve
+from swarm_pz.envs.batch_env import BatchEnv, StepResult, plain
+from swarm_pz.errors import CommandError, GameOverError
+from swarm_pz.rendering.painter import METADATA, Screen
+from swarm_pz.simulator.spawn import check_seed, next_seed, seeds_of
+from swarm_pz.spaces.formats import ActionKind, Dtype, Format
+from swarm_pz.spaces.observation import Observations, of_game
+
+Step = tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]
+"""Observations, rewards, terminations, truncations and infos, each by agent."""
+STATE_CHANNELS = (
+    "red_positions",
+    "blue_positions",
+    "red_trail_age",
+    "blue_trail_age",
+    "red_capture_field",
+    "blue_capture_field",
+    "red_target",
+    "blue_target",
+    "red_share",
+    "time_left",
+)
+
+
+class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # untyped base
+    """Two swarms, each trying to capture all of the other's drones.
+
+    Each agent sends a coarse *density image*, its command; a decentralized ergodic controller flies
+    the team's drones so that, over time, they cover the square as the image asks. A drone that
+    enters ground the other swarm surrounds is captured and changes sides. A team that owns every
+    drone wins.
+
+    |                   |                                                                |
+    |-------------------|----------------------------------------------------------------|
+    | Import            | `from swarm_pz import parallel_env`                            |
+    | Registered as     | `swarm_pz/Capture-v0` (PettingZoo parallel and AEC, Gymnasium) |
+    | Agents            | `red_0`, `blue_0`                                              |
+    | Actions           | continuous, parallel                                           |
+    | Action space      | `Box(0, 1, (10, 10), float32)`                                 |
+    | Observation space | `Box(0, 255, (9, 50, 50), uint8)`                              |
+    | State space       | `Box(0, 255, (10, 50, 50), uint8)`                             |
+    | Reward            | zero-sum; range `[-3, 3]` a step from equal teams              |
+    | Episode           | 300 steps of 1 s, or until a team owns every drone             |
+
+    **Action.** A density over the square, `[row = y, column = x]`, row 0 at the bottom. Only its
+    shape counts: an image and its double are the same command, and all zeros mean uniform. It is
+    held for one command period.
+
+    **Observation.** Images seen from the agent's own side, in the order of
+    `swarm_pz.config.CHANNELS`: positions, trail age and capture field, each own and opposing,
+    own target, own share of drones, time left. With ``ObservationConfig(kind="entities")``: padded
+    and masked lists of drones.
+
+    **Reward.** The team's change of size over the mean starting size of a team, plus 1 for a win,
+    minus 1 for a loss, nothing more at a time-out. Terms are weighted by ``RewardConfig``.
+
+    **Rules.** Drones are second-order point masses, |u| <= 1, 30 ticks a second. A drone's *trail*
+    is the cells of a 50x50 grid it was in over the last 5 s; a team's *occupancy* is its trails
+    summed; its *capture field* is the occupancy averaged over the ring of outer cells of each 5x5
+    sub-grid, as far as they lie inside the square. A drone is captured where the opposing field is
+    above three quarters of its maximum.
+
+    **Ends.** Termination when a team owns every drone, in the tick that decides it; truncation, a
+    draw, at the time limit.
+
+    **Infos.** Numbers, the same names at every step: ``size``, ``captured``, ``lost``, ``recaptured`` (drones
+    taken back within a second), ``time_s``, and ``outcome``: 1 for the team that has won, -1 for the one that
+    has lost, 0 as long as the game goes on and for a draw.
+
+    **Reset options.** ``positions`` (N, 2), ``velocities`` (N, 2), ``teams`` (N,) set up a
+    scenario; other options are ignored.
+
+    Parameters
+    ----------
+    config : GameConfig, optional
+        The rules; preset `paper` if not given.
+    render_mode : str, optional
+        ``human`` and ``rgb_array_list`` show every control period (0.1 s); ``rgb_array`` and ``ansi``
+        the board as it is.
+    max_cycles : int, optional
+        Steps until a draw; follows from the time limit if not given.
+    action, action_cells, flatten_actions, observation_dtype, channels_last
+        How actions and images are written, for libraries that want them otherwise than above; see
+        `swarm_pz.spaces.formats`.
+    **overrides
+        Fields of `GameConfig` to replace; `preset`, the name of one to begin with.
+
+    Examples
+    --------
+    >>> from swarm_pz import parallel_env
+    >>> env = parallel_env(drones_per_team=6, max_cycles=3)
+    >>> observations, infos = env.reset(seed=0)
+    >>> while env.agents:
+    ...     actions = {agent: env.action_space(agent).sample() for agent in env.agents}
+    ...     observations, rewards, terminations, truncations, infos = env.step(actions)
+    >>> infos["red_0"]["time_s"], infos["red_0"]["outcome"]
+    (3.0, 0)
+
+    Notes
+    -----
+    Version history: v0, the first.
+    """
+
+    metadata = METADATA
+
+    def __init__(
+        self,
+        config: GameConfig | None = None,
+        *,
+        render_mode: str | None = None,
+        max_cycles: int | None = None,
+        action: ActionKind = "density",
+        action_cells: int | None = None,
+        flatten_actions: bool = False,
+        observation_dtype: Dtype = "uint8",
+        channels_last: bool = False,
+        **overrides: Any,
+    ) -> None:
+        self.config = resolve(config, overrides, type(self))
+        self.render_mode = render_mode
+        self.batch = BatchEnv(self.config, max_cycles=max_cycles)
+        self.screen = Screen(render_mode, self.batch.simulator)
+        self.metadata = self.screen.metadata
+        self.possible_agents = list(AGENTS)
+        self.agents: list[str] = []
+        self.formats = {
+            agent: Format(
+                self.config,
+                seat,
+                action=action,
+                action_cells=action_cells,
+                flatten_actions=flatten_actions,
+                observation_dtype=observation_dtype,
+                channels_last=channels_last,
+            )
+            for agent, seat in zip(AGENTS, self.config.observations, strict=True)
+        }
+        self.state_space = spaces.Box(0, 255, (len(STATE_CHANNELS), GRID_CELLS, GRID_CELLS), np.uint8)
+        self._np_random: np.random.Generator | None = None
+
+    @property
+    def np_random(self) -> np.random.Generator:
+        """The generator from which games without a seed come; may be assigned."""
+        if self._np_random is None:
+            self._np_random = seeding.np_random()[0]
+        return self._np_random
+
+    @np_random.setter
+    def np_random(self, generator: np.random.Generator) -> None:
+        self._np_random = generator
+
+    @property
+    def np_random_seed(self) -> Any:
+        """What `np_random` was seeded with."""
+        return seeds_of(self.np_random).entropy
+
+    @property
+    def command_names(self) -> tuple[str, ...]:
+        """What each discrete action asks for; nothing for actions of other kinds."""
+        return self.formats[AGENTS[RED]].command_names
+
+    @property
+    def max_cycles(self) -> int:
+        """Steps until a draw; may be assigned."""
+        return self.batch.max_cycles
+
+    @max_cycles.setter
+    def max_cycles(self, cycles: int) -> None:
+        self.batch.max_cycles = cycles
+
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
+        """Return an agent's observation space, the same object at every call."""
+        return self.formats[agent].observation_space
+
+    def action_space(self, agent: str) -> spaces.Space[Any]:
+        """Return an agent's action space, the same object at every call."""
+        return self.formats[agent].action_space
+
+    def reset(
+        self, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[dict[str, Observations], dict[str, dict[str, Any]]]:
+        """Start a game.
+
+        Parameters
+        ----------
+        seed : int, optional
+            The game's seed; without one the next of the sequence that the last seed began.
+        options : mapping, optional
+            A scenario: positions, velocities, teams. Unknown options are ignored.
+
+        Returns
+        -------
+        observations, infos : dict by agent
+        """
+        if seed is not None:
+            self.batch.reset([check_seed(seed)], scenario=options)
+            self._np_random = seeding.np_random(int(seed))[0]
+        else:
+            self.batch.reset([next_seed(self.np_random)], scenario=options)
+        self.agents = list(AGENTS)
+        self.screen.begin()
+        return self._observations(), self._infos(None)
+
+    def step(self, actions: Mapping[str, Any]) -> Step:
+        """Hold both agents' commands for one command period, or until the game ends.
+
+        Parameters
+        ----------
+        actions : mapping
+            One command for each agent, as its action space says.
+
+        Returns
+        -------
+        observations, rewards, terminations, truncations, infos : dict by agent
+
+        Raises
+        ------
+        CommandError
+            If agents are unknown or missing, or a command is not valid; the game stays as it was.
+        GameOverError
+            If the game has ended or not begun.
+        """
+        if not self.agents:
+            raise GameOverError("the game has ended or not begun: call reset before step")
+        if not isinstance(actions, Mapping) or set(actions) != set(AGENTS):
+            came = sorted(map(str, actions)) if isinstance(actions, Mapping) else repr(actions)
+            raise CommandError(f"actions must hold one command for each of {list(AGENTS)}, got {came}")
+        return self.step_checked({agent: self.check_action(agent, actions[agent]) for agent in AGENTS})
+
+    def step_checked(self, densities: Mapping[str, NDArray[np.float64]]) -> Step:
+        """As `step`, for who has checked the actions already: for each agent, what `check_action` returned."""
+        commands = np.stack([densities[agent] for agent in AGENTS])[None]
+        result = self.batch.step_checked(commands, self.screen.after_control_period)
+        if not self.batch.running[0]:
+            self.agents = []
+        return (
+            self._observations(),
+            {agent: float(result.rewards[0, team]) for team, agent in enumerate(AGENTS)},
+            {agent: bool(result.terminated[0]) for agent in AGENTS},
+            {agent: bool(result.truncated[0]) for agent in AGENTS},
+            self._infos(result),
+        )
+
+    def state(self) -> NDArray[np.uint8]:
+        """Return the whole board, channels in the order of `STATE_CHANNELS`."""
+        seat = ObservationConfig(grid=GRID_CELLS)
+        red, blue = (self.batch.observe(seat, team)[0] for team in (RED, BLUE))
+        target = CHANNELS.index("own_target")
+        return np.concatenate([red[: target + 1], blue[target : target + 1], red[target + 1 :]])
+
+    def render(self) -> Any:
+        """Show or return the board as the render mode says."""
+        return self.screen.render()
+
+    def close(self) -> None:
+        """Close the window and end threads."""
+        self.screen.close()
+        self.batch.close()
+
+    def check_action(self, agent: str, action: Any) -> NDArray[np.float64]:
+        """Return an agent's action as a density (A, A).
+
+        Raises
+        ------
+        CommandError
+            If the action is not in its space.
+        """
+        return self.formats[agent].read_one(action, f"{agent}'s command")
+
+    def _observations(self) -> dict[str, Observations]:
+        return {
+            agent: form.show(of_game(self.batch.observe(form.seat, team), 0))
+            for team, (agent, form) in enumerate(self.formats.items())
+        }
+
+    def _infos(self, result: StepResult | None) -> dict[str, dict[str, Any]]:
+        return {agent: plain(self.batch.infos(result, team, 0)) for team, agent in enumerate(AGENTS)}
+
+
+def parallel_env(config: GameConfig | None = None, **keywords: Any) -> CaptureEnv:
+    """Make the PettingZoo parallel environment; keywords are those of `CaptureEnv`."""
+    return CaptureEnv(config, **keywords)
+
+
+def env(config: GameConfig | None = None, **keywords: Any) -> AECEnv[str, Observations, Any]:
+    """Make the environment's AEC face: the agents send their commands in turn; keywords are those of `CaptureEnv`."""
+    return CaptureAECEnv(CaptureEnv(config, **keywords))
+
+
+class _Checked(BaseParallelWrapper[str, Observations, Any]):  # type: ignore[misc]  # untyped base
+    """`CaptureEnv` for actions that `CaptureAECEnv` has checked, each in its agent's own turn."""
+
+    env: CaptureEnv
+
+    def step(self, actions: Mapping[str, NDArray[np.float64]]) -> Step:
+        return self.env.step_checked(actions)
+
+
+class CaptureAECEnv(wrappers.OrderEnforcingWrapper):  # type: ignore[misc]  # untyped base
+    """`CaptureEnv` with agents that move in turn; a bad command is refused in its agent's own turn."""
+
+    def __init__(self, parallel: CaptureEnv) -> None:
+        super().__init__(parallel_to_aec_wrapper(_Checked(parallel)))
+        self._parallel = parallel
+
+    @property
+    def max_cycles(self) -> int:
+        """Steps until a draw; may be assigned."""
+        return self._parallel.max_cycles
+
+    @max_cycles.setter
+    def max_cycles(self, cycles: int) -> None:
+        self._parallel.max_cycles = cycles
+
+    def step(self, action: Any) -> None:
+        """Take the selected agent's command; both are played in the second agent's turn."""
+        agent = self.agent_selection
+        if not (self.terminations[agent] or self.truncations[agent]):
+            action = self._parallel.check_action(agent, action)
+        super().step(action)

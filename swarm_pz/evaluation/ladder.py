@@ -1,0 +1,171 @@
+"""The ladder of a tournament: ratings, who beats whom, and how far a ladder tells the truth.
+
+As plain values for JSON, as a Markdown page, and as a picture.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swarm_pz.errors import require_extra
+from swarm_pz.evaluation.provenance import provenance
+from swarm_pz.evaluation.ratings import ANCHOR, intransitivity, rate
+from swarm_pz.evaluation.tournament import Tournament
+
+_ANCHOR = "uniform"
+
+
+def make_ladder(tournament: Tournament) -> dict[str, Any]:
+    """Return the figures of a tournament, best player first.
+
+    Returns
+    -------
+    dict
+        ``players``, one entry each with rating, interval, games and durations; ``payoffs``, each one's
+        (row) share of the points against each other (column), None on the diagonal; ``intransitivity``;
+        the settings; and where it comes from, as of `swarm_pz.evaluation.provenance`. A pair of games that came out the
+        same counts as one in every number.
+    """
+    results = tournament.results()
+    anchor = _ANCHOR if _ANCHOR in tournament.players else None
+    ratings = rate(results, anchor)
+    points, games = results.payoffs()
+    order = np.argsort(-ratings.values, kind="stable")
+    entries = []
+    for i in order:
+        name = tournament.players[i]
+        others = [other for other in tournament.players if other != name]
+        won, drawn, lost = np.concatenate([tournament.tally(name, other) for other in others]).sum(axis=0).tolist()
+        own = [alike[0] for other in others for alike in tournament.counting(name, other)]
+        played = [game for game in own if not game.forfeit]
+        entries.append(
+            {
+                "player": name,
+                "kind": tournament.kind(name),
+                "rating": round(float(ratings.values[i]), 1),
+                "rating_ci95": [round(float(ratings.low[i]), 1), round(float(ratings.high[i]), 1)],
+                "games": _count(won + drawn + lost),
+                "wins": _count(won),
+                "draws": _count(drawn),
+                "losses": _count(lost),
+                "forfeits": sum(bool(game.forfeit) and game.outcome_of(name) == "loss" for game in own),
+                "median_seconds": float(np.median([game.seconds for game in played])) if played else None,
+                "thinking_ms": round(float(np.median([game.thinking_ms[game.one != name] for game in played])), 2)
+                if played
+                else None,
+            }
+        )
+    shares = points / np.where(games > 0, games, np.nan)
+    field = intransitivity(results)
+    return {
+        "seed": tournament.config.seed,
+        "games_per_pairing": tournament.config.games,
+        "budget_ms": tournament.config.budget_ms,
+        "config_hash": tournament.config.game.hash,
+        **provenance(tournament.config.game, tournament.command),
+        "anchor": anchor,
+        "players": entries,
+        "payoffs": [[None if i == j else round(float(shares[i, j]), 4) for j in order] for i in order],
+        "intransitivity": {
+            "cyclic_share": round(field.cyclic_share, 4),
+            "cyclic_share_of_a_ladder": round(field.expected, 4),
+            "cycles": field.cycles,
+            "decided_triples": field.triples,
+            "strongest_cycle": list(field.strongest),
+        },
+    }
+
+
+def _count(games: float) -> int | float:
+    """Return a number of games, with a half only where there is one."""
+    return int(games) if games == int(games) else games
+
+
+def to_markdown(ladder: dict[str, Any], picture: str) -> str:
+    """Return the ladder as a Markdown page."""
+    count = len(ladder["players"])
+    anchor = f"`{ladder['anchor']}` is {ANCHOR:g}" if ladder["anchor"] else f"the mean is {ANCHOR:g}"
+    lines = [
+        "# The ladder",
+        "",
+        f"{count} players, each against every other in {ladder['games_per_pairing']} games: half from each side, all "
+        f"from the same starts, seed {ladder['seed']}.",
+        f"Ratings are Bradley-Terry strengths on Elo's scale (400 points are odds of ten to one; {anchor}); a",
+        "draw is half a win. Intervals are 95 %, from a bootstrap over pairs of games. A pair that is the same game",
+        "twice counts as one, half from each side. A planned player is privileged: it sees the simulator itself,",
+        f"which no seat may. Rules: `{ladder['rules_hash']}`, of swarm-pz {ladder['versions']['swarm-pz']}.",
+        "",
+        "```bash",
+        ladder["command"],
+        "```",
+        "",
+        f"![Ratings, and each player's share of the points against each other]({picture})",
+        "",
+        "| | player | kind | rating | 95 % | won | drawn | lost | forfeits | median s | ms a command |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for rank, entry in enumerate(ladder["players"], 1):
+        low, high = entry["rating_ci95"]
+        lines.append(
+            f"| {rank} | `{entry['player']}` | {entry['kind']} | {entry['rating']:.0f} | {low:.0f} to {high:.0f} "
+            f"| {entry['wins']} | {entry['draws']} | {entry['losses']} | {entry['forfeits']} "
+            f"| {figure(entry['median_seconds'], 0)} | {figure(entry['thinking_ms'], 1)} |"
+        )
+    field = ladder["intransitivity"]
+    cycle = field["strongest_cycle"]
+    lines += [
+        "",
+        "## How far a ladder tells the truth",
+        "",
+        f"Of the squared log-odds between players, {100 * field['cyclic_share']:.0f} % is cyclic: no rating",
+        "explains it. A field that these ratings describe truly would show "
+        f"{100 * field['cyclic_share_of_a_ladder']:.0f} % in as many games.",
+        f"Of {field['decided_triples']} triples of players with three clear results, {field['cycles']} are",
+        "cycles in which each beats another"
+        + (f"; the clearest: `{cycle[0]}` beats `{cycle[1]}` beats `{cycle[2]}` beats `{cycle[0]}`." if cycle else "."),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def figure(value: float | None, digits: int) -> str:
+    """Return a number as tables show it, or a dash for none."""
+    return "-" if value is None else f"{value:.{digits}f}"
+
+
+def plot(ladder: dict[str, Any], path: Path) -> None:
+    """Draw ratings with intervals beside the payoff matrix."""
+    figure_class = require_extra("matplotlib.figure", "ladder").Figure
+    names = [entry["player"] + ("*" if entry["kind"] == "planned" else "") for entry in ladder["players"]]
+    count = len(names)
+    size = 0.42 * count + 2.0
+    figure = figure_class(figsize=(1.55 * size + 2.0, size), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=[1, 2.2])
+    places = np.arange(count)
+    values = np.array([entry["rating"] for entry in ladder["players"]])
+    low, high = np.array([entry["rating_ci95"] for entry in ladder["players"]]).T
+    left.errorbar(
+        values, places, xerr=[np.maximum(values - low, 0), np.maximum(high - values, 0)], fmt="o", color="tab:blue"
+    )
+    left.set_yticks(places, names)
+    left.set_ylim(count - 0.5, -0.5)
+    left.grid(axis="x", alpha=0.3)
+    left.set_xlabel("rating, 95 % interval")
+    shares = np.array([[np.nan if value is None else value for value in row] for row in ladder["payoffs"]])
+    image = right.imshow(shares, cmap="RdBu", vmin=0, vmax=1, aspect="auto")
+    right.set_xticks(places, names, rotation=60, ha="right")
+    right.set_yticks(places, [""] * count)
+    for (i, j), value in np.ndenumerate(shares):
+        if np.isfinite(value):
+            color = "white" if abs(value - 0.5) > 0.3 else "black"
+            right.text(j, i, f"{100 * value:.0f}", ha="center", va="center", fontsize=7, color=color)
+    right.set_title(
+        "% of the points that the row takes from the column"
+        + ("    (* sees the simulator)" if any(name.endswith("*") for name in names) else ""),
+        fontsize=10,
+    )
+    figure.colorbar(image, shrink=0.6)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=120)

@@ -1,0 +1,220 @@
+"""Matches: two policies, both sides, the same seeds for both; and what the games say.
+
+Games come in pairs: the policy plays red and then blue from the same start. Where the two games of
+a pair are the same game (two deterministic policies that play alike), the pair counts once.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import CommandError
+from swarm_pz.evaluation.intervals import middle, wilson
+from swarm_pz.evaluation.provenance import provenance
+from swarm_pz.evaluation.rollout import Game, Rollout, play_games
+from swarm_pz.policy import Player, PrivilegedPolicy, load_players, name_of
+
+_BATCH = 256
+"""Games played side by side; results do not depend on it."""
+_RESAMPLES = 10_000
+POINTS = {"win": 1.0, "draw": 0.5, "loss": 0.0}
+"""What an outcome is worth where games are added up."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatchResult:
+    """The games of a match and the settings behind them.
+
+    Attributes
+    ----------
+    policy, opponent : str
+    seed : int
+    config : GameConfig
+    limit_s : float
+        Seconds until a draw.
+    games : list of Game
+    privileged : tuple of str
+        Those of the two that see the simulator itself.
+    """
+
+    policy: str
+    opponent: str
+    seed: int
+    config: GameConfig
+    limit_s: float
+    games: list[Game]
+    privileged: tuple[str, ...] = ()
+
+    @property
+    def unique(self) -> list[Game]:
+        """The games that count: of a pair that is the same game twice, the one with the policy as red."""
+        first_of_pair = {game.pair: game.fingerprint for game in reversed(self.games)}
+        seen: set[int] = set()
+        kept = []
+        for game in self.games:
+            if game.pair in seen and game.fingerprint == first_of_pair[game.pair]:
+                continue
+            seen.add(game.pair)
+            kept.append(game)
+        return kept
+
+    @property
+    def lost(self) -> list[Game]:
+        """The games that count and that the policy lost."""
+        return [game for game in self.unique if game.outcome == "loss"]
+
+    def count(self, outcome: str) -> int:
+        """Count unique games that ended in "win", "draw" or "loss"."""
+        return sum(game.outcome == outcome for game in self.unique)
+
+    def standing(self) -> str:
+        """Return games won-drawn-lost."""
+        return f"{self.count('win')}-{self.count('draw')}-{self.count('loss')}"
+
+    def score(self) -> float:
+        """Return the share of the points, a draw being half a win."""
+        return float(np.mean([POINTS[game.outcome] for game in self.unique]))
+
+    def win_rate_interval(self) -> tuple[float, float]:
+        """Return the 95 % interval of the win rate.
+
+        Wilson's where all pairs are two different games, or where all or none are won; a bootstrap
+        over pairs otherwise.
+        """
+        games = self.unique
+        # Where all games or none are won, a bootstrap has nothing to draw from.
+        if len(games) == len(self.games) or self.count("win") in (0, len(games)):
+            return wilson(self.count("win"), len(games))
+        wins: dict[int, list[float]] = {}
+        for game in games:
+            wins.setdefault(game.pair, []).append(float(game.outcome == "win"))
+        totals = np.array([[sum(pair), len(pair)] for pair in wins.values()])
+        drawn = np.random.default_rng(0).integers(len(totals), size=(_RESAMPLES, len(totals)))
+        rates = totals[drawn, 0].sum(axis=1) / totals[drawn, 1].sum(axis=1)
+        low, high = middle(rates)
+        return float(low), float(high)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the figures of the match as plain values, ready for JSON."""
+        games = self.unique
+        seconds = np.array([game.seconds if game.outcome != "draw" else self.limit_s for game in games])
+        low, high = self.win_rate_interval()
+        return {
+            "policy": self.policy,
+            "opponent": self.opponent,
+            "privileged": list(self.privileged),
+            "seed": self.seed,
+            "games": len(games),
+            "unique_games": len({game.fingerprint for game in games}),
+            "wins": self.count("win"),
+            "draws": self.count("draw"),
+            "losses": self.count("loss"),
+            "win_rate": self.count("win") / len(games),
+            "win_rate_ci95": [low, high],
+            "mean_share": float(np.mean([game.share for game in self.games])),
+            "median_seconds": float(np.median(seconds)),
+            "restricted_mean_seconds": float(seconds.mean()),
+            "time_limit": self.limit_s,
+            "thinking_ms": np.mean([game.thinking_ms for game in self.games], axis=0).round(3).tolist(),
+            "config_hash": self.config.hash,
+            "rules_hash": self.config.rules_hash,
+        }
+
+    def write(self, path: Path, command: str = "") -> None:
+        """Write the summary as JSON, with the lost games, and where it comes from (`evaluation.provenance`)."""
+        lost = [{"pair": game.pair, "side": game.side, "seconds": game.seconds} for game in self.lost]
+        figures = self.summary() | {"lost": lost} | provenance(self.config, command)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(figures, indent=2) + "\n")
+
+
+def play_match(
+    policy: str | Player,
+    opponent: str | Player,
+    *,
+    games: int,
+    seed: int = 0,
+    config: GameConfig | None = None,
+    threads: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> MatchResult:
+    """Play a match, half of the games from each side.
+
+    Parameters
+    ----------
+    policy, opponent : str or Policy
+    games : int
+        Even.
+    seed : int
+        Of the match; games and both policies' random streams follow from it.
+    config : GameConfig, optional
+        The rules. Handicaps swap sides with the policies.
+    threads : int
+    progress : callable, optional
+        Called with (games finished, games in all) after every step.
+
+    Raises
+    ------
+    CommandError
+        If `games` is odd or below 2.
+    PolicyError
+        If a policy is unknown or answers nonsense.
+    """
+    if not isinstance(games, int) or isinstance(games, bool) or games < 2 or games % 2:
+        raise CommandError(f"games must be an even number of at least 2, half for each side, got {games!r}")
+    config = config if config is not None else GameConfig()
+    players = load_players(policy, opponent, config)
+    played: list[Game] = []
+
+    def report(rollout: Rollout) -> None:
+        if progress is not None:
+            progress(len(played) + rollout.finished, games)
+
+    for start in range(0, games, _BATCH):
+        numbers = range(start, min(start + _BATCH, games))
+        played += play_games(*players, numbers, seed=seed, config=config, threads=threads, after_step=report)
+    names = name_of(policy), name_of(opponent)
+    return MatchResult(
+        policy=names[0],
+        opponent=names[1],
+        seed=seed,
+        config=config,
+        limit_s=config.time_limit,
+        games=played,
+        privileged=tuple(n for n, player in zip(names, players, strict=True) if isinstance(player, PrivilegedPolicy)),
+    )
+
+
+def paired_difference(first: MatchResult, second: MatchResult, seed: int = 0) -> tuple[float, float, float]:
+    """Compare the mean final share of two policies that played the same opponent on the same seeds.
+
+    Returns
+    -------
+    difference, low, high : float
+        Mean of first - second, and its 95 % interval from a bootstrap over seeds.
+
+    Raises
+    ------
+    CommandError
+        If the matches do not share opponent, seed, number of games and rules.
+    """
+    keys = [(match.opponent, match.seed, len(match.games), match.config.rules_hash) for match in (first, second)]
+    if keys[0] != keys[1]:
+        raise CommandError(f"the matches must share opponent, seed, games and rules, got {keys[0]} and {keys[1]}")
+    shares = []
+    for match in (first, second):
+        by_pair = np.zeros(len(match.games) // 2)
+        for game in match.games:
+            by_pair[game.pair] += game.share / 2
+        shares.append(by_pair)
+    differences = shares[0] - shares[1]
+    drawn = np.random.default_rng(seed).integers(len(differences), size=(_RESAMPLES, len(differences)))
+    low, high = middle(differences[drawn].mean(axis=1))
+    return float(differences.mean()), float(low), float(high)

@@ -1,0 +1,201 @@
+"""Who is better: ratings of a field from its games, with intervals, and how far they hold.
+
+The Bradley-Terry model gives player i a strength r_i such that i beats j with probability
+1 / (1 + exp(r_j - r_i)) (Bradley & Terry, "Rank analysis of incomplete block designs", Biometrika 39, 1952).
+One number a player cannot describe a field in which a beats b, b beats c and c beats a, so
+`intransitivity` says how much of the results it leaves out.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.errors import CommandError, nearest, require_extra
+from swarm_pz.evaluation.intervals import middle, wilson
+
+Array = NDArray[np.float64]
+
+SCALE = 400.0 / np.log(10.0)
+"""Rating points of one unit of r: 400 points are odds of ten to one, as in Elo's ratings."""
+ANCHOR = 1000.0
+"""Rating of the player that the scale is fixed to."""
+PRIOR = 0.5
+"""Points that everybody has from everybody before the first game, or who never lost would be infinitely strong."""
+_RESAMPLES = 400
+_SIMULATIONS = 100
+
+
+@dataclass(frozen=True)
+class Results:
+    """The points of a round robin.
+
+    Attributes
+    ----------
+    players : tuple of str
+        n names.
+    points : dict of (int, int) to float64 array (pairs, 2)
+        For players i < j and each pair of games from the same start: i's points, a draw being half
+        a point, and the number of games that count.
+    """
+
+    players: tuple[str, ...]
+    points: dict[tuple[int, int], Array]
+
+    def payoffs(self) -> tuple[Array, Array]:
+        """Return each player's points (n, n) against each other and the games between them (n, n)."""
+        n = len(self.players)
+        points, games = np.zeros((n, n)), np.zeros((n, n))
+        for (i, j), pairs in self.points.items():
+            won, played = pairs.sum(axis=0)
+            points[i, j], points[j, i] = won, played - won
+            games[i, j] = games[j, i] = played
+        return points, games
+
+    def reweighted(self, generator: np.random.Generator) -> Array:
+        """Return points (n, n) in which every pair of games, and every prior game, counts at random.
+
+        The Bayesian bootstrap (Rubin, "The Bayesian bootstrap", Annals of Statistics 9, 1981), with
+        exponential weights: unlike samples with replacement it is not certain of a result that was
+        always the same.
+        """
+        n = len(self.players)
+        points = np.zeros((n, n))
+        for (i, j), pairs in self.points.items():
+            weights = generator.exponential(size=len(pairs))
+            won, played = weights @ pairs
+            prior_won, prior_lost = PRIOR * generator.exponential(size=2)
+            points[i, j], points[j, i] = won + prior_won, played - won + prior_lost
+        return points
+
+
+@dataclass(frozen=True)
+class Ratings:
+    """Ratings in points, (n,) each: the estimate and its 95 % interval."""
+
+    values: Array
+    low: Array
+    high: Array
+
+
+def strengths(points: Array) -> Array:
+    """Return maximum-likelihood strengths r (n,), mean 0, of points (n, n), all positive off the diagonal."""
+    choix = require_extra("choix", "ladder")
+    return np.asarray(choix.ilsr_pairwise_dense(points, max_iter=1000))
+
+
+def _with_prior(points: Array) -> Array:
+    return points + PRIOR * (1.0 - np.eye(len(points)))
+
+
+def rate(results: Results, anchor: str | None = None, seed: int = 0) -> Ratings:
+    """Rate a field.
+
+    Parameters
+    ----------
+    results : Results
+    anchor : str, optional
+        Player whose rating is 1000; the field's mean if not given.
+    seed : int
+        Of the bootstrap over pairs of games.
+
+    Raises
+    ------
+    CommandError
+        If there are fewer than two players, a pairing without games, or no player like the anchor.
+    """
+    points, games = results.payoffs()
+    n = len(results.players)
+    if n < 2 or (games + np.eye(n) == 0).any():
+        raise CommandError("ratings need at least two players, and games between every two of them")
+    if anchor is not None and anchor not in results.players:
+        raise CommandError(f"the anchor must be one of the players, got {anchor!r}; {nearest(anchor, results.players)}")
+
+    def scaled(values: Array) -> Array:
+        origin = values.mean() if anchor is None else values[results.players.index(anchor)]
+        return np.asarray(ANCHOR + SCALE * (values - origin))
+
+    generator = np.random.default_rng(seed)
+    drawn = [scaled(strengths(results.reweighted(generator))) for _ in range(_RESAMPLES)]
+    return Ratings(scaled(strengths(_with_prior(points))), *middle(drawn))
+
+
+@dataclass(frozen=True)
+class Intransitivity:
+    """How far a field is from a ladder.
+
+    Attributes
+    ----------
+    cyclic_share : float
+        Share of the squared log-odds between players that no rating explains: 1 for pure
+        rock-paper-scissors.
+    expected : float
+        What that share would be, on average, in as many games of a field that its ratings describe
+        truly: not 0, since few games leave chance, and one-sided ones no measure of how one-sided.
+    cycles : int
+        Triples in which each beats another, every time with a 95 % interval above one half.
+    triples : int
+        Triples with three such decided pairings, cyclic or not.
+    strongest : tuple of str
+        The cycle whose closest pairing is the clearest: each name beats the next, the last the
+        first. Empty if there is none.
+    """
+
+    cyclic_share: float
+    expected: float
+    cycles: int
+    triples: int
+    strongest: tuple[str, ...]
+
+
+def _cyclic_share(points: Array, games: Array) -> float:
+    odds = np.log((points + PRIOR) / (games - points + PRIOR))
+    np.fill_diagonal(odds, 0.0)
+    means = odds.mean(axis=1)
+    rest = odds - (means[:, None] - means[None, :])
+    total = float((odds**2).sum())
+    return float((rest**2).sum()) / total if total else 0.0
+
+
+def intransitivity(results: Results) -> Intransitivity:
+    """Measure how far a field is from a ladder.
+
+    The log-odds L (n, n) are antisymmetric. Their part that ratings explain is r_i - r_j with
+    r_i = mean_j L_ij; the rest is cyclic (the combinatorial Hodge decomposition; Balduzzi et al.,
+    "Re-evaluating evaluation", NeurIPS 2018).
+    """
+    points, games = results.payoffs()
+    n = len(results.players)
+    ratings = strengths(_with_prior(points))
+    chances = 1.0 / (1.0 + np.exp(ratings[None, :] - ratings[:, None]))
+    generator = np.random.default_rng(0)
+    simulated = []
+    for _ in range(_SIMULATIONS):
+        upper = np.triu(generator.binomial(games.astype(np.int64), chances), 1)
+        simulated.append(_cyclic_share(upper + np.tril(games - upper.T, -1), games))
+    lowest = np.zeros((n, n))
+    for i, j in itertools.permutations(range(n), 2):
+        played, won = round(games[i, j]), round(points[i, j])
+        if played:
+            lowest[i, j] = wilson(min(won, played), played)[0]
+    beats = lowest > 0.5
+    cycles: list[tuple[float, tuple[int, int, int]]] = []
+    decided = 0
+    for i, j, k in itertools.combinations(range(n), 3):
+        if all(beats[a, b] or beats[b, a] for a, b in ((i, j), (j, k), (i, k))):
+            decided += 1
+            for a, b, c in ((i, j, k), (i, k, j)):
+                if beats[a, b] and beats[b, c] and beats[c, a]:
+                    cycles.append((min(lowest[a, b], lowest[b, c], lowest[c, a]), (a, b, c)))
+    strongest: Sequence[int] = max(cycles)[1] if cycles else ()
+    return Intransitivity(
+        cyclic_share=_cyclic_share(points, games),
+        expected=float(np.mean(simulated)),
+        cycles=len(cycles),
+        triples=decided,
+        strongest=tuple(results.players[i] for i in strongest),
+    )

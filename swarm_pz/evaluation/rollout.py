@@ -1,0 +1,305 @@
+"""The loop that plays games between two policies, for whoever counts them, films them or draws their curves.
+
+All games are games of a match and have a number there: 2p is pair p with the policy as red, 2p + 1 the same start
+with the policy as blue. Seed and number make a game, whatever is played beside it and whoever watches: so the game
+that a film shows is the game that a match counted.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import RED, TEAM_NAMES, GameConfig
+from swarm_pz.config.base import check_choice, check_count
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.errors import CommandError, PolicyError
+from swarm_pz.policy import Player, load_players, name_of
+from swarm_pz.simulator.spawn import check_seed
+
+Watch = Callable[["Rollout"], None]
+Clock = Callable[[int, bool], AbstractContextManager[None]]
+_MATCH = 7
+"""Sets the seeds of matches apart from those of training."""
+
+
+def game_number(pair: int, side: str = TEAM_NAMES[RED]) -> int:
+    """Return the number of a game: of a pair, with the policy on a side.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such pair or side.
+    """
+    check_count(pair, "pair", 0, 10**9)
+    check_choice(side, "side", TEAM_NAMES)
+    return 2 * pair + TEAM_NAMES.index(side)
+
+
+def _streams(seed: int, number: int) -> list[np.random.SeedSequence]:
+    """Return the seeds of a game's start, of its policy and of its opponent: both games of a pair share them."""
+    return [np.random.SeedSequence(seed, spawn_key=(_MATCH, number // 2, place)) for place in range(3)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Game:
+    """One finished game, from the policy's side.
+
+    Attributes
+    ----------
+    pair : int
+        Number of the seed that this game shares with another, sides swapped.
+    side : {"red", "blue"}
+    outcome : {"win", "draw", "loss"}
+    share : float
+        The policy's final share of all drones.
+    seconds : float
+        Length of the game.
+    captures, recaptures : int
+        Drones taken by both teams together, and those taken back within a second.
+    fingerprint : bytes
+        Equal for two games that ended alike in every position and team.
+    sizes : list of int
+        Red's drones at the start and after every step.
+    thinking_ms : (float, float)
+        Mean milliseconds a command of the policy and of its opponent; not the same twice.
+    """
+
+    pair: int
+    side: str
+    outcome: str
+    share: float
+    seconds: float
+    captures: int
+    recaptures: int
+    fingerprint: bytes
+    sizes: list[int]
+    thinking_ms: tuple[float, float] = field(default=(0.0, 0.0), compare=False)
+
+
+class FaultError(PolicyError):
+    """A policy raised, or answered nonsense or too late.
+
+    Attributes
+    ----------
+    place : int
+        0 for the policy, 1 for its opponent.
+    """
+
+    def __init__(self, place: int, reason: str) -> None:
+        super().__init__(place, reason)  # as it was called, so that it can cross processes
+        self.place, self.reason = place, reason
+
+    def __str__(self) -> str:
+        return self.reason
+
+
+@contextmanager
+def blame(place: int, name: str) -> Iterator[None]:
+    """Turn whatever a policy does wrong in here into a FaultError that says where."""
+    try:
+        yield
+    except PolicyError as error:
+        raise FaultError(place, str(error)) from error
+    except (Exception, SystemExit) as error:
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{Path(last.filename).name}:{last.lineno}"
+        raise FaultError(place, f"policy {name} raised {error!r} ({where})") from error
+
+
+class Rollout:
+    """Games of a match, side by side, that can be watched while they are played.
+
+    Parameters
+    ----------
+    policy, opponent : str or Policy
+    numbers : sequence of int
+        The games, as of `game_number`; a game does not depend on which others are played with it.
+    seed : int
+        Of the match; starts and both policies' random streams follow from it.
+    config : GameConfig, optional
+        The rules. Handicaps stay with red and blue, whoever plays them.
+    threads : int
+    clock : callable, optional
+        From a number of games and whether they begin, to a context in which a policy gets ready or gives its
+        commands, and which raises if that takes too long.
+
+    Attributes
+    ----------
+    config : GameConfig
+    batch : BatchEnv
+        The games, in the order of `numbers`.
+    simulator : Simulator
+        Theirs.
+    rows : int64 array (n,)
+        Games that were still running before the latest step; all at the start.
+
+    Raises
+    ------
+    CommandError
+        If the seed is no whole number of at least 0.
+    PolicyError
+        If a policy is unknown.
+    FaultError
+        If a policy raises when its games begin.
+    """
+
+    def __init__(
+        self,
+        policy: str | Player,
+        opponent: str | Player,
+        numbers: Sequence[int],
+        *,
+        seed: int = 0,
+        config: GameConfig | None = None,
+        threads: int = 1,
+        clock: Clock | None = None,
+    ) -> None:
+        if isinstance(seed, np.random.SeedSequence):
+            raise CommandError(f"a match's seed is a whole number, which its games' seeds follow from, got {seed!r}")
+        check_seed(seed)
+        self.config = config if config is not None else GameConfig()
+        self._numbers = [int(number) for number in numbers]
+        self._sides = np.stack([np.array(self._numbers) % 2, 1 - np.array(self._numbers) % 2])
+        """(2, E) teams of the policy and of its opponent."""
+        self._names = name_of(policy), name_of(opponent)
+        self._players = load_players(policy, opponent, self.config)
+        self._clock = clock if clock is not None else lambda *_: nullcontext()
+        self.rows = np.arange(len(self._numbers))
+        self.batch = BatchEnv(self.config, len(self._numbers), threads=threads)
+        self.simulator = self.batch.simulator
+        starts, *streams = zip(*(_streams(seed, number) for number in self._numbers), strict=True)
+        self.batch.reset(starts)
+        for place, player in enumerate(self._players):
+            with blame(place, self._names[place]), self._clock(len(self.rows), True):
+                player.reset(streams[place], self.rows)
+        self._spent = np.zeros((2, len(self.rows)))
+        self._sizes = [self.simulator.sizes[:, RED]]
+
+    def play(
+        self,
+        seconds: float | None = None,
+        *,
+        after_step: Watch | None = None,
+        after_control_period: Watch | None = None,
+    ) -> None:
+        """Play until the step in which so many seconds of game are over, or to the end; go on where it was left.
+
+        Parameters
+        ----------
+        seconds : float, optional
+        after_step, after_control_period : callable, optional
+            Called with this whenever one is over. Looking does not change a game.
+
+        Raises
+        ------
+        FaultError
+            If a policy raises, answers nonsense or too late.
+        """
+        end = math.inf if seconds is None else seconds
+        look = None if after_control_period is None else functools.partial(after_control_period, self)
+        while self.batch.running.any() and self.simulator.time_s.max() < end:
+            self.rows = np.flatnonzero(self.batch.running)
+            self.batch.step_checked(self._ask(), look)
+            self._sizes.append(self.simulator.sizes[:, RED])
+            if after_step is not None:
+                after_step(self)
+
+    def _ask(self) -> NDArray[np.float64]:
+        """Return the commands (E, 2, A, A) of both players in the running games."""
+        rows, cells = self.rows, self.config.command_cells
+        commands = np.zeros((len(self._numbers), 2, cells, cells))
+        for place, player in enumerate(self._players):
+            teams = self._sides[place, rows]
+            began = time.perf_counter()
+            with blame(place, self._names[place]), self._clock(len(rows), len(self._sizes) == 1):
+                commands[rows, teams] = self.batch.ask(player, teams, rows)
+            self._spent[place, rows] += 1000.0 * (time.perf_counter() - began) / len(rows)
+        return commands
+
+    @property
+    def finished(self) -> int:
+        """How many games have ended."""
+        return int((~self.batch.running).sum())
+
+    def games(self) -> list[Game]:
+        """Return the games, all of which have ended.
+
+        Raises
+        ------
+        CommandError
+            If one has not.
+        """
+        history = np.stack(self._sizes, axis=1)
+        return [self._game(row, history[row]) for row in range(len(self._numbers))]
+
+    def _game(self, row: int, sizes: NDArray[np.int64]) -> Game:
+        simulator, side = self.simulator, int(self._sides[0, row])
+        outcome = self.batch.outcome(row, side)
+        if outcome is None:
+            raise CommandError(f"expected games that have ended, got {self.standing(row)}: play them to the end")
+        steps = -(-int(simulator.games.ticks[row]) // self.config.step_ticks)
+        return Game(
+            pair=self._numbers[row] // 2,
+            side=TEAM_NAMES[side],
+            outcome=outcome,
+            share=float(simulator.sizes[row, side] / self.config.num_drones),
+            seconds=float(simulator.time_s[row]),
+            captures=int(simulator.games.captures[row].sum()),
+            recaptures=int(simulator.games.recaptures[row].sum()),
+            fingerprint=simulator.positions[row].tobytes() + simulator.teams[row].tobytes(),
+            sizes=sizes[: steps + 1].tolist(),
+            thinking_ms=(float(self._spent[0, row] / steps), float(self._spent[1, row] / steps)),
+        )
+
+    def names(self, row: int = 0) -> tuple[str, str]:
+        """Return what red and blue are called in a game."""
+        policy, opponent = self._names
+        return (policy, opponent) if self._sides[0, row] == RED else (opponent, policy)
+
+    def result(self, row: int = 0) -> str:
+        """Return how a game ended, in words."""
+        outcomes = {None: "unfinished", "win": "red won", "loss": "blue won", "draw": "a draw"}
+        return outcomes[self.batch.outcome(row, RED)]
+
+    def standing(self, row: int = 0) -> str:
+        """Return how a game stands, in words."""
+        red, blue = self.simulator.sizes[row]
+        return f"{self.result(row)} ({self.simulator.time_s[row]:.1f} s, red {red}, blue {blue})"
+
+    def close(self) -> None:
+        """End the simulator's threads; the games stay readable."""
+        self.batch.close()
+
+
+def play_games(
+    policy: str | Player,
+    opponent: str | Player,
+    numbers: Sequence[int],
+    *,
+    seed: int,
+    config: GameConfig | None = None,
+    threads: int = 1,
+    clock: Clock | None = None,
+    after_step: Watch | None = None,
+) -> list[Game]:
+    """Play games of a match to their ends; parameters as of `Rollout` and its `play`.
+
+    Raises
+    ------
+    FaultError
+        If a policy raises, answers nonsense or too late.
+    """
+    rollout = Rollout(policy, opponent, numbers, seed=seed, config=config, threads=threads, clock=clock)
+    with closing(rollout):
+        rollout.play(after_step=after_step)
+        return rollout.games()

@@ -1,0 +1,141 @@
+"""The ergodic controller when not everybody hears everybody: drones average over whom they hear.
+
+The equations are those of `swarm_pz.kernels.controllers.ergodic`, whose steps this file puts together once for
+each drone; only step 4 differs.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.kernels import kernel
+from swarm_pz.kernels.controllers.ergodic import (
+    ErgodicParameters,
+    Scratch,
+    add_expected,
+    integrate_costate,
+    look_ahead,
+    tabulate,
+    weigh,
+)
+from swarm_pz.kernels.rng import MESSAGE, draw
+
+
+class Talk(NamedTuple):
+    """Who can hear whom."""
+
+    is_local: bool
+    """Whether this file is needed at all."""
+    radius: float
+    """Map widths that a message reaches."""
+    loss: float
+    """Share of the messages that are lost."""
+
+
+@kernel
+def hears(
+    i: int,
+    j: int,
+    positions: NDArray[np.float32],
+    teams: NDArray[np.int8],
+    talk: Talk,
+    seed: np.uint64,
+    tick: int,
+) -> bool:
+    """Whether drone i hears drone j in the solve at this tick; everybody hears oneself."""
+    if i == j:
+        return True
+    if teams[i] != teams[j]:
+        return False
+    away_x = np.float64(positions[i, 0]) - np.float64(positions[j, 0])
+    away_y = np.float64(positions[i, 1]) - np.float64(positions[j, 1])
+    if away_x * away_x + away_y * away_y > talk.radius * talk.radius:
+        return False
+    return talk.loss == 0.0 or draw(seed, MESSAGE, tick, i, j) >= talk.loss
+
+
+@kernel
+def find_own_coefficients(
+    drone: NDArray[np.int64],
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    memory: NDArray[np.float32],
+    memory_weight: NDArray[np.float32],
+    parameters: ErgodicParameters,
+    scratch: Scratch,
+    own: NDArray[np.float32],
+) -> None:
+    """Extend the memory of one drone, the number in `drone` (1,), and write its c_k: steps 1 to 3."""
+    i, modes, tables = drone[0], len(parameters.modes), scratch.tables
+    tables.x[0], tables.y[0] = positions[i, 0], positions[i, 1]
+    tabulate(tables, parameters.modes, 1)
+    memory_weight[i] = parameters.decay * memory_weight[i] + np.float32(1.0)
+    horizon = len(parameters.times) - 1
+    share = np.float32(1.0) / (memory_weight[i] + np.float32(horizon))
+    for k1 in range(modes):
+        for k2 in range(modes):
+            memory[k1, k2, i] = parameters.decay * memory[k1, k2, i] + tables.cos_x[k1, 0] * tables.cos_y[k2, 0]
+            own[k1, k2] = share * memory[k1, k2, i]
+    look_ahead(drone, positions, velocities, parameters.times, parameters.modes, tables)
+    add_expected(drone, 1, memory_weight, horizon, tables, own)
+
+
+@kernel
+def ergodic_among_heard(
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    teams: NDArray[np.int8],
+    memory: NDArray[np.float32],
+    memory_weight: NDArray[np.float32],
+    target: NDArray[np.float32],
+    parameters: ErgodicParameters,
+    scratch: Scratch,
+    accelerations: NDArray[np.float32],
+    talk: Talk,
+    seed: np.uint64,
+    tick: int,
+) -> None:
+    """Solve for every drone of one game that takes part, with c averaged over the drones that it hears.
+
+    Parameters
+    ----------
+    positions, velocities, teams, memory, memory_weight, target, parameters, scratch, accelerations
+        As of `swarm_pz.kernels.controllers.ergodic.ergodic`, but that a team of -1 means a drone that takes no part;
+        `scratch.means` gets the teams' mean coefficients.
+    talk : Talk
+    seed : uint64
+        Of the game's messages.
+    tick : int
+    """
+    num_drones, modes = teams.shape[0], len(parameters.modes)
+    own = np.zeros((num_drones, modes, modes), np.float32)
+    mean = np.empty((modes, modes), np.float32)
+    sizes = np.zeros(2, np.int64)
+    numbers = np.arange(num_drones)
+    scratch.means[:] = np.float32(0.0)
+    for i in range(num_drones):
+        if teams[i] < 0:
+            continue
+        some = numbers[i : i + 1]
+        find_own_coefficients(some, positions, velocities, memory, memory_weight, parameters, scratch, own[i])
+        scratch.means[teams[i]] += own[i]
+        sizes[teams[i]] += 1
+    for team in range(2):
+        scratch.means[team] /= np.float32(max(sizes[team], 1))
+    for i in range(num_drones):
+        if teams[i] < 0:
+            continue
+        mean[:] = np.float32(0.0)
+        heard = 0
+        for j in range(num_drones):
+            if hears(i, j, positions, teams, talk, seed, tick):
+                mean += own[j]
+                heard += 1
+        mean /= np.float32(heard)
+        weigh(mean, target[teams[i]], parameters, scratch.error, scratch.slope)
+        some = numbers[i : i + 1]
+        look_ahead(some, positions, velocities, parameters.times, parameters.modes, scratch.tables)
+        integrate_costate(some, scratch.error, scratch.slope, parameters, scratch.tables, accelerations)

@@ -1,0 +1,193 @@
+"""The grid observation of one seat of one game; see `swarm_pz.spaces.observation` for what it shows."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import CHANNELS, GRID_CELLS
+from swarm_pz.kernels import entry_point, kernel
+from swarm_pz.kernels.capture import BORDER, capture_limit, field_maximum
+from swarm_pz.kernels.controllers.ergodic import list_members
+from swarm_pz.kernels.game import Games
+from swarm_pz.kernels.trails import cell_of
+
+OWN_TRAIL_AGE, OWN_CAPTURE_FIELD, OWN_TARGET, OWN_SHARE = (
+    CHANNELS.index(channel) for channel in ("own_trail_age", "own_capture_field", "own_target", "own_share")
+)
+POSITION_STEP = 64
+"""Brightness that each drone adds to its cell."""
+CAPTURES_FROM = 192
+"""A cell of the capture field is at least this bright exactly where it captures."""
+
+
+@kernel
+def paint_positions(
+    positions: NDArray[np.float32],
+    members: NDArray[np.int64],
+    coarse_cells: NDArray[np.uint16],
+    plane: NDArray[np.uint8],
+) -> None:
+    """Add 64 for each member to its cell of a black plane (grid * grid), up to 255."""
+    for i in members:
+        cell = coarse_cells[cell_of(positions[i, 0], positions[i, 1])]
+        plane[cell] = min(int(plane[cell]) + POSITION_STEP, 255)
+
+
+@kernel
+def paint_trail_age(
+    trails: NDArray[np.int16],
+    members: NDArray[np.int64],
+    tick: int,
+    has_gaps: bool,
+    coarse_cells: NDArray[np.uint16],
+    brightness: NDArray[np.uint8],
+    plane: NDArray[np.uint8],
+) -> None:
+    """Paint when members were last in each cell of a black plane (grid * grid)."""
+    length = trails.shape[0]
+    for age in range(min(length, tick) - 1, -1, -1):  # the newer over the older
+        cells, shade = trails[(tick - 1 - age) % length], brightness[age]
+        for i in members:
+            if has_gaps and cells[np.uint64(i)] < 0:
+                continue
+            plane[coarse_cells[np.uint16(cells[np.uint64(i)])]] = shade
+
+
+@kernel
+def paint_capture_field(field: NDArray[np.integer], threshold: float, plane: NDArray[np.uint8]) -> None:
+    """Paint 255 * value / maximum, kept on the side of 192 that says whether the cell captures."""
+    grid = plane.shape[0]
+    block = GRID_CELLS // grid
+    maximum = field_maximum(field)
+    if maximum == 0:
+        return
+    limit = capture_limit(maximum, threshold)
+    highest = np.empty(GRID_CELLS, field.dtype)  # of each column of the full grid, within a row of the plane
+    for coarse_row in range(grid):
+        first = coarse_row * block + BORDER
+        highest[:] = field[first, BORDER:-BORDER]
+        for row in range(block - 1):
+            others = field[first + 1 + row, BORDER:-BORDER]
+            for column in range(GRID_CELLS):
+                highest[column] = max(highest[column], others[column])
+        if block > 1:
+            for coarse_column in range(grid):
+                value = highest[coarse_column * block]
+                for column in range(coarse_column * block + 1, (coarse_column + 1) * block):
+                    value = max(value, highest[column])
+                highest[coarse_column] = value
+        line = plane[coarse_row]
+        for column in range(grid):
+            brightness = np.int32(255.0 * np.float64(highest[column]) / np.float64(maximum) + 0.5)
+            captures = highest[column] > limit
+            line[column] = max(brightness, CAPTURES_FROM) if captures else min(brightness, CAPTURES_FROM - 1)
+
+
+@kernel
+def paint_density_field(field: NDArray[np.float32], threshold: float, plane: NDArray[np.uint8]) -> None:
+    """Paint 255 * value of a field (G, G) in [0, 1], kept on the side of 192 that says whether the cell captures."""
+    grid = plane.shape[0]
+    block = GRID_CELLS // grid
+    for row in range(grid):
+        for column in range(grid):
+            first_row, first_column = row * block, column * block
+            value = field[first_row : first_row + block, first_column : first_column + block].max()
+            brightness = np.int32(255.0 * np.float64(value) + 0.5)
+            captures = value >= np.float32(threshold)
+            line = plane[row]
+            line[column] = max(brightness, CAPTURES_FROM) if captures else min(brightness, CAPTURES_FROM - 1)
+
+
+@kernel
+def paint_target(target: NDArray[np.float64], interpolation: NDArray[np.float64], plane: NDArray[np.uint8]) -> None:
+    """Paint the target's density over its largest cell; `interpolation` (grid, A) serves both axes."""
+    grid, cells = interpolation.shape
+    largest = target.max()
+    across = interpolation.T.copy()
+    along_x = np.zeros((cells, grid), np.float64)
+    for a in range(cells):
+        for b in range(cells):
+            for column in range(grid):
+                along_x[a, column] += target[a, b] * across[b, column]
+    densities = np.empty(grid, np.float64)
+    for row in range(grid):
+        densities[:] = 0.0
+        for a in range(cells):
+            if interpolation[row, a] == 0.0:  # most are: few cells are near
+                continue
+            for column in range(grid):
+                densities[column] += interpolation[row, a] * along_x[a, column]
+        line = plane[row]
+        for column in range(grid):
+            line[column] = min(np.int32(255.0 * densities[column] / largest + 0.5), np.int32(255))
+
+
+@entry_point
+def paint_grids(
+    games: Games,
+    rows: NDArray[np.int64],
+    places: NDArray[np.int64],
+    seats: NDArray[np.int64],
+    time_left: NDArray[np.float64],
+    threshold: float,
+    has_gaps: bool,
+    coarse_cells: NDArray[np.uint16],
+    brightness: NDArray[np.uint8],
+    interpolation: NDArray[np.float64],
+    channels: NDArray[np.int64],
+    observations: NDArray[np.uint8],
+) -> None:
+    """Paint the observations of the games `rows[place]` for every given place.
+
+    Parameters
+    ----------
+    games : Games
+    rows : int64 array (n,)
+        Game of each place.
+    places : int64 array (parts,)
+        Places to paint.
+    seats : int64 array (n,)
+        Team from whose side each place is seen.
+    time_left : float64 array (n,)
+        Fraction of the time that is left.
+    threshold : float
+        Of the capture.
+    has_gaps : bool
+        Whether there may be places without a past in trails.
+    coarse_cells : uint16 array (G * G,)
+        Which cell of the observation's grid holds each cell of the full one; unsigned, because a
+        signed index costs a test for a count from the end.
+    brightness : uint8 array (length,)
+        Of a trail, by its age in ticks.
+    interpolation : float64 array (grid, A)
+        From a command's cells to the grid's.
+    channels : int64 array (channels,)
+        What to paint, as numbers of `swarm_pz.config.CHANNELS`.
+    observations : uint8 array (n, channels, grid, grid)
+        Overwritten.
+    """
+    members = np.empty((2, games.teams.shape[1] + 1), np.int64)
+    for place in places:
+        e, own = rows[place], seats[place]
+        tick, trails = games.ticks[e], games.trails[e]
+        sizes = list_members(games.teams[e], members)
+        observations[place] = np.uint8(0)
+        for number in range(len(channels)):
+            channel, plane = channels[number], observations[place, number]
+            team = own if channel % 2 == 0 else 1 - own  # channels come in pairs, own and opposing
+            drones = members[team, : sizes[team]]
+            if channel < OWN_TRAIL_AGE:
+                paint_positions(games.positions[e], drones, coarse_cells, plane.ravel())
+            elif channel < OWN_CAPTURE_FIELD:
+                paint_trail_age(trails, drones, tick, has_gaps, coarse_cells, brightness, plane.ravel())
+            elif channel < OWN_TARGET and games.reconstruction.shape[2]:
+                paint_density_field(games.reconstruction[e, team], threshold, plane)
+            elif channel < OWN_TARGET:
+                paint_capture_field(games.fields[e, team], threshold, plane)
+            elif channel == OWN_TARGET:
+                paint_target(games.targets[e, own], interpolation, plane)
+            elif channel == OWN_SHARE:
+                plane[:] = np.uint8(255.0 * sizes[own] / (sizes[0] + sizes[1]) + 0.5)
+            else:
+                plane[:] = np.uint8(255.0 * time_left[place] + 0.5)

@@ -1,0 +1,1 @@
+"""Recorded games: their files, the games played again, and studies of many."""

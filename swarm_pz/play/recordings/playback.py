@@ -1,0 +1,155 @@
+"""A recorded game played again: by simulating it, since commands and start decide everything.
+
+Bits depend on the kind of processor, and games are chaotic: on another kind the same commands may lead
+elsewhere after some seconds. The recorded frames tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from swarm_pz.analysis.video import FILM_RATE, open_film
+from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
+from swarm_pz.play.frames import FASTEST, Frame
+from swarm_pz.play.game import Command, LiveGame
+from swarm_pz.play.recordings.format import CapturedLine, Recording
+from swarm_pz.rendering.painter import FILM, Painter
+
+_MARK_TICKS = 900
+"""Ticks between the moments that are kept, so that going back is quick."""
+_POSITION_STEP, _VELOCITY_STEP = 1.0 / 65535, FASTEST / 32767
+"""Resolution of a frame."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verification:
+    """How a simulation of a recorded game compares with its record.
+
+    Attributes
+    ----------
+    frames : int
+        Frames compared.
+    first_difference : int or None
+        Tick of the first frame that differs.
+    """
+
+    frames: int
+    first_difference: int | None
+
+    @property
+    def verified(self) -> bool:
+        """Whether there was something to compare and nothing differed."""
+        return self.frames > 0 and self.first_difference is None
+
+
+class Playback:
+    """A recorded game that can be set to any of its ticks.
+
+    Parameters
+    ----------
+    recording : Recording
+
+    Attributes
+    ----------
+    game : LiveGame
+        The game at the present moment.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording = recording
+        self._followed = recording.in_force()
+        self.game = LiveGame(recording.config, recording.header.seed)
+        self._next = 0
+        self._marks = {0: self.game.simulator.snapshot()}
+
+    def seek(self, tick: int) -> None:
+        """Go to a tick, before its solve, or to the last one before it that was recorded."""
+        if tick < self.game.tick:
+            mark = max(known for known in self._marks if known <= max(tick, 0))
+            self.game = LiveGame(self.recording.config, self.recording.header.seed)
+            self.game.simulator.restore(self._marks[mark])
+            self._next = sum(when < mark for when, _ in self._followed)
+        self.advance(tick - self.game.tick)
+
+    def advance(self, ticks: int) -> list[Command]:
+        """Go on by some ticks, or to the end of what was recorded, and return what came into force."""
+        game = self.game
+        end = min(game.tick + ticks, self.recording.last_tick)
+        came: list[Command] = []
+        while game.tick < end and not game.over:
+            if game.tick % _MARK_TICKS == 0:
+                self._marks.setdefault(game.tick, game.simulator.snapshot())
+            while self._next < len(self._followed) and self._followed[self._next][0] <= game.tick:
+                came.append(self._followed[self._next][1])
+                game.put_in_force(came[-1])
+                self._next += 1
+            until = self._followed[self._next][0] if self._next < len(self._followed) else end
+            mark = (game.tick // _MARK_TICKS + 1) * _MARK_TICKS
+            game.simulator.advance(min(until, end, mark) - game.tick)
+        return came
+
+    def verify(self) -> Verification:
+        """Compare all frames, and the number of captures between them, with those of a simulation."""
+        self.seek(0)
+        captures = iter([*self.recording.of(CapturedLine), None])
+        capture = next(captures)
+        said = [0, 0]
+        count = 0
+        for frame in self.recording.frames():
+            self.advance(frame.tick - self.game.tick)
+            count += 1
+            while capture is not None and capture.tick <= frame.tick:
+                said[capture.team] += 1
+                capture = next(captures)
+            if not self._shows(frame) or said != self.game.simulator.games.captures[0].tolist():
+                return Verification(frames=count, first_difference=frame.tick)
+        return Verification(frames=count, first_difference=None)
+
+    def film(self, path: Path, speed: float = 2.0, progress: Callable[[float, float], None] | None = None) -> None:
+        """Write the game as a film.
+
+        Parameters
+        ----------
+        path : Path
+            Where to; its suffix chooses the format, .gif or .mp4.
+        speed : float
+            Seconds of game a second of film.
+        progress : callable, optional
+            Called with the seconds of game shown so far, and all of them.
+
+        Raises
+        ------
+        RenderError
+            If the file's suffix names no format that can be written.
+        OutputError
+            If the file cannot be written.
+        """
+        every = max(1, round(speed / CONTROL_PERIOD / FILM_RATE)) * TICKS_PER_CONTROL_PERIOD
+        painter, last = Painter(self._names, targets=True, layout=FILM), self.recording.last_tick
+        with open_film(path, speed * TICKS_PER_SECOND / every, painter.size) as append:
+            for tick in range(0, last + every, every):
+                self.seek(tick)
+                append(painter.draw(self.game.simulator))
+                if progress is not None:
+                    progress(min(tick, last) / TICKS_PER_SECOND, last / TICKS_PER_SECOND)
+
+    @property
+    def _names(self) -> tuple[str, str]:
+        header = self.recording.header
+        red, blue = (seat.policy or seat.label or seat.kind for seat in (header.red, header.blue))
+        return red, blue
+
+    def _shows(self, frame: Frame) -> bool:
+        simulator = self.game.simulator
+        positions = np.abs(frame.positions - simulator.positions[0]).max(initial=0.0)
+        velocities = np.abs(np.clip(simulator.speeds[0], -FASTEST, FASTEST) - frame.velocities).max(initial=0.0)
+        return (
+            self.game.tick == frame.tick
+            and positions <= 0.51 * _POSITION_STEP
+            and velocities <= 0.51 * _VELOCITY_STEP
+            and bool((frame.teams == simulator.teams[0]).all())
+        )

@@ -1,0 +1,374 @@
+"""A room: two seats, who watches, and the games between them."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from dataclasses import dataclass
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from swarm_pz.config import RED, TEAM_NAMES
+from swarm_pz.errors import CommandError, SwarmError
+from swarm_pz.play import protocol
+from swarm_pz.play.recordings.format import PaintedLine, RecordedSeat, SeatEvent, SeatLine
+from swarm_pz.play.server.connection import Connection
+from swarm_pz.play.server.live_session import Callbacks, House, Moment, Outcome, Session
+from swarm_pz.play.server.room_settings import table_config
+from swarm_pz.play.server.views import target_message
+from swarm_pz.play.strokes import Stroke, density_of
+from swarm_pz.simulator.commands import make_target
+
+AWAY_S = 60.0
+"""Seconds that a seat waits between games for who has left without saying so."""
+
+
+class RefusedError(SwarmError, ValueError):
+    """What a client asked for is not done.
+
+    Attributes
+    ----------
+    code : str
+        One of those of the protocol's `Refused`.
+    """
+
+    def __init__(self, code: protocol.Reason, reason: str) -> None:
+        super().__init__(reason)
+        self.code = code
+
+
+@dataclass
+class Seat:
+    """One side of the table."""
+
+    team: int
+    kind: Literal["free", "person", "program", "policy"] = "free"
+    policy: str = ""
+    label: str = ""
+    token: str = ""
+    ready: bool = False
+    connection: Connection | None = None
+    away_since: float = 0.0
+    gone: bool = False
+    """Its player gave it up in the middle of a game."""
+    target: bytes = b""
+    """The target of its latest command, as its side is shown it."""
+
+    def free(self) -> None:
+        """Make it anybody's."""
+        self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
+        self.connection, self.gone = None, False
+
+    @property
+    def side(self) -> protocol.Side:
+        """Its name."""
+        return "red" if self.team == RED else "blue"
+
+    def state(self) -> protocol.SeatState:
+        """Return what everybody in the room sees of it."""
+        return protocol.SeatState(
+            kind=self.kind,
+            name=self.policy,
+            label=self.label,
+            connected=self.kind == "policy" or self.connection is not None,
+            ready=self.ready,
+        )
+
+
+class Room:
+    """A room; see the module.
+
+    Parameters
+    ----------
+    code : str
+    settings : protocol.Settings
+    house : House
+    moment : Moment, optional
+        Of a recorded game, that the first game here goes on from.
+    """
+
+    def __init__(self, code: str, settings: protocol.Settings, house: House, moment: Moment | None = None) -> None:
+        self.code, self.settings, self._house, self._moment = code, settings, house, moment
+        self.config = moment.game.config if moment is not None else table_config(settings, house.table)
+        self.seats = (Seat(0), Seat(1))
+        self.watchers: set[Connection] = set()
+        self.session: Session | None = None
+        self.outcome: Outcome | None = None
+        self.last_used = time.monotonic()
+        self._games = 0
+
+    @property
+    def phase(self) -> Literal["waiting", "playing", "over"]:
+        """Where the room is."""
+        if self.session is None:
+            return "waiting"
+        return "playing" if self.outcome is None else "over"
+
+    # --- who is here ------------------------------------------------------------------------------
+
+    @property
+    def connections(self) -> list[Connection]:
+        """Everybody here."""
+        return [*(seat.connection for seat in self.seats if seat.connection is not None), *self.watchers]
+
+    def seat_of(self, connection: Connection) -> Seat:
+        """Return a connection's seat, or refuse one that has none."""
+        for seat in self.seats:
+            if seat.connection is connection:
+                return seat
+        raise RefusedError("out_of_turn", "only who sits at this table may do that; take a seat first")
+
+    def sit(self, connection: Connection, side: protocol.Side, label: str) -> Seat:
+        """Give a free seat to a client."""
+        seat = self.seats[TEAM_NAMES.index(side)]
+        if seat.kind != "free":
+            raise RefusedError("taken", f"the {side} seat is taken; take the other one, or watch")
+        if any(own.connection is connection for own in self.seats):
+            raise RefusedError("out_of_turn", "leave the seat that you have first")
+        self._check_side(seat)
+        self.watchers.discard(connection)
+        seat.kind, seat.label, seat.ready = connection.kind, label, False
+        seat.token = secrets.token_hex(16)
+        seat.connection = connection
+        self._entered(seat)
+        return seat
+
+    def _check_side(self, seat: Seat) -> None:
+        if self.config.game.team_sizes[seat.team] == 0:
+            raise RefusedError("not_valid", f"{seat.side} has no drones in this room")
+
+    def resume(self, connection: Connection, seat: Seat) -> None:
+        """Give a seat back to who holds its token; another connection that has it is told and left."""
+        displaced = seat.connection
+        if displaced is not None and displaced is not connection:
+            self._note(seat, "displaced")
+            displaced.send(protocol.Displaced())
+        seat.connection = connection
+        self._entered(seat)
+
+    def _entered(self, seat: Seat) -> None:
+        connection = seat.connection
+        assert connection is not None  # noqa: S101
+        connection.send(protocol.Seated(room=self.code, seat=seat.side, token=seat.token))
+        self._note(seat, "connected")
+        self._welcome(connection)
+        if seat.target:
+            connection.send_bytes(seat.target)
+
+    def watch(self, connection: Connection) -> None:
+        """Let somebody look on."""
+        self.watchers.add(connection)
+        self._welcome(connection)
+
+    def _welcome(self, connection: Connection) -> None:
+        self.tell_state()
+        if self.session is not None:
+            connection.send_bytes(self.session.frame(keyframe=True))
+
+    def invite(self, connection: Connection, side: protocol.Side, policy: str | None) -> None:
+        """Give a seat to a policy, or free it."""
+        self.seat_of(connection)
+        self.place_policy(side, policy)
+
+    def place_policy(self, side: protocol.Side, policy: str | None) -> None:
+        """Give a seat to a policy, or free it."""
+        seat = self.seats[TEAM_NAMES.index(side)]
+        if seat.kind not in ("free", "policy"):
+            raise RefusedError("taken", f"somebody sits in the {side} seat")
+        if self.phase == "playing":
+            raise RefusedError("out_of_turn", "seats change between games")
+        self._check_side(seat)
+        seat.free()
+        if policy is not None:
+            seat.kind, seat.policy, seat.ready = "policy", policy, True
+        self._changed()
+
+    def ready(self, connection: Connection, ready: bool) -> None:
+        """Mark a seat as ready; the game begins when both are. Whoever is here begins one of two policies."""
+        playing = [seat for seat in self.seats if self.config.game.team_sizes[seat.team] > 0]
+        own = None if all(seat.kind == "policy" for seat in playing) else self.seat_of(connection)
+        if self.phase == "playing":
+            raise RefusedError("out_of_turn", "the game is running")
+        if own is not None:
+            own.ready = ready
+        if all(seat.ready and (seat.kind == "policy" or seat.connection is not None) for seat in playing):
+            self._begin()
+        else:
+            self._changed()
+
+    def leave(self, connection: Connection) -> None:
+        """Give a seat up; in a game the swarm goes on with its last command."""
+        self.watchers.discard(connection)
+        for seat in self.seats:
+            if seat.connection is connection:
+                self._note(seat, "disconnected")
+                if self.phase == "playing":
+                    seat.connection, seat.token, seat.gone = None, "", True  # nobody may come back to it
+                else:
+                    seat.free()
+        self._changed()
+
+    def disconnect(self, connection: Connection) -> None:
+        """Note that a connection is gone; its seat waits for its token."""
+        self.watchers.discard(connection)
+        for seat in self.seats:
+            if seat.connection is connection:
+                seat.connection, seat.away_since = None, time.monotonic()
+                seat.ready = False
+                self._note(seat, "disconnected")
+                self._changed()
+
+    def free_absent(self) -> None:
+        """Between games, free the seats of those who have been away for long."""
+        for seat in self.seats:
+            is_away = seat.kind in ("person", "program") and seat.connection is None
+            if is_away and self.phase != "playing" and time.monotonic() - seat.away_since > AWAY_S:
+                seat.free()
+                self._changed()
+
+    @property
+    def abandoned(self) -> bool:
+        """Whether nobody is here and nobody can come back to a seat."""
+        return not self.connections and not any(seat.token for seat in self.seats)
+
+    def tell(self, message: protocol.ServerMessage) -> None:
+        """Send a message to everybody here."""
+        for connection in self.connections:
+            connection.send(message)
+
+    def _changed(self) -> None:
+        self.last_used = time.monotonic()
+        self.tell_state()
+
+    def tell_state(self) -> None:
+        """Tell everybody how the room stands."""
+        self.tell(
+            protocol.RoomState(
+                code=self.code,
+                phase=self.phase,
+                settings=self.settings,
+                red=self.seats[0].state(),
+                blue=self.seats[1].state(),
+                watchers=len(self.watchers),
+                sizes=self.session.sizes if self.session is not None else [],
+                outcome=self.outcome,
+                recording=self.session.recorder.path.name if self.session is not None and self.outcome else None,
+                min_command_interval=self.config.min_command_interval,
+            )
+        )
+
+    # --- what players do --------------------------------------------------------------------------
+
+    def command(self, connection: Connection, message: protocol.CommandMessage) -> None:
+        """Take a command of strokes or a density."""
+        seat = self.seat_of(connection)
+        if self.session is None or self.phase != "playing":
+            raise RefusedError("out_of_turn", "no game is running: commands count once both seats are ready")
+        if (message.strokes is None) == (message.density is None):
+            raise RefusedError("not_valid", "a command must hold either strokes or a density")
+        try:
+            density: ArrayLike
+            if message.density is not None:
+                density = message.density
+            else:
+                drawn = message.strokes or []
+                strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in drawn]
+                density = density_of(strokes, self.config.game.command_cells, self.config.mapping)
+            command = self.session.submit(seat.team, message.number, density, message.strokes, message.timing)
+        except (CommandError, ValueError) as error:
+            raise RefusedError("not_valid", str(error)) from error
+        connection.send(protocol.Received(number=message.number, server_ms=self._house.now_ms()))
+        _, coefficients = make_target(command.density, self.config.game.controller.modes)
+        seat.target = target_message(seat.team, message.number, coefficients)
+        connection.send_bytes(seat.target)
+
+    def painted(self, connection: Connection, message: protocol.Painted) -> None:
+        """Note when a command's effect was first seen."""
+        seat = self.seat_of(connection)
+        if self.session is not None:
+            ms = self.session.since_began(message.painted_ms)
+            self.session.recorder.write(PaintedLine(team=seat.team, number=message.number, ms=ms))
+
+    def visibility(self, connection: Connection, hidden: bool) -> None:
+        """Note that a player's page was hidden or shown."""
+        for seat in self.seats:
+            if seat.connection is connection:
+                self._note(seat, "hidden" if hidden else "shown")
+
+    # --- games ------------------------------------------------------------------------------------
+
+    def _begin(self) -> None:
+        recorded = [RecordedSeat(kind=seat.kind, policy=seat.policy, label=seat.label) for seat in self.seats]
+        try:
+            self.session = Session(
+                f"{self.code}-{self._games + 1}",
+                self.config,
+                self._moment.seed if self._moment is not None else secrets.randbelow(2**32),
+                (recorded[0], recorded[1]),
+                self._house,
+                Callbacks(
+                    show=self._show,
+                    in_force=self._in_force,
+                    failed=self._failed,
+                    notice=lambda text: self.tell(protocol.Notice(text=text)),
+                    over=self._over,
+                ),
+                self._moment,
+            )
+        except OSError as error:
+            raise RefusedError("not_valid", f"the game cannot be recorded: {error.strerror}") from error
+        self._games += 1
+        self.outcome = self._moment = None
+        for seat in self.seats:
+            seat.ready = seat.kind == "policy"
+            coefficients = self.session.game.simulator.games.coefficients[0, seat.team]
+            seat.target = target_message(seat.team, 0, coefficients)
+            if seat.connection is not None:
+                self._note(seat, "connected")
+        self._changed()
+        keyframe = self.session.frame(keyframe=True)
+        for connection in self.connections:
+            connection.send_bytes(keyframe)
+        for seat in self.seats:
+            if seat.connection is not None:
+                seat.connection.send_bytes(seat.target)
+
+    def stop(self) -> None:
+        """End the game, if one is running, and finish its file."""
+        if self.session is not None:
+            self.session.stop()
+
+    def _show(self, frame: bytes, sequence: int) -> None:
+        for connection in self.connections:
+            connection.show(frame, sequence)
+
+    def _in_force(self, team: int, number: int, tick: int) -> None:
+        seat = self.seats[team]
+        if seat.connection is not None:
+            now = self._house.now_ms()
+            seat.connection.send(protocol.InForceMessage(seat=seat.side, number=number, tick=tick, server_ms=now))
+
+    def _failed(self, team: int, reason: str) -> None:
+        seat = self.seats[team]
+        self._note(seat, "failed", reason)
+        self.tell(protocol.Notice(text=f"{seat.policy} keeps its last command: {reason}"))
+
+    def _over(self, outcome: Outcome) -> None:
+        self.outcome = outcome
+        for seat in self.seats:
+            if seat.gone:
+                seat.free()
+        self._changed()
+
+    def _note(
+        self,
+        seat: Seat,
+        event: SeatEvent,
+        reason: str = "",
+    ) -> None:
+        if self.session is not None and self.phase == "playing":
+            client = seat.connection.client if event == "connected" and seat.connection is not None else None
+            self.session.recorder.write(
+                SeatLine(team=seat.team, event=event, ms=self.session.now_ms, client=client, reason=reason[:500])
+            )

@@ -1,0 +1,148 @@
+"""Start the server: where it listens, what it is called there, and how it ends."""
+
+from __future__ import annotations
+
+import ipaddress
+import os
+import socket
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import uvicorn
+
+from swarm_pz.config import RED, TICKS_PER_SECOND
+from swarm_pz.errors import CommandError
+from swarm_pz.play import protocol
+from swarm_pz.play.game import LiveGame, TableConfig
+from swarm_pz.play.server.app import Server
+from swarm_pz.play.server.live_session import House
+from swarm_pz.play.server.policy_workers import Loader, Thinkers
+from swarm_pz.play.server.views import capture_fields, target_message
+from swarm_pz.play.strokes import WIDEST, Stroke, density_of
+
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+_END_S = 3
+
+
+def names_of(host: str, port: int) -> list[str]:
+    """Return the names, with port, by which a server that listens at `host` is known.
+
+    Raises
+    ------
+    CommandError
+        If there is no such address.
+    """
+    names = {host} - {"0.0.0.0", "::"}  # noqa: S104  (left out)
+    if host in LOOPBACK:
+        names |= set(LOOPBACK)
+    else:
+        try:
+            own = socket.gethostname()
+            addresses = {entry[4][0] for entry in socket.getaddrinfo(host, port)}
+            if any(ipaddress.ip_address(address).is_unspecified for address in addresses):
+                names |= set(LOOPBACK) | {own, f"{own}.local"} | _own_addresses()
+            names |= {str(address) for address in addresses}
+        except OSError as error:
+            raise CommandError(f"there is no host {host!r} here: {error.strerror}") from error
+    hosts = [f"[{name}]" if ":" in name else name for name in sorted(names)]
+    return [f"{name}:{port}" for name in hosts] + (hosts if port == 80 else [])
+
+
+def _own_addresses() -> set[str]:
+    """Return this machine's addresses on its networks, as far as its routes tell."""
+    addresses = set()
+    for family, elsewhere in ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1")):
+        try:
+            with socket.socket(family, socket.SOCK_DGRAM) as probe:
+                probe.connect((elsewhere, 9))  # nothing is sent
+                addresses.add(str(probe.getsockname()[0]))
+        except OSError:
+            continue
+    return addresses
+
+
+def _warm_up(table: TableConfig) -> None:
+    """Load what is compiled, so that neither the first game nor the first drawing waits for it."""
+    game = LiveGame(table, 0)
+    game.advance(TICKS_PER_SECOND)
+    capture_fields(game.simulator)
+    target_message(RED, 0, game.simulator.games.coefficients[0, RED])
+    dot = Stroke(brush="attract", width=WIDEST, points=((0.5, 0.5),))
+    density_of([dot], table.game.command_cells, table.mapping)
+
+
+def serve(
+    loader: Loader,
+    policies: Mapping[str, str],
+    *,
+    host: str = "127.0.0.1",
+    port: int = 8000,
+    folder: Path = Path("runs/games"),
+    page: str = "",
+    table: TableConfig = TableConfig(),  # noqa: B008  (frozen)
+    say: Callable[[str], None] = print,
+    draw_code: Callable[[str], str] | None = None,
+) -> None:
+    """Serve the table until the process is told to end.
+
+    Parameters
+    ----------
+    loader : callable
+        From a policy's name and a game to the policy; found again by its name in other processes.
+    policies : mapping of str to str
+        Names that may be given a seat, with a line about each.
+    host : str
+        Where to listen; loopback is this machine alone.
+    port : int
+        0 takes any free one.
+    folder : Path
+        Of the recordings.
+    table : TableConfig
+        What rooms start from; their settings replace parts of it.
+    page : str
+        What the printed address leads to, after its ``#``.
+    say : callable
+        Where lines go.
+    draw_code : callable, optional
+        From an address to a picture of it in text, shown if the server is open to a network.
+
+    Raises
+    ------
+    CommandError
+        If it cannot listen there.
+    """
+    listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((host, port))
+        listening.listen(128)  # who comes before the server has started waits
+    except OSError as error:
+        listening.close()
+        raise CommandError(f"cannot listen at {host}, port {port}: {error.strerror}; try another --port") from error
+    port = listening.getsockname()[1]
+    names = names_of(host, port)
+    thinkers = Thinkers(loader, processes=max(1, (os.cpu_count() or 2) - 1))
+    house = House(folder=folder, thinkers=thinkers, table=table)
+    app = Server(house, policies).app(names)
+    is_open = host not in LOOPBACK
+    listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104
+    shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host
+    shown = f"[{shown}]" if ":" in shown else shown
+    address = f"http://{shown}:{port}/" + (f"#{page}" if page else "")
+    _warm_up(table)  # before the address is shown, so that who follows it is answered
+    say(f"swarm-pz is at {address}")
+    if is_open:
+        say("OPEN TO THE NETWORK: whoever reaches this machine can play, and nothing is encrypted")
+        if draw_code is not None:
+            say(draw_code(address))
+    say(f"games are recorded in {folder}; end with Ctrl-C")
+    config = uvicorn.Config(
+        app,
+        log_level="warning",
+        ws_max_size=protocol.MAX_MESSAGE_BYTES,
+        ws_max_queue=32,
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=_END_S,
+        server_header=False,
+    )
+    uvicorn.Server(config).run(sockets=[listening])

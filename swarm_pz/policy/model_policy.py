@@ -1,0 +1,140 @@
+"""A trained model of Stable-Baselines3, or of a library like it, as a policy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from swarm_pz.config import CHANNELS, GRID_CELLS, GameConfig, ObservationConfig
+from swarm_pz.errors import PolicyError
+from swarm_pz.simulator.spawn import Seed
+from swarm_pz.spaces.densities import COMMAND_NAMES
+from swarm_pz.spaces.formats import Format, FormatOptions
+from swarm_pz.spaces.observation import Observations
+
+_ROWS = 8
+"""Observations that a model is shown at once."""
+
+
+@runtime_checkable
+class Model(Protocol):
+    """What has learned to answer observations with actions of its own spaces, as every algorithm of SB3 has."""
+
+    observation_space: spaces.Space[Any]
+    action_space: spaces.Space[Any]
+
+    def predict(self, observation: Any, *, deterministic: bool) -> tuple[Any, Any]:
+        """Return actions for a batch of observations, and a state that is None for models without memory."""
+
+
+class ModelPolicy:
+    """Plays a model: shows it what its observation space says, and reads its actions as its action space says.
+
+    Parameters
+    ----------
+    model : Model
+    config : GameConfig
+        The game that it will play.
+    observation : ObservationConfig, optional
+        What it was trained to see. If not given, it follows from the space: all nine channels, or those of
+        the game's own observation if they are as many.
+    deterministic : bool
+        Whether it plays its best action, or draws one as in training.
+
+    Raises
+    ------
+    PolicyError
+        If its spaces are not such as a face of this game has.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        config: GameConfig,
+        observation: ObservationConfig | None = None,
+        *,
+        deterministic: bool = True,
+    ) -> None:
+        self.name = type(model).__name__
+        self.model = model
+        self.deterministic = deterministic
+        self.observation, options = _images_of(model.observation_space, config, observation)
+        options.update(_actions_of(model.action_space, config))
+        self._format = Format(config, self.observation, **options)
+        if self._format.observation_space != model.observation_space:
+            raise PolicyError(
+                f"model {self.name} observes {model.observation_space}, but in this game it would be shown "
+                f"{self._format.observation_space}"
+            )
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Begin new games; a model without memory has nothing to forget."""
+
+    def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Answer n observations with densities (n, A, A)."""
+        shown, count = self._format.show(observations), len(rows)
+        # Always as many at once, the last ones over again: another number would round differently, and a game
+        # would depend on how many others are played beside it.
+        places = np.minimum(np.arange(-(-count // _ROWS) * _ROWS), count - 1).reshape(-1, _ROWS)
+        return np.concatenate([self._answer(shown, part) for part in places])[:count]
+
+    def _answer(self, shown: Observations, places: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Answer `_ROWS` of the observations that the model is shown."""
+        part = {name: lists[places] for name, lists in shown.items()} if isinstance(shown, dict) else shown[places]
+        actions, state = self.model.predict(part, deterministic=self.deterministic)
+        if state is not None:
+            raise PolicyError(f"model {self.name} has a memory, which must be kept for each game: wrap it in a policy")
+        return self._format.read(actions, _ROWS, f"model {self.name}'s actions")
+
+
+def _actions_of(space: spaces.Space[Any], config: GameConfig) -> FormatOptions:
+    """Return the options of actions that a space belongs to."""
+    if isinstance(space, spaces.Discrete) and space.n == len(COMMAND_NAMES) and space.start == 0:
+        return {"action": "discrete"}
+    if isinstance(space, spaces.Box):
+        cells = space.shape[0] if len(space.shape) == 2 else round(float(np.prod(space.shape)) ** 0.5)
+        flat, limits = len(space.shape) == 1, (float(space.low.min()), float(space.high.max()))
+        fits = space.shape == ((cells**2,) if flat else (cells, cells)) and 2 <= cells <= config.command_cells
+        kinds = {(-1.0, 1.0): "log_density", (0.0, 1.0): "density"}
+        if fits and limits in kinds:
+            return {
+                "action": kinds[limits],  # type: ignore[typeddict-item]
+                "action_cells": cells,
+                "flatten_actions": flat,
+            }
+    raise PolicyError(
+        f"a model's actions must be densities Box(0, 1), log-densities Box(-1, 1), (a, a) or (a * a,) with a from 2 to "
+        f"{config.command_cells}, or Discrete({len(COMMAND_NAMES)}), got {space}"
+    )
+
+
+def _images_of(
+    space: spaces.Space[Any], config: GameConfig, given: ObservationConfig | None
+) -> tuple[ObservationConfig, FormatOptions]:
+    """Return the observation, and the options of images, that a space belongs to."""
+    if isinstance(space, spaces.Dict):
+        return given or ObservationConfig(kind="entities"), {}
+    shape = space.shape or ()
+    if not isinstance(space, spaces.Box) or len(shape) != 3 or space.dtype not in (np.uint8, np.float32):
+        raise PolicyError(
+            f"a model must observe images (C, G, G) or (G, G, C) of uint8 or float32, or lists of drones, got {space}"
+        )
+    last = shape[1] != shape[2]
+    grid, count = (shape[0], shape[2]) if last else (shape[1], shape[0])
+    options: FormatOptions = {
+        "observation_dtype": "float32" if space.dtype == np.float32 else "uint8",
+        "channels_last": last,
+    }
+    if given is not None:
+        return given, options
+    channels = next((seat.channels for seat in config.observations if len(seat.channels) == count), CHANNELS)
+    if GRID_CELLS % grid or count != len(channels):
+        raise PolicyError(
+            f"a model's images must be of a grid that divides {GRID_CELLS} and of {len(CHANNELS)} channels, or as many "
+            f"as the game's own observation has, got {space}: give ModelPolicy(model, config, observation)"
+        )
+    return ObservationConfig(grid=grid, channels=channels), options

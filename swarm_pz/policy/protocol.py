@@ -1,0 +1,47 @@
+"""What a policy is: observations in, commands out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.spawn import Seed
+from swarm_pz.spaces.observation import Observations
+
+
+@runtime_checkable
+class Policy(Protocol):
+    """Plays one seat of many games at once: observations in, commands out.
+
+    An object may keep a state or a random stream for each row, so it belongs to one environment at a
+    time: give another environment another object.
+    """
+
+    observation: ObservationConfig
+    """What it wants to see."""
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Begin new games in some rows, each with a random stream of its own."""
+
+    def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[Any]:
+        """Answer n observations, of the games in `rows` (n,), with densities (n, A, A) in [0, 1]."""
+
+
+@runtime_checkable
+class PrivilegedPolicy(Protocol):
+    """Plays by looking into the simulator itself: it sees more than any seat may, and tables say so."""
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Begin new games in some rows, each with a random stream of its own."""
+
+    def plan(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[Any]:
+        """Answer the games in `rows` (n,), from the sides `teams` (n,), with densities (n, A, A) in [0, 1]."""
+
+
+Player = Policy | PrivilegedPolicy
+PolicyFactory = Callable[[GameConfig], Player]

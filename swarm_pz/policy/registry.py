@@ -1,0 +1,140 @@
+"""How a name becomes a policy.
+
+Names resolve through the entry-point group `swarm_pz.policies`, so that other packages can add
+their own: each entry point is a callable that takes the game's `GameConfig` and returns a policy.
+Folders resolve through the group `swarm_pz.policy_folders`: each entry point is named as a file that such
+a folder holds, and is a callable that takes the folder and the `GameConfig`.
+"""
+
+from __future__ import annotations
+
+import copy
+import importlib.metadata
+from pathlib import Path
+
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import CheckpointError, PolicyError, SwarmError, nearest
+from swarm_pz.policy.model_policy import Model, ModelPolicy
+from swarm_pz.policy.protocol import Player, Policy, PrivilegedPolicy
+
+GROUP, FOLDERS = "swarm_pz.policies", "swarm_pz.policy_folders"
+_FAULTS = (Exception, SystemExit)
+"""Whatever another package's code does wrong; to end the process is for who started it."""
+
+
+def registered() -> dict[str, importlib.metadata.EntryPoint]:
+    """Return the entry point of every installed policy, by name: of several, swarm-pz's own or else the first."""
+    found: dict[str, importlib.metadata.EntryPoint] = {}
+    for point in _entry_points():
+        found.setdefault(point.name, point)
+    return found
+
+
+def _entry_points() -> list[importlib.metadata.EntryPoint]:
+    points = importlib.metadata.entry_points(group=GROUP)
+    return sorted(points, key=lambda point: (_origin(point) != "swarm-pz", _origin(point), point.value))
+
+
+def _origin(point: importlib.metadata.EntryPoint) -> str:
+    """Return the name of the package that registered a policy."""
+    return str(point.dist.name) if point.dist is not None else "unknown"
+
+
+def faults() -> dict[str, str]:
+    """Return what is wrong with what other packages registered, in words: broken policies by name, copies by origin."""
+    found: dict[str, str] = {}
+    for point in _entry_points():
+        where = f"policy {point.name!r} of {_origin(point)} ({point.value})"
+        if point != registered()[point.name]:
+            taken = _origin(registered()[point.name])
+            found[f"{point.name} of {_origin(point)}"] = f"{where}: {taken} has a policy of that name already"
+            continue
+        try:
+            factory = point.load()
+        except _FAULTS as error:
+            found[point.name] = f"{where} cannot be imported: {error!r}"
+        else:
+            if not callable(factory):
+                found[point.name] = f"{where} must be callable, got {factory!r}"
+    return found
+
+
+def about(name: str) -> str:
+    """Return a line about an installed policy, from the first of its factory's docstring; nothing about others."""
+    point = registered().get(name.split(":", 1)[0])
+    try:
+        text = (getattr(point.load(), "__doc__", None) or "").strip() if point is not None else ""
+    except _FAULTS:  # `faults` says it
+        return ""
+    return text.splitlines()[0] if text else ""
+
+
+def load(policy: str | Path | Player | Model, config: GameConfig) -> Player:
+    """Return the policy of a name or a folder, made for a game; a policy is returned as it is.
+
+    A name may carry an argument after a colon, which its factory takes besides the game:
+    ``planner:ring`` is a planner that models its opponent as `ring`. A folder is one that training wrote. A
+    model with `predict` and spaces, as those of Stable-Baselines3, becomes a `ModelPolicy`.
+
+    Raises
+    ------
+    PolicyError
+        If there is no such name or folder, or its policy cannot be made.
+    CheckpointError
+        If a folder's files are missing, corrupt, or do not fit the game.
+    """
+    if isinstance(policy, (str, Path)):
+        return _check(_make(str(policy), config), f"policy {str(policy)!r}")
+    if not isinstance(policy, (Policy, PrivilegedPolicy)) and isinstance(policy, Model):
+        return ModelPolicy(policy, config)
+    return _check(policy, "a policy")
+
+
+def _make(policy: str, config: GameConfig) -> object:
+    points = registered()
+    name, *argument = policy.split(":", 1)
+    if name in points:
+        point, arguments = points[name], (config, *argument)
+    elif Path(policy).is_dir():
+        point, arguments = _reader_of(Path(policy)), (Path(policy), config)
+    elif Path(policy).exists():
+        raise PolicyError(f"expected a policy or a folder that training wrote, got the file {policy!r}")
+    elif Path(policy).name != policy:
+        raise PolicyError(
+            f"there is no folder {policy!r}, nor a policy of that name; there are {', '.join(sorted(points))}"
+        )
+    else:
+        raise PolicyError(f"there is no policy {name!r}, and no such folder; {nearest(name, points)}")
+    try:
+        return point.load()(*arguments)
+    except SwarmError:
+        raise
+    except _FAULTS as error:
+        raise PolicyError(f"policy {policy!r} ({point.value}) cannot be made: {error!r}") from error
+
+
+def _reader_of(folder: Path) -> importlib.metadata.EntryPoint:
+    """Return what reads a folder, told by a file that it holds."""
+    readers = {point.name: point for point in importlib.metadata.entry_points(group=FOLDERS)}
+    for name, point in sorted(readers.items()):
+        if (folder / name).is_file():
+            return point
+    expected = " or ".join(sorted(readers)) or "a file that some installed package reads"
+    raise CheckpointError(f"{folder} holds no policy: expected {expected} in it")
+
+
+def _check(made: object, name: str) -> Player:
+    if not isinstance(made, (Policy, PrivilegedPolicy)):
+        raise PolicyError(f"{name} must have reset, and observation and act or else plan, got {made!r}")
+    return made
+
+
+def name_of(policy: str | Path | Player | Model) -> str:
+    """Return what tables call a policy."""
+    return str(policy) if isinstance(policy, (str, Path)) else str(getattr(policy, "name", type(policy).__name__))
+
+
+def load_players(first: str | Player, second: str | Player, config: GameConfig) -> tuple[Player, Player]:
+    """Load two policies that share nothing, even where the same object is given twice."""
+    one, other = load(first, config), load(second, config)
+    return one, copy.deepcopy(other) if other is one else other

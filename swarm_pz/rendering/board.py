@@ -1,0 +1,302 @@
+"""What a picture of the board is made of: ground, contours of targets, trails, drones and texts.
+
+Every layer is a mask, laid with a colour over three planes of a byte a pixel: Pillow does that several
+times faster than over one image of three bytes a pixel. Row 0 of every grid is at the bottom.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from functools import cache, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config import GRID_CELLS, RED
+from swarm_pz.errors import require_extra
+from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.ergodicity import reconstruct
+
+Colour = tuple[int, int, int]
+
+TEAM_COLOURS: tuple[Colour, Colour] = ((214, 40, 57), (29, 98, 214))
+SHADE_COLOURS: tuple[Colour, Colour] = ((84, 8, 22), (8, 30, 84))
+INK: Colour = (33, 37, 41)
+LEVELS = (0.5, 1.2, 2.0, 4.0, 8.0)
+"""Densities at which shades change and lines run, in multiples of uniform coverage; uniform coverage is between two."""
+LONGEST_LINE = 300
+"""Ticks of a trail that are drawn at most: lines of a whole game would hide it."""
+_FAINT, _PLAIN, _HATCHED = 89, 178, 242
+"""Strengths, of 255: of ground just below capture, and between and on the lines of ground that captures."""
+_DRONE = 6.5 / 600
+"""A drone's radius, in map widths."""
+_FINE = 2
+"""Trails and arrows are drawn so many times as large and averaged, which smooths edges."""
+_PHASES = 4
+"""Places within a pixel, along each axis, at which drones are drawn."""
+_BANDS = 8
+"""Strengths of a trail."""
+_ROUNDING = 15
+"""A trail knows cells, not points: averaging over so many ticks rounds its corners."""
+
+
+class Canvas:
+    """A picture as three planes, one a colour.
+
+    Parameters
+    ----------
+    planes : sequence of three images (of Pillow, mode L)
+    """
+
+    def __init__(self, planes: Any) -> None:
+        self._planes = tuple(planes)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height."""
+        width, height = self._planes[0].size
+        return int(width), int(height)
+
+    def copy(self) -> Canvas:
+        """Return the same picture again."""
+        return Canvas(plane.copy() for plane in self._planes)
+
+    def lay(self, colour: Colour, mask: Any, place: tuple[int, int] = (0, 0)) -> None:
+        """Lay a colour over the picture, with the strength that a mask (mode L) has, its top left at a place."""
+        for plane, value in zip(self._planes, colour, strict=True):
+            plane.paste(value, place, mask)
+
+    def put(self, picture: Canvas, place: tuple[int, int], mask: Any = None) -> None:
+        """Put another picture onto this one."""
+        for plane, other in zip(self._planes, picture._planes, strict=True):
+            plane.paste(other, place, mask)
+
+    def fill(self, colour: Colour, box: tuple[int, int, int, int]) -> None:
+        """Fill a box of left, top, right and bottom."""
+        for plane, value in zip(self._planes, colour, strict=True):
+            plane.paste(value, box)
+
+    def write(self, text: str, place: tuple[int, int], size: float, colour: Colour, anchor: str = "lm") -> None:
+        """Write a text; the anchor is Pillow's."""
+        mask, (left, top) = _written(text, size, anchor)
+        self.lay(colour, mask, (place[0] + left, place[1] + top))
+
+    def array(self) -> NDArray[np.uint8]:
+        """Return the picture as uint8 (height, width, 3)."""
+        return np.asarray(_image().merge("RGB", self._planes))
+
+
+def planes_of(picture: Any) -> Canvas:
+    """Return a picture (of Pillow, mode RGB) as planes."""
+    return Canvas(picture.split())
+
+
+def blank(width: int, height: int) -> Canvas:
+    """Return a white picture."""
+    return Canvas(_image().new("L", (width, height), 255) for _ in range(3))
+
+
+# --- the ground -----------------------------------------------------------------------------------
+
+
+def paint_fields(arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
+    """Shade the ground, the darker the stronger a team's field."""
+    image_module = _image()
+    bicubic, nearest = image_module.Resampling.BICUBIC, image_module.Resampling.NEAREST
+    for team, colour in enumerate(SHADE_COLOURS):
+        field = simulator.capture_field[row, team]
+        if field.any():
+            share = np.minimum(field / (field.max() * simulator.config.capture.threshold), 1.0)
+            faint = image_module.fromarray((_FAINT * share[::-1] ** 2).astype(np.uint8))
+            # Half as fine is fine enough for what changes so slowly.
+            arena.lay(colour, faint.resize((side // 2, side // 2), bicubic).resize((side, side), nearest))
+
+
+def paint_captures(arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
+    """Hatch the ground where teams capture, as the rule has it; smoothing only rounds the corners of its cells."""
+    for team, colour in enumerate(SHADE_COLOURS):
+        ground = simulator.captures_here[row, team][::-1]
+        if not ground.any():
+            continue
+        cells, box = _around(ground, side)
+        inside = _image().fromarray(cells).resize((box[2] - box[0], box[3] - box[1]), _image().Resampling.BICUBIC)
+        strength = _image().new("L", inside.size)
+        strength.paste(hatched(team, side, side).crop(box), (0, 0), inside.point(_IS_INSIDE))
+        arena.lay(colour, strength, box[:2])
+
+
+_IS_INSIDE = [255 * (value > 127) for value in range(256)]
+
+
+def _around(ground: NDArray[np.bool_], side: int) -> tuple[NDArray[np.uint8], tuple[int, int, int, int]]:
+    """Cut out the cells around what is True; return them as 0 or 255, and their box in pixels."""
+    rows, columns = np.flatnonzero(ground.any(axis=1)), np.flatnonzero(ground.any(axis=0))
+    top, bottom = max(rows[0] - 2, 0), min(rows[-1] + 3, GRID_CELLS)
+    left, right = max(columns[0] - 2, 0), min(columns[-1] + 3, GRID_CELLS)
+    box = tuple(round(int(edge) * side / GRID_CELLS) for edge in (left, top, right, bottom))
+    return np.where(ground[top:bottom, left:right], np.uint8(255), np.uint8(0)), box  # type: ignore[return-value]
+
+
+@cache
+def hatched(team: int, width: int, height: int) -> Any:
+    """Return a mask of ground where a team captures: hatched upwards for red, downwards for blue."""
+    along, across = np.arange(width), np.arange(height)[:, None]
+    lines = ((along + across) if team == RED else (along - across)) % 7 < 4
+    return _image().fromarray(np.where(lines, np.uint8(_HATCHED), np.uint8(_PLAIN)))
+
+
+# --- lines of equal height ------------------------------------------------------------------------
+
+
+def contours(coefficients: NDArray[np.floating[Any]], side: int) -> Any:
+    """Return a mask of lines where a target is so dense as `LEVELS` say, wider where denser."""
+    density = reconstruct(coefficients, side // 2, smooth=True)
+    return mask_of(0.5 * lines(density, LEVELS, (0.5, 0.6, 0.8, 1.0, 1.2)), side)
+
+
+def lines(image: NDArray[np.float64], levels: ArrayLike, widths: ArrayLike) -> NDArray[np.float64]:
+    """Return 1 on the lines of an image's (cells, cells) levels, so many cells wide, and 0 elsewhere."""
+    per_cell, strength = cells_per_unit(image), np.zeros_like(image)
+    for level, width in np.broadcast(levels, widths):
+        np.maximum(strength, width / 2 + 0.5 - np.abs((image - level) * per_cell), out=strength)
+    return np.minimum(strength, 1.0)
+
+
+def cells_per_unit(image: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how many cells away, to first order, an image is higher by 1."""
+    by_y, by_x = np.gradient(image)
+    return np.asarray(1.0 / np.maximum(np.hypot(by_x, by_y), 1e-6))
+
+
+def mask_of(strength: NDArray[np.floating[Any]], side: int) -> Any:
+    """Turn strengths (cells, cells) in [0, 1], row 0 at the bottom, into a mask of so many pixels a side."""
+    image_module = _image()
+    mask = image_module.fromarray(np.round(255 * strength[::-1]).astype(np.uint8))
+    return mask.resize((side, side), image_module.Resampling.BICUBIC)
+
+
+# --- drones ---------------------------------------------------------------------------------------
+
+
+def paint_trails(arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
+    """Draw every drone's trail as a line that fades with age."""
+    paths = _paths(simulator, row)
+    if not len(paths):
+        return
+    with ExitStack() as stack:
+        given = [stack.enter_context(smoothly(arena, colour, side)) for colour in TEAM_COLOURS]
+        _draw_trails([pen for pen, _ in given], simulator.teams[row].tolist(), paths, side * _FINE)
+
+
+def _draw_trails(pens: list[Any], teams: list[int], paths: NDArray[np.float64], side: int) -> None:
+    every = max(1, (len(paths) - 1) // (3 * _BANDS))
+    points = paths[(len(paths) - 1) % every :: every] * [side, -side] + [0.0, side]
+    begins = np.isnan(points[..., 0]).sum(axis=0).tolist()
+    ends = np.linspace(0, len(points) - 1, _BANDS + 1).astype(int).tolist()
+    courses = points.transpose(1, 0, 2).reshape(len(teams), -1).tolist()
+    # The oldest of all drones first, so that no old line hides a new one.
+    for band, (first, last) in enumerate(itertools.pairwise(ends)):
+        strength = round(150 * ((band + 1) / _BANDS) ** 1.5)
+        for team, course, begin in zip(teams, courses, begins, strict=True):
+            if last > max(first, begin):
+                course_now = course[2 * max(first, begin) : 2 * last + 2]
+                pens[team].line(course_now, fill=strength, width=round(side / 300))
+
+
+def _paths(simulator: Simulator, row: int) -> NDArray[np.float64]:
+    """Return where drones were (points, N, 2), the oldest first; NaN where a trail does not reach."""
+    trails, tick = simulator.games.trails[row], int(simulator.games.ticks[row])
+    ages = np.arange(min(tick, len(trails), LONGEST_LINE))[::-1]
+    cells = trails[(tick - 1 - ages) % len(trails)].astype(np.int64)
+    window = min(_ROUNDING, len(cells))
+    if not window:
+        return np.empty((0, simulator.config.num_drones, 2))
+    gaps = cells < 0  # what was forgotten, or left while the drone had failed
+    places = (np.stack([cells % GRID_CELLS, cells // GRID_CELLS], axis=-1) + 0.5) / GRID_CELLS
+    sums = np.cumsum(np.concatenate([np.zeros((1, *places.shape[1:])), places]), axis=0)
+    paths = np.concatenate([(sums[window:] - sums[:-window]) / window, simulator.positions[row][None]])
+    if gaps.any():
+        latest = np.where(gaps.any(axis=0), len(gaps) - 1 - gaps[::-1].argmax(axis=0), -1)
+        paths[np.arange(len(paths))[:, None] <= latest] = np.nan
+    return paths
+
+
+@contextmanager
+def smoothly(arena: Canvas, colour: Colour, side: int) -> Iterator[tuple[Any, int]]:
+    """Give a pen (of Pillow) whose strokes of 255 are laid with a colour, and how much finer its pixels are."""
+    mask = _image().new("L", (side * _FINE, side * _FINE))
+    yield require_extra("PIL.ImageDraw", "render").Draw(mask), _FINE
+    arena.lay(colour, mask.reduce(_FINE))
+
+
+def paint_drones(arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
+    """Draw red drones as discs and blue ones as diamonds."""
+    for (x, y), team in zip(simulator.positions[row].tolist(), simulator.teams[row].tolist(), strict=True):
+        put_drone(arena, team, x * side, (1.0 - y) * side, side)
+
+
+def put_drone(picture: Canvas, team: int, x: float, y: float, side: int) -> None:
+    """Draw a drone with its centre at a place in pixels, as large as it is on an arena of so many pixels."""
+    left, top = round(x * _PHASES), round(y * _PHASES)
+    drone, mask = _drone(team, side, left % _PHASES, top % _PHASES)
+    reach = mask.width // 2
+    picture.put(drone, (left // _PHASES - reach, top // _PHASES - reach), mask)
+
+
+@cache
+def _drone(team: int, side: int, x: int, y: int) -> tuple[Canvas, Any]:
+    """Draw a drone so many phases off the middle pixel's top left corner."""
+    image_module, fine = _image(), 2 * _PHASES
+    radius = _DRONE * side
+    reach = int(radius * 9.0 / 6.5 * 1.25) + 2
+    masks = []
+    for grown in (9.0 / 6.5, 1.0):
+        mask = image_module.new("L", (2 * reach * fine, 2 * reach * fine))
+        pen = require_extra("PIL.ImageDraw", "render").Draw(mask)
+        cx, cy, size = reach * fine + 2 * x, reach * fine + 2 * y, radius * grown * fine
+        if team == RED:
+            pen.ellipse((cx - size, cy - size, cx + size, cy + size), fill=255)
+        else:
+            far = size * 1.25
+            pen.polygon([(cx - far, cy), (cx, cy - far), (cx + far, cy), (cx, cy + far)], fill=255)
+        masks.append(mask.reduce(fine))
+    around, body = masks
+    picture = blank(*body.size)
+    picture.lay(TEAM_COLOURS[team], body)
+    return picture, around
+
+
+# --- texts ----------------------------------------------------------------------------------------
+
+
+@cache
+def font(size: float) -> Any:
+    """Return the typeface of pictures."""
+    return require_extra("PIL.ImageFont", "render").load_default(size)
+
+
+@lru_cache(maxsize=64)
+def _written(text: str, size: float, anchor: str) -> tuple[Any, tuple[int, int]]:
+    """Write a text into a mask of its size; return that and where it lies, seen from the anchor."""
+    left, top, right, bottom = (int(edge) for edge in font(size).getbbox(text, anchor=anchor))
+    mask = _image().new("L", (max(right - left, 1), max(bottom - top, 1)))
+    require_extra("PIL.ImageDraw", "render").Draw(mask).text(
+        (-left, -top), text, fill=255, font=font(size), anchor=anchor
+    )
+    return mask, (left, top)
+
+
+def shorten(text: str, size: float, width: float) -> str:
+    """Cut a text until it is no wider than so many pixels."""
+    if font(size).getlength(text) <= width:
+        return text
+    while text and font(size).getlength(text + "…") > width:
+        text = text[:-1]
+    return text + "…"
+
+
+def _image() -> Any:
+    return require_extra("PIL.Image", "render")

@@ -1,0 +1,226 @@
+"""Overlays: what a team was asked to cover, what it covers, where it captures, and what pushes its drones.
+
+Densities are in multiples of uniform coverage, and cut at the same levels for targets and coverage, so
+that lines of a team's coverage can be laid over the shades of its target.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import BLUE, RED, TEAM_NAMES
+from swarm_pz.errors import RenderError, nearest, require_extra
+from swarm_pz.rendering.board import (
+    INK,
+    LEVELS,
+    SHADE_COLOURS,
+    TEAM_COLOURS,
+    Canvas,
+    cells_per_unit,
+    lines,
+    mask_of,
+    smoothly,
+)
+from swarm_pz.rendering.painter import ENTRY_HEIGHT, Overlay
+from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.ergodicity import at_work, potential, reconstruct, shared_coefficients
+
+_CELLS = 300
+"""Cells a side in which layers are computed; masks twice as fine are interpolated."""
+_STRENGTHS = (0.1, 0.22, 0.34, 0.46, 0.58)
+_WIDTHS = (0.8, 1.4, 2.2, 3.2, 4.4)
+"""Pixels, of 600; what is interpolated looks thinner by 0.6."""
+_GREY = (120, 126, 132)
+_ARROWS = 13
+"""Arrows a side."""
+_ISOLINES = 8
+_BOX = 25
+"""Pixels of a box in the legend."""
+
+
+@dataclass(frozen=True)
+class Target:
+    """Shades: what a team was asked to cover, as far as the controller's modes tell."""
+
+    team: int
+
+    def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
+        """Shade the target in force."""
+        density = reconstruct(simulator.games.coefficients[row, self.team], _CELLS, smooth=True)
+        arena.lay(TEAM_COLOURS[self.team], mask_of(_shades(density, LEVELS, _STRENGTHS), side))
+
+    def explain(self, picture: Any, x: int, y: int) -> None:
+        """Show the shades and their densities."""
+        pen = _pen(picture)
+        for number, (level, strength) in enumerate(zip(LEVELS, _STRENGTHS, strict=True)):
+            fill = (*TEAM_COLOURS[self.team], round(255 * strength))
+            _box(pen, x + number * _BOX, y, f"{level:g}", fill=fill)
+        _say(pen, x + len(LEVELS) * _BOX, y, f"{TEAM_NAMES[self.team]}'s target (uniform: 1)")
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Lines: what a team's drones have covered and will, as its controller sees it, memory and look-ahead."""
+
+    team: int
+
+    def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
+        """Draw a line at each level, the wider the denser."""
+        if not len(at_work(simulator, row, self.team)):
+            return
+        density = reconstruct(shared_coefficients(simulator, row, self.team), _CELLS, smooth=True)
+        arena.lay(SHADE_COLOURS[self.team], mask_of(lines(density, LEVELS, np.add(_WIDTHS, 0.6) / 2), side))
+
+    def explain(self, picture: Any, x: int, y: int) -> None:
+        """Show the lines and their densities."""
+        pen = _pen(picture)
+        for number, (level, width) in enumerate(zip(LEVELS, _WIDTHS, strict=True)):
+            left = x + number * _BOX
+            _box(pen, left, y - 3, f"{level:g}")
+            bottom = y + ENTRY_HEIGHT - 7
+            pen.rectangle((left, bottom - width, left + _BOX - 4, bottom), fill=SHADE_COLOURS[self.team])
+        _say(pen, x + len(LEVELS) * _BOX, y, f"{TEAM_NAMES[self.team]}'s coverage (uniform: 1)")
+
+
+@dataclass(frozen=True)
+class Captures:
+    """A heavy line around the ground where a team captures: where its field exceeds the rule's threshold."""
+
+    team: int
+
+    def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
+        """Draw the line, its corners rounded, and hatch what it surrounds."""
+        image_module = require_extra("PIL.Image", "render")
+        ground = image_module.fromarray(simulator.captures_here[row, self.team].astype(np.float32))
+        inside = np.asarray(ground.resize((side, side), image_module.Resampling.BICUBIC), np.float64)
+        along, across = np.arange(side), np.arange(side)[:, None]
+        # As the board without overlays is hatched: upwards for red, downwards for blue.
+        hatch = ((along - across) if self.team == RED else (along + across)) % 8 < 3
+        edge = lines(inside, (0.5,), (side / 200,))
+        arena.lay(SHADE_COLOURS[self.team], mask_of(np.maximum(edge, 0.35 * hatch * (inside > 0.5)), side))
+
+    def explain(self, picture: Any, x: int, y: int) -> None:
+        """Show a piece of such ground."""
+        pen = _pen(picture)
+        dark = SHADE_COLOURS[self.team]
+        box = (x, y + 3, x + 2 * _BOX - 4, y + ENTRY_HEIGHT - 8)
+        for left in range(x + 4, x + 2 * _BOX - 18, 8):
+            ends = [(left, box[3]), (left + 14, box[1])]
+            if self.team == BLUE:
+                ends = [(left, box[1]), (left + 14, box[3])]
+            pen.line(ends, fill=(*dark, 110), width=2)
+        pen.rectangle(box, outline=dark, width=3)
+        _say(pen, x + 2 * _BOX, y, f"where {TEAM_NAMES[self.team]} captures")
+
+
+@dataclass(frozen=True)
+class Potential:
+    """Grey hills, lines of equal height, and arrows: the way that a team's drones are pushed."""
+
+    team: int
+
+    def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
+        """Draw the landscape, and arrows along its falling gradient, the longer the steeper."""
+        if not len(at_work(simulator, row, self.team)):
+            return
+        heights, _ = potential(simulator, row, self.team, _CELLS)
+        low, high = float(heights.min()), float(heights.max())
+        if high - low < 1e-9:
+            return
+        arena.lay(_GREY, mask_of(0.5 * (heights - low) / (high - low), side))
+        levels = np.linspace(low, high, _ISOLINES + 2)[1:-1]
+        arena.lay(_GREY, mask_of(0.8 * lines(heights, levels, np.full(_ISOLINES, 0.8)), side))
+        _, gradient = potential(simulator, row, self.team, _ARROWS)
+        steepness = np.linalg.norm(gradient, axis=-1)
+        with smoothly(arena, SHADE_COLOURS[self.team], side) as (pen, scale):
+            step = side * scale / _ARROWS
+            for cell in np.argwhere(steepness > 0.02 * steepness.max()):
+                slope = gradient[tuple(cell)]
+                length = 0.85 * step * np.sqrt(steepness[tuple(cell)] / steepness.max())
+                way = -slope / steepness[tuple(cell)] * [1.0, -1.0]  # y grows downwards in an image
+                centre = np.array([cell[1] + 0.5, _ARROWS - cell[0] - 0.5]) * step
+                _arrow(pen, centre - way * length / 2, centre + way * length / 2, 255, 2 * scale)
+
+    def explain(self, picture: Any, x: int, y: int) -> None:
+        """Show a slope and an arrow down it."""
+        pen = _pen(picture)
+        right = x + 2 * _BOX - 4
+        for place in range(x, right):
+            strength = round(127 * (right - place) / (right - x))
+            pen.line([(place, y + 3), (place, y + ENTRY_HEIGHT - 8)], fill=(*_GREY, strength))
+        middle = y + ENTRY_HEIGHT / 2 - 2.5
+        _arrow(pen, np.array([x + 12, middle]), np.array([right - 8, middle]), SHADE_COLOURS[self.team], 2)
+        _say(pen, x + 2 * _BOX, y, f"the way {TEAM_NAMES[self.team]} is pushed")
+
+
+KINDS: dict[str, Callable[[int], Overlay]] = {
+    "potential": Potential,
+    "target": Target,
+    "coverage": Coverage,
+    "captures": Captures,
+}
+"""What there is, the lowest first."""
+
+
+def make_overlays(kinds: Sequence[str], teams: Sequence[int]) -> list[Overlay]:
+    """Return overlays of teams, the lowest first.
+
+    Parameters
+    ----------
+    kinds : sequence of str
+        Any of `KINDS`.
+    teams : sequence of int
+        0 red, 1 blue.
+
+    Raises
+    ------
+    RenderError
+        If a kind is unknown, or potentials of both teams are asked for: nobody could tell them apart.
+    """
+    for kind in kinds:
+        if kind not in KINDS:
+            raise RenderError(f"there is no overlay {kind!r}; {nearest(kind, KINDS)}")
+    if "potential" in kinds and len(teams) > 1:
+        raise RenderError("the overlay 'potential' shows one team at a time: choose red or blue, not both")
+    return [KINDS[kind](team) for kind in KINDS if kind in kinds for team in teams]
+
+
+def _shades(image: NDArray[np.float64], levels: Sequence[float], shades: Sequence[float]) -> NDArray[np.float64]:
+    """Return the shade of the highest level that an image (cells, cells) is above; edges are a cell wide."""
+    per_cell, strength, last = cells_per_unit(image), np.zeros_like(image), 0.0
+    for level, shade in zip(levels, shades, strict=True):
+        strength += (shade - last) * np.clip((image - level) * per_cell + 0.5, 0.0, 1.0)
+        last = shade
+    return strength
+
+
+def _pen(image: Any) -> Any:
+    return require_extra("PIL.ImageDraw", "render").Draw(image, "RGBA")
+
+
+def _arrow(
+    pen: Any, start: NDArray[np.float64], end: NDArray[np.float64], colour: int | tuple[int, int, int], width: int
+) -> None:
+    along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
+    across = np.array([-along[1], along[0]])
+    neck = end - 3.0 * width * along
+    pen.line([tuple(start), tuple(neck)], fill=colour, width=width)
+    pen.polygon([tuple(end), tuple(neck + 1.7 * width * across), tuple(neck - 1.7 * width * across)], fill=colour)
+
+
+def _box(pen: Any, x: int, y: int, text: str, fill: Any = None) -> None:
+    box = (x, y + 3, x + _BOX - 3, y + ENTRY_HEIGHT - 8)
+    pen.rectangle(box, fill=fill)
+    middle = ((box[0] + box[2]) / 2, (box[1] + box[3]) / 2)
+    font = require_extra("PIL.ImageFont", "render").load_default(12)
+    pen.text(middle, text, fill=INK, font=font, anchor="mm")
+
+
+def _say(pen: Any, x: int, y: int, text: str) -> None:
+    font = require_extra("PIL.ImageFont", "render").load_default(13.5)
+    pen.text((x + 4, y + ENTRY_HEIGHT / 2 - 2.5), text, fill=INK, font=font, anchor="lm")

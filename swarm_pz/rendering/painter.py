@@ -1,0 +1,343 @@
+"""Pictures of the board: white ground, shaded where each team can capture, drones and their trails.
+
+Told apart without colour, too: red drones are discs and its capture ground is hatched upwards, blue
+ones are diamonds on ground hatched downwards. Row 0 of every grid is drawn at the bottom.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import (
+    BLUE,
+    CONTROL_PERIOD,
+    GRID_CELLS,
+    RED,
+    TEAM_NAMES,
+    TICKS_PER_CONTROL_PERIOD,
+    GameConfig,
+)
+from swarm_pz.errors import ConfigError, nearest, require_extra
+from swarm_pz.rendering.board import (
+    INK,
+    SHADE_COLOURS,
+    TEAM_COLOURS,
+    Canvas,
+    blank,
+    contours,
+    hatched,
+    paint_captures,
+    paint_drones,
+    paint_fields,
+    paint_trails,
+    planes_of,
+    put_drone,
+    shorten,
+)
+from swarm_pz.simulator import Simulator
+
+METADATA: dict[str, Any] = {
+    "name": "swarm_pz_capture_v0",
+    "render_modes": ["human", "rgb_array", "rgb_array_list", "ansi"],
+    "render_fps": round(1 / CONTROL_PERIOD),
+    "is_parallelizable": True,
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """Pixels of a picture's parts.
+
+    Attributes
+    ----------
+    arena : int
+        A side of the arena, even.
+    margin : int
+        Left and right of it.
+    header, footer : int
+        Above and below it.
+    text, small : float
+        Sizes of the header's letters and of the legend's.
+    """
+
+    arena: int
+    margin: int
+    header: int
+    footer: int
+    text: float
+    small: float
+
+
+PICTURE = Layout(arena=600, margin=20, header=56, footer=20, text=20, small=13.5)
+FILM = Layout(arena=480, margin=16, header=44, footer=36, text=17, small=12)
+ARENA, MARGIN, HEADER = PICTURE.arena, PICTURE.margin, PICTURE.header
+ENTRY_WIDTH, ENTRY_HEIGHT = ARENA // 2, 28
+"""Pixels that an overlay's entry in the legend has."""
+
+
+class Overlay(Protocol):
+    """Something to see on the ground, beneath trails and drones, with an entry in a legend below the arena."""
+
+    def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
+        """Paint one game onto an arena of so many pixels a side, in which y = 1 is at the top."""
+
+    def explain(self, picture: Any, x: int, y: int) -> None:
+        """Draw the entry into a picture (of Pillow), within ENTRY_WIDTH x ENTRY_HEIGHT pixels from (x, y)."""
+
+
+class Painter:
+    """Draws moments of games, one after the other.
+
+    Parameters
+    ----------
+    names : (str, str), optional
+        Who plays red and blue.
+    targets : bool
+        Show what both teams were asked for, as light lines of equal density in place of shades of the fields,
+        and explain the signs below.
+    overlays : sequence of Overlay, optional
+        What to show on the ground, the lowest first, in place of targets and of the ground where teams capture.
+    layout : Layout
+        `PICTURE`, or `FILM`, which is smaller and whose legend has room for targets alone.
+
+    Raises
+    ------
+    MissingExtraError
+        If Pillow is not installed.
+    """
+
+    def __init__(
+        self,
+        names: tuple[str, str] | None = None,
+        *,
+        targets: bool = False,
+        overlays: Sequence[Overlay] = (),
+        layout: Layout = PICTURE,
+    ) -> None:
+        self._targets, self._overlays, self._layout = targets and not overlays, tuple(overlays), layout
+        self._corner = (layout.margin, layout.header)
+        self._names = names
+        self._frame = self._draw_frame()
+        self._ground, self._shown = blank(layout.arena, layout.arena), b""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of its pictures."""
+        return self._frame.size
+
+    def draw(self, simulator: Simulator, row: int = 0) -> NDArray[np.uint8]:
+        """Return one game as uint8 (height, width, 3)."""
+        picture, side = self._frame.copy(), self._layout.arena
+        arena = self._ground_of(simulator, row).copy()
+        for overlay in self._overlays:
+            overlay.paint(arena, simulator, row, side)
+        if not self._overlays:
+            if not self._targets:  # both would be too much
+                paint_fields(arena, simulator, row, side)
+            paint_captures(arena, simulator, row, side)
+        paint_trails(arena, simulator, row, side)
+        paint_drones(arena, simulator, row, side)
+        picture.put(arena, self._corner)
+        self._write_header(picture, simulator, row)
+        return picture.array()
+
+    def _ground_of(self, simulator: Simulator, row: int) -> Canvas:
+        """Return the ground with the contours of both targets, which are drawn when one changes."""
+        if self._targets and self._shown != (shown := simulator.games.coefficients[row].tobytes()):
+            side = self._layout.arena
+            self._ground, self._shown = blank(side, side), shown
+            for team, colour in enumerate(TEAM_COLOURS):
+                self._ground.lay(colour, contours(simulator.games.coefficients[row, team], side))
+        return self._ground
+
+    def _draw_frame(self) -> Canvas:
+        """Draw what never changes: the arena's edge and the legend."""
+        layout = self._layout
+        left, top, side = layout.margin, layout.header, layout.arena
+        entries = -(-len(self._overlays) // 2) * ENTRY_HEIGHT
+        size = (side + 2 * left, top + side + layout.footer + entries)
+        drawn = require_extra("PIL.Image", "render").new("RGB", size, "white")
+        for number, overlay in enumerate(self._overlays):
+            line, column = divmod(number, 2)
+            overlay.explain(drawn, left + column * ENTRY_WIDTH, top + side + 10 + line * ENTRY_HEIGHT)
+        picture = planes_of(drawn)
+        picture.fill(INK, (left - 1, top - 1, left + side + 1, top + side + 1))
+        if self._targets:
+            for team in (RED, BLUE):
+                self._explain(picture, team, left + team * side // 2)
+        return picture
+
+    def _explain(self, picture: Canvas, team: int, x: int) -> None:
+        """Explain a team's contours and its hatched ground below the arena."""
+        layout = self._layout
+        middle = layout.header + layout.arena + layout.footer // 2
+        for number, ink in enumerate((90, 125, 165)):
+            red, green, blue = (255 - (255 - value) * ink // 255 for value in TEAM_COLOURS[team])
+            picture.fill(
+                (red, green, blue), (x, middle - 5 + 4 * number, x + 22, middle - 4 + 4 * number + number // 2)
+            )
+        picture.write(f"{TEAM_NAMES[team]}'s target", (x + 28, middle), layout.small, INK)
+        x += layout.arena // 4
+        picture.lay(SHADE_COLOURS[team], hatched(team, 22, 14), (x, middle - 7))
+        picture.write(f"{TEAM_NAMES[team]} captures", (x + 28, middle), layout.small, INK)
+
+    def _write_header(self, picture: Canvas, simulator: Simulator, row: int) -> None:
+        layout, size = self._layout, self._layout.text
+        red, blue = (int(count) for count in simulator.sizes[row])
+        left, right = layout.margin, layout.margin + layout.arena
+        bar = layout.header - 18, layout.header - 10
+        split = left + round(layout.arena * red / max(red + blue, 1))
+        picture.fill(TEAM_COLOURS[RED], (left, bar[0], split, bar[1]))
+        picture.fill(TEAM_COLOURS[BLUE], (split, bar[0], right, bar[1]))
+        middle = (bar[0] - 2) // 2
+        picture.write(f"{simulator.time_s[row]:.1f} s", ((left + right) // 2, middle), size, INK, "mm")
+        for team, count, x, inwards in ((RED, red, left, 1), (BLUE, blue, right, -1)):
+            anchor, colour = ("lm", "rm")[team], TEAM_COLOURS[team]
+            put_drone(picture, team, x + inwards * size * 0.4, middle, layout.arena)
+            name = TEAM_NAMES[team] if self._names is None else self._names[team]
+            name = shorten(name, size, layout.arena / 2 - 6 * size)
+            text = f"{name} {count}" if team == RED else f"{count} {name}"
+            picture.write(text, (x + inwards * round(size), middle), size, colour, anchor)
+
+
+def draw(simulator: Simulator, row: int = 0, overlays: Sequence[Overlay] = ()) -> NDArray[np.uint8]:
+    """Draw one game.
+
+    Parameters
+    ----------
+    simulator : Simulator
+    row : int
+    overlays : sequence of Overlay, optional
+        What to show on the ground, the lowest first, in place of the ground where teams capture.
+
+    Returns
+    -------
+    uint8 array (height, width, 3)
+
+    Raises
+    ------
+    MissingExtraError
+        If Pillow is not installed.
+    """
+    return Painter(overlays=overlays).draw(simulator, row)
+
+
+def ansi(simulator: Simulator, row: int = 0) -> str:
+    """Return one game as text, top row first.
+
+    r and b are drones, digits several in one place; # and + are ground where red and blue capture,
+    * where both do.
+    """
+    columns, lines = 50, 25
+    canvas = np.full((lines, columns), ".", dtype="<U1")
+    ground = simulator.captures_here[row].reshape(2, lines, GRID_CELLS // lines, columns).any(axis=2)
+    canvas[ground[RED]] = "#"
+    canvas[ground[BLUE]] = "+"
+    canvas[ground[RED] & ground[BLUE]] = "*"
+    drones: dict[tuple[int, int], list[int]] = {}
+    for position, team in zip(simulator.positions[row], simulator.teams[row], strict=True):
+        place = (min(int(position[1] * lines), lines - 1), min(int(position[0] * columns), columns - 1))
+        drones.setdefault(place, []).append(int(team))
+    for place, teams in drones.items():
+        canvas[place] = TEAM_NAMES[teams[0]][0] if len(teams) == 1 else str(min(len(teams), 9))
+    red, blue = simulator.sizes[row]
+    header = f"red {red:<4d} {simulator.time_s[row]:>8.1f} s {blue:>4d} blue"
+    return "\n".join([header, *("".join(line) for line in canvas[::-1])]) + "\n"
+
+
+class Screen:
+    """What an environment shows in its render mode: of one game of a simulator.
+
+    Parameters
+    ----------
+    mode : str or None
+        One of `METADATA["render_modes"]`.
+    simulator : Simulator
+    row : int
+
+    Raises
+    ------
+    ConfigError
+        If the mode is unknown.
+    RenderError
+        If `mode` is "human" and no window can be opened here.
+    """
+
+    def __init__(self, mode: str | None, simulator: Simulator, row: int = 0) -> None:
+        modes = METADATA["render_modes"]
+        if mode is not None and mode not in modes:
+            raise ConfigError(f"there is no render mode {mode!r}; {nearest(str(mode), modes)}")
+        self._mode = mode
+        self._simulator = simulator
+        self._row = row
+        # A step's frames and the one before it: whoever never asks for them must not fill the memory.
+        frames_per_step = simulator.config.step_ticks // TICKS_PER_CONTROL_PERIOD
+        self._frames: deque[NDArray[np.uint8]] = deque(maxlen=frames_per_step + 1)
+        self._window: Any = None
+        self._open()
+
+    def _open(self) -> None:
+        if self._mode == "human":
+            from swarm_pz.rendering.window import Window
+
+            self._window = Window("swarm-pz", METADATA["render_fps"])
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the window, which no copy can have; it opens its own unless this one is closed."""
+        return self.__dict__ | {"_window": self._window is not None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state | {"_window": None})
+        if state["_window"]:
+            self._open()
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """The environment's metadata, with the frame rate that this mode really gives."""
+        config: GameConfig = self._simulator.config
+        fps = METADATA["render_fps"] if self._mode in (None, "human", "rgb_array_list") else 1 / config.command_period
+        return METADATA | {"render_fps": fps}
+
+    @property
+    def after_control_period(self) -> Any:
+        """What a step should call after every control period: something only if frames are wanted."""
+        return self._show if self._mode in ("human", "rgb_array_list") else None
+
+    def begin(self) -> None:
+        """Forget the last game and show the first frame of a new one."""
+        self._frames.clear()
+        if self._mode in ("human", "rgb_array_list"):
+            self._show()
+
+    def _show(self) -> None:
+        frame = draw(self._simulator, self._row)
+        if self._window is not None:
+            self._window.show(frame)
+        else:
+            self._frames.append(frame)
+
+    def render(self) -> Any:
+        """Return a picture, the pictures of a step (not those already returned), or text; None for a window."""
+        if self._mode == "rgb_array":
+            return draw(self._simulator, self._row)
+        if self._mode == "ansi":
+            return ansi(self._simulator, self._row)
+        if self._mode == "rgb_array_list":
+            frames = list(self._frames)
+            self._frames.clear()
+            return frames
+        if self._window is not None:
+            self._window.refresh()
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None

@@ -1,0 +1,224 @@
+"""Looking inside the controller: what a team has covered, what it was asked to, what pushes its drones.
+
+In plain float64 NumPy, to read and to draw; the games themselves are flown by `swarm_pz.kernels`. The
+basis is that of the controller, F_k(x, y) = cos(pi k1 x) cos(pi k2 y), without normalisation, and
+coefficients are indexed `[k1 (x), k2 (y)]`. Equations after Mathew & Mezic (2011).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config import TEAM_NAMES
+from swarm_pz.errors import CommandError
+from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.parameters import sobolev_weights
+
+
+def basis(places: ArrayLike, modes: int) -> NDArray[np.float64]:
+    """Return F_k at places.
+
+    Parameters
+    ----------
+    places : array_like (..., 2)
+        x and y in map widths.
+    modes : int
+        Modes a side, K.
+
+    Returns
+    -------
+    float64 array (..., K, K)
+    """
+    along_x, along_y = _cosines(places, modes)
+    return along_x[..., :, None] * along_y[..., None, :]
+
+
+def at_work(simulator: Simulator, row: int, team: int) -> NDArray[np.int64]:
+    """Return the numbers of a team's drones that have not failed."""
+    games = simulator.games
+    return np.flatnonzero((games.teams[row] == team) & ~games.failed[row])
+
+
+def shared_coefficients(simulator: Simulator, row: int, team: int) -> NDArray[np.float64]:
+    """Return what a solve would take for a team's coverage if it came now: steps 1 to 4 of the controller.
+
+    Every drone's memory, decayed once and extended by the present, and the points that it coasts to,
+    c_k = (m_k + sum_h F_k(x_h)) / (w + H); the mean over the team's drones at work, also where each of
+    them hears only some, and before a new command makes them forget. Nothing is changed.
+
+    Returns
+    -------
+    float64 array (K, K)
+        cbar_k; cbar_0 = 1.
+
+    Raises
+    ------
+    CommandError
+        If the team has no drones at work.
+    """
+    games, controller = simulator.games, simulator.controller
+    members = at_work(simulator, row, team)
+    if not len(members):
+        raise CommandError(f"team {team} of game {row} must have drones at work to have coefficients, but it has none")
+    modes, times = len(controller.modes), np.asarray(controller.times, np.float64)
+    places = games.positions[row, members].astype(np.float64)
+    decay = float(controller.decay)
+    past = decay * games.memory[row][:, :, members].transpose(2, 0, 1).astype(np.float64) + basis(places, modes)
+    weight = decay * games.memory_weight[row, members].astype(np.float64) + 1.0
+    ahead = places[:, None] + times[1:, None] * games.velocities[row, members, None]
+    expected = past + basis(ahead, modes).sum(axis=1)
+    return np.asarray((expected / (weight + len(times) - 1)[:, None, None]).mean(axis=0))
+
+
+def reconstruct(coefficients: ArrayLike, cells: int, *, smooth: bool = False) -> NDArray[np.float64]:
+    """Return the density that coefficients stand for, as far as its modes tell.
+
+    A density p has the coefficients c_k = integral of p F_k, so that p = sum_k c_k F_k / h_k^2 with
+    h_k^2 = integral of F_k^2: 1 for k = (0, 0), 1/2 where one of k1 and k2 is 0, 1/4 elsewhere. Where
+    c_0 = 1, the image has mean 1 (up to its cells): 2 is twice the density of uniform coverage. A
+    target and a team's coverage, drawn this way, can be compared cell by cell.
+
+    Parameters
+    ----------
+    coefficients : array_like (K, K)
+    cells : int
+        Cells a side of the image.
+    smooth : bool
+        Weigh the modes by (1 - k1/K)(1 - k2/K). These means of Fejer are p seen through a window
+        about 1/K wide which is nowhere negative: no ripples, at the cost of detail.
+
+    Returns
+    -------
+    float64 array (cells, cells)
+        At the centres of the cells, `[row = y, column = x]`.
+    """
+    known = np.asarray(coefficients, np.float64)
+    k = np.arange(len(known))
+    factors = np.where(k == 0, 1.0, 2.0)
+    if smooth:
+        factors = factors * (1.0 - k / len(known))
+    cosines = np.cos(np.pi * np.outer(k, _centres(cells)))
+    return _sum_up(known * np.outer(factors, factors), cosines, cosines)
+
+
+def potential(simulator: Simulator, row: int, team: int, cells: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the landscape that a team's drones are pushed down, and its gradient.
+
+    sum_k q Lambda_k (cbar_k - phi_k) F_k with `shared_coefficients` for cbar: high where the team
+    has been more than it was asked to. The cost of coming close to a wall is left out.
+
+    Parameters
+    ----------
+    simulator : Simulator
+    row, team : int
+    cells : int
+        Cells a side.
+
+    Returns
+    -------
+    values : float64 array (cells, cells)
+        At the centres of the cells, `[row = y, column = x]`.
+    gradient : float64 array (cells, cells, 2)
+        Its derivatives by x and y, per map width.
+
+    Raises
+    ------
+    CommandError
+        If the team has no drones at work, or another controller flies it.
+    """
+    if simulator.config.team_controllers[team] != "ergodic":
+        raise CommandError(f"the potential is the ergodic controller's, and {TEAM_NAMES[team]} is flown by flocking")
+    difference = shared_coefficients(simulator, row, team) - simulator.games.coefficients[row, team]
+    error = simulator.controller.spectrum.astype(np.float64) * difference
+    k = np.arange(len(error))
+    phases = np.pi * np.outer(k, _centres(cells))
+    cosines, slopes = np.asarray(np.cos(phases)), np.asarray(-np.pi * k[:, None] * np.sin(phases), np.float64)
+    by_x, by_y = _sum_up(error, slopes, cosines), _sum_up(error, cosines, slopes)
+    return _sum_up(error, cosines, cosines), np.stack([by_x, by_y], axis=-1)
+
+
+class ErgodicMetric:
+    """How far a team's true past is from its target, in all games of a simulator.
+
+    E = sum_k (1 + |k|^2)^(-3/2) (c_k - phi_k)^2: 0 where the past is spread exactly as the target
+    asks. c is the mean of F_k over all places of the team's drones at the moments observed; whoever
+    changes sides counts for the team that it was of at each moment, and a failed drone for none. phi is
+    the target in force now.
+
+    Parameters
+    ----------
+    simulator : Simulator
+    team : int
+    window : int, optional
+        Latest observations that count; all of them if not given.
+
+    Examples
+    --------
+    >>> simulator = Simulator(num_games=2)
+    >>> simulator.reset([0, 1])
+    >>> metric = ErgodicMetric(simulator, team=0)
+    >>> for _ in range(100):
+    ...     simulator.advance(3)
+    ...     metric.observe()
+    >>> bool((metric.value() < 0.01).all())
+    True
+    """
+
+    def __init__(self, simulator: Simulator, team: int, window: int | None = None) -> None:
+        modes = simulator.config.controller.modes
+        self._simulator, self._team, self._window = simulator, team, window
+        self._weights = sobolev_weights(modes)
+        self._sums = np.zeros((simulator.num_games, modes, modes))
+        self._counts = np.zeros(simulator.num_games, np.int64)
+        self._latest: deque[tuple[NDArray[np.float64], NDArray[np.int64]]] = deque()
+
+    def observe(self) -> None:
+        """Add where the team's drones are now."""
+        games = self._simulator.games
+        members = (games.teams == self._team) & ~games.failed
+        along_x, along_y = _cosines(games.positions, len(self._weights))
+        seen = np.einsum("ena,enb->eab", along_x * members[..., None], along_y)
+        counts = members.sum(axis=1)
+        self._sums += seen
+        self._counts += counts
+        if self._window is None:
+            return
+        self._latest.append((seen, counts))
+        if len(self._latest) > self._window:
+            old, old_counts = self._latest.popleft()
+            self._sums -= old
+            self._counts -= old_counts
+
+    @property
+    def coefficients(self) -> NDArray[np.float64]:
+        """(E, K, K) c_k of the past; NaN for a team that had no drones."""
+        known = np.full_like(self._sums, np.nan)
+        some = self._counts > 0
+        known[some] = self._sums[some] / self._counts[some, None, None]
+        return known
+
+    def value(self) -> NDArray[np.float64]:
+        """Return the metric (E,) of every game against the target in force; NaN for a team that had no drones."""
+        phi = self._simulator.games.coefficients[:, self._team]
+        return np.asarray((self._weights * (self.coefficients - phi) ** 2).sum(axis=(1, 2)))
+
+
+def _cosines(places: ArrayLike, modes: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Cosines (..., K) of places (..., 2) along x and along y."""
+    phases = np.pi * np.asarray(places, np.float64)[..., None] * np.arange(modes)
+    cosines = np.cos(phases)
+    return cosines[..., 0, :], cosines[..., 1, :]
+
+
+def _centres(cells: int) -> NDArray[np.float64]:
+    return (np.arange(cells) + 0.5) / cells
+
+
+def _sum_up(
+    coefficients: NDArray[np.float64], along_x: NDArray[np.float64], along_y: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Sum coefficients (K, K) times functions (K, cells) of x and of y: an image (cells, cells)."""
+    return np.asarray(along_y.T @ coefficients.T @ along_x)

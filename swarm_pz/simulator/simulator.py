@@ -1,0 +1,442 @@
+"""E games of two swarms side by side: states in arrays, rules in `swarm_pz.kernels`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config import (
+    BLUE,
+    GRID_CELLS,
+    RED,
+    TEAM_NAMES,
+    TICKS_PER_SECOND,
+    GameConfig,
+)
+from swarm_pz.errors import CommandError
+from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES
+from swarm_pz.kernels.controllers.flocking import make_attractors
+from swarm_pz.kernels.fourier import make_targets
+from swarm_pz.kernels.game import Games, advance_games
+from swarm_pz.simulator.commands import (
+    FlockingCommand,
+    check_attractors,
+    check_densities,
+    coefficient_matrix,
+    density_around,
+    make_target,
+)
+from swarm_pz.simulator.parameters import controller_parameters, option_parameters, rule_parameters
+from swarm_pz.simulator.spawn import Seed, check_scenario, check_seed, check_team, random_start
+
+_NEVER = -(10**9)
+_MOST_GAMES = 10**9
+
+
+class Simulator:
+    """E independent games, advanced together.
+
+    Row e of a batch is the same game, bit for bit, as that game alone, whatever the number of
+    games or threads (on one kind of processor and one version).
+
+    Parameters
+    ----------
+    config : GameConfig, optional
+        The rules.
+    num_games : int
+        Number E of games.
+    threads : int
+        Threads that share the games.
+
+    Examples
+    --------
+    >>> sim = Simulator(num_games=4)
+    >>> sim.reset(seeds=[0, 1, 2, 3])
+    >>> sim.command(0, np.ones((4, 10, 10)))
+    >>> sim.advance(ticks=30)
+    >>> sim.positions.shape, sim.sizes.sum(axis=1).tolist(), sim.time_s.tolist()
+    ((4, 20, 2), [20, 20, 20, 20], [1.0, 1.0, 1.0, 1.0])
+    """
+
+    def __init__(self, config: GameConfig | None = None, num_games: int = 1, threads: int = 1) -> None:
+        self.config = config if config is not None else GameConfig()
+        for name, value in (("num_games", num_games), ("threads", threads)):
+            if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= _MOST_GAMES:
+                raise CommandError(f"{name} must be a whole number from 1 to {_MOST_GAMES:,}, got {value!r}")
+        self.num_games = num_games
+        self.threads = min(threads, os.cpu_count() or 1, num_games)
+        self._pool = self._make_pool()
+        self._rules, self._options = rule_parameters(self.config), option_parameters(self.config)
+        self.controller = controller_parameters(self.config)
+        self.games = self._empty_games()
+        """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
+        self.reset()
+
+    def _make_pool(self) -> ThreadPoolExecutor | None:
+        return ThreadPoolExecutor(self.threads - 1) if self.threads > 1 else None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the threads, which no copy can have; it gets its own unless these have been ended."""
+        return self.__dict__ | {"_pool": self._pool is not None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._pool = self._make_pool() if state["_pool"] else None
+
+    def _empty_games(self) -> Games:
+        e, n, cells = self.num_games, self.config.num_drones, self.config.command_cells
+        modes = self.config.controller.modes
+        side = FRAMED_CELLS if n >= MANY_DRONES else 0
+        options = self._options
+        followed = cells if options is not None and any(options.command_forgets) else 0
+        grid = GRID_CELLS if self._reconstructs else 0
+        return Games(
+            ticks=np.zeros(e, np.int64),
+            positions=np.zeros((e, n, 2), np.float32),
+            velocities=np.zeros((e, n, 2), np.float32),
+            accelerations=np.zeros((e, n, 2), np.float32),
+            altitudes=np.zeros((e, n), np.float32),
+            teams=np.zeros((e, n), np.int8),
+            trails=np.zeros((e, self.config.trail_ticks, n), np.int16),
+            fields=np.zeros((e, 2, FRAMED_CELLS, FRAMED_CELLS), self._rules.ring_weights.dtype),
+            occupancy=np.zeros((e, 2, side, side), self._rules.ring_weights.dtype),
+            memory=np.zeros((e, modes, modes, n), np.float32),
+            memory_weight=np.zeros((e, n), np.float32),
+            targets=np.zeros((e, 2, cells, cells), np.float64),
+            coefficients=np.zeros((e, 2, modes, modes), np.float32),
+            capture_ticks=np.zeros((e, n), np.int64),
+            captures=np.zeros((e, 2), np.int64),
+            recaptures=np.zeros((e, 2), np.int64),
+            seeds=np.zeros(e, np.uint64),
+            failed=np.zeros((e, n), np.bool_),
+            attractors=np.zeros((e, 2, 3), np.float32),
+            followed=np.zeros((e, 2, followed, followed), np.float64),
+            reconstruction=np.zeros((e, 2, grid, grid), np.float32),
+        )
+
+    # --- what happens -------------------------------------------------------------------------
+
+    def reset(
+        self,
+        seeds: Sequence[Seed] | NDArray[np.integer[Any]] | None = None,
+        rows: ArrayLike | None = None,
+        scenario: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        """Start games afresh, both teams with a uniform target.
+
+        Parameters
+        ----------
+        seeds : sequence of int or SeedSequence, optional
+            One for each of the rows; drawn from the system's entropy if not given.
+        rows : sequence of int, optional
+            Games to start; all of them if not given.
+        scenario : mapping, optional
+            Any of `positions` (N, 2) in [0, 1], `velocities` (N, 2) and `teams` (N,), the same for
+            all rows, in place of the random start; N as in the configuration.
+
+        Raises
+        ------
+        CommandError
+            If seeds, rows or scenario do not fit; no game is changed.
+        """
+        chosen = self.rows(rows)
+        if seeds is None:
+            seeds = list(np.random.SeedSequence().spawn(len(chosen)))
+        if not hasattr(seeds, "__len__") or len(seeds) != len(chosen):
+            raise CommandError(f"seeds must be one for each of the {len(chosen)} games, got {seeds!r}")
+        generators = [np.random.default_rng(check_seed(seed)) for seed in seeds]
+        start = check_scenario(scenario or {}, self.config)
+        cells = self.config.command_cells
+        uniform, coefficients = make_target(np.ones((cells, cells)), self.config.controller.modes)
+        games = self.games
+        for array in games:
+            array[chosen] = 0
+        games.trails[chosen] = -1
+        games.capture_ticks[chosen] = _NEVER
+        games.targets[chosen] = uniform
+        games.coefficients[chosen] = coefficients
+        games.attractors[chosen] = (0.5, 0.5, self.config.flocking.migration[0])
+        if games.followed.size:
+            games.followed[chosen] = uniform
+        games.teams[chosen, self.config.team_sizes[RED] :] = 1
+        for row, generator in zip(chosen, generators, strict=True):
+            games.positions[row], games.altitudes[row] = random_start(self.config, generator)
+            games.seeds[row] = generator.integers(2**64, dtype=np.uint64)
+        for name, values in start.items():
+            getattr(games, name)[chosen] = values
+
+    def command(
+        self, team: int, commands: ArrayLike | Sequence[FlockingCommand], rows: ArrayLike | None = None
+    ) -> None:
+        """Give a team its target from the next solve on.
+
+        Parameters
+        ----------
+        team : int
+            0 red, 1 blue.
+        commands : array_like (E, A, A) or sequence of FlockingCommand (E,)
+            One command a game in `rows`: densities with values in [0, 1], or attractors for a team that
+            flocks. It flies to the strongest mode of a density.
+        rows : sequence of int, optional
+            Games commanded; all of them if not given.
+
+        Raises
+        ------
+        CommandError
+            If the team or the commands are not valid; no game is changed.
+        """
+        check_team(team)
+        chosen = self.rows(rows)
+        cells, name = self.config.command_cells, TEAM_NAMES[team]
+        attractors = None
+        if isinstance(commands, FlockingCommand):
+            raise CommandError(f"expected a list with a FlockingCommand for each of {len(chosen)} games, got one alone")
+        if isinstance(commands, (list, tuple)) and any(isinstance(one, FlockingCommand) for one in commands):
+            if self.config.team_controllers[team] != "flocking":
+                raise CommandError(
+                    f"{name} is flown by the ergodic controller, which takes densities {(cells, cells)}: a "
+                    f"FlockingCommand needs controllers='flocking'"
+                )
+            attractors = check_attractors(commands, len(chosen), self.config.flocking)
+            values = density_around(attractors, cells)
+        else:
+            values = check_densities(commands, (len(chosen), cells, cells), f"{name}'s command")  # type: ignore[arg-type]
+        self.command_checked(team, values, chosen)
+        if attractors is not None:
+            self.games.attractors[chosen, team] = attractors
+
+    def command_checked(self, team: int, densities: NDArray[np.float64], rows: NDArray[np.int64]) -> None:
+        """As `command`, for who has checked team, rows (n,) and the values of densities (n, A, A) already."""
+        self._check_form(densities, (len(rows),))
+        self._aim(densities[:, None], np.arange(len(rows)), rows, np.array([team]))
+
+    def _check_form(self, densities: NDArray[np.float64], games: tuple[int, ...]) -> None:
+        """Refuse what a kernel would read beyond its end, or be compiled again for."""
+        expected = (*games, self.config.command_cells, self.config.command_cells)
+        if densities.dtype != np.float64 or densities.shape != expected:
+            raise CommandError(
+                f"commands must be float64 of shape {expected}, got {densities.dtype} of shape {densities.shape}"
+            )
+
+    def _aim(
+        self,
+        densities: NDArray[np.float64],
+        places: NDArray[np.int64],
+        rows: NDArray[np.int64],
+        teams: NDArray[np.int64],
+    ) -> None:
+        games = self.games
+        matrix = coefficient_matrix(self.config.controller.modes, self.config.command_cells)
+        make_targets(densities, places, rows, teams, matrix, games.targets, games.coefficients)
+        if "flocking" in self.config.team_controllers:
+            make_attractors(places, rows, teams, games.targets, self.config.flocking.migration, games.attractors)
+
+    def advance(self, ticks: ArrayLike = TICKS_PER_SECOND, commands: NDArray[np.float64] | None = None) -> None:
+        """Advance every game, or until the tick in which one team owns every drone.
+
+        Parameters
+        ----------
+        ticks : int or array_like of int (E,)
+            Ticks of 1/30 s, for all games or for each its own; 0 leaves a game as it is.
+        commands : float64 array (E, 2, A, A), optional
+            New commands of red and blue for the games that advance, as `check_densities` returns them:
+            their values are not checked again.
+
+        Raises
+        ------
+        CommandError
+            If a number of ticks is negative or not whole, or the commands are of another shape or type.
+        """
+        amounts = np.asarray(ticks)
+        shape_fits = amounts.shape in ((), (self.num_games,))
+        if not np.issubdtype(amounts.dtype, np.integer) or not shape_fits or (amounts < 0).any():
+            raise CommandError(f"ticks must be whole and not negative, one number or one a game, got {ticks!r}")
+        per_game = np.empty(self.num_games, np.int64)
+        per_game[:] = amounts
+        rows = np.flatnonzero((per_game > 0) & ~self.decided)
+        if commands is not None:
+            self._check_form(commands, (self.num_games, 2))
+        all_rows, teams = np.arange(self.num_games), np.array([RED, BLUE])
+
+        def work(part: NDArray[np.int64]) -> None:
+            if commands is not None:
+                self._aim(commands, part, all_rows, teams)
+            advance_games(self.games, part, per_game, self._rules, self.controller, self._options)
+
+        self.for_rows(rows, work)
+
+    def for_rows(self, rows: NDArray[np.int64], work: Callable[[NDArray[np.int64]], None]) -> None:
+        """Call a kernel for parts of the rows, in this simulator's threads."""
+        if self._pool is None or len(rows) < 2:
+            if len(rows):
+                work(rows)
+            return
+        # Games never share state. One part a thread, this one's among them: every hand-over costs.
+        parts = range(min(self.threads, len(rows)))
+        own, *others = [np.ascontiguousarray(rows[first :: self.threads]) for first in parts]
+        waiting = [self._pool.submit(work, part) for part in others]
+        try:
+            work(own)
+        finally:
+            for done in waiting:
+                done.result()
+
+    def snapshot(self, rows: ArrayLike | None = None) -> Games:
+        """Copy games mid-flight; `restore` continues them bit for bit."""
+        chosen = self.rows(rows)
+        copies: list[Any] = [array[chosen] for array in self.games]
+        return Games(*copies)
+
+    def restore(self, snapshot: Games, rows: ArrayLike | None = None) -> None:
+        """Put copied games back, into these rows or any others.
+
+        Parameters
+        ----------
+        snapshot : Games
+            From a simulator of the same configuration; a single game fills all rows.
+        rows : sequence of int, optional
+            Where to; all rows if not given.
+
+        Raises
+        ------
+        CommandError
+            If the snapshot does not fit; no game is changed.
+        """
+        chosen = self.rows(rows)
+        arrays: list[tuple[str, NDArray[Any], NDArray[Any]]] = list(
+            zip(Games._fields, self.games, snapshot, strict=True)
+        )
+        for name, array, copied in arrays:
+            if copied.shape[1:] != array.shape[1:] or len(copied) not in (1, len(chosen)):
+                raise CommandError(
+                    f"snapshot must hold 1 or {len(chosen)} games with {name} of shape {array.shape[1:]}, "
+                    f"got {len(copied)} of shape {copied.shape[1:]}"
+                )
+        for _, array, copied in arrays:
+            array[chosen] = copied
+
+    def close(self) -> None:
+        """End the threads; the games stay readable."""
+        if self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
+
+    # --- what can be seen -----------------------------------------------------------------------
+
+    @property
+    def positions(self) -> NDArray[np.float32]:
+        """(E, N, 2) positions x, y in map widths; read-only view."""
+        return _read_only(self.games.positions)
+
+    @property
+    def velocities(self) -> NDArray[np.float32]:
+        """(E, N, 2) velocities; drones move at `dynamics.speed_factor` times them; read-only view."""
+        return _read_only(self.games.velocities)
+
+    @property
+    def speeds(self) -> NDArray[np.float32]:
+        """(E, N, 2) how drones move, in map widths per second."""
+        return self.games.velocities * np.float32(self.config.dynamics.speed_factor)
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """(E, N) drones that have failed and not returned to work; read-only view."""
+        return _read_only(self.games.failed)
+
+    @property
+    def altitudes(self) -> NDArray[np.float32]:
+        """(E, N) altitudes in (0, 1], distinct within a game; read-only view."""
+        return _read_only(self.games.altitudes)
+
+    @property
+    def teams(self) -> NDArray[np.int8]:
+        """(E, N) team of each drone, 0 red or 1 blue; read-only view."""
+        return _read_only(self.games.teams)
+
+    @property
+    def sizes(self) -> NDArray[np.int64]:
+        """(E, 2) drones of red and blue."""
+        sizes = np.empty((self.num_games, 2), np.int64)
+        sizes[:, BLUE] = self.games.teams.sum(axis=1, dtype=np.int64)
+        sizes[:, RED] = self.config.num_drones - sizes[:, BLUE]
+        return sizes
+
+    @property
+    def occupancy(self) -> NDArray[np.int64]:
+        """(E, 2, G, G) ticks that each team's trails count in each cell."""
+        cells = GRID_CELLS**2
+        trails, teams = self.games.trails.astype(np.int64), self.games.teams[:, None, :]
+        boards = (2 * np.arange(self.num_games)[:, None, None] + teams) * cells + trails
+        counts = np.bincount(boards[trails >= 0], minlength=2 * self.num_games * cells)
+        return counts.reshape(self.num_games, 2, GRID_CELLS, GRID_CELLS)
+
+    @property
+    def capture_field(self) -> NDArray[np.float64]:
+        """(E, 2, G, G) each team's occupancy, or rescaled density, averaged over the ring around each cell."""
+        if self._reconstructs:
+            return self.games.reconstruction.astype(np.float64)
+        return np.asarray(self._fields / FIELD_UNIT)
+
+    @property
+    def captures_here(self) -> NDArray[np.bool_]:
+        """(E, 2, G, G) where each team would capture an opposing drone."""
+        if self._reconstructs:
+            return np.asarray(self.games.reconstruction >= np.float32(self.config.capture.threshold))
+        fields = self._fields
+        return np.asarray(fields > self.config.capture.threshold * fields.max(axis=(2, 3), keepdims=True))
+
+    @property
+    def _reconstructs(self) -> bool:
+        return self.config.capture.field == "reconstruction"
+
+    @property
+    def _fields(self) -> NDArray[np.integer]:
+        inside = slice(BORDER, -BORDER)
+        return self.games.fields[:, :, inside, inside]
+
+    @property
+    def targets(self) -> NDArray[np.float64]:
+        """(E, 2, A, A) each team's command in force, normalised to sum to 1; read-only view."""
+        return _read_only(self.games.targets)
+
+    @property
+    def time_s(self) -> NDArray[np.float64]:
+        """(E,) seconds since the start."""
+        return np.asarray(self.games.ticks / TICKS_PER_SECOND)
+
+    @property
+    def decided(self) -> NDArray[np.bool_]:
+        """(E,) whether one team owns every drone; never without captures."""
+        if not self.config.capture.enabled:
+            return np.zeros(self.num_games, np.bool_)
+        return np.asarray((self.sizes == 0).any(axis=1))
+
+    def rows(self, rows: ArrayLike | None) -> NDArray[np.int64]:
+        """Return numbers of games as an array; all of them for None.
+
+        Raises
+        ------
+        CommandError
+            If they are not whole numbers in [0, E).
+        """
+        if rows is None:
+            return np.arange(self.num_games)
+        try:
+            chosen = np.asarray(rows).reshape(-1)
+        except ValueError as error:  # lists of different lengths
+            raise CommandError(f"rows must be whole numbers in [0, {self.num_games}), got {rows!r}") from error
+        whole = np.issubdtype(chosen.dtype, np.integer) or chosen.size == 0
+        if not whole or (chosen.size and (chosen.min() < 0 or chosen.max() >= self.num_games)):
+            raise CommandError(f"rows must be whole numbers in [0, {self.num_games}), got {rows!r}")
+        return chosen.astype(np.int64)
+
+
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    view = array.view()
+    view.flags.writeable = False
+    return view

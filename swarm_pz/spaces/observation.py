@@ -1,0 +1,160 @@
+"""What a seat sees: grid images or lists of drones, always from its own side.
+
+Grid observations are images, channel first, of brightness 0 to 255, `[channel, row = y, column = x]`.
+Which of these channels a seat sees, and in which order, says its `ObservationConfig`:
+
+| channel                  | shows                                                    | coarsening |
+|--------------------------|----------------------------------------------------------|------------|
+| `own_positions`          | 64 for each drone in the cell, up to 255                 | sum        |
+| `opposing_positions`     | the same of the other team                               | sum        |
+| `own_trail_age`          | 255 where a drone is now, falling to 0 with the trail    | maximum    |
+| `opposing_trail_age`     | the same of the other team                               | maximum    |
+| `own_capture_field`      | 255 value / maximum; at least 192 exactly where captures | maximum    |
+| `opposing_capture_field` | the same of the other team                               | maximum    |
+| `own_target`             | the density asked for, over its largest command cell     | mean       |
+| `own_share`              | 255 times the own share of all drones, everywhere        | -          |
+| `time_left`              | 255 times the fraction of time left, everywhere          | -          |
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from swarm_pz.config import CHANNELS, GRID_CELLS, GameConfig, ObservationConfig
+from swarm_pz.kernels.observation import paint_grids
+from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.commands import interpolation_matrix
+
+_WORTH_THREADS = 256
+"""Images from which on it is quicker to share them out among threads than to paint them at once."""
+
+Observations = Any
+"""uint8 array (n, C, G', G'), or a dict of arrays with first axis n; n seats of n games."""
+
+
+def observation_space(config: GameConfig, seat: ObservationConfig) -> spaces.Space[Any]:
+    """Return the space of one seat's observation: a Box of images or a Dict of drone lists."""
+    if seat.kind == "grids":
+        return spaces.Box(0, 255, (len(seat.channels), seat.grid, seat.grid), np.uint8)
+    n = config.num_drones
+    entries: dict[str, spaces.Space[Any]] = {}
+    for side in ("own", "opposing"):
+        entries[f"{side}_positions"] = spaces.Box(0.0, 1.0, (n, 2), np.float32)
+        entries[f"{side}_velocities"] = spaces.Box(-np.inf, np.inf, (n, 2), np.float32)
+        entries[f"{side}_mask"] = spaces.MultiBinary(n)
+    entries["own_share"] = spaces.Box(0.0, 1.0, (1,), np.float32)
+    entries["time_left"] = spaces.Box(0.0, 1.0, (1,), np.float32)
+    return spaces.Dict(entries)
+
+
+def observe(
+    simulator: Simulator,
+    seat: ObservationConfig,
+    teams: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    time_left: NDArray[np.float64],
+) -> Observations:
+    """Return fresh observations of games, each from the side of one team.
+
+    Parameters
+    ----------
+    simulator : Simulator
+    seat : ObservationConfig
+    teams : int64 array (n,)
+        Side from which each game is seen.
+    rows : int64 array (n,)
+        The games.
+    time_left : float64 array (n,)
+        Fraction of the time that is left in each.
+
+    Returns
+    -------
+    uint8 array (n, C, G', G') or dict of arrays (n, ...), as `observation_space` says
+    """
+    if seat.kind == "entities":
+        return _entities(simulator, teams, rows, time_left)
+    observations = np.empty((len(rows), len(seat.channels), seat.grid, seat.grid), np.uint8)
+    config = simulator.config
+    coarse_cells, brightness = _coarse_cells(seat.grid), _brightness(config.trail_ticks)
+    interpolation = _coarse_interpolation(seat.grid, config.command_cells)
+    channels = _numbers(seat.channels)
+
+    def paint(places: NDArray[np.int64]) -> None:
+        paint_grids(
+            simulator.games,
+            rows,
+            places,
+            teams,
+            time_left,
+            config.capture.threshold,
+            config.trails_have_gaps,
+            coarse_cells,
+            brightness,
+            interpolation,
+            channels,
+            observations,
+        )
+
+    everywhere = np.arange(len(rows))
+    if len(rows) * len(channels) < _WORTH_THREADS:
+        paint(everywhere)
+    else:
+        simulator.for_rows(everywhere, paint)
+    return observations
+
+
+def of_game(observations: Observations, place: int) -> Observations:
+    """Return one game's observation, of n."""
+    if isinstance(observations, dict):
+        return {name: part[place] for name, part in observations.items()}
+    return observations[place]
+
+
+@cache
+def _numbers(channels: tuple[str, ...]) -> NDArray[np.int64]:
+    """Tell each channel's place among all."""
+    return np.array([CHANNELS.index(channel) for channel in channels])
+
+
+@cache
+def _coarse_cells(grid: int) -> NDArray[np.uint16]:
+    """Tell which cell of a coarser grid holds each cell of the full one; all counted row by row."""
+    line = np.arange(GRID_CELLS) // (GRID_CELLS // grid)
+    return (line[:, None] * grid + line).ravel().astype(np.uint16)
+
+
+@cache
+def _brightness(trail_ticks: int) -> NDArray[np.uint8]:
+    """Brightness of a trail by its age in ticks: 255 for now, falling to 0."""
+    ages = np.arange(trail_ticks)
+    return ((255 * (trail_ticks - ages) + trail_ticks // 2) // trail_ticks).astype(np.uint8)
+
+
+@cache
+def _coarse_interpolation(grid: int, cells: int) -> NDArray[np.float64]:
+    """Interpolate a command on the full grid and average blocks of it, along one axis."""
+    full = interpolation_matrix(GRID_CELLS, cells)
+    return np.ascontiguousarray(full.reshape(grid, GRID_CELLS // grid, cells).mean(axis=1))
+
+
+def _entities(
+    simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64], time_left: NDArray[np.float64]
+) -> dict[str, NDArray[Any]]:
+    """List each side's drones first to last, padded with zeros; a mask says which are there."""
+    entries: dict[str, NDArray[Any]] = {}
+    is_own = simulator.games.teams[rows] == teams[:, None]
+    for side, members in (("own", is_own), ("opposing", ~is_own)):
+        order = np.argsort(~members, axis=1, kind="stable")
+        mask = np.take_along_axis(members, order, axis=1)
+        for name in ("positions", "velocities"):
+            values = np.take_along_axis(getattr(simulator.games, name)[rows], order[..., None], axis=1)
+            entries[f"{side}_{name}"] = np.where(mask[..., None], values, np.float32(0.0))
+        entries[f"{side}_mask"] = mask.astype(np.int8)
+    entries["own_share"] = is_own.mean(axis=1, keepdims=True).astype(np.float32)
+    entries["time_left"] = time_left[:, None].astype(np.float32)
+    return entries

@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+from swarm_pz.analysis.diagnosis import WINDOW_S, Diagnosis, diagnose, plot
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import RenderError
+from swarm_pz.evaluation.match import play_match
+from swarm_pz.evaluation.rollout import Rollout
+from tests import reference
+
+
+@pytest.fixture(scope="module")
+def diagnosis() -> Diagnosis:
+    return diagnose("ring", "uniform", seed=1, seconds=8)
+
+
+def test_moments_are_the_start_and_every_control_period(diagnosis):
+    np.testing.assert_allclose(diagnosis.times, np.arange(81) / 10)
+    for name in ("sizes", "captures", "recaptures", "metric", "latest_metric", "entropy_bits"):
+        assert getattr(diagnosis, name).shape == (81, 2), name
+
+
+def test_captures_account_for_every_change_of_size(diagnosis):
+    assert diagnosis.captures.sum() > 0
+    gained = diagnosis.captures - diagnosis.captures[:, ::-1]
+    np.testing.assert_array_equal(np.diff(diagnosis.sizes, axis=0), gained[1:])
+    assert (diagnosis.captures[0] == 0).all()
+    assert (diagnosis.recaptures <= diagnosis.captures).all()
+
+
+def test_a_uniform_command_is_spread_over_the_whole_square_and_a_ring_is_not(diagnosis):
+    np.testing.assert_allclose(diagnosis.entropy_bits[:, 1], math.log2(100))
+    np.testing.assert_allclose(diagnosis.effective_share[:, 1], 1.0)
+    assert (diagnosis.effective_share[1:, 0] < 0.6).all()
+    target = Rollout("ring", "uniform", [0], seed=1)
+    target.play(1)
+    shares = target.simulator.targets[0, 0].ravel()
+    bits = -sum(share * math.log2(share) for share in shares if share > 0)
+    assert diagnosis.entropy_bits[5, 0] == pytest.approx(bits)
+
+
+def test_the_metrics_are_those_of_the_true_past_and_of_its_end(diagnosis):
+    game = Rollout("ring", "uniform", [0], seed=1)
+    places: list[list[np.ndarray]] = []
+
+    def look(game):
+        of_blue = game.simulator.positions[0][game.simulator.teams[0] == 1]
+        places.append([reference.basis(place) for place in of_blue])
+
+    game.play(8, after_control_period=look)
+    phi = game.simulator.games.coefficients[0, 1]
+    window = round(10 * WINDOW_S)
+    for past, metric in ((places, diagnosis.metric), (places[-window:], diagnosis.latest_metric)):
+        mean = np.mean([value for moment in past for value in moment], axis=0)
+        assert metric[-1, 1] == pytest.approx(reference.ergodic_metric(mean, phi), rel=1e-6)
+    assert np.isnan(diagnosis.metric[0]).all()
+    np.testing.assert_allclose(diagnosis.metric[1:window], diagnosis.latest_metric[1:window])
+
+
+def test_json_holds_every_curve_and_no_nan(diagnosis):
+    plain = json.loads(json.dumps(diagnosis.to_dict(), allow_nan=False))
+    assert plain["ergodic_metric"]["red"][0] is None
+    assert plain["sizes"]["blue"] == diagnosis.sizes[:, 1].tolist()
+    curves = [name for name, value in plain.items() if isinstance(value, dict)]
+    assert len(curves) == 7
+    assert all(len(plain[name][team]) == len(plain["times_s"]) for name in curves for team in ("red", "blue"))
+
+
+@pytest.mark.parametrize(
+    ("result", "title"),
+    [
+        ("red won", "ring (red) beat uniform (blue) in 8.0 s"),
+        ("blue won", "uniform (blue) beat ring (red) in 8.0 s"),
+        ("a draw", "ring (red) and uniform (blue) drew after 8.0 s, {} drones to {}"),
+        ("unfinished", "ring (red) and uniform (blue) had not finished after 8.0 s, {} drones to {}"),
+    ],
+)
+def test_the_title_states_the_result(diagnosis, result, title):
+    ended = dataclasses.replace(diagnosis, result=result)
+    assert ended.title == title.format(*diagnosis.sizes[-1])
+
+
+def test_the_curves_are_of_the_game_that_a_match_counted():
+    config = GameConfig(time_limit=20.0, drones_per_team=3)
+    counted = play_match("blind_ring", "noise", games=6, seed=3, config=config).games[5]
+    shown = diagnose("blind_ring", "noise", seed=3, pair=2, side="blue", config=config)
+    assert (counted.pair, counted.side) == (2, "blue")
+    assert shown.names == ("noise", "blind_ring")
+    assert shown.times[-1] == counted.seconds
+    assert shown.sizes[[*range(0, len(shown.sizes) - 1, 10), -1], 0].tolist() == counted.sizes
+    assert shown.captures.sum() == counted.captures and shown.recaptures.sum() == counted.recaptures
+    assert shown.result == {"win": "blue won", "draw": "a draw", "loss": "red won"}[counted.outcome]
+    plain = shown.to_dict()
+    assert (plain["red"], plain["seed"], plain["pair"], plain["side"]) == ("noise", 3, 2, "blue")
+
+
+def test_a_game_is_drawn_to_its_deciding_tick(tmp_path):
+    game = diagnose("corners", "uniform", config=GameConfig(drones_per_team=(1, 12)))
+    assert game.result == "blue won"
+    assert game.sizes[-1].tolist() == [0, 13]
+    assert np.isfinite(game.latest_metric[1:]).all()
+    plot(game, tmp_path / "pictures" / "game.png")
+    assert (tmp_path / "pictures" / "game.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, math.nan, math.inf, True])
+def test_a_game_of_no_length_is_refused(seconds):
+    with pytest.raises(RenderError, match="seconds must be a number above 0"):
+        diagnose("ring", "uniform", seconds=seconds)

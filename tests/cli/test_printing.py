@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from swarm_pz.cli import printing as tables
+
+LONG = "runs/a very long name of a folder, as people give them/with-more-of-it"
+ENTRY = {
+    "player": LONG, "kind": "learned", "rating": 1987.4, "rating_ci95": (1234.5, 2345.6), "wins": 12345,
+    "draws": 23456, "losses": 34567, "median_seconds": 4567.0, "thinking_ms": 5678.9,
+}  # fmt: skip
+LADDER = {
+    "players": [ENTRY],
+    "games_per_pairing": 40,
+    "seed": 0,
+    "intransitivity": {"cyclic_share": 0.1, "cyclic_share_of_a_ladder": 0.02, "cycles": 3, "decided_triples": 9},
+}
+SUMMARY = {
+    "games": 12345, "wins": 23456, "draws": 34567, "losses": 45678, "win_rate_ci95": (0.123, 0.987),
+    "mean_share": 0.543, "restricted_mean_seconds": 6789.0,
+}  # fmt: skip
+STUDY = SimpleNamespace(
+    player=LONG, opponent=LONG, wins=123, draws=456, losses=789, win_rate_low=0.12, win_rate_high=0.34,
+    median_s=1234.0, restricted_mean_s=5678.0, commands_per_minute=98.7, min_command_interval=0.5,
+)  # fmt: skip
+SPEEDS = {
+    "machine": {"cpu": "some"},
+    "speeds": [
+        {"face": LONG, "games": 1024, "drones": 1000, "threads": 16, "drone_steps": 123.45e6, "env_steps": 1234567.0}
+    ],
+    "phases_ns_per_drone_step": {"solve": 1234.0},
+    "bytes_per_game": 40960,
+}
+
+
+def match():
+    return SimpleNamespace(
+        policy=LONG, opponent="uniform", privileged=[LONG], seed=0, limit_s=300.0, summary=lambda: SUMMARY
+    )
+
+
+@pytest.mark.parametrize("columns", [60, 80, 200])
+@pytest.mark.parametrize(
+    ("show", "numbers"),
+    [
+        (
+            lambda: tables.print_matches([match()]),
+            ("12345", "23456", "34567", "45678", "12 to 99 %", "0.543", "6789"),
+        ),
+        (
+            lambda: tables.print_ladder(LADDER),
+            ("1987", "1234 to 2346", "12345", "23456", "34567", "4567", "5678.9"),
+        ),
+        (lambda: tables.print_study([STUDY]), ("123-456-789", "12 to 34 %", "1234", "5678", "98.7")),
+        (lambda: tables.print_speeds(SPEEDS), ("1024", "1000", "16", "123.45 M", "1,234,567")),
+    ],
+)
+def test_names_are_cut_and_numbers_never(columns, show, numbers, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    show()
+    printed = capsys.readouterr().out
+    row = next(line for line in printed.splitlines() if line.startswith("runs/"))
+    for number in numbers:
+        assert f" {number}" in row, row
+    assert ("…" in row) == (columns < 200)
+
+
+@pytest.mark.parametrize("columns", [80, 120])
+def test_a_ladder_fits_the_terminal(columns, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    tables.print_ladder(LADDER)
+    assert max(map(len, capsys.readouterr().out.splitlines())) <= columns

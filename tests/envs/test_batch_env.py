@@ -1,0 +1,186 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import GameConfig, ObservationConfig, RewardConfig
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.errors import CommandError, GameOverError
+from swarm_pz.policy import load
+
+
+def random_commands(generator, games):
+    return generator.random((games, 2, 10, 10)) ** 6
+
+
+def test_rewards_are_zero_sum_and_add_up_to_the_change_of_size_and_the_outcome():
+    batch = BatchEnv(GameConfig(drones_per_team=(4, 8), reward=RewardConfig(size_change=0.5, outcome=2.0)), 16)
+    batch.reset(range(16))
+    generator = np.random.default_rng(0)
+    returns = np.zeros((16, 2))
+    won = np.zeros(16)
+    while batch.running.any():
+        result = batch.step(random_commands(generator, 16))
+        np.testing.assert_array_equal(result.rewards.sum(axis=1), 0.0)
+        returns += result.rewards
+        won += np.where(result.terminated, np.where(batch.simulator.sizes[:, 0] > 0, 1.0, -1.0), 0.0)
+    assert won.any()
+    expected = 0.5 * (batch.simulator.sizes[:, 0] - 4) / 6 + 2.0 * won
+    np.testing.assert_allclose(returns[:, 0], expected, atol=1e-9)
+
+
+def test_a_time_out_is_a_draw_and_not_a_loss():
+    batch = BatchEnv(GameConfig(time_limit=2.5), 2)
+    batch.reset([0, 1])
+    batch.step(np.ones((2, 2, 10, 10)))
+    batch.step(np.ones((2, 2, 10, 10)))
+    result = batch.step(np.ones((2, 2, 10, 10)))
+    assert result.truncated.all()
+    assert not result.terminated.any()
+    assert batch.simulator.time_s.tolist() == [2.5, 2.5]
+    assert batch.outcome(0, 0) == batch.outcome(0, 1) == "draw"
+
+
+def test_a_game_decided_in_the_last_tick_of_the_limit_is_won_and_not_timed_out():
+    batch = BatchEnv(num_games=2, max_cycles=1)
+    batch.reset([0, 1])
+
+    def decide_the_first_at_the_limit():
+        if batch.simulator.games.ticks[0] == batch.config.step_ticks:
+            batch.simulator.games.teams[0] = 0
+
+    result = batch.step(np.ones((2, 2, 10, 10)), decide_the_first_at_the_limit)
+    assert result.terminated.tolist() == [True, False]
+    assert result.truncated.tolist() == [False, True]
+    assert [batch.outcome(0, team) for team in (0, 1)] == ["win", "loss"]
+    infos = batch.infos(result, np.array([0, 1]), np.array([0, 0]))
+    assert infos["outcome"].tolist() == [1, -1]
+
+
+@pytest.mark.parametrize("team", [True, 1.0, np.bool_(1), 2, -1, "red", None, [0], np.array([0, 1])])
+def test_a_team_is_0_or_1_as_a_whole_number(team):
+    batch = BatchEnv()
+    batch.reset([0])
+    batch.step(np.ones((1, 2, 10, 10)))
+    with pytest.raises(CommandError, match=r"team must be 0 \(red\) or 1 \(blue\)"):
+        batch.simulator.command(team, np.ones((1, 10, 10)))
+    with pytest.raises(CommandError, match=r"team must be 0 \(red\) or 1 \(blue\)"):
+        batch.outcome(0, team)
+
+
+@pytest.mark.parametrize("teams", [True, 1.0, 0.5, "red", None, [True], [1.0], [[0]], [0, 1], 10**400])
+def test_observations_are_from_the_side_of_whole_numbers(teams):
+    batch = BatchEnv()
+    with pytest.raises(CommandError, match=r"teams must be 0 \(red\) or 1 \(blue\)"):
+        batch.observe(ObservationConfig(grid=10), teams)
+
+
+def test_nothing_may_be_asked_of_no_games():
+    batch = BatchEnv(num_games=2)
+    batch.reset([0, 1])
+    before = batch.simulator.snapshot()
+    batch.reset(rows=[])
+    batch.reset([], rows=[])
+    batch.simulator.command(1, np.ones((0, 10, 10)), rows=[])
+    batch.simulator.restore(batch.simulator.snapshot([]), [])
+    for array, copied in zip(batch.simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array, copied)
+    nobody = np.zeros(0, np.int64)
+    assert batch.observe(ObservationConfig(grid=10), 0, []).shape == (0, 9, 10, 10)
+    assert batch.observe(ObservationConfig(kind="entities"), [], [])["own_mask"].shape == (0, 20)
+    assert batch.infos(None, nobody, nobody)["size"].shape == (0,)
+    for name in ("ring", "planner"):
+        assert batch.ask(load(name, batch.config), nobody, nobody).shape == (0, 10, 10)
+
+
+@pytest.mark.parametrize("row", [True, 1.0, 7, -1, [], [0, 1], None, "first", [[0], [0, 1]]])
+def test_an_outcome_is_asked_of_one_game(row):
+    with pytest.raises(CommandError, match="row"):
+        BatchEnv(num_games=2).outcome(row, 0)
+
+
+@pytest.mark.parametrize(
+    "ask_for",
+    [
+        lambda: BatchEnv(num_games=10**400),
+        lambda: BatchEnv(max_cycles=10**400),
+        lambda: BatchEnv().step(np.full((1, 2, 10, 10), 10**400)),
+        lambda: BatchEnv().reset([0], scenario={"positions": [[10**400, 0]] * 20}),
+        lambda: BatchEnv().reset([0], scenario={"teams": [10**400] * 20}),
+        lambda: BatchEnv().reset([0], scenario=5),
+        lambda: BatchEnv().simulator.rows([[0], [0, 1]]),
+    ],
+)
+def test_what_no_number_can_hold_is_refused_by_name(ask_for):
+    with pytest.raises(CommandError, match="must be"):
+        ask_for()
+
+
+def test_a_game_that_has_ended_stays_as_it_is_while_others_go_on():
+    batch = BatchEnv(num_games=2)
+    batch.reset([0, 1])
+    batch.running[0] = False
+    before = batch.simulator.snapshot([0])
+    result = batch.step(np.ones((2, 2, 10, 10)))
+    assert result.rewards[0].tolist() == [0.0, 0.0]
+    assert batch.simulator.time_s.tolist() == [0.0, 1.0]
+    for array, copied in zip(batch.simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array[0], copied[0])
+
+
+def test_a_step_after_the_end_is_refused():
+    batch = BatchEnv(GameConfig(time_limit=1.0))
+    with pytest.raises(GameOverError, match="call reset"):
+        batch.step(np.ones((1, 2, 10, 10)))
+    batch.reset([0])
+    batch.step(np.ones((1, 2, 10, 10)))
+    with pytest.raises(GameOverError, match="call reset"):
+        batch.step(np.ones((1, 2, 10, 10)))
+
+
+def test_one_bad_command_leaves_all_games_as_they_were():
+    batch = BatchEnv(num_games=3)
+    batch.reset([0, 1, 2])
+    before = batch.simulator.snapshot()
+    commands = np.ones((3, 2, 10, 10))
+    commands[2, 1, 4, 4] = np.nan
+    with pytest.raises(CommandError, match=r"got nan at index \(2, 1, 4, 4\)"):
+        batch.step(commands)
+    for array, copied in zip(batch.simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array, copied)
+
+
+def test_calling_back_after_every_control_period_changes_nothing():
+    games = []
+    for callback in (None, lambda: None):
+        batch = BatchEnv(num_games=3)
+        batch.reset([4, 5, 6])
+        generator = np.random.default_rng(1)
+        for _ in range(5):
+            batch.step(random_commands(generator, 3), callback)
+        games.append(batch.simulator.snapshot())
+    for one, other in zip(*games, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_max_cycles_follows_from_the_time_limit_and_may_be_assigned():
+    batch = BatchEnv(GameConfig(time_limit=60.0, command_period=0.5))
+    assert batch.max_cycles == 120
+    batch.max_cycles = 3
+    batch.reset([0])
+    for _ in range(3):
+        result = batch.step(np.ones((1, 2, 10, 10)))
+    assert result.truncated.all()
+    with pytest.raises(CommandError, match="max_cycles must be a whole number"):
+        batch.max_cycles = 0
+
+
+def test_the_time_left_is_that_of_the_steps_asked_for():
+    batch = BatchEnv(GameConfig(drones_per_team=2), max_cycles=4)
+    batch.reset([0])
+    batch.step(np.ones((1, 2, 10, 10)))
+    clock, lists = ObservationConfig(grid=10, channels=("time_left",)), ObservationConfig(kind="entities")
+    assert (batch.observe(clock, 0) == round(0.75 * 255)).all()
+    assert any(np.allclose(np.ravel(part)[-1], 0.75) for part in batch.observe(lists, 0).values())
+    batch.max_cycles = 2
+    assert (batch.observe(clock, 1) == round(0.5 * 255)).all()

@@ -1,0 +1,260 @@
+"""PettingZoo's own conformance tests, and ours for what they let pass."""
+
+from __future__ import annotations
+
+import numpy as np
+import pettingzoo
+import pytest
+from pettingzoo.test import (
+    api_test,
+    max_cycles_test,
+    parallel_api_test,
+    parallel_seed_test,
+    render_test,
+    seed_test,
+)
+
+import swarm_pz
+from swarm_pz import GameConfig, ObservationConfig, env, parallel_env
+from swarm_pz.config import CaptureConfig
+from swarm_pz.envs.parallel_env import STATE_CHANNELS
+from swarm_pz.errors import CommandError, ConfigError, GameOverError
+from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
+
+VARIANTS = {
+    "default": {},
+    "coarse": {"observation": ObservationConfig(grid=10)},
+    "entities": {"observation": ObservationConfig(kind="entities")},
+    "seats": {"observation": (ObservationConfig(grid=25), ObservationConfig(grid=10))},
+    "handicap": {"drones_per_team": (1, 19), "command_cells": 5},
+}
+
+
+@pytest.fixture(params=VARIANTS)
+def variant(request):
+    return VARIANTS[request.param]
+
+
+def test_parallel_api(variant):
+    parallel_api_test(parallel_env(**variant), num_cycles=400)
+
+
+def test_parallel_seed(variant):
+    parallel_seed_test(lambda: parallel_env(**variant))
+
+
+# The test warns of anything but images of one shape, which the other variants are on purpose.
+@pytest.mark.parametrize("name", ["default", "coarse", "handicap"])
+def test_api_of_the_aec_face(name):
+    api_test(env(**VARIANTS[name]), num_cycles=100)
+
+
+def test_seed_of_the_aec_face():
+    seed_test(env, num_cycles=20)
+
+
+def test_max_cycles():
+    max_cycles_test(swarm_pz)
+
+
+def test_render():
+    render_test(lambda render_mode: env(render_mode=render_mode, command_period=0.1))
+
+
+@pytest.mark.parametrize("kind", ["parallel", "aec"])
+def test_pettingzoo_makes_it_by_name(kind):
+    made = pettingzoo.make(kind, "swarm_pz/Capture-v0", drones_per_team=3)
+    made.reset(seed=0)
+    assert made.possible_agents == ["red_0", "blue_0"]
+
+
+def actions_of(environment, generator):
+    return {agent: generator.random((10, 10)).astype(np.float32) ** 4 for agent in environment.agents}
+
+
+def test_whole_episodes_are_deterministic_and_every_observation_fits():
+    def play():
+        environment = parallel_env(drones_per_team=4, max_cycles=60)
+        generator = np.random.default_rng(0)
+        seen = []
+        for seed in (5, None):
+            observations, infos = environment.reset(seed=seed)
+            while True:
+                for agent, observation in observations.items():
+                    assert environment.observation_space(agent).contains(observation)
+                    assert np.isfinite(observation).all()
+                assert environment.state_space.contains(environment.state())
+                seen.append((observations, infos, environment.state()))
+                if not environment.agents:
+                    break
+                observations, rewards, _, _, infos = environment.step(actions_of(environment, generator))
+                assert rewards["red_0"] == -rewards["blue_0"]
+        return seen
+
+    one, other = play(), play()
+    assert len(one) == len(other)
+    for (observations, infos, state), (observations2, infos2, state2) in zip(one, other, strict=True):
+        for agent in ("red_0", "blue_0"):
+            np.testing.assert_array_equal(observations[agent], observations2[agent])
+        assert infos == infos2
+        np.testing.assert_array_equal(state, state2)
+
+
+def test_observations_are_not_aliased_between_steps():
+    environment = parallel_env()
+    first, _ = environment.reset(seed=0)
+    kept = first["red_0"].copy()
+    second, *_ = environment.step(actions_of(environment, np.random.default_rng(0)))
+    np.testing.assert_array_equal(first["red_0"], kept)
+    assert not np.shares_memory(first["red_0"], second["red_0"])
+
+
+@pytest.mark.parametrize("mode", ["human", "rgb_array", "rgb_array_list", "ansi"])
+def test_rendering_leaves_the_game_alone(mode):
+    games = []
+    for render_mode in (None, mode):
+        environment = parallel_env(render_mode=render_mode, command_period=0.2)
+        environment.reset(seed=3)
+        generator = np.random.default_rng(0)
+        for _ in range(4):
+            environment.step(actions_of(environment, generator))
+            environment.render()
+        games.append(environment.batch.simulator.snapshot())
+        environment.close()
+    for one, other in zip(*games, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_reset_without_a_seed_goes_on_with_other_games():
+    environment = parallel_env()
+    environment.reset(seed=1)
+    first = environment.batch.simulator.positions.copy()
+    environment.reset()
+    assert not np.array_equal(first, environment.batch.simulator.positions)
+    environment.reset(seed=1)
+    np.testing.assert_array_equal(first, environment.batch.simulator.positions)
+
+
+def test_a_seed_is_the_simulators_seed():
+    environment = parallel_env()
+    environment.reset(seed=11)
+    simulator = swarm_pz.simulator.Simulator()
+    simulator.reset([11])
+    np.testing.assert_array_equal(environment.batch.simulator.positions, simulator.positions)
+
+
+def test_the_state_shows_each_team_in_its_own_channels():
+    environment = parallel_env(drones_per_team=(6, 2), capture=CaptureConfig(enabled=False))
+    environment.reset(seed=3)
+    left = named_commands(10)[COMMAND_NAMES.index("left")].astype(np.float32)
+    top = named_commands(10)[COMMAND_NAMES.index("top")].astype(np.float32)
+    environment.step({"red_0": left, "blue_0": top})
+    state = dict(zip(STATE_CHANNELS, environment.state(), strict=True))
+    simulator = environment.batch.simulator
+    for team, name in enumerate(("red", "blue")):
+        places = {tuple(cell) for cell in (50 * simulator.positions[0][simulator.teams[0] == team]).astype(int)}
+        assert {(x, y) for y, x in np.argwhere(state[f"{name}_positions"])} == places
+        assert {(x, y) for y, x in np.argwhere(state[f"{name}_trail_age"] == 255)} == places
+        field = simulator.capture_field[0, team]
+        np.testing.assert_allclose(state[f"{name}_capture_field"], 255 * field / field.max(), atol=1.5)
+    assert state["red_target"][:, :20].min() > 200 and state["red_target"][:, 30:].max() < 50
+    assert state["blue_target"][30:].min() > 200 and state["blue_target"][:20].max() < 50
+    assert set(np.unique(state["red_share"])) == {191}
+    assert set(np.unique(state["time_left"])) == {254}
+
+
+def test_infos_tell_size_captures_time_and_outcome():
+    environment = parallel_env(drones_per_team=3, max_cycles=30)
+    _, infos = environment.reset(seed=2)
+    size = infos["red_0"]["size"]
+    generator = np.random.default_rng(0)
+    while environment.agents:
+        *_, infos = environment.step(actions_of(environment, generator))
+        red, blue = infos["red_0"], infos["blue_0"]
+        size += red["captured"] - red["lost"]
+        assert red["size"] == size == 6 - blue["size"]
+        assert red["captured"] == blue["lost"]
+        assert 0 <= red["recaptured"] <= red["captured"]
+    assert {red["outcome"], blue["outcome"]} in ({0}, {1, -1})
+
+
+def test_options_set_up_a_scenario():
+    positions = np.random.default_rng(0).random((20, 2)).astype(np.float32)
+    environment = parallel_env()
+    environment.reset(seed=0, options={"positions": positions, "weather": "fine"})
+    np.testing.assert_array_equal(environment.batch.simulator.positions[0], positions)
+
+
+GOOD = np.ones((10, 10), np.float32)
+
+
+@pytest.mark.parametrize(
+    ("actions", "message"),
+    [
+        ({"red_0": GOOD}, "one command for each of"),
+        ({"red_0": GOOD, "blue_0": GOOD, "green_0": GOOD}, "green_0"),
+        ({"red_0": GOOD, "blue_0": None}, "blue_0's command must be numbers"),
+        ({"red_0": "north", "blue_0": GOOD}, "red_0's command must be numbers"),
+        ({"red_0": GOOD * np.nan, "blue_0": GOOD}, "got nan"),
+        ({"red_0": GOOD * np.inf, "blue_0": GOOD}, "got inf"),
+        ({"red_0": -GOOD, "blue_0": GOOD}, "got values from -1"),
+        ({"red_0": 2 * GOOD, "blue_0": GOOD}, "to 2"),
+        ({"red_0": GOOD[:5], "blue_0": GOOD}, r"got shape \(5, 10\)"),
+        (None, "got None"),
+        ([GOOD, GOOD], "one command for each of"),
+    ],
+)
+def test_bad_actions_are_refused_and_leave_the_game_as_it_was(actions, message):
+    environment = parallel_env()
+    environment.reset(seed=0)
+    before = environment.batch.simulator.snapshot()
+    with pytest.raises(CommandError, match=message):
+        environment.step(actions)
+    for array, copied in zip(environment.batch.simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array, copied)
+    environment.step({"red_0": GOOD, "blue_0": GOOD})
+
+
+def test_in_the_aec_face_a_bad_command_is_refused_in_its_own_turn():
+    environment = env()
+    environment.reset(seed=0)
+    with pytest.raises(CommandError, match="red_0's command"):
+        environment.step(GOOD * np.nan)
+    assert environment.agent_selection == "red_0"
+    environment.step(GOOD)
+    environment.step(GOOD)
+    assert environment.infos["red_0"]["time_s"] == 1.0
+
+
+def test_in_the_aec_face_max_cycles_may_be_assigned():
+    environment = env()
+    environment.max_cycles = 2
+    environment.reset(seed=0)
+    for _ in range(4):
+        environment.step(GOOD)
+    assert environment.truncations == {"red_0": True, "blue_0": True}
+
+
+def test_actions_before_the_start_and_after_the_end_are_refused():
+    environment = parallel_env(max_cycles=1)
+    with pytest.raises(GameOverError, match="call reset"):
+        environment.step({"red_0": GOOD, "blue_0": GOOD})
+    environment.reset(seed=0)
+    environment.step({"red_0": GOOD, "blue_0": GOOD})
+    with pytest.raises(GameOverError, match="call reset"):
+        environment.step({"red_0": GOOD, "blue_0": GOOD})
+
+
+def test_unknown_arguments_name_the_nearest():
+    with pytest.raises(ConfigError, match="did you mean 'time_limit'"):
+        parallel_env(time_limits=3.0)
+    with pytest.raises(ConfigError, match="config must be a GameConfig"):
+        parallel_env({"time_limit": 3.0})
+    with pytest.raises(ConfigError, match="did you mean 'rgb_array'"):
+        parallel_env(render_mode="rgb_aray")
+
+
+def test_overrides_replace_fields_of_the_configuration():
+    environment = parallel_env(GameConfig(time_limit=60), drones_per_team=3)
+    assert environment.config == GameConfig(time_limit=60, drones_per_team=3)
+    assert environment.max_cycles == 60

@@ -1,0 +1,128 @@
+"""One loop plays all games: a game is its seed, pair and side, whoever looks at it and whatever is played beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_pz import policies
+from swarm_pz.config import CaptureConfig, GameConfig
+from swarm_pz.errors import CommandError, ConfigError
+from swarm_pz.evaluation.match import play_match
+from swarm_pz.evaluation.rollout import FaultError, Rollout, game_number, play_games
+from swarm_pz.policies.learned import LearnedPolicy
+
+SHORT = GameConfig(time_limit=15.0, drones_per_team=4)
+
+
+def exploring(name):
+    """Return a learned tactic whose actions have noise from its random stream."""
+    player = policies.load(name, SHORT)
+    assert isinstance(player, LearnedPolicy)
+    player.noise = 0.3
+    return player
+
+
+class Events:
+    """Keeps one game's state after every control period."""
+
+    def __init__(self, row):
+        self.row, self.seen = row, []
+
+    def __call__(self, rollout):
+        games = rollout.simulator.games
+        now = b"".join(np.ascontiguousarray(array[self.row]).tobytes() for array in games)
+        if not self.seen or now != self.seen[-1]:  # an ended game is as it ended
+            self.seen.append(now)
+
+
+@pytest.mark.parametrize(
+    ("policy", "opponent"),
+    [("noise", "ring"), ("champion", "noise"), ("champion", "uniform"), ("noise", "exploring champion")],
+)
+def test_the_game_shown_is_the_game_evaluated_bit_for_bit(policy, opponent):
+    def player(name):
+        return exploring(name.split()[1]) if name.startswith("exploring") else policies.load(name, SHORT)
+
+    games = play_match(player(policy), player(opponent), games=40, seed=6, config=SHORT).games
+    chosen = [(17, "red"), (17, "blue"), (3, "blue")]
+    numbers = [game_number(pair, side) for pair, side in chosen]
+    among = [Events(number) for number in numbers]
+    many = Rollout(player(policy), player(opponent), range(40), seed=6, config=SHORT)
+    many.play(after_control_period=lambda rollout: [events(rollout) for events in among])
+    for number, events in zip(numbers, among, strict=True):
+        alone = Events(0)
+        one = Rollout(player(policy), player(opponent), [number], seed=6, config=SHORT)
+        one.play(after_control_period=alone)
+        assert alone.seen == events.seen
+        assert one.games() == [games[number]]
+    assert [(games[number].pair, games[number].side) for number in numbers] == chosen
+
+
+def test_looking_does_not_change_the_game():
+    seen = []
+    watched, unwatched = (Rollout("ring", "noise", [0, 1], seed=4) for _ in range(2))
+    watched.play(3.0, after_control_period=lambda game: seen.append(float(game.simulator.time_s[0])))
+    unwatched.play(3.0)
+    np.testing.assert_allclose(seen, np.arange(1, 31) / 10)
+    np.testing.assert_array_equal(watched.simulator.positions, unwatched.simulator.positions)
+
+
+def test_a_game_goes_on_where_it_was_left_and_says_how_it_stands():
+    config = GameConfig(drones_per_team=1, time_limit=3.0, capture=CaptureConfig(enabled=False))
+    game = Rollout("uniform", "halo", [0, 1], config=config)
+    game.play(1.5)
+    assert game.standing() == "unfinished (2.0 s, red 1, blue 1)"
+    with pytest.raises(CommandError, match="games that have ended, got unfinished"):
+        game.games()
+    game.play()
+    assert game.standing(1) == "a draw (3.0 s, red 1, blue 1)"
+    assert (game.names(0), game.names(1)) == (("uniform", "halo"), ("halo", "uniform"))
+
+
+def test_a_step_is_watched_with_the_games_that_it_moved():
+    ends, steps = {}, []
+
+    def look(rollout):
+        steps.append(rollout.rows.tolist())
+        ends.update({row: len(steps) for row in rollout.rows.tolist()})
+        assert rollout.finished == int((~rollout.batch.running).sum())
+
+    games = play_games("ring", "uniform", range(6), seed=2, config=SHORT, after_step=look)
+    assert steps[0] == list(range(6))
+    assert [ends[row] for row in range(6)] == [len(game.sizes) - 1 for game in games]
+
+
+def test_a_clock_is_asked_before_every_answer_and_told_when_games_begin():
+    from contextlib import nullcontext
+
+    asked = []
+
+    def clock(games, begins):
+        asked.append((games, begins))
+        return nullcontext()
+
+    Rollout("uniform", "halo", [0, 3], clock=clock).play(2.0)
+    assert asked == [(2, True)] * 4 + [(2, False)] * 2
+
+
+def test_a_policy_that_raises_is_blamed_by_its_place():
+    class Broken:
+        name = "broken"
+        observation = policies.load("uniform").observation
+
+        def reset(self, seeds, rows):
+            raise RuntimeError("no")
+
+        def act(self, observations, rows):
+            raise AssertionError
+
+    with pytest.raises(FaultError, match=r"policy broken raised RuntimeError\('no'\)") as fault:
+        Rollout("uniform", Broken(), [0])
+    assert fault.value.place == 1
+
+
+@pytest.mark.parametrize(("pair", "side"), [(-1, "red"), (1.0, "red"), (True, "red"), (0, "green"), (0, 1)])
+def test_games_that_no_match_has_are_refused(pair, side):
+    with pytest.raises(ConfigError, match="must be"):
+        game_number(pair, side)

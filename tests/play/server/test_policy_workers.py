@@ -1,0 +1,82 @@
+"""Policies think in another process, and their faults stay there."""
+
+import asyncio
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import GameConfig
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.errors import PolicyError
+from swarm_pz.play.server.policy_workers import PolicySeat, Thinkers
+from swarm_pz.simulator import Simulator
+from tests.play.faulty import loader
+
+
+def seat(policy, team=0):
+    return PolicySeat(key=(policy, team), policy=policy, game=GameConfig(), team=team, seed=5)
+
+
+@pytest.fixture
+def snapshot():
+    simulator = Simulator()
+    simulator.reset([0])
+    simulator.advance(60)
+    return simulator.snapshot()
+
+
+def test_policies_answer_as_they_would_here(snapshot):
+    thinkers = Thinkers(loader, limit_s=60.0)
+
+    async def play():
+        return [await thinkers.ask(seat(name, team), snapshot) for name in ("ring", "uniform") for team in (0, 1)]
+
+    try:
+        answers = asyncio.run(play())
+    finally:
+        thinkers.close()
+    assert all(answer.shape == (10, 10) for answer in answers)
+    assert not np.allclose(answers[0], answers[1])
+    np.testing.assert_array_equal(answers[2], answers[3])
+
+
+def test_a_policys_first_answers_are_those_of_a_game_that_has_just_begun(snapshot):
+    # It is asked once before, so that what is compiled is compiled; that leaves no trace.
+    place = seat("noise")
+    thinkers = Thinkers(loader, limit_s=60.0)
+
+    async def play():
+        return [await thinkers.ask(place, snapshot) for _ in range(2)]
+
+    try:
+        answers = asyncio.run(play())
+    finally:
+        thinkers.close()
+    policy, batch, row = loader(place.policy, place.game), BatchEnv(place.game), np.zeros(1, int)
+    batch.reset([0])
+    batch.simulator.restore(snapshot)
+    policy.reset([place.seed], row)
+    for answer in answers:
+        np.testing.assert_array_equal(answer, batch.ask(policy, np.zeros(1, int), row)[0])
+
+
+@pytest.mark.parametrize(
+    ("how", "message"),
+    [("raises", "no idea"), ("nan", "nan"), ("sleeps", "no command within 2 s"), ("exits", "ended its process")],
+)
+def test_a_fault_stays_with_its_policy(how, message, snapshot):
+    thinkers = Thinkers(loader, limit_s=2.0)
+
+    async def play():
+        assert (await thinkers.ask(seat(how), snapshot)).shape == (10, 10)
+        with pytest.raises(PolicyError, match=message):
+            await thinkers.ask(seat(how), snapshot)
+        answer = await thinkers.ask(seat("ring"), snapshot)
+        assert answer.shape == (10, 10)
+        thinkers.forget(seat("ring"))
+        assert (await thinkers.ask(seat("ring"), snapshot)).shape == (10, 10)
+
+    try:
+        asyncio.run(play())
+    finally:
+        thinkers.close()

@@ -1,0 +1,141 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from gymnasium import spaces
+from stable_baselines3 import A2C, DQN, PPO
+
+from swarm_pz import GameConfig, ObservationConfig
+from swarm_pz.envs.gymnasium_env import DuelEnv
+from swarm_pz.errors import PolicyError
+from swarm_pz.evaluation.match import play_match
+from swarm_pz.evaluation.rollout import play_games
+from swarm_pz.policy import load
+from swarm_pz.policy.model_policy import ModelPolicy
+from swarm_pz.training.vec_env import SwarmVecEnv
+
+GAME = GameConfig(drones_per_team=2, time_limit=3.0)
+MLP = {"net_arch": [8]}
+
+
+class Model:
+    """Answers everything with the same action, and keeps what it was shown."""
+
+    def __init__(self, observation_space, action_space, action=None, state=None):
+        self.observation_space, self.action_space = observation_space, action_space
+        self.action, self.state = action, state
+        self.shown, self.asked = [], []
+
+    def predict(self, observation, deterministic=False):
+        self.shown.append(observation)
+        self.asked.append(deterministic)
+        count = len(next(iter(observation.values()))) if isinstance(observation, dict) else len(observation)
+        return np.stack([self.action] * count), self.state
+
+
+IMAGES = spaces.Box(0, 255, (9, 50, 50), np.uint8)
+LOG = spaces.Box(-1.0, 1.0, (5, 5), np.float32)
+
+
+@pytest.mark.parametrize(
+    ("make", "options"),
+    [
+        (PPO, {"observation_dtype": "float32", "action_cells": 5}),
+        (A2C, {"channels_last": True, "flatten_actions": True}),
+        (A2C, {"action": "density"}),
+        (DQN, {"action": "discrete"}),
+    ],
+)
+def test_a_model_of_sb3_is_an_opponent_as_it_is(make, options):
+    seat = ObservationConfig(grid=10, channels=("own_positions", "opposing_positions", "time_left"))
+    env = DuelEnv(GAME, observation=seat, **options)
+    more = {"buffer_size": 10} if make is DQN else {"n_steps": 2} | ({"batch_size": 2} if make is PPO else {})
+    model = make("MlpPolicy", env, policy_kwargs=MLP, device="cpu", **more)
+    game = GAME.replace(observation=seat)
+    players = SwarmVecEnv(game, 3, opponent=[model, "ring"], seed=0)
+    assert players.opponent_names == [make.__name__, "ring"]
+    players.reset()
+    players.step(np.zeros((3, 10, 10)))
+    opponent = DuelEnv(game, opponent=model)
+    opponent.reset(seed=0)
+    opponent.step(np.zeros((10, 10)))
+    assert play_match(model, "uniform", games=2, config=game).summary()["games"] == 2
+
+
+def test_a_model_is_shown_what_it_was_trained_on_and_understood_as_it_was():
+    env = DuelEnv(GAME, observation=ObservationConfig(grid=10), observation_dtype="float32", channels_last=True)
+    action = np.random.default_rng(0).uniform(-1, 1, (10, 10)).astype(np.float32)
+    model = Model(env.observation_space, env.action_space, action)
+    duel = DuelEnv(GAME, opponent=model)
+    duel.reset(seed=0)
+    duel.step(np.zeros((10, 10)))
+    assert env.observation_space.contains(model.shown[0][0])
+    target = duel.duel.batch.simulator.targets[0, 1 - duel.duel.sides[0]]
+    np.testing.assert_allclose(target / target.max(), np.exp(4 * (action - action.max())), rtol=1e-5)
+
+
+def test_a_model_plays_its_best_action_unless_it_is_to_draw_one():
+    model = Model(IMAGES, LOG, np.zeros((5, 5)))
+    for policy in (load(model, GAME), ModelPolicy(model, GAME), ModelPolicy(model, GAME, deterministic=False)):
+        policy.act(np.zeros((1, 9, 50, 50), np.uint8), np.arange(1))
+    assert model.asked == [True, True, False]
+
+
+def test_a_model_may_look_at_lists_of_drones():
+    env = DuelEnv(GAME, observation=ObservationConfig(kind="entities"), flatten_actions=True)
+    model = Model(env.observation_space, env.action_space, np.zeros(100, np.float32))
+    duel = DuelEnv(GAME, opponent=model)
+    duel.reset(seed=0)
+    duel.step(np.zeros((10, 10)))
+    assert set(model.shown[0]) == set(env.observation_space)
+
+
+def test_what_it_sees_may_be_said():
+    seat = ObservationConfig(grid=10, channels=("time_left",))
+    model = Model(spaces.Box(0, 255, (1, 10, 10), np.uint8), LOG, np.zeros((5, 5)))
+    with pytest.raises(PolicyError, match=r"ModelPolicy\(model, config, observation\)"):
+        load(model, GAME)
+    assert ModelPolicy(model, GAME, seat).observation == seat
+
+
+@pytest.mark.parametrize(
+    ("observes", "acts", "message"),
+    [
+        (
+            IMAGES,
+            spaces.Discrete(4),
+            r"actions must be .* got Discrete\(4\)",
+        ),
+        (IMAGES, spaces.Box(-2, 2, (5, 5)), "a model's actions must be"),
+        (IMAGES, spaces.Box(-1, 1, (7,)), "a model's actions must be"),
+        (spaces.Box(0, 255, (36, 50, 50), np.uint8), LOG, "of 9 channels, or as many"),
+        (spaces.Box(0, 255, (9, 7, 7), np.uint8), LOG, "divides 50"),
+        (spaces.Box(-1, 1, (4,)), LOG, "a model must observe images"),
+        (spaces.Box(0.0, 255.0, (9, 10, 10), np.float32), LOG, "it would be shown"),
+        (spaces.Dict({"a": LOG}), LOG, "it would be shown"),
+    ],
+)
+def test_what_does_not_fit_is_named(observes, acts, message):
+    with pytest.raises(PolicyError, match=message):
+        load(Model(observes, acts), GAME)
+
+
+@pytest.mark.parametrize("network", ["MlpPolicy", "CnnPolicy"])
+def test_a_game_of_a_model_does_not_depend_on_those_beside_it(network):
+    game = GameConfig(drones_per_team=3, time_limit=8.0)
+    env = DuelEnv(game)
+    policy = load(PPO(network, env, n_steps=2, batch_size=2, device="cpu", seed=0), game)
+    seen = np.random.default_rng(0).integers(0, 256, (11, *env.observation_space.shape), np.uint8)
+    answers = policy.act(seen, np.arange(11))
+    for row in (0, 4, 10):
+        np.testing.assert_array_equal(policy.act(seen[row : row + 1], np.array([row])), answers[row : row + 1])
+    many = play_games(policy, "uniform", range(11), seed=1, config=game)
+    assert play_games(policy, "uniform", [9], seed=1, config=game) == [many[9]]
+
+
+def test_a_model_with_a_memory_is_refused():
+    model = Model(IMAGES, LOG, np.zeros((5, 5)), state=("h", "c"))
+    duel = DuelEnv(GAME, opponent=model)
+    duel.reset(seed=0)
+    with pytest.raises(PolicyError, match="has a memory"):
+        duel.step(np.zeros((10, 10)))

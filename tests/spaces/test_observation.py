@@ -1,0 +1,129 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import CHANNELS, GameConfig, ObservationConfig
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.spaces.observation import observation_space
+from tests.reference import captures_where, cell_of, ring_sums
+
+SUMMED, OLDEST, STRONGEST = CHANNELS[0:2], CHANNELS[2:4], CHANNELS[4:6]
+
+
+@pytest.fixture(scope="module")
+def batch():
+    batch = BatchEnv(num_games=4)
+    batch.reset([0, 1, 2, 3])
+    generator = np.random.default_rng(0)
+    for _ in range(8):
+        batch.step(generator.random((4, 2, 10, 10)) ** 3)
+    return batch
+
+
+def seen(batch, team, grid=50):
+    images = batch.observe(ObservationConfig(grid=grid), team)
+    assert images.dtype == np.uint8
+    assert images.shape == (4, len(CHANNELS), grid, grid)
+    return dict(zip(CHANNELS, images.swapaxes(0, 1), strict=True))
+
+
+def test_a_seat_sees_the_channels_that_it_asks_for(batch):
+    seat = ObservationConfig(grid=25, channels=("time_left", "opposing_capture_field", "own_positions"))
+    images = batch.observe(seat, 1)
+    every = seen(batch, 1, grid=25)
+    np.testing.assert_array_equal(images, np.stack([every[channel] for channel in seat.channels], axis=1))
+    assert observation_space(GameConfig(), seat).shape == (3, 25, 25)
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_positions_show_64_a_drone(batch, team):
+    expected = np.zeros((2, 4, 50, 50), int)
+    for game in range(4):
+        for position, owner in zip(batch.simulator.positions[game], batch.simulator.teams[game], strict=True):
+            expected[(int(int(owner) != team), game, *cell_of(position))] += 64
+    images = seen(batch, team)
+    np.testing.assert_array_equal(images["own_positions"], np.minimum(expected[0], 255))
+    np.testing.assert_array_equal(images["opposing_positions"], np.minimum(expected[1], 255))
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_trail_age_is_255_now_and_fades_to_0(batch, team):
+    images = seen(batch, team)
+    games = batch.simulator.games
+    for game in range(4):
+        expected = np.zeros((2, 50, 50))
+        now = int(games.ticks[game])
+        for drone, owner in enumerate(games.teams[game]):
+            for age in range(min(150, now)):
+                cell = games.trails[game, (now - 1 - age) % 150, drone]
+                place = (int(owner != team), cell // 50, cell % 50)
+                expected[place] = max(expected[place], 255 * (150 - age) / 150)
+        for side, name in enumerate(OLDEST):
+            np.testing.assert_allclose(images[name][game], expected[side], atol=0.51)
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_capture_field_is_at_least_192_exactly_where_it_captures(batch, team):
+    images = seen(batch, team)
+    for side, name in enumerate(STRONGEST):
+        for game in range(4):
+            occupancy = batch.simulator.occupancy[game, team if side == 0 else 1 - team]
+            np.testing.assert_array_equal(images[name][game] >= 192, captures_where(occupancy))
+            sums, counts = ring_sums(occupancy)
+            field = sums / counts
+            np.testing.assert_allclose(images[name][game], 255 * field / field.max(), atol=1.01)
+
+
+@pytest.mark.parametrize("grid", [10, 25])
+def test_coarse_grids_sum_maximise_and_average(batch, grid):
+    fine, coarse = seen(batch, 1), seen(batch, 1, grid)
+    block = 50 // grid
+    for name in CHANNELS:
+        blocks = fine[name].reshape(4, grid, block, grid, block).astype(float)
+        if name in SUMMED:
+            expected = np.minimum(blocks.sum(axis=(2, 4)), 255)
+        elif name in OLDEST + STRONGEST:
+            expected = blocks.max(axis=(2, 4))
+        else:
+            expected = blocks.mean(axis=(2, 4))
+        np.testing.assert_allclose(coarse[name], expected, atol=1.0, err_msg=name)
+
+
+def test_target_share_and_time():
+    batch = BatchEnv(GameConfig(drones_per_team=(5, 15), time_limit=10.0))
+    batch.reset([0])
+    commands = np.zeros((1, 2, 10, 10))
+    commands[0, 0, 0, 9] = 1.0  # bottom right
+    batch.step(commands)
+    image = batch.observe(ObservationConfig(), 0)[0]
+    assert np.unravel_index(image[CHANNELS.index("own_target")].argmax(), (50, 50)) == (0, 47)
+    share = batch.simulator.sizes[0, 0] / 20
+    np.testing.assert_array_equal(image[CHANNELS.index("own_share")], round(255 * share))
+    np.testing.assert_array_equal(image[CHANNELS.index("time_left")], round(255 * 0.9))
+
+
+def test_each_side_sees_the_same_board_mirrored(batch):
+    red, blue = seen(batch, 0), seen(batch, 1)
+    for name in ("positions", "trail_age", "capture_field"):
+        np.testing.assert_array_equal(red[f"own_{name}"], blue[f"opposing_{name}"])
+
+
+def test_entities_list_each_sides_drones_padded_and_masked(batch):
+    seat = ObservationConfig(kind="entities")
+    space = observation_space(batch.config, seat)
+    entities = batch.observe(seat, [0, 1, 0, 1])
+    for game, team in enumerate([0, 1, 0, 1]):
+        assert space.contains({name: part[game] for name, part in entities.items()})
+        own = batch.simulator.teams[game] == team
+        assert entities["own_mask"][game].sum() == own.sum()
+        assert entities["opposing_mask"][game].sum() == (~own).sum()
+        listed = entities["own_positions"][game][: own.sum()]
+        np.testing.assert_array_equal(listed, batch.simulator.positions[game][own])
+        assert not entities["own_positions"][game][own.sum() :].any()
+
+
+def test_observations_do_not_depend_on_the_batch(batch):
+    together = batch.observe(ObservationConfig(grid=25), [1, 0, 1, 0])
+    for game, team in enumerate([1, 0, 1, 0]):
+        np.testing.assert_array_equal(batch.observe(ObservationConfig(grid=25), team, [game])[0], together[game])
