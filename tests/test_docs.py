@@ -22,6 +22,7 @@ from swarm_pz.cli import compare, evidence, learn, machine, main, table
 from swarm_pz.play.frames import Frame
 
 ROOT = Path(__file__).parents[1]
+FOR_BUILDERS = ["CONTRIBUTING.md", "docs/design.md"]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 COMMANDS = {
     learn: ("train", "league"),
@@ -88,6 +89,30 @@ def test_scripts_named_in_the_text_exist():
             assert (ROOT / name).is_file(), f"{page.name} names {name}"
         for name in re.findall(r"`python -m (benchmarks\.[a-z_]+)", page.read_text()):
             assert (ROOT / f"{name.replace('.', '/')}.py").is_file(), f"{page.name} names {name}"
+
+
+@pytest.mark.parametrize("page", FOR_BUILDERS)
+def test_files_that_are_named_to_builders_exist(page):
+    named = re.findall(r"`([\w.-]*/[\w./-]*|[\w-]+\.(?:md|toml))`", (ROOT / page).read_text())
+    assert named
+    assert [name for name in named if not list(ROOT.glob(name.replace("NAME", "*").rstrip("/")))] == []
+
+
+def test_the_designs_walk_goes_by_functions_that_are_there():
+    steps = re.findall(r"`([\w.]+)` *\n? *\(`([\w/]+\.py)`\)", (ROOT / "docs/design.md").read_text())
+    assert len(steps) >= 6
+    for name, path in steps:
+        *holder, function = name.split(".")
+        text = (ROOT / path).read_text()
+        assert f"def {function}(" in text and all(f"class {one}" in text for one in holder), f"{name} in {path}"
+
+
+def test_the_designs_folders_are_the_layers_in_their_order():
+    rows = re.findall(r"^\| (`\w+`(?:, `\w+`)*) \|", (ROOT / "docs/design.md").read_text(), re.M)
+    shown = [set(re.findall(r"\w+", row)) for row in rows]
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    (layers,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
+    assert shown == [set(re.findall(r"swarm_pz[.](\w+)", layer)) for layer in layers]
 
 
 def parsed(name):
