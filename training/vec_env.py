@@ -14,7 +14,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 
 from swarm_pz.config import GameConfig, resolve
 from swarm_pz.envs.batch_env import by_game
-from swarm_pz.envs.duel_batch import DuelBatch, Opponents
+from swarm_pz.envs.opponents import DuelBatch, Opponents
 from swarm_pz.policy import Player
 from swarm_pz.rendering.painter import draw
 from swarm_pz.spaces.formats import ActionKind, Dtype

@@ -22,7 +22,7 @@ except MissingExtraError as missing:  # the entry point is installed even withou
 
 import tyro
 
-from swarm_pz.cli import compare, evidence, learn, machine, presets, report, table
+from swarm_pz.cli import compare, evidence, learn, machine, preset_option, report, table
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -48,9 +48,9 @@ def main(arguments: list[str] | None = None) -> None:
         return
     report.arguments.set(arguments)
     try:
-        preset, rest = presets.take(arguments)
+        preset, rest = preset_option.take(arguments)
         if preset is not None:
-            commands = {name: presets.begin_with(preset, function) for name, function in commands.items()}
+            commands = {name: preset_option.begin_with(preset, function) for name, function in commands.items()}
         if rest and rest[0] in commands:  # so that what is wrong is said of this command alone
             name, *rest = rest
             tyro.cli(commands[name], prog=f"swarm-pz {name}", args=rest, config=(tyro.conf.AvoidSubcommands,))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
-from swarm_pz.cli.players import Opponent, Player, Players, able, known
+from swarm_pz.cli.player_options import Opponent, Player, Players, able, known
 from swarm_pz.cli.report import arguments, command, print_rules, program, progress, write_json
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check

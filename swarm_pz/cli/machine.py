@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from swarm_pz.cli import printing as tables
-from swarm_pz.cli.players import Player
+from swarm_pz.cli.player_options import Player
 from swarm_pz.cli.report import filming, print_rules, write_json
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig, ObservationConfig
 from swarm_pz.config.base import check

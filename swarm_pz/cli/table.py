@@ -11,7 +11,7 @@ from typing import Annotated
 import tyro
 
 from swarm_pz.cli import printing as tables
-from swarm_pz.cli.players import known
+from swarm_pz.cli.player_options import known
 from swarm_pz.cli.report import command, filming, print_rules
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check, check_count

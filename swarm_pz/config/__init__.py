@@ -3,7 +3,8 @@
 ===========  ===========================================================
 `constants`  the tick, the grid, the teams: fixed by the rules
 `sections`   spawn, memory, capture, controllers, dynamics, observation, reward
-`game`       `GameConfig`, which holds them all, and the presets
+`game`       `GameConfig`, which holds them all
+`presets`    named variants
 `base`       what every configuration can do: checks, dicts, hashes
 ===========  ===========================================================
 """
@@ -20,7 +21,8 @@ from swarm_pz.config.constants import (
     TICKS_PER_CONTROL_PERIOD,
     TICKS_PER_SECOND,
 )
-from swarm_pz.config.game import PRESETS, GameConfig, resolve
+from swarm_pz.config.game import GameConfig, resolve
+from swarm_pz.config.presets import PRESETS
 from swarm_pz.config.sections import (
     CaptureConfig,
     ControllerConfig,

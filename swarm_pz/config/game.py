@@ -1,4 +1,4 @@
-"""A whole game as one frozen dataclass of sections, and the presets."""
+"""A whole game as one frozen dataclass of sections."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from swarm_pz.config.constants import (
     TICKS_PER_CONTROL_PERIOD,
     TICKS_PER_SECOND,
 )
+from swarm_pz.config.presets import PRESETS
 from swarm_pz.config.sections import (
     CaptureConfig,
     Controller,
@@ -139,7 +140,7 @@ class GameConfig(Config):
         """
         if not isinstance(name, str) or name not in PRESETS:
             raise ConfigError(f"there is no preset {name!r}; {nearest(str(name), PRESETS)}")
-        return PRESETS[name]
+        return cls(**PRESETS[name])
 
     @property
     def rules(self) -> dict[str, Any]:
@@ -239,22 +240,3 @@ def resolve(config: GameConfig | None, overrides: Mapping[str, Any], face: type)
     config = config if config is not None else GameConfig()
     check(isinstance(config, GameConfig), "config", config, "a GameConfig (GameConfig.from_dict makes one of a dict)")
     return config.replace(**fields)
-
-
-PRESETS: dict[str, GameConfig] = {
-    "paper": GameConfig(),
-    # The authors' published variant, without two slips: its code looks the field up with x and y swapped,
-    # and adds a negative minimum instead of subtracting it.
-    "released": GameConfig(
-        spawn=SpawnConfig(layout="squares"),
-        memory=MemoryConfig(
-            trail=None,
-            controller=None,
-            trail_forgotten_on=("capture", "command"),
-            controller_forgotten_on=("capture", "command"),
-        ),
-        capture=CaptureConfig(field="reconstruction"),
-        controller=ControllerConfig(spectrum="exponential", ergodic_weight=1.0, control_weight=1.0),
-        dynamics=DynamicsConfig(speed_factor=0.8),
-    ),
-}

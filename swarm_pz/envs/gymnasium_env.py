@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from swarm_pz.config import GameConfig, resolve
 from swarm_pz.envs.batch_env import plain
-from swarm_pz.envs.duel_batch import DuelBatch, Opponent
+from swarm_pz.envs.opponents import DuelBatch, Opponent
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_seed, next_seed
 from swarm_pz.spaces.formats import ActionKind, Dtype

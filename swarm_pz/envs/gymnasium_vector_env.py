@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import GameConfig, resolve
-from swarm_pz.envs.duel_batch import DuelBatch, DuelResult, Opponents
+from swarm_pz.envs.opponents import DuelBatch, DuelResult, Opponents
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_seed, next_seed, seeds_of

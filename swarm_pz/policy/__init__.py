@@ -1,8 +1,8 @@
 """Policies: what they are, and how a name, a folder or a trained model becomes one."""
 
 from swarm_pz.policy.model_policy import Model, ModelPolicy
+from swarm_pz.policy.names import FOLDERS, GROUP, about, faults, load, load_players, name_of, registered
 from swarm_pz.policy.protocol import Player, Policy, PolicyFactory, PrivilegedPolicy
-from swarm_pz.policy.registry import FOLDERS, GROUP, about, faults, load, load_players, name_of, registered
 
 __all__ = [
     "FOLDERS",

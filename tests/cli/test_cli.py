@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from swarm_pz.cli import learn, main, presets
+from swarm_pz.cli import learn, main, preset_option
 from swarm_pz.config import GameConfig
 from swarm_pz.training.config import TrainConfig
 
@@ -60,8 +60,8 @@ def test_a_preset_that_cannot_be_is_refused(arguments, message, capsys):
 
 
 def test_training_keeps_what_it_sees_under_a_preset():
-    rules, _ = presets.take(["--preset", "released"])
-    learner = inspect.signature(presets.begin_with(rules, learn.train)).parameters["config"].default
+    rules, _ = preset_option.take(["--preset", "released"])
+    learner = inspect.signature(preset_option.begin_with(rules, learn.train)).parameters["config"].default
     assert learner.game == rules.replace(observation=TrainConfig().game.observation)
 
 

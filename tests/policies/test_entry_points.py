@@ -10,7 +10,7 @@ import pytest
 
 from swarm_pz import policies
 from swarm_pz.cli import main
-from swarm_pz.cli.players import able, known
+from swarm_pz.cli.player_options import able, known
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.policies.scripted import halo

@@ -15,7 +15,8 @@ from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import checked_name
 from swarm_pz.play.server.live_session import Moment, ServerContext
 from swarm_pz.play.server.replay_session import LoadedRecording
-from swarm_pz.play.server.room import RefusedError, Room, Seat
+from swarm_pz.play.server.room import RefusedError, Room
+from swarm_pz.play.server.seat import Seat
 
 MOST_ROOMS = 100
 _IDLE_S = 600.0

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import secrets
 import time
-from dataclasses import dataclass
 from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from swarm_pz.config import RED, TEAM_NAMES
+from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import CommandError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import PaintedLine, RecordedSeat, SeatEvent, SeatLine
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.live_session import Callbacks, LiveSession, Moment, Outcome, ServerContext
 from swarm_pz.play.server.room_settings import table_config
+from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.views import target_message
 from swarm_pz.play.strokes import Stroke, density_of
 from swarm_pz.simulator.commands import make_target
@@ -36,44 +36,6 @@ class RefusedError(SwarmError, ValueError):
     def __init__(self, code: protocol.Reason, reason: str) -> None:
         super().__init__(reason)
         self.code = code
-
-
-@dataclass
-class Seat:
-    """One side of the table."""
-
-    team: int
-    kind: Literal["free", "person", "program", "policy"] = "free"
-    policy: str = ""
-    label: str = ""
-    token: str = ""
-    ready: bool = False
-    connection: Connection | None = None
-    away_since: float = 0.0
-    gone: bool = False
-    """Its player gave it up in the middle of a game."""
-    target: bytes = b""
-    """The target of its latest command, as its side is shown it."""
-
-    def free(self) -> None:
-        """Make it anybody's."""
-        self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
-        self.connection, self.gone = None, False
-
-    @property
-    def side(self) -> protocol.Side:
-        """Its name."""
-        return "red" if self.team == RED else "blue"
-
-    def state(self) -> protocol.SeatState:
-        """Return what everybody in the room sees of it."""
-        return protocol.SeatState(
-            kind=self.kind,
-            name=self.policy,
-            label=self.label,
-            connected=self.kind == "policy" or self.connection is not None,
-            ready=self.ready,
-        )
 
 
 class Room:
@@ -130,9 +92,7 @@ class Room:
             raise RefusedError("out_of_turn", "leave the seat that you have first")
         self._check_side(seat)
         self.watchers.discard(connection)
-        seat.kind, seat.label, seat.ready = connection.kind, label, False
-        seat.token = secrets.token_hex(16)
-        seat.connection = connection
+        seat.take(connection, label)
         self._entered(seat)
         return seat
 

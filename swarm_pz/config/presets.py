@@ -1,0 +1,26 @@
+"""Named variants of the rules: the sections in which each differs from the defaults."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from swarm_pz.config.sections import CaptureConfig, ControllerConfig, DynamicsConfig, MemoryConfig, SpawnConfig
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "paper": {},
+    # The authors' published variant, without two slips: its code looks the field up with x and y swapped,
+    # and adds a negative minimum instead of subtracting it.
+    "released": {
+        "spawn": SpawnConfig(layout="squares"),
+        "memory": MemoryConfig(
+            trail=None,
+            controller=None,
+            trail_forgotten_on=("capture", "command"),
+            controller_forgotten_on=("capture", "command"),
+        ),
+        "capture": CaptureConfig(field="reconstruction"),
+        "controller": ControllerConfig(spectrum="exponential", ergodic_weight=1.0, control_weight=1.0),
+        "dynamics": DynamicsConfig(speed_factor=0.8),
+    },
+}
+"""Fields of a `GameConfig` by the preset's name; `GameConfig.preset` makes one."""

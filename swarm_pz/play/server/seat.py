@@ -1,0 +1,54 @@
+"""A seat: a side of a room, who has it, and the token that leads back to it."""
+
+from __future__ import annotations
+
+import secrets
+from dataclasses import dataclass
+from typing import Literal
+
+from swarm_pz.config import RED
+from swarm_pz.play import protocol
+from swarm_pz.play.server.connection import Connection
+
+
+@dataclass
+class Seat:
+    """One side of the table."""
+
+    team: int
+    kind: Literal["free", "person", "program", "policy"] = "free"
+    policy: str = ""
+    label: str = ""
+    token: str = ""
+    ready: bool = False
+    connection: Connection | None = None
+    away_since: float = 0.0
+    gone: bool = False
+    """Its player gave it up in the middle of a game."""
+    target: bytes = b""
+    """The target of its latest command, as its side is shown it."""
+
+    def take(self, connection: Connection, label: str) -> None:
+        """Give it to a client, who may come back to it with its new token."""
+        self.kind, self.label, self.ready = connection.kind, label, False
+        self.token, self.connection = secrets.token_hex(16), connection
+
+    def free(self) -> None:
+        """Make it anybody's."""
+        self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
+        self.connection, self.gone = None, False
+
+    @property
+    def side(self) -> protocol.Side:
+        """Its name."""
+        return "red" if self.team == RED else "blue"
+
+    def state(self) -> protocol.SeatState:
+        """Return what everybody in the room sees of it."""
+        return protocol.SeatState(
+            kind=self.kind,
+            name=self.policy,
+            label=self.label,
+            connected=self.kind == "policy" or self.connection is not None,
+            ready=self.ready,
+        )
