@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.config import GameConfig, ObservationConfig, RewardConfig
+from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig, RewardConfig
 from swarm_pz.envs.batch_env import BatchEnv, by_game, plain
 from swarm_pz.errors import CommandError, GameOverError, PolicyError
 from swarm_pz.policy import load
@@ -305,3 +305,40 @@ def test_a_policy_is_shown_the_games_that_it_is_asked_about_each_from_its_side(p
     spy._answer = lambda shown, rows: np.full((len(rows), 10, 10), 1.5)
     with pytest.raises(PolicyError, match=r"policy Spy's answer must be numbers in \[0, 1\] of shape \(3, 10, 10\)"):
         batch.ask(spy, teams, rows)
+
+
+def test_how_a_game_ended_is_told_once():
+    batch = BatchEnv(GameConfig(drones_per_team=2), 3, max_cycles=50)
+    batch.reset([0, 1, 2])
+    batch.simulator.games.ticks[1] = 49 * 30
+
+    def decide():
+        batch.simulator.games.teams[0] = 0
+
+    first = batch.step(np.ones((3, 2, 10, 10)), decide)
+    assert (first.terminated.tolist(), first.truncated.tolist()) == ([True, False, False], [False, True, False])
+    assert first.rewards[0].tolist() == [2.0, -2.0]
+    second = batch.step(np.ones((3, 2, 10, 10)))
+    for told in (second.rewards, second.terminated, second.truncated, second.captured, second.recaptured):
+        assert not told[:2].any()
+    assert [batch.outcome(row, 1) for row in range(3)] == ["loss", "draw", None]
+
+
+def test_a_limit_that_has_passed_already_ends_the_game_where_it_is():
+    batch = BatchEnv(GameConfig(drones_per_team=2))
+    batch.reset([0])
+    for _ in range(3):
+        batch.step(np.ones((1, 2, 10, 10)))
+    batch.max_cycles = 2
+    assert (batch.observe(ObservationConfig(grid=10, channels=("time_left",)), 0) == 0).all()
+    assert batch.step(np.ones((1, 2, 10, 10))).truncated.all()
+    assert batch.simulator.time_s.tolist() == [3.0]
+
+
+def test_without_captures_every_game_is_a_draw():
+    batch = BatchEnv(GameConfig(drones_per_team=(0, 2), capture=CaptureConfig(enabled=False)), max_cycles=1)
+    batch.reset([0])
+    result = batch.step(np.ones((1, 2, 10, 10)))
+    assert not result.terminated.any() and result.truncated.all() and not result.rewards.any()
+    assert batch.outcome(0, 0) == batch.outcome(0, 1) == "draw"
+    assert batch.infos(result, np.array([0, 1]), np.array([0, 0]))["outcome"].tolist() == [0, 0]

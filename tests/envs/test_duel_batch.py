@@ -44,6 +44,15 @@ def test_a_seed_always_gives_the_same_side_and_the_same_stream_to_the_opponent()
     assert diary.begun[5].pool_size == 8
 
 
+def test_each_opponent_gets_the_streams_of_its_own_games():
+    alone, first, second = Diary(), Diary(), Diary()
+    begin(DuelBatch(SMALL, 5, opponent=alone))
+    begin(DuelBatch(SMALL, 5, opponent=[first, second]))
+    assert (list(first.begun), list(second.begun)) == ([0, 2, 4], [1, 3])
+    for row, stream in (first.begun | second.begun).items():
+        np.testing.assert_array_equal(stream.generate_state(2), alone.begun[row].generate_state(2))
+
+
 def test_a_seed_given_is_not_changed():
     seeds = np.random.SeedSequence(0).spawn(3)
     DuelBatch(SMALL, 3).reset(seeds, np.arange(3))

@@ -99,3 +99,17 @@ def test_without_captures_all_drones_may_be_of_one_team():
     simulator = Simulator(GameConfig(drones_per_team=2, capture=CaptureConfig(enabled=False)))
     simulator.reset([0], scenario={"teams": [1, 1, 1, 1]})
     assert simulator.sizes.tolist() == [[0, 4]]
+
+
+@pytest.mark.parametrize(
+    ("layout", "places", "luck"),
+    [
+        ("corners", [[0.96976757, 0.91836888], [0.97601885, 0.10792277]], 13456836363123071557),
+        ("squares", [[0.16369617, 0.12697867], [0.89590263, 0.89834726]], 16837368535893154894),
+    ],
+)
+def test_a_seed_always_gives_the_same_start_and_the_same_luck(layout, places, luck):
+    simulator = Simulator(GameConfig(drones_per_team=1, spawn=SpawnConfig(layout=layout)), num_games=2)
+    simulator.reset([1, 0])
+    np.testing.assert_allclose(simulator.positions[1], places, atol=1e-6)
+    assert simulator.games.seeds[1] == luck != simulator.games.seeds[0]

@@ -155,7 +155,7 @@ def expected_densities() -> dict[str, np.ndarray]:
 
 def test_every_named_density_is_what_its_name_says_and_has_the_number_that_models_were_trained_on():
     expected = expected_densities()
-    assert COMMAND_NAMES == tuple(expected)
+    assert tuple(expected) == COMMAND_NAMES
     for density, wanted in zip(named_commands(10), expected.values(), strict=True):
         np.testing.assert_allclose(density, wanted / wanted.max(), atol=1e-12)
     assert not named_commands(10).flags.writeable

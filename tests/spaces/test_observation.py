@@ -176,12 +176,12 @@ def test_trails_are_shown_as_long_as_they_are_and_with_their_gaps(options):
 
 @pytest.mark.parametrize("grid", [50, 10])
 def test_fields_are_bright_where_they_capture_whatever_the_threshold(grid):
-    batch = BatchEnv(GameConfig(capture=CaptureConfig(threshold=0.4)))
+    batch = BatchEnv(GameConfig(capture=CaptureConfig(threshold=0.375)))
     batch.reset([3])
     batch.step(np.ones((1, 2, 10, 10)))
     for team in range(2):
         image = batch.observe(ObservationConfig(grid=grid, channels=("own_capture_field",)), team)[0, 0]
-        captures = captures_where(batch.simulator.occupancy[0, team], 0.4)
+        captures = captures_where(batch.simulator.occupancy[0, team], 0.375)
         assert captures.sum() > captures_where(batch.simulator.occupancy[0, team], 0.75).sum()
         block = 50 // grid
         np.testing.assert_array_equal(image >= 192, captures.reshape(grid, block, grid, block).any(axis=(1, 3)))
