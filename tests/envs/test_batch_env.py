@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.config import GameConfig, ObservationConfig, RewardConfig
-from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import CommandError, GameOverError
+from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig, RewardConfig
+from swarm_pz.envs.batch_env import BatchEnv, by_game, plain
+from swarm_pz.errors import CommandError, GameOverError, PolicyError
 from swarm_pz.policy import load
 
 
@@ -184,3 +184,161 @@ def test_the_time_left_is_that_of_the_steps_asked_for():
     assert any(np.allclose(np.ravel(part)[-1], 0.75) for part in batch.observe(lists, 0).values())
     batch.max_cycles = 2
     assert (batch.observe(clock, 1) == round(0.5 * 255)).all()
+
+
+RING = [(row, column) for row in range(18, 23) for column in range(28, 33) if max(abs(row - 20), abs(column - 30)) == 2]
+"""Cells around (20, 30)."""
+
+
+def surrounded(recently=False):
+    """Two games in which red is about to take a drone; in the second one it is about to take it back if `recently`."""
+    cells = np.array([*RING, (20, 30), (45, 5), (45, 5)])
+    batch = BatchEnv(GameConfig(drones_per_team=(16, 3), time_limit=5.0), 2)
+    batch.reset([0, 1], scenario={"positions": (cells[:, ::-1] + 0.5) / 50})
+    if recently:
+        batch.simulator.games.capture_ticks[1, 16] = -10
+    return batch
+
+
+@pytest.mark.parametrize("recently", [False, True])
+def test_a_step_tells_who_took_how_many_and_how_many_of_these_back(recently):
+    batch = surrounded(recently)
+    batch.simulator.games.captures[:], batch.simulator.games.recaptures[:] = 5, 3  # of steps before
+    result = batch.step(np.ones((2, 2, 10, 10)))
+    assert (result.captured == [[1, 0], [1, 0]]).all()
+    assert result.recaptured.tolist() == [[0, 0], [int(recently), 0]]
+    rows = np.array([1, 1, 0])
+    infos = batch.infos(result, np.array([0, 1, 1]), rows)
+    assert infos["captured"].tolist() == [1, 0, 0]
+    assert infos["lost"].tolist() == [0, 1, 1]
+    assert infos["recaptured"].tolist() == [int(recently), 0, 0]
+    assert infos["size"].tolist() == [17, 2, 2]
+    assert infos["time_s"].tolist() == [1.0] * 3
+    nothing = batch.infos(None, 0, 1)
+    assert {name: value.item() for name, value in nothing.items()} == {
+        "size": 17, "captured": 0, "lost": 0, "recaptured": 0, "time_s": 1.0, "outcome": 0,
+    }  # fmt: skip
+    assert plain(nothing)["size"] == 17
+    assert by_game(infos) == [plain(batch.infos(result, team, row)) for team, row in ((0, 1), (1, 1), (1, 0))]
+
+
+def test_a_drone_that_nobody_has_lost_before_is_not_taken_back():
+    result = surrounded().step(np.ones((2, 2, 10, 10)))
+    assert result.captured.any() and not result.recaptured.any()
+
+
+def test_only_games_that_are_begun_anew_run_again():
+    batch = BatchEnv(GameConfig(drones_per_team=2), 3, max_cycles=1)
+    batch.reset([0, 1], rows=[2, 0])
+    assert batch.running.tolist() == [True, False, True]
+    batch.step(np.ones((3, 2, 10, 10)))
+    assert not batch.running.any()
+    batch.reset([5], rows=[1])
+    assert batch.running.tolist() == [False, True, False]
+
+
+def test_it_is_called_back_after_every_control_period_until_the_end_and_not_later():
+    batch = BatchEnv(GameConfig(drones_per_team=2, time_limit=1.2), 2)
+    batch.reset([0, 1])
+    times = []
+    for _ in range(2):
+        batch.step(np.ones((2, 2, 10, 10)), lambda: times.append(batch.simulator.time_s.tolist()))
+    np.testing.assert_allclose(times, np.repeat(np.arange(1, 13)[:, None] / 10, 2, axis=1))
+    batch.reset([0, 1])
+    times.clear()
+
+    def decide():
+        times.append(batch.simulator.time_s[0])
+        batch.simulator.games.teams[:, :] = 0 if len(times) == 4 else batch.simulator.games.teams
+
+    batch.step(np.ones((2, 2, 10, 10)), decide)
+    np.testing.assert_allclose(times, [0.1, 0.2, 0.3, 0.4])
+
+
+def test_a_last_step_may_be_a_part_of_one():
+    batch = BatchEnv(GameConfig(drones_per_team=2, time_limit=2.5), 2)
+    assert (batch.max_cycles, batch.limit_s) == (3, 2.5)
+    batch.max_cycles = 4
+    assert (batch.max_cycles, batch.limit_s) == (4, 4.0)
+    with pytest.raises(CommandError, match="max_cycles must be a whole number from 1 to 1,000,000,000,000, got"):
+        batch.max_cycles = 10**12 + 1
+    batch.max_cycles = 10**12
+    batch.reset([0, 1])
+    batch.simulator.games.ticks[1] = 1_000  # the limit counts for each game by itself
+    batch.max_cycles = 34
+    result = batch.step(np.ones((2, 2, 10, 10)))
+    assert batch.simulator.games.ticks.tolist() == [30, 1_020] and result.truncated.tolist() == [False, True]
+
+
+class Spy:
+    """A policy that keeps what it is shown, and answers each game with a density of its own."""
+
+    def __init__(self, privileged):
+        if privileged:
+            self.plan = lambda simulator, teams, rows: self._answer((simulator, teams), rows)
+        else:
+            self.observation = ObservationConfig(grid=10, channels=("own_positions", "own_share"))
+            self.act = lambda observations, rows: self._answer(observations, rows)
+
+    def reset(self, seeds, rows):
+        pass
+
+    def _answer(self, shown, rows):
+        self.shown, self.rows = shown, rows
+        return np.stack([np.full((10, 10), (1 + row) / 10) for row in rows])
+
+
+@pytest.mark.parametrize("privileged", [False, True])
+def test_a_policy_is_shown_the_games_that_it_is_asked_about_each_from_its_side(privileged):
+    batch = BatchEnv(GameConfig(drones_per_team=(2, 5)), 4)
+    batch.reset(range(4))
+    spy, teams, rows = Spy(privileged), np.array([1, 0, 1]), np.array([3, 0, 2])
+    answer = batch.ask(spy, teams, rows)
+    np.testing.assert_array_equal(answer[:, 0, 0], [0.4, 0.1, 0.3])
+    np.testing.assert_array_equal(spy.rows, rows)
+    if privileged:
+        assert spy.shown[0] is batch.simulator
+        np.testing.assert_array_equal(spy.shown[1], teams)
+    else:
+        np.testing.assert_array_equal(spy.shown, batch.observe(spy.observation, teams, rows))
+        assert spy.shown[:, 1, 0, 0].tolist() == [182, 73, 182]
+    spy._answer = lambda shown, rows: np.full((len(rows), 10, 10), 1.5)
+    with pytest.raises(PolicyError, match=r"policy Spy's answer must be numbers in \[0, 1\] of shape \(3, 10, 10\)"):
+        batch.ask(spy, teams, rows)
+
+
+def test_how_a_game_ended_is_told_once():
+    batch = BatchEnv(GameConfig(drones_per_team=2), 3, max_cycles=50)
+    batch.reset([0, 1, 2])
+    batch.simulator.games.ticks[1] = 49 * 30
+
+    def decide():
+        batch.simulator.games.teams[0] = 0
+
+    first = batch.step(np.ones((3, 2, 10, 10)), decide)
+    assert (first.terminated.tolist(), first.truncated.tolist()) == ([True, False, False], [False, True, False])
+    assert first.rewards[0].tolist() == [2.0, -2.0]
+    second = batch.step(np.ones((3, 2, 10, 10)))
+    for told in (second.rewards, second.terminated, second.truncated, second.captured, second.recaptured):
+        assert not told[:2].any()
+    assert [batch.outcome(row, 1) for row in range(3)] == ["loss", "draw", None]
+
+
+def test_a_limit_that_has_passed_already_ends_the_game_where_it_is():
+    batch = BatchEnv(GameConfig(drones_per_team=2))
+    batch.reset([0])
+    for _ in range(3):
+        batch.step(np.ones((1, 2, 10, 10)))
+    batch.max_cycles = 2
+    assert (batch.observe(ObservationConfig(grid=10, channels=("time_left",)), 0) == 0).all()
+    assert batch.step(np.ones((1, 2, 10, 10))).truncated.all()
+    assert batch.simulator.time_s.tolist() == [3.0]
+
+
+def test_without_captures_every_game_is_a_draw():
+    batch = BatchEnv(GameConfig(drones_per_team=(0, 2), capture=CaptureConfig(enabled=False)), max_cycles=1)
+    batch.reset([0])
+    result = batch.step(np.ones((1, 2, 10, 10)))
+    assert not result.terminated.any() and result.truncated.all() and not result.rewards.any()
+    assert batch.outcome(0, 0) == batch.outcome(0, 1) == "draw"
+    assert batch.infos(result, np.array([0, 1]), np.array([0, 0]))["outcome"].tolist() == [0, 0]

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import threading
+
 import gymnasium
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from stable_baselines3.common.env_checker import check_env
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.envs.opponents import DuelBatch
+from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
 from swarm_pz.envs.parallel_env import parallel_env
 from swarm_pz.errors import CommandError, ConfigError, GameOverError, PolicyError
 from swarm_pz.simulator.spawn import random_start
@@ -238,3 +241,67 @@ def test_a_step_after_the_end_is_refused():
     environment.step(np.zeros((10, 10)))
     with pytest.raises(GameOverError, match="call reset"):
         environment.step(np.zeros((10, 10)))
+
+
+SEATS = (ObservationConfig(grid=25), ObservationConfig(grid=10, channels=("time_left", "own_share")))
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_all_keywords_at_once_are_kept(many):
+    keywords = {
+        "drones_per_team": (1, 3),
+        "observation": SEATS,
+        "command_cells": 6,
+        "opponent": "ring",
+        "side": "blue",
+        "max_cycles": 7,
+        "action": "density",
+        "action_cells": 3,
+        "flatten_actions": True,
+        "observation_dtype": "float32",
+        "channels_last": True,
+        "render_mode": "ansi",
+    }
+    config = GameConfig(time_limit=20)
+    environment = DuelVectorEnv(2, config, **keywords) if many else DuelEnv(config, **keywords)
+    duel = environment.duel
+    assert duel.config == config.replace(**{name: keywords[name] for name in list(keywords)[:3]})
+    assert (duel.batch.max_cycles, duel.opponent_names, environment.render_mode) == (7, ["ring"], "ansi")
+    observation, info = environment.reset(seed=0, options={"velocities": np.full((4, 2), 0.5)})
+    assert (duel.batch.simulator.velocities == 0.5).all() and (duel.sides == 1).all()
+    assert np.all(info["side"] == 1) and np.all(info["size"] == 3)
+    assert observation.shape[-3:] == (10, 10, 2) and observation.dtype == np.float32
+    np.testing.assert_allclose(observation[..., 1], 0.75, atol=0.003)
+    action = np.zeros(9, np.float32)
+    action[6] = 1.0
+    assert environment.action_space.contains(np.stack([action] * 2) if many else action)
+    environment.step(np.stack([action] * 2) if many else action)
+    assert (duel.batch.simulator.targets[:, 1].reshape(-1, 36).argmax(axis=-1) == 30).all()
+    frames = environment.render()
+    assert all(isinstance(frame, str) for frame in (frames if many else [frames]))
+    environment.close()
+
+
+def test_a_window_is_closed_and_threads_are_ended_with_their_environment(monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    before = threading.active_count()
+    environments = [
+        parallel_env(render_mode="human"),
+        DuelEnv(render_mode="human"),
+        DuelVectorEnv(2, render_mode="human", threads=2),
+        DuelVectorEnv(2, threads=2),
+    ]
+    for environment in environments:
+        environment.reset(seed=0)
+    batches = [
+        environment.batch if hasattr(environment, "batch") else environment.duel.batch for environment in environments
+    ]
+    for batch in batches:
+        batch.simulator.for_rows(np.arange(batch.num_games), lambda rows: None)
+    assert threading.active_count() == before + 2
+    closed = []
+    monkeypatch.setattr("swarm_pz.rendering.window.Window.close", lambda window: closed.append(window))
+    for environment in environments:
+        environment.close()
+    assert threading.active_count() == before
+    assert len(set(map(id, closed))) == 3

@@ -258,3 +258,62 @@ def test_overrides_replace_fields_of_the_configuration():
     environment = parallel_env(GameConfig(time_limit=60), drones_per_team=3)
     assert environment.config == GameConfig(time_limit=60, drones_per_team=3)
     assert environment.max_cycles == 60
+
+
+def test_the_game_after_a_seeded_one_is_the_same_every_time():
+    environment = parallel_env(drones_per_team=3, max_cycles=2)
+
+    def starts(seed):
+        places = []
+        for given in (seed, None, None):
+            environment.reset(seed=given)
+            places.append(environment.batch.simulator.positions.tobytes())
+        return places
+
+    first = starts(5)
+    assert len(set(first)) == 3
+    assert starts(5) == first
+    assert not set(starts(6)) & set(first)
+
+
+def test_a_reset_that_is_refused_leaves_game_and_sequence_as_they_were():
+    environment = parallel_env(drones_per_team=2)
+    environment.reset(seed=5)
+    before = environment.batch.simulator.snapshot()
+    with pytest.raises(CommandError, match="scenario teams"):
+        environment.reset(seed=9, options={"teams": [3, 3, 3, 3]})
+    assert environment.np_random_seed == 5 and environment.agents == ["red_0", "blue_0"]
+    for array, copied in zip(environment.batch.simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array, copied)
+
+
+def test_all_keywords_at_once_are_kept():
+    seats = (ObservationConfig(grid=25), ObservationConfig(grid=10, channels=("time_left", "own_share")))
+    environment = parallel_env(
+        GameConfig(time_limit=20),
+        drones_per_team=(1, 3),
+        observation=seats,
+        command_cells=6,
+        max_cycles=7,
+        action="log_density",
+        action_cells=3,
+        flatten_actions=True,
+        observation_dtype="float32",
+        channels_last=True,
+        render_mode="ansi",
+    )
+    assert environment.config == GameConfig(time_limit=20, drones_per_team=(1, 3), observation=seats, command_cells=6)
+    assert environment.max_cycles == 7 and environment.render_mode == "ansi"
+    observations, infos = environment.reset(seed=0, options={"velocities": np.full((4, 2), 0.5)})
+    assert (environment.batch.simulator.velocities == 0.5).all()
+    assert [infos[agent]["size"] for agent in environment.agents] == [1, 3]
+    for agent, shape, share in (("red_0", (25, 25, 9), 0.25), ("blue_0", (10, 10, 2), 0.75)):
+        assert observations[agent].shape == shape and observations[agent].dtype == np.float32
+        channel = 7 if agent == "red_0" else 1
+        np.testing.assert_allclose(observations[agent][..., channel], share, atol=0.003)
+        assert environment.action_space(agent).shape == (9,)
+    actions = {"red_0": np.array([1.0, *[-1.0] * 8]), "blue_0": np.array([*[-1.0] * 8, 1.0])}
+    *_, infos = environment.step(actions)
+    assert environment.batch.simulator.targets.reshape(2, 36).argmax(axis=-1).tolist() == [0, 35]
+    assert isinstance(environment.render(), str)
+    environment.close()

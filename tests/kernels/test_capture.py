@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import CaptureConfig, GameConfig, MemoryConfig
 from swarm_pz.kernels.capture import RING_COUNTS
 from swarm_pz.simulator import Simulator
-from tests.reference import captures_where, ring_sums
+from tests.reference import RuleReference, captures_where, ring_sums
 
 CENTRES = (np.arange(50) + 0.5) / 50
 
@@ -105,11 +105,44 @@ def test_ring_counts_match_counting():
     np.testing.assert_array_equal(RING_COUNTS, ring_sums(np.zeros((50, 50), np.int64))[1])
 
 
-def test_where_a_team_captures_matches_exact_fractions():
-    simulator = Simulator(num_games=30)
+@pytest.mark.parametrize("threshold", [0.75, 0.375])
+def test_where_a_team_captures_matches_exact_fractions(threshold):
+    simulator = Simulator(GameConfig(capture=CaptureConfig(threshold=threshold)), num_games=30)
     simulator.reset(range(30))
     simulator.advance(90)
     for game in range(30):
         for team in range(2):
-            expected = captures_where(simulator.occupancy[game, team])
+            expected = captures_where(simulator.occupancy[game, team], threshold)
             np.testing.assert_array_equal(simulator.captures_here[game, team], expected)
+
+
+@pytest.mark.parametrize("threshold", [0.375, 0.875])
+def test_drones_are_captured_by_the_threshold_that_was_asked_for(threshold):
+    config = GameConfig(capture=CaptureConfig(threshold=threshold), memory=MemoryConfig(trail=1.0))
+    captured = 0
+    for seed in range(3):
+        simulator, generator = Simulator(config), np.random.default_rng(seed)
+        simulator.reset([seed])
+        rules = RuleReference(simulator.teams[0], trail_ticks=30, threshold=threshold)
+        for tick in range(150):
+            if tick % 30 == 0:
+                for team in range(2):
+                    simulator.command(team, generator.random((1, 10, 10)) ** 4)
+            simulator.advance(1)
+            captured += len(rules.tick(simulator.positions[0]))
+            np.testing.assert_array_equal(simulator.teams[0], rules.teams)
+            np.testing.assert_array_equal(simulator.games.captures[0], rules.captures)
+            np.testing.assert_array_equal(simulator.games.recaptures[0], rules.recaptures)
+            if simulator.decided[0]:
+                break
+    assert captured > 0
+
+
+@pytest.mark.parametrize(("ago", "counts"), [(30, 1), (31, 0)])
+def test_a_second_counts_whole(ago, counts):
+    simulator = scene(ring_around(20, 30), [(20, 30), *FAR])
+    simulator.games.capture_ticks[0, 16] = 1 - ago
+    simulator.advance(1)
+    assert simulator.games.captures.tolist() == [[1, 0]]
+    assert simulator.games.recaptures.tolist() == [[counts, 0]]
+    assert simulator.games.capture_ticks[0, 16] == 1

@@ -6,12 +6,15 @@ from gymnasium import spaces
 from stable_baselines3 import A2C, DQN, PPO
 
 from swarm_pz import GameConfig, ObservationConfig
+from swarm_pz.config import CHANNELS
 from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.errors import PolicyError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.rollout import play_games
 from swarm_pz.policy import load
 from swarm_pz.policy.model_policy import ModelPolicy
+from swarm_pz.spaces.densities import named_commands
+from swarm_pz.spaces.formats import Format
 from swarm_pz.training.vec_env import SwarmVecEnv
 
 GAME = GameConfig(drones_per_team=2, time_limit=3.0)
@@ -81,6 +84,57 @@ def test_a_model_plays_its_best_action_unless_it_is_to_draw_one():
     assert model.asked == [True, True, False]
 
 
+@pytest.mark.parametrize(
+    ("action_space", "options"),
+    [
+        (spaces.Box(-1.0, 1.0, (10, 10), np.float32), {}),
+        (spaces.Box(-1.0, 1.0, (25,), np.float32), {"action_cells": 5, "flatten_actions": True}),
+        (spaces.Box(0.0, 1.0, (2, 2), np.float32), {"action": "density", "action_cells": 2}),
+        (spaces.Box(0.0, 1.0, (100,), np.float32), {"action": "density", "flatten_actions": True}),
+    ],
+)
+def test_an_action_is_understood_as_its_space_says(action_space, options):
+    action = action_space.sample() ** 2
+    answer = load(Model(IMAGES, action_space, action), GAME).act(np.zeros((1, 9, 50, 50), np.uint8), np.arange(1))
+    np.testing.assert_allclose(
+        answer, Format(GAME, ObservationConfig(), **({"action": "log_density"} | options)).read([action], 1)
+    )
+
+
+class Counter(Model):
+    """Asks for the named density whose number it sees in the first pixel."""
+
+    def predict(self, observation, deterministic=False):
+        self.shown.append(observation)
+        return observation[:, 0, 0, 0].astype(np.int64), None
+
+
+@pytest.mark.parametrize("count", [1, 7, 8, 9, 17])
+def test_a_model_is_shown_eight_boards_at_once_and_each_gets_its_own_answer(count):
+    model = Counter(IMAGES, spaces.Discrete(57))
+    boards = np.zeros((count, 9, 50, 50), np.uint8)
+    boards[:, 0, 0, 0] = numbers = np.arange(57)[::3][:count]
+    answers = load(model, GAME).act(boards, np.arange(count) + 5)
+    np.testing.assert_array_equal(answers, named_commands(10)[numbers])
+    assert [len(shown) for shown in model.shown] == [8] * -(-count // 8)
+
+
+def test_channels_follow_from_what_either_side_of_the_game_sees():
+    red, blue = (
+        ObservationConfig(grid=25, channels=("own_target",)),
+        ObservationConfig(channels=("time_left", "own_share")),
+    )
+    game = GAME.replace(observation=(red, blue))
+    for channels, grid in ((("own_target",), 5), (("time_left", "own_share"), 25), (CHANNELS, 10)):
+        for shape in ((len(channels), grid, grid), (grid, grid, len(channels))):
+            policy = load(Model(spaces.Box(0, 255, shape, np.uint8), LOG, np.zeros((5, 5))), game)
+            assert policy.observation == ObservationConfig(grid=grid, channels=channels)
+    lists = ModelPolicy(
+        Model(DuelEnv(GAME, observation=ObservationConfig(kind="entities")).observation_space, LOG), GAME
+    )
+    assert lists.observation == ObservationConfig(kind="entities") and lists.name == "Model"
+
+
 def test_a_model_may_look_at_lists_of_drones():
     env = DuelEnv(GAME, observation=ObservationConfig(kind="entities"), flatten_actions=True)
     model = Model(env.observation_space, env.action_space, np.zeros(100, np.float32))
@@ -108,6 +162,11 @@ def test_what_it_sees_may_be_said():
         ),
         (IMAGES, spaces.Box(-2, 2, (5, 5)), "a model's actions must be"),
         (IMAGES, spaces.Box(-1, 1, (7,)), "a model's actions must be"),
+        (IMAGES, spaces.Discrete(57, start=1), "a model's actions must be"),
+        (IMAGES, spaces.Box(-1, 1, (1, 1)), r"with a from 2 to 10, or Discrete\(57\)"),
+        (IMAGES, spaces.Box(0, 1, (11, 11)), "a model's actions must be"),
+        (IMAGES, spaces.Box(0, 1, (5, 4)), "a model's actions must be"),
+        (spaces.Box(0, 255, (9, 10, 10), np.int16), LOG, "a model must observe images"),
         (spaces.Box(0, 255, (36, 50, 50), np.uint8), LOG, "of 9 channels, or as many"),
         (spaces.Box(0, 255, (9, 7, 7), np.uint8), LOG, "divides 50"),
         (spaces.Box(-1, 1, (4,)), LOG, "a model must observe images"),

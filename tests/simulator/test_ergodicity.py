@@ -3,14 +3,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.config import CaptureConfig, GameConfig
+from swarm_pz.config import CaptureConfig, ControllerConfig, GameConfig, MemoryConfig
 from swarm_pz.errors import CommandError
-from swarm_pz.kernels.controllers.ergodic import ergodic, make_scratch
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import make_target
 from swarm_pz.simulator.ergodicity import ErgodicMetric, basis, potential, reconstruct, shared_coefficients
 from swarm_pz.simulator.parameters import sobolev_weights
 from tests import reference
+from tests.reference_variants import reconstruction_field
 
 CENTRES = (np.arange(50) + 0.5) / 50
 
@@ -56,15 +56,43 @@ def test_shared_coefficients_are_those_of_the_next_solve(game, team):
     assert shared[0, 0] == pytest.approx(1.0, abs=1e-6)
 
 
-def test_shared_coefficients_are_those_of_the_kernel(game):
-    row, games = 1, game.snapshot()
-    scratch = make_scratch(20, game.controller)
-    ergodic(
-        games.positions[row], games.velocities[row], games.teams[row], games.memory[row], games.memory_weight[row],
-        games.coefficients[row], game.controller, scratch, games.accelerations[row],
-    )  # fmt: skip
-    for team in range(2):
-        np.testing.assert_allclose(shared_coefficients(game, row, team), scratch.means[team], atol=1e-5)
+SLOW = GameConfig.preset("released").replace(
+    controller=ControllerConfig(spectrum="exponential", ergodic_weight=3.0),
+    memory=MemoryConfig(controller=2.0),
+)
+"""Another speed, memory and spectrum, and other weights."""
+
+
+@pytest.mark.parametrize(
+    "config", [GameConfig(capture=CaptureConfig(field="reconstruction")), SLOW], ids=["paper", "slow"]
+)
+def test_shared_coefficients_are_those_of_the_kernel(config):
+    # From them it makes the field of the preset `released`.
+    simulator = Simulator(config, num_games=2)
+    simulator.reset([3, 4])
+    simulator.command(0, np.stack([gaussian(0.5, 0.5, 0.1), gaussian(0.3, 0.7, 0.15)]))
+    simulator.advance(60)
+    expected = [reconstruction_field(shared_coefficients(simulator, 1, team)) for team in range(2)]
+    simulator.advance(1)
+    np.testing.assert_allclose(simulator.capture_field[1], expected, atol=1e-4)
+
+
+def test_the_potential_has_the_controllers_own_weights_and_the_metric_those_of_the_rules():
+    simulator = Simulator(SLOW.replace(capture=CaptureConfig(enabled=False)))
+    simulator.reset([3])
+    simulator.command(1, gaussian(0.3, 0.7, 0.15)[None])
+    simulator.advance(30)
+    values, _ = potential(simulator, 0, 1, 50)
+    difference = shared_coefficients(simulator, 0, 1) - simulator.games.coefficients[0, 1]
+    weighted = 3.0 * reference.exponential_weights() * difference
+    place = np.array([CENTRES[31], CENTRES[7]])
+    assert values[7, 31] == pytest.approx(np.sum(weighted * reference.basis(place)), abs=1e-6)
+    metric = ErgodicMetric(simulator, team=1)
+    metric.observe()
+    seen = [reference.basis(place) for place in simulator.positions[0][simulator.teams[0] == 1]]
+    np.testing.assert_allclose(metric.coefficients[0], np.mean(seen, axis=0), atol=1e-9)
+    expected = reference.ergodic_metric(np.mean(seen, axis=0), simulator.games.coefficients[0, 1])
+    assert metric.value()[0] == pytest.approx(expected)
 
 
 def test_the_gradient_is_that_of_the_potential(game):

@@ -1,5 +1,9 @@
 from __future__ import annotations
 
+import copy
+import os
+import pickle
+import threading
 from collections import deque
 
 import numpy as np
@@ -7,10 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_pz.config import CaptureConfig, GameConfig, MemoryConfig
+from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.game import advance_games
 from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.commands import FlockingCommand
 from tests.reference import cell_of
 
 
@@ -251,3 +256,189 @@ def test_a_snapshot_stays_what_it_was_while_the_games_go_on():
     for snapshot in taken:
         assert (snapshot.ticks == 0).all() and (simulator.games.ticks == 30).all()
         assert not np.array_equal(snapshot.positions, simulator.positions)
+
+
+EVERYTHING = GameConfig.preset("released").replace(
+    drones_per_team=(3, 5),
+    controllers=("ergodic", "flocking"),
+    time_limit=5.0,
+    dynamics=DynamicsConfig(speed_factor=0.8, failure_rate=1.0, repair_rate=1.0),
+)
+"""Rules with which every array of a game changes, but for the fields of trails."""
+
+
+@pytest.mark.parametrize("config", [GameConfig(drones_per_team=3), EVERYTHING], ids=["paper", "everything"])
+def test_a_game_begun_again_is_as_if_it_was_the_first_and_the_others_go_on(config):
+    simulator = Simulator(config, num_games=3)
+    simulator.reset([0, 1, 2])
+    play(simulator, 3, [0, 1, 2])
+    kept = simulator.snapshot()
+    simulator.reset([8, 9], rows=[2, 0])
+    for row, seed in ((0, 9), (2, 8)):
+        first = Simulator(config)
+        first.reset([seed])
+        assert_same_game(simulator, row, first, 0)
+        for name in ("positions", "trails", "memory", "targets", "coefficients", "velocities"):
+            assert not np.array_equal(getattr(kept, name)[row], getattr(simulator.games, name)[row]), name
+    for name, array, then in zip(kept._fields, simulator.games, kept, strict=True):
+        np.testing.assert_array_equal(array[1], then[1], err_msg=name)
+
+
+def test_both_teams_start_with_a_uniform_target():
+    simulator = Simulator(GameConfig(drones_per_team=1, command_cells=5), num_games=2)
+    simulator.command(1, np.eye(5)[None], rows=[1])
+    simulator.reset([0], rows=[1])
+    np.testing.assert_allclose(simulator.targets, 0.04)
+    only_the_mean = np.zeros((10, 10))
+    only_the_mean[0, 0] = 1.0
+    np.testing.assert_allclose(simulator.games.coefficients, np.broadcast_to(only_the_mean, (2, 2, 10, 10)), atol=1e-6)
+
+
+def test_games_without_seeds_are_all_different():
+    simulator, starts = Simulator(num_games=2), []
+    for _ in range(2):
+        starts += [*simulator.positions.copy()]
+        simulator.reset()
+    simulator.reset(rows=[1])
+    assert len({start.tobytes() for start in [*starts, *simulator.positions]}) == 6
+
+
+@pytest.mark.parametrize("controllers", ["ergodic", "flocking", ("ergodic", "flocking"), ("flocking", "ergodic")])
+@pytest.mark.parametrize("team", [0, 1])
+def test_a_command_is_for_the_games_and_the_team_that_it_names(controllers, team):
+    config = GameConfig(drones_per_team=2, controllers=controllers)
+    simulator = Simulator(config, num_games=4)
+    images = np.random.default_rng(0).random((2, 10, 10)) ** 4
+    orders = [images]
+    if config.team_controllers[team] == "flocking":
+        orders.append(
+            [FlockingCommand(position=(0.2, 0.7), weight=60.0), FlockingCommand(position=(0.9, 0.1), weight=80)]
+        )
+    for order in orders:
+        simulator.reset(range(4))
+        before = simulator.snapshot()
+        simulator.command(team, order, rows=[3, 1])
+        for name, array, then in zip(before._fields, simulator.games, before, strict=True):
+            changed = name in ("targets", "coefficients") or (name == "attractors" and "flocking" in controllers)
+            if name in ("targets", "coefficients", "attractors"):
+                np.testing.assert_array_equal(array[[0, 2]], then[[0, 2]], err_msg=name)
+                np.testing.assert_array_equal(array[:, 1 - team], then[:, 1 - team], err_msg=name)
+                for row in (1, 3):
+                    assert changed != np.array_equal(array[row, team], then[row, team]), name
+            else:
+                np.testing.assert_array_equal(array, then, err_msg=name)
+        for place, row in enumerate((3, 1)):
+            alone = Simulator(config)
+            alone.reset([row])
+            alone.command(team, order[place : place + 1])
+            assert_same_game(simulator, row, alone, 0)
+    if len(orders) > 1:
+        np.testing.assert_allclose(simulator.games.attractors[[3, 1], team], [[0.2, 0.7, 60], [0.9, 0.1, 80]])
+
+
+def test_commands_with_an_advance_are_for_the_games_that_advance():
+    simulator, apart = (Simulator(GameConfig(drones_per_team=2), num_games=4) for _ in range(2))
+    for one in (simulator, apart):
+        one.reset(range(4))
+        one.games.teams[3] = 1  # decided
+    commands = np.random.default_rng(0).random((4, 2, 10, 10)) ** 4
+    simulator.advance([3, 0, 7, 5], commands)
+    for team in range(2):
+        apart.command(team, commands[[0, 2], team], rows=[0, 2])
+    apart.advance([3, 0, 7, 5])
+    assert simulator.games.ticks.tolist() == [3, 0, 7, 0]
+    for row in range(4):
+        assert_same_game(simulator, row, apart, row)
+
+
+def test_games_put_back_go_to_the_rows_asked_for():
+    simulator = Simulator(GameConfig(drones_per_team=2), num_games=4)
+    simulator.reset(range(4))
+    begun = simulator.snapshot()
+    simulator.restore(simulator.snapshot([3, 0]), rows=[1, 2])
+    for name, array, then in zip(begun._fields, simulator.games, begun, strict=True):
+        np.testing.assert_array_equal(array, then[[0, 3, 0, 3]], err_msg=name)
+
+
+@pytest.fixture
+def two_processors(monkeypatch):
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+
+
+@pytest.mark.usefixtures("two_processors")
+def test_there_are_no_more_threads_than_games_and_processors():
+    for games, threads, expected in ((5, 4, 2), (1, 2, 1), (5, 1, 1)):
+        assert Simulator(GameConfig(drones_per_team=1), games, threads).threads == expected
+
+
+def workers(simulator) -> set[int]:
+    """Share seven rows out among threads; return who they were, once each row had its turn."""
+    at_once, seen, done = threading.Barrier(simulator.threads, timeout=20.0), set(), []
+
+    def work(rows):
+        if simulator.threads > 1 and len(rows) < 7:
+            at_once.wait()
+        seen.add(threading.get_ident())
+        done.extend(rows.tolist())
+
+    simulator.for_rows(np.arange(7), work)
+    assert sorted(done) == list(range(7))
+    return seen
+
+
+@pytest.mark.usefixtures("two_processors")
+def test_threads_share_all_rows_and_copies_have_threads_of_their_own_unless_they_were_ended():
+    simulator = Simulator(GameConfig(drones_per_team=1), num_games=7, threads=2)
+    twins = [copy.deepcopy(simulator), pickle.loads(pickle.dumps(simulator))]  # noqa: S301
+    assert [len(workers(one)) for one in (simulator, *twins)] == [2, 2, 2]
+    simulator.close()
+    assert workers(simulator) == workers(copy.deepcopy(simulator)) == {threading.get_ident()}
+    for one in twins:
+        one.close()
+
+
+@pytest.mark.usefixtures("two_processors")
+@pytest.mark.parametrize("bad", [0, 1])
+def test_what_goes_wrong_in_a_thread_is_told_when_all_have_done_their_part(bad):
+    simulator, done = Simulator(GameConfig(drones_per_team=1), num_games=4, threads=2), []
+
+    def work(rows):
+        if bad in rows:
+            raise ValueError(bad)
+        done.extend(rows.tolist())
+
+    with pytest.raises(ValueError, match=str(bad)):
+        simulator.for_rows(np.arange(4), work)
+    assert sorted(done) == [row for row in range(4) if row % 2 != bad]
+    simulator.close()
+
+
+@pytest.mark.usefixtures("two_processors")
+def test_closing_ends_the_threads():
+    before = threading.active_count()
+    simulator = Simulator(GameConfig(drones_per_team=1), num_games=4, threads=2)
+    simulator.for_rows(np.arange(4), lambda rows: None)
+    assert threading.active_count() == before + 1
+    simulator.close()
+    assert threading.active_count() == before
+
+
+def test_what_can_be_seen_cannot_be_changed_and_is_what_the_games_hold():
+    simulator = Simulator(GameConfig(drones_per_team=(1, 2), dynamics=DynamicsConfig(speed_factor=0.5)), num_games=2)
+    simulator.advance(4)
+    for name in ("positions", "velocities", "failed", "altitudes", "teams", "targets"):
+        seen, held = getattr(simulator, name), getattr(simulator.games, name)
+        np.testing.assert_array_equal(seen, held)
+        assert not seen.flags.writeable and held.flags.writeable
+    np.testing.assert_array_equal(simulator.speeds, simulator.velocities / 2)
+    assert simulator.velocities.any()
+    np.testing.assert_allclose(simulator.time_s, 4 / 30)
+
+
+def test_sizes_are_counted_and_without_captures_nothing_is_decided():
+    simulator = Simulator(GameConfig(drones_per_team=(3, 1)), num_games=2)
+    simulator.games.teams[1] = (0, 0, 0, 0)
+    assert simulator.sizes.tolist() == [[3, 1], [4, 0]]
+    assert simulator.decided.tolist() == [False, True]
+    peaceful = Simulator(GameConfig(drones_per_team=(4, 0), capture=CaptureConfig(enabled=False)))
+    assert peaceful.decided.tolist() == [False]

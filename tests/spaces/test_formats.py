@@ -124,3 +124,87 @@ def test_options_that_do_not_fit_are_refused(options, message):
 def test_lists_of_drones_have_no_channels(options):
     with pytest.raises(ConfigError, match="are for images"):
         Format(GameConfig(), ObservationConfig(kind="entities"), **options)
+
+
+def expected_densities() -> dict[str, np.ndarray]:
+    """What the table of names says, written once more."""
+    centres = (np.arange(10) + 0.5) / 10
+    y, x = np.meshgrid(centres, centres, indexing="ij")
+
+    def bell(distance, width):
+        return np.exp(-0.5 * (distance / width) ** 2)
+
+    from_corner = [np.hypot(x - cx, y - cy) for cx in (0.1, 0.9) for cy in (0.1, 0.9)]
+    expected = {
+        "uniform": np.ones((10, 10)),
+        "corners": np.max([bell(distance, 0.1) for distance in from_corner], axis=0),
+        "halo": np.exp(-(((np.hypot(x - 0.5, y - 0.5) - 0.25) / 0.15) ** 2)),
+        "left": 1 / (1 + np.exp((x - 0.5) / 0.03)),
+        "right": 1 / (1 + np.exp((0.5 - x) / 0.03)),
+        "bottom": 1 / (1 + np.exp((y - 0.5) / 0.03)),
+        "top": 1 / (1 + np.exp((0.5 - y) / 0.03)),
+    }
+    for shape in ("ring", "disc"):
+        for px in (10, 30, 50, 70, 90):
+            for py in (10, 30, 50, 70, 90):
+                distance = np.hypot(x - px / 100, y - py / 100)
+                around = np.exp(-(((distance - 0.25) / 0.08) ** 2)) if shape == "ring" else bell(distance, 0.1)
+                expected[f"{shape}_{px}_{py}"] = around
+    return expected
+
+
+def test_every_named_density_is_what_its_name_says_and_has_the_number_that_models_were_trained_on():
+    expected = expected_densities()
+    assert tuple(expected) == COMMAND_NAMES
+    for density, wanted in zip(named_commands(10), expected.values(), strict=True):
+        np.testing.assert_allclose(density, wanted / wanted.max(), atol=1e-12)
+    assert not named_commands(10).flags.writeable
+    assert named_commands(5).shape == (57, 5, 5)
+
+
+@pytest.mark.parametrize("cells", [2, 10])
+def test_an_action_may_be_as_coarse_as_two_cells_and_as_fine_as_a_command(cells):
+    assert made(action_cells=cells).action_space.shape == (cells, cells)
+    for wrong in (1, 11):
+        with pytest.raises(ConfigError, match=r"action_cells must be a whole number in \[2, 10\]"):
+            made(action_cells=wrong)
+
+
+def test_every_action_reaches_the_game_as_its_space_says():
+    action = np.random.default_rng(0).random((2, 10, 10))
+    np.testing.assert_allclose(made(action="density").read(action, 2), action)
+    np.testing.assert_allclose(made(action="density").read_one(action[1], "x"), action[1])
+    logs = 2 * action - 1
+    expected = np.exp(4 * (logs - logs.max(axis=(1, 2), keepdims=True)))
+    np.testing.assert_allclose(made().read(logs, 2), expected)
+    np.testing.assert_allclose(made().read_one(logs[1], "x"), expected[1])
+    for form, below in ((made(action="density"), -0.1), (made(), -1.1)):
+        assert form.action_space.low.min() == np.ceil(below)
+        for bad in (np.full((10, 10), below), np.full((10, 10), 1.1), action):
+            with pytest.raises(CommandError, match="red's command must be numbers"):
+                form.read_one(bad, "red's command")
+        with pytest.raises(CommandError, match=r"of shape \(3, 10, 10\), got shape \(2, 10, 10\)"):
+            form.read(action, 3)
+
+
+def test_coarse_log_densities_are_interpolated_before_they_are_taken_for_densities():
+    logs = np.random.default_rng(0).uniform(-1, 1, (1, 4, 4))
+    centres, fine = (np.arange(4) + 0.5) / 4, (np.arange(10) + 0.5) / 10
+    along_x = np.array([np.interp(fine, centres, row) for row in logs[0]])
+    full = np.array([np.interp(fine, centres, column) for column in along_x.T]).T
+    np.testing.assert_allclose(made(action_cells=4).read(logs, 1)[0], np.exp(4 * (full - full.max())))
+    np.testing.assert_allclose(made(action_cells=4, action="density").read((logs + 1) / 2, 1)[0], (full + 1) / 2)
+
+
+@pytest.mark.parametrize(("dtype", "top"), [("uint8", 255), ("float32", 1)])
+@pytest.mark.parametrize("last", [False, True])
+def test_images_are_of_the_shape_and_brightness_that_their_space_says(dtype, top, last):
+    form = made(observation_dtype=dtype, channels_last=last)
+    space = form.observation_space
+    assert space.shape == ((25, 25, 9) if last else (9, 25, 25))
+    assert (space.dtype, space.low.min(), space.high.max()) == (np.dtype(dtype), 0, top)
+    assert form.is_plain == (dtype == "uint8" and not last)
+    image = np.zeros((9, 25, 25), np.uint8)
+    image[7, 3, 20] = 255
+    shown = form.show(image)
+    assert shown.dtype == dtype and np.argwhere(shown == top).tolist() == [[3, 20, 7] if last else [7, 3, 20]]

@@ -3,7 +3,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.config import CHANNELS, GameConfig, ObservationConfig
+from swarm_pz.config import (
+    CHANNELS,
+    CaptureConfig,
+    DynamicsConfig,
+    GameConfig,
+    MemoryConfig,
+    ObservationConfig,
+)
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.spaces.observation import observation_space
 from tests.reference import captures_where, cell_of, ring_sums
@@ -121,6 +128,95 @@ def test_entities_list_each_sides_drones_padded_and_masked(batch):
         listed = entities["own_positions"][game][: own.sum()]
         np.testing.assert_array_equal(listed, batch.simulator.positions[game][own])
         assert not entities["own_positions"][game][own.sum() :].any()
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_every_list_is_of_its_own_side_and_in_the_order_of_the_drones(batch, team):
+    lists = batch.observe(ObservationConfig(kind="entities"), team, [3, 1])
+    assert {part.dtype for name, part in lists.items() if "mask" not in name} == {np.dtype(np.float32)}
+    for place, row in enumerate((3, 1)):
+        for side, members in (("own", team), ("opposing", 1 - team)):
+            listed = np.flatnonzero(batch.simulator.teams[row] == members)
+            assert lists[f"{side}_mask"][place].tolist() == [1] * len(listed) + [0] * (20 - len(listed))
+            for name in ("positions", "velocities"):
+                expected = np.zeros((20, 2))
+                expected[: len(listed)] = getattr(batch.simulator, name)[row, listed]
+                np.testing.assert_array_equal(lists[f"{side}_{name}"][place], expected)
+        np.testing.assert_allclose(lists["own_share"][place], [batch.simulator.sizes[row, team] / 20])
+        np.testing.assert_allclose(lists["time_left"][place], [1 - batch.simulator.time_s[row] / 300])
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"dynamics": DynamicsConfig(failure_rate=2.0, repair_rate=2.0)},
+        {"memory": MemoryConfig(trail=1.1, trail_forgotten_on=("command",))},
+        {"memory": MemoryConfig(trail=None)},
+    ],
+    ids=["failing", "forgetful", "endless"],
+)
+def test_trails_are_shown_as_long_as_they_are_and_with_their_gaps(options):
+    batch = BatchEnv(GameConfig(drones_per_team=5, time_limit=6.0, **options))
+    batch.reset([0])
+    generator = np.random.default_rng(0)
+    for _ in range(4):
+        batch.step(generator.random((1, 2, 10, 10)) ** 3)
+    games, length = batch.simulator.games, batch.config.trail_ticks
+    batch.simulator.advance(2)  # between two solves
+    assert (games.trails[0] < 0).any()
+    images = batch.observe(ObservationConfig(channels=OLDEST), 0)[0]
+    for side in range(2):
+        expected = np.zeros(2500)
+        for tick in range(max(0, int(games.ticks[0]) - length), int(games.ticks[0])):
+            for cell in games.trails[0, tick % length][games.teams[0] == side]:
+                if cell >= 0:
+                    expected[cell] = 255 * (length - (games.ticks[0] - 1 - tick)) / length
+        np.testing.assert_allclose(images[side].ravel(), expected, atol=0.51)
+
+
+@pytest.mark.parametrize("grid", [50, 10])
+def test_fields_are_bright_where_they_capture_whatever_the_threshold(grid):
+    batch = BatchEnv(GameConfig(capture=CaptureConfig(threshold=0.375)))
+    batch.reset([3])
+    batch.step(np.ones((1, 2, 10, 10)))
+    for team in range(2):
+        image = batch.observe(ObservationConfig(grid=grid, channels=("own_capture_field",)), team)[0, 0]
+        captures = captures_where(batch.simulator.occupancy[0, team], 0.375)
+        assert captures.sum() > captures_where(batch.simulator.occupancy[0, team], 0.75).sum()
+        block = 50 // grid
+        np.testing.assert_array_equal(image >= 192, captures.reshape(grid, block, grid, block).any(axis=(1, 3)))
+
+
+@pytest.mark.parametrize(("cells", "grid"), [(10, 50), (7, 25), (50, 10), (2, 5)])
+def test_the_target_is_its_interpolation_over_its_largest_cell(cells, grid):
+    batch = BatchEnv(GameConfig(command_cells=cells, drones_per_team=1))
+    batch.reset([0])
+    command = np.random.default_rng(cells).random((1, 2, cells, cells)) ** 2
+    batch.step(command)
+    centres, fine = (np.arange(cells) + 0.5) / cells, (np.arange(50) + 0.5) / 50
+    for team in range(2):
+        along_x = np.array([np.interp(fine, centres, row) for row in command[0, team]])
+        full = np.array([np.interp(fine, centres, column) for column in along_x.T]).T
+        blocks = full.reshape(grid, 50 // grid, grid, 50 // grid).mean(axis=(1, 3))
+        image = batch.observe(ObservationConfig(grid=grid, channels=("own_target",)), team)[0, 0]
+        np.testing.assert_allclose(image, 255 * blocks / command[0, team].max(), atol=0.51)
+
+
+def test_many_images_in_threads_are_those_of_one_after_the_other(monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    seat, seen = ObservationConfig(grid=10), []
+    rows = np.random.default_rng(0).permutation(40)[:35]
+    teams = rows % 2
+    for threads in (1, 2):
+        batch = BatchEnv(GameConfig(drones_per_team=2), 40, threads=threads)
+        batch.reset(range(40))
+        batch.step(np.random.default_rng(1).random((40, 2, 10, 10)))
+        seen.append(batch.observe(seat, teams, rows))
+        seen.append(np.concatenate([batch.observe(seat, int(teams[n]), [rows[n]]) for n in range(35)]))
+        batch.close()
+    assert seen[0].size // 100 > 256  # images, enough to be shared out
+    for other in seen[1:]:
+        np.testing.assert_array_equal(seen[0], other)
 
 
 def test_observations_do_not_depend_on_the_batch(batch):

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from stable_baselines3.common.vec_env import VecMonitor
 
-from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz import policies
+from swarm_pz.config import BLUE, GameConfig, ObservationConfig
+from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 COARSE = GameConfig(observation=ObservationConfig(grid=10), drones_per_team=3)
@@ -117,3 +119,129 @@ def test_stacked_batches_are_seeded_apart():
     assert not np.array_equal(first[:2], first[2:])
     env.seed(3)
     np.testing.assert_array_equal(env.reset(), first)
+
+
+def test_only_the_game_that_has_ended_starts_anew_and_has_infos():
+    env = SwarmVecEnv(COARSE, 3, opponent=["uniform", "noise", "ring"], seed=0)
+    env.reset()
+    simulator = env.duel.batch.simulator
+    simulator.games.ticks[1] = COARSE.limit_ticks - 30
+    side = env.duel.sides[1]
+    seen, _, dones, infos = env.step(np.zeros((3, 10, 10)))
+    assert dones.tolist() == [False, True, False]
+    assert infos[0] == infos[2] == {}
+    assert simulator.time_s.tolist() == [1.0, 0.0, 1.0]
+    assert (infos[1]["opponent"], infos[1]["side"], infos[1]["time_s"]) == (1, side, 300.0)
+    assert infos[1]["TimeLimit.truncated"] is True
+    last = infos[1]["terminal_observation"]
+    assert (last[-1].max(), seen[1][-1].min()) == (0, 255)
+    assert last[2].max() == 255 and not seen[1][2].any()  # trails
+
+
+def test_games_follow_the_stream_of_their_seed_and_may_be_left_out():
+    def starts(make, leave_out=(0, 0)):
+        env = make()
+        places = []
+        for number in range(3):
+            if number == 1:
+                env.skip(np.array(leave_out))
+            env.reset()
+            places.append(env.duel.batch.simulator.positions.copy())
+        return np.stack(places)
+
+    def seeded():
+        env = SwarmVecEnv(COARSE, 2)
+        assert env.seed(7) == [7, 7]
+        return env
+
+    given = starts(lambda: SwarmVecEnv(COARSE, 2, seed=7))
+    np.testing.assert_array_equal(given, starts(seeded))
+    np.testing.assert_array_equal(starts(seeded, (1, 0))[1:, 1], given[1:, 1])
+    np.testing.assert_array_equal(starts(seeded, (1, 0))[1, 0], given[2, 0])
+    for row, stream in enumerate(np.random.SeedSequence(7).spawn(2)):
+        alone = DuelEnv(COARSE)
+        for number, seed in enumerate(stream.spawn(3)):
+            alone.duel.reset([seed], np.zeros(1, np.int64))
+            np.testing.assert_array_equal(alone.duel.batch.simulator.positions[0], given[number, row])
+
+
+def test_all_keywords_at_once_are_kept(monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 4)
+    env = SwarmVecEnv(
+        GameConfig(time_limit=20),
+        4,
+        drones_per_team=(1, 3),
+        observation=ObservationConfig(grid=10),
+        command_cells=6,
+        opponent=["ring", "noise"],
+        side="blue",
+        max_cycles=7,
+        threads=3,
+        action="density",
+        action_cells=3,
+        flatten_actions=True,
+        observation_dtype="float32",
+        channels_last=True,
+    )
+    seen, batch = env.reset(), env.duel.batch
+    assert (batch.max_cycles, batch.simulator.threads, env.num_envs) == (7, 3, 4)
+    assert (batch.config.time_limit, batch.config.team_sizes, batch.config.command_cells) == (20, (1, 3), 6)
+    assert [(info["opponent"], info["side"], info["size"]) for info in env.reset_infos] == [(0, 1, 3), (1, 1, 3)] * 2
+    assert env.opponent_names == ["ring", "noise"] and env.command_names == ()
+    assert seen.shape == (4, 10, 10, 9) and seen.dtype == np.float32
+    np.testing.assert_allclose(seen[..., 7], 0.75, atol=0.003)
+    env.step(np.tile(np.eye(9, dtype=np.float32)[6], (4, 1)))
+    assert batch.simulator.targets[:, 1].reshape(4, 36).argmax(axis=-1).tolist() == [30] * 4
+    env.close()
+
+
+def test_attributes_are_asked_of_some_games_or_of_all():
+    parts = [SwarmVecEnv(COARSE, 2, seed=0), SwarmVecEnv(COARSE, 3, max_cycles=4, seed=0)]
+    env = StackedVecEnv(parts)
+    assert env.get_attr("num_envs") == [2, 2, 3, 3, 3]
+    assert env.get_attr("num_envs", [4, 0]) == [3, 2]
+    assert env.get_attr("num_envs", 1) == [2]
+    assert parts[1].get_attr("num_envs", [0, 2]) == [3, 3]
+    for one in (env, parts[0]):
+        assert one.env_is_wrapped(VecMonitor, [0]) == [False]
+        with pytest.raises(AttributeError, match="no method 'deal'"):
+            one.env_method("deal", [])
+    env.reset()
+    assert len(parts[1].get_images()) == 3
+    parts[1].duel.batch.simulator.restore(parts[1].duel.batch.simulator.snapshot([0]), [2])
+    images = parts[1].get_images()
+    assert np.array_equal(images[0], images[2]) and not np.array_equal(images[0], images[1])
+
+
+def test_infos_of_stacked_starts_are_in_the_order_of_the_games():
+    env = StackedVecEnv([SwarmVecEnv(COARSE.replace(drones_per_team=size), 2) for size in (4, 2)])
+    assert env.seed(3) == [3] * 4
+    env.reset()
+    assert [info["size"] for info in env.reset_infos] == [4, 4, 2, 2]
+    sides = [info["side"] for info in env.reset_infos]
+    for number, part in enumerate(env.parts):
+        assert part.duel.sides.tolist() == sides[2 * number : 2 * number + 2]
+
+
+def test_stacked_batches_share_no_opponent():
+    def targets(deal):
+        parts = [SwarmVecEnv(COARSE.replace(drones_per_team=size), 2, side="red", seed=0) for size in (3, 4)]
+        env = StackedVecEnv(parts)
+        deal(env)
+        env.reset()
+        for _ in range(3):
+            env.step(np.zeros((4, 10, 10), np.float32))
+        return np.stack([part.duel.batch.simulator.targets[:, BLUE] for part in parts])
+
+    def noise():
+        return policies.load("noise", GameConfig())
+
+    def apart(env):
+        for part in env.parts:
+            part.deal([noise()], ["noise"])
+
+    one = noise()
+    for given in ([one], [one, one]):
+        np.testing.assert_array_equal(
+            targets(lambda env, given=given: env.deal(given, ["noise"] * len(given))), targets(apart)
+        )

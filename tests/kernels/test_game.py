@@ -1,0 +1,70 @@
+"""What a tick leaves behind, whatever the options are."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import DynamicsConfig, GameConfig, MemoryConfig
+from swarm_pz.kernels.capture import FIELD_UNIT
+from swarm_pz.simulator import Simulator
+from tests.reference import ring_sums
+
+FAILING = DynamicsConfig(failure_rate=1.0, repair_rate=3.0)
+
+
+@pytest.mark.parametrize("drones", [8, 150], ids=["few", "many"])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"dynamics": FAILING},
+        {"dynamics": FAILING, "memory": MemoryConfig(trail=1.0, trail_forgotten_on=("capture", "command"))},
+        {"memory": MemoryConfig(trail=1.0, trail_forgotten_on=("command",))},
+        {"memory": MemoryConfig(trail_forgotten_on=("capture",))},
+    ],
+    ids=["failing", "failing and forgetful", "on command", "on capture"],
+)
+def test_fields_are_always_those_of_the_trails(drones, options):
+    simulator = Simulator(GameConfig(drones_per_team=drones, **options))
+    simulator.reset([1])
+    generator = np.random.default_rng(1)
+    for tick in range(100):
+        if tick % 20 == 0:
+            simulator.command(tick // 20 % 2, generator.random((1, 10, 10)) ** 4)
+        simulator.advance(1)
+        if tick % 10 and not np.diff(simulator.games.captures).any():
+            continue
+        for team in range(2):
+            sums, counts = ring_sums(simulator.occupancy[0, team])
+            np.testing.assert_array_equal(simulator.games.fields[0, team, 2:-2, 2:-2], sums * (FIELD_UNIT // counts))
+    assert (simulator.games.trails[0] < 0).any()
+
+
+def mixed(state: int, number: int) -> int:
+    """A step of SplitMix64, in whole numbers."""
+    full = 2**64 - 1
+    x = ((state ^ number) + 0x9E3779B97F4A7C15) & full
+    x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & full
+    x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & full
+    return x ^ (x >> 31)
+
+
+def drawn(seed: int, *what: int) -> float:
+    for number in what:
+        seed = mixed(seed, number)
+    return (seed >> 11) / 2**53
+
+
+def test_who_fails_and_returns_is_drawn_from_the_seed_for_every_drone_at_every_solve():
+    simulator = Simulator(GameConfig(drones_per_team=6, dynamics=FAILING), num_games=2)
+    simulator.reset([3, 4])
+    chance, failed = 1 - np.exp([-0.1, -0.3]), np.zeros((2, 12), np.bool_)
+    changes = 0
+    for tick in range(0, 90, 3):
+        for game, drone in np.ndindex(2, 12):
+            luck = drawn(int(simulator.games.seeds[game]), 0, tick, drone, 0)
+            failed[game, drone] = luck >= chance[1] if failed[game, drone] else luck < chance[0]
+        changes += (failed != simulator.failed).sum()
+        simulator.advance(3)
+        np.testing.assert_array_equal(simulator.failed, failed)
+    assert changes > 50
