@@ -364,7 +364,7 @@ class Training:
 
 def load_all(names: Sequence[str], config: GameConfig) -> list[Player]:
     """Load policies by name or folder; equal names share one object, so that they are answered together."""
-    loaded = {name: policies.load(name, config) for name in names}
+    loaded = {name: policies.load(name, config) for name in dict.fromkeys(names)}
     return [loaded[name] for name in names]
 
 

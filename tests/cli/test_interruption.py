@@ -40,6 +40,13 @@ def test_a_signal_waits_for_a_safe_point_and_the_line_that_goes_on_is_named(numb
     assert f"go on with: {LINE}" in said
 
 
+def test_the_line_that_goes_on_calls_the_program_as_it_was_called(capsys, monkeypatch):
+    monkeypatch.setattr(report, "program", lambda: "./bin/swarm-pz")
+    with pytest.raises(SystemExit), goes_on_with("swarm-pz train --out runs/swarm-pz"):
+        raise KeyboardInterrupt
+    assert capsys.readouterr().err == "\nstopped\ngo on with: ./bin/swarm-pz train --out runs/swarm-pz\n"
+
+
 def send_two(reached):
     with goes_on_with(LINE), stops_at_safe_points():
         interrupt()
@@ -99,6 +106,8 @@ def test_the_handlers_are_put_back():
         (["--overwrite", "--seed", "1"], "swarm-pz train --seed 1 --resume --out 'my runs/a'"),
         (["--out", "elsewhere", "--resume"], "swarm-pz train --resume --out 'my runs/a'"),
         (["--out=elsewhere"], "swarm-pz train --resume --out 'my runs/a'"),
+        (["--no-resume", "--no-overwrite", "--games", "2"], "swarm-pz train --games 2 --resume --out 'my runs/a'"),
+        (["--opponents", "a b", "--out"], "swarm-pz train --opponents 'a b' --resume --out 'my runs/a'"),
     ],
 )
 def test_the_line_that_goes_on_has_the_settings_and_the_folder(given, line):

@@ -55,3 +55,25 @@ def test_a_frozen_network_plays_the_same():
 def test_shapes_that_do_not_fit_are_refused(cells, width):
     with pytest.raises(ConfigError, match=r"action_cells must divide|width must be a multiple"):
         Actor((3, 10, 10), cells, width)
+
+
+def test_a_network_too_large_for_any_memory_is_refused_and_the_largest_is_not():
+    with pytest.raises(ConfigError, match="width times action_cells must be at most 2560, got 520 times 5"):
+        Actor((1, 10, 10), 5, 520)
+    with pytest.raises(ConfigError, match="got 64 times 50"):
+        Actor((1, 50, 50), 50, 64)
+    assert Actor((1, 10, 10), 10, 256).head.weight.shape == (1, 32, 1, 1)
+
+
+def test_the_plane_beside_the_board_tells_how_far_from_the_centre_each_cell_is():
+    edge = Actor((3, 5, 5), 5, 8).trunk.get_buffer("edge")[0, 0]
+    expected = [[max(abs(row - 2), abs(column - 2)) / 2 for column in range(5)] for row in range(5)]
+    torch.testing.assert_close(edge, torch.tensor(expected))
+
+
+@pytest.mark.parametrize(("inputs", "lifts"), [(32, True), (4, False)])
+def test_what_a_fresh_layer_gives_has_twice_the_variance_of_which_rectifying_leaves_half(inputs, lifts):
+    torch.manual_seed(0)
+    layer = GroupConv(inputs, 16, 3, lifts=lifts)
+    out = layer(torch.randn(8, inputs if lifts else 8 * inputs, 9, 9))
+    assert 1.6 < float(out.detach().var()) < 2.4

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,10 +11,10 @@ from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, Observati
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import ConfigError, PolicyError
 from swarm_pz.evaluation.match import play_match
-from swarm_pz.policies.lookahead import Lookahead
+from swarm_pz.policies import planner as module
+from swarm_pz.policies import scripted, zoo
 from swarm_pz.policies.planner import Planner, PlannerConfig
 from swarm_pz.policy import PrivilegedPolicy
-from swarm_pz.simulator import Simulator
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 SMALL = PlannerConfig(drone_steps=3_000, horizon=2.0)
@@ -42,74 +43,125 @@ def test_the_same_budget_and_seed_give_the_same_commands_and_the_game_is_left_al
     assert len(planner.milliseconds) == 2
 
 
-def test_answers_do_not_depend_on_the_batch():
-    batch = a_game()
-    together, alone = Planner(CONFIG, settings=SMALL), Planner(CONFIG, settings=SMALL)
-    together.reset([5, 6], np.arange(2))
-    alone.reset([6], np.array([1]))
-    both = batch.ask(together, np.array([0, 1]), np.arange(2))
-    np.testing.assert_array_equal(both[1], batch.ask(alone, np.array([1]), np.array([1]))[0])
+@pytest.mark.parametrize("model", [None, "ring"])
+def test_answers_do_not_depend_on_the_batch(model):
+    batch, rows, teams = a_game(), np.arange(2), np.array([1, 0])
+
+    def answer(rows):
+        planner = Planner(CONFIG, model, SMALL.replace(drone_steps=1))
+        planner.reset([5 + row for row in rows.tolist()], rows)
+        return batch.ask(planner, teams[rows], rows)
+
+    np.testing.assert_array_equal(answer(rows), np.concatenate([answer(rows[:1]), answer(rows[1:])]))
 
 
-def test_a_candidate_is_worth_what_the_simulator_says():
-    batch = a_game()
-    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=3_000, promise=0.0)
-    logs = lookahead.propose(batch.simulator.snapshot([0]), 0, None, np.random.default_rng(0))
-    worths = lookahead.try_out(batch.simulator.snapshot([0]), 0, logs, None)
-    for log, worth in zip(logs, worths, strict=True):
-        game = a_game()
-        game.simulator.command(0, np.stack([np.exp(log), np.ones((10, 10))]))
-        game.simulator.advance(60)
-        if game.simulator.sizes[0].min() > 0:
-            assert worth == pytest.approx(game.simulator.sizes[0, 0] / 8)
+@pytest.mark.parametrize("model", [None, "guess"])
+def test_a_new_game_owes_nothing_to_the_one_before(model):
+    config = GameConfig(drones_per_team=5, capture=CaptureConfig(enabled=False))
+    red, blue, only = np.array([0]), np.array([1]), np.zeros(1, int)
+
+    def play(planner, name, steps):
+        batch, opponent, sent = BatchEnv(config), policies.load(name, config), []
+        batch.reset([0])
+        planner.reset([1], only)
+        opponent.reset([2], only)
+        for _ in range(steps):
+            sent.append(batch.ask(planner, red, only))
+            batch.step(np.stack([sent[-1], batch.ask(opponent, blue, only)], axis=1))
+        return sent
+
+    fresh, used = (Planner(config, model, PlannerConfig(drone_steps=2_000)) for _ in range(2))
+    play(used, "ring", 6)
+    np.testing.assert_array_equal(play(fresh, "wavefront", 3), play(used, "wavefront", 3))
 
 
-@pytest.mark.parametrize("team", [0, 1])
-def test_a_modelled_opponent_sees_and_commands_its_own_side(team):
-    class Watching:
-        observation = ObservationConfig(channels=("own_positions",))
-        seen = ()
+class Slope:
+    """Stands in for a look ahead: the more a candidate asks for one cell, the better it is; and notes what is asked."""
 
-        def reset(self, seeds, rows):
-            pass
+    candidates, rounds = 20, 6
 
-        def act(self, observations, rows):
-            self.seen = (*self.seen, observations[0].copy())
-            commands = np.zeros((len(rows), 10, 10))
-            commands[:, 8, 1] = 1.0
-            return commands
+    def __init__(self, clock=None):
+        self.generator = np.random.default_rng(0)
+        self.tried, self.bred, self.last, self.clock = [], [], [], clock
 
-    batch, model = a_game(), Watching()
-    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=3_000, promise=0.0)
-    evenly = np.zeros((lookahead.candidates, 10, 10))
-    lookahead.try_out(batch.simulator.snapshot([0]), team, evenly, model)
-    assert len(model.seen) == 2
-    np.testing.assert_array_equal(model.seen[0], batch.observe(model.observation, 1 - team)[0])
-    targets = lookahead._trials.simulator.targets[0]
-    assert np.ptp(targets[team]) < 1e-12
-    assert targets[1 - team].argmax() == 81
+    def propose(self, game, team, last, generator):
+        self.last.append(last)
+        return -self.generator.random((self.candidates, 10, 10))
+
+    def breed(self, elites, spread, generator):
+        self.bred.append((elites, spread))
+        return -self.generator.random((self.candidates, 10, 10))
+
+    def try_out(self, game, team, candidates, model):
+        self.tried.append(candidates)
+        if self.clock:
+            self.clock.now += 0.01
+        return candidates[:, 3, 7]
 
 
-@pytest.mark.parametrize("team", [0, 1])
-def test_what_threatens_a_drone_is_the_opposing_field_where_it_is(team, monkeypatch):
-    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=3_000, promise=1.0)
-    positions = np.full((8, 2), 0.1)
-    positions[4 * team], positions[4 * (1 - team)] = (0.31, 0.71), (0.71, 0.31)
-    batch = BatchEnv(CONFIG)
-    batch.reset([0], scenario={"positions": positions})
-    lookahead._trials.simulator.restore(batch.simulator.snapshot([0]))
+def look_through(monkeypatch, slope, settings=SMALL):
+    monkeypatch.setattr(module, "Lookahead", lambda *_: slope)
+    batch, planner, only = a_game(), Planner(CONFIG, settings=settings), np.zeros(1, int)
+    planner.reset([5], only)
+    return [batch.ask(planner, only, only)[0] for _ in range(2)], planner
 
-    def worth(side, x, y):
-        field = np.zeros((lookahead.candidates, 2, 50, 50))
-        field[:, side, int(50 * y), int(50 * x)] = 1.0
-        field[:, 1 - side, 49, 0] = 100.0  # where nobody is: each side's field has a maximum of its own
-        monkeypatch.setattr(Simulator, "capture_field", field)
-        return lookahead._worth(team, 0)[0]
 
-    assert worth(1 - team, 0.31, 0.71) == pytest.approx(0.5 - 1 / 8)
-    assert worth(1 - team, 0.71, 0.31) == pytest.approx(0.5)
-    assert worth(team, 0.31, 0.71) == pytest.approx(0.5)
-    assert worth(team, 0.71, 0.31) == pytest.approx(0.5 + 1 / 8)
+def test_the_best_of_all_rounds_is_sent_and_the_best_tenth_of_each_has_offspring_ever_closer(monkeypatch):
+    slope = Slope()
+    sent, _ = look_through(monkeypatch, slope)
+    assert len(slope.tried) == 12 and len(slope.bred) == 10
+    assert [spread for _, spread in slope.bred] == 2 * [1.0, 0.5, 0.25, 0.125, 0.125]
+    for decision, answer in enumerate(sent):
+        tried = np.concatenate(slope.tried[6 * decision : 6 * decision + 6])
+        np.testing.assert_array_equal(answer, np.exp(tried[tried[:, 3, 7].argmax()]))
+    for (elites, _), candidates in zip(slope.bred[:5], slope.tried[:5], strict=True):
+        np.testing.assert_array_equal(elites, candidates[np.argsort(-candidates[:, 3, 7])[:2]])
+    assert slope.last[0] is None
+    np.testing.assert_allclose(np.exp(slope.last[1]), sent[0])
+
+
+@pytest.mark.parametrize(("milliseconds", "rounds"), [(5.0, 1), (29.0, 2), (30.5, 3), (200.5, 20)])
+def test_it_searches_on_as_long_as_another_round_would_fit_and_notes_how_long_it_took(
+    monkeypatch, milliseconds, rounds
+):
+    class Clock:
+        now = 0.0
+
+        def perf_counter(self):
+            return self.now
+
+    clock = Clock()
+    slope = Slope(clock)
+    monkeypatch.setattr(module, "time", clock)
+    _, planner = look_through(monkeypatch, slope, SMALL.replace(milliseconds=milliseconds))
+    assert len(slope.tried) == 2 * rounds
+    assert planner.milliseconds == pytest.approx(2 * [10.0 * rounds])
+
+
+def test_its_settings_reach_the_search(monkeypatch):
+    given = []
+    monkeypatch.setattr(module, "Lookahead", lambda *args: given.append(args))
+    Planner(CONFIG, "ring", PlannerConfig(drone_steps=7_000, horizon=1.5, promise=0.25))
+    Planner(CONFIG)
+    assert given == [(CONFIG, 1.5, 7_000, 0.25), (CONFIG, 3.0, 200_000, 0.5)]
+    assert PlannerConfig().milliseconds is None
+
+
+def test_it_is_called_by_its_model():
+    assert [policies.load(name, CONFIG).name for name in ("planner", "planner:ring", "planner:guess")] == [
+        "planner",
+        "planner:ring",
+        "planner:guess",
+    ]
+
+
+def test_it_guesses_among_the_own_tactics_learned_ones_first(monkeypatch):
+    asked = []
+    monkeypatch.setattr(module, "load", lambda name, config: asked.append((name, config)))
+    Planner(CONFIG, "guess", SMALL)
+    learned = sorted(path.parent.name for path in Path(zoo.__file__).parent.glob("*/policy.json"))
+    scripts = sorted(script.__name__ for script in scripted.SCRIPTS)
+    assert asked == [(name, CONFIG) for name in (*learned, *scripts)]
 
 
 def test_it_beats_uniform_coverage_quickly():
@@ -132,20 +184,23 @@ def test_it_may_know_the_opponents_policy():
         policies.load("planner:rign")
 
 
-@pytest.mark.parametrize("name", ["ring", "halo", "evade"])
-def test_it_finds_out_who_the_opponent_is(name):
+@pytest.mark.parametrize(("name", "team"), [("ring", 0), ("halo", 1), ("evade", 1)])
+def test_it_finds_out_who_the_opponent_is_and_no_odd_command_misleads_it(name, team):
     config = GameConfig(time_limit=60.0)
     planner = Planner(config, "guess", PlannerConfig(drone_steps=1))
     batch = BatchEnv(config)
     opponent = policies.load(name, config)
     batch.reset([3])
-    only, red, blue = np.zeros(1, int), np.zeros(1, int), np.ones(1, int)
+    only, own, other = np.zeros(1, int), np.array([team]), np.array([1 - team])
     planner.reset([5], only)
     opponent.reset([6], only)
-    for _ in range(4):
-        commands = np.stack([batch.ask(planner, red, only), batch.ask(opponent, blue, only)], axis=1)
+    for step in range(6):
+        commands = np.ones((1, 2, 10, 10))
+        commands[0, team] = batch.ask(planner, own, only)
+        answer = batch.ask(opponent, other, only)
+        commands[0, 1 - team] = answer if step < 5 else 1.0
         batch.step(commands)
-    assert planner._explain(planner._bench(config), batch.simulator.snapshot([0]), 0, 0).name == name
+    assert planner._explain(planner._bench(config), batch.simulator.snapshot([0]), team, 0).name == name
 
 
 def test_a_wall_clock_budget_is_kept():

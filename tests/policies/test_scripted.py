@@ -1,5 +1,10 @@
 from __future__ import annotations
 
+import math
+import os
+import pickle
+import runpy
+
 import numpy as np
 import pytest
 
@@ -77,6 +82,27 @@ def test_unknown_names_list_the_nearest():
 
 def test_all_scripts_have_a_name():
     assert set(NAMES) <= set(policies.names())
+    assert policies.names() == sorted(policies.names())
+    assert len(NAMES) == len(set(NAMES)) == 12
+
+
+def test_a_policy_is_made_for_the_game_that_is_named_or_else_for_the_papers():
+    only = np.zeros(1, int)
+    for config, cells in ((None, 10), (GameConfig(command_cells=6), 6)):
+        player = policies.load("uniform", config)
+        player.reset([0], only)
+        assert player.act(np.zeros((1, 1, 10, 10), np.uint8), only).shape == (1, cells, cells)
+
+
+@pytest.mark.parametrize("given", [None, "7"])
+def test_workers_of_torch_wait_only_shortly_unless_somebody_has_said_how_long(given, monkeypatch):
+    if given is None:
+        monkeypatch.delenv("GOMP_SPINCOUNT", raising=False)
+    else:
+        monkeypatch.setenv("GOMP_SPINCOUNT", given)
+    runpy.run_path(policies.__file__)
+    assert os.environ["GOMP_SPINCOUNT"] == (given or "1000")
+    monkeypatch.delenv("GOMP_SPINCOUNT")
 
 
 def test_ring_surrounds_the_opponents():
@@ -128,6 +154,133 @@ def test_a_wave_ends_at_the_other_side_and_begins_anew():
     covered = [(policy.act(images, only)[0] > 0.5).sum() // 10 for _ in range(13)]
     assert covered[:5] == [covered[0]] * 5 and covered == [*sorted(covered[:12]), covered[0]]
     assert covered[0] <= 3 and covered[11] >= 9
+
+
+def asked_for(x, y, place, step):
+    """Return what scripts ask for at a cell where the opponents are at a place: their formulas, written anew."""
+
+    def ring(px, py, width=0.08):
+        return math.exp(-(((math.hypot(x - px, y - py) - 0.25) / width) ** 2))
+
+    def disc(px, py):
+        return math.exp(-((x - px) ** 2 + (y - py) ** 2) / (2 * 0.1**2))
+
+    px, py = place
+    front = 0.25 + 0.75 * min(max((step % 12 - 4) / 8, 0), 1)
+    return {
+        "centre": disc(0.5, 0.5),
+        "chase": disc(px, py),
+        "corners": max(disc(at_x, at_y) for at_x in (0.1, 0.9) for at_y in (0.1, 0.9)),
+        "evade": math.exp(8 * math.hypot(x - px, y - py)),
+        "halo": ring(0.5, 0.5, 0.15),
+        "lasso": ring(0.5 + 0.3 * (px - 0.5), 0.5 + 0.3 * (py - 0.5), 0.15),
+        "ring": ring(px, py),
+        "uniform": 1.0,
+        "wavefront": 1 / (1 + math.exp(((x if px > 0.5 else 1 - x) - front) / 0.03)),
+    }
+
+
+def test_scripts_ask_for_what_their_formulas_say():
+    drones, rows = {3: (20, 6), 1: (4, 17)}, np.array([3, 1])
+    images = np.zeros((2, 1, 25, 25), np.uint8)
+    for place, (column, line) in enumerate(drones.values()):
+        images[place, 0, line, column] = 64
+    players = {name: policies.load(name) for name in asked_for(0, 0, (0, 0), 0)}
+    for player in players.values():
+        player.reset([0, 1], rows)
+    cells = (np.arange(10) + 0.5) / 10
+    for step in range(14):
+        expected = [
+            [[asked_for(x, y, ((column + 0.5) / 25, (line + 0.5) / 25), step) for x in cells] for y in cells]
+            for column, line in drones.values()
+        ]
+        for name, player in players.items():
+            answers = player.act(images, rows)
+            wanted = np.array([[[cell[name] for cell in line] for line in game] for game in expected])
+            wanted /= wanted.max(axis=(1, 2), keepdims=True)
+            np.testing.assert_allclose(answers, wanted, atol=1e-9, err_msg=f"{name} at step {step}")
+
+
+def test_scripts_that_draw_do_so_from_the_stream_of_the_game():
+    cells = (np.arange(10) + 0.5) / 10
+
+    def ring_somewhere(stream):
+        place = stream.random(2)
+        return np.array([[asked_for(x, y, place, 0)["ring"] for x in cells] for y in cells])
+
+    images, rows = np.zeros((2, 1, 10, 10), np.uint8), np.array([4, 2])
+    for name, draw in (("noise", lambda stream: stream.random((10, 10))), ("blind_ring", ring_somewhere)):
+        player = policies.load(name)
+        player.reset([8, 9], rows)
+        streams = [np.random.default_rng(seed) for seed in (8, 9)]
+        for _ in range(3):
+            wanted = np.stack([draw(stream) for stream in streams])
+            wanted /= wanted.max(axis=(1, 2), keepdims=True)
+            np.testing.assert_allclose(player.act(images, rows), wanted, atol=1e-9)
+
+
+def test_restless_is_uniform_but_for_a_trace_that_is_always_new():
+    player, only = policies.load("restless"), np.zeros(1, int)
+    player.reset([0], only)
+    images = np.zeros((1, 1, 10, 10), np.uint8)
+    first, second = player.act(images, only), player.act(images, only)
+    assert 0.999 < first.min() < 0.9999 and not np.array_equal(first, second)
+
+
+@pytest.mark.parametrize("make", [*SCRIPTS, *HELD_OUT], ids=lambda make: make.__name__)
+def test_a_game_that_begins_anew_is_played_as_the_first_one_and_the_others_go_on(make):
+    together, alone, rows = make(GameConfig()), make(GameConfig()), np.arange(2)
+    seat = together.observation
+    images = boards(np.random.default_rng(1), 17, (2, len(seat.channels), seat.grid, seat.grid))
+    alone.reset([5, 6], rows)
+    together.reset([3, 6], rows)
+    first = [alone.act(image, rows)[0] for image in images]
+    for image in images:
+        together.act(image, rows)
+    together.reset([5], rows[:1])
+    for image, answer in zip(images, first, strict=True):
+        again = together.act(image, rows)
+        np.testing.assert_array_equal(again[0], answer)
+        np.testing.assert_array_equal(again[1], alone.act(image, rows)[1])
+
+
+def test_a_game_keeps_its_traits_and_draws_numbers_of_its_own():
+    seen, rows = [], np.arange(2)
+
+    @tactic(sees=("time_left",))
+    def nothing(view):
+        seen.append((view.steps.tolist(), view.traits.copy(), view.random()))
+        return np.zeros((2, 10, 10))
+
+    policy = nothing(GameConfig())
+    policy.reset(np.random.SeedSequence(5).spawn(2), rows)
+    for _ in range(2):
+        assert not policy.act(np.zeros((2, 1, 10, 10), np.uint8), rows).any()  # who asks for nothing gets that
+    (steps, traits, first), (next_steps, still, second) = seen
+    assert (steps, next_steps) == ([0, 0], [1, 1])
+    np.testing.assert_array_equal(traits, still)
+    drawn = np.concatenate([numbers.ravel() for numbers in (traits, first, second)])
+    assert len(np.unique(drawn)) == len(drawn)
+
+
+def test_a_view_gives_the_channel_that_is_asked_for_and_refuses_others():
+    sees = ("own_positions", "time_left", "opposing_positions")
+    images = np.zeros((1, 3, 10, 10), np.uint8)
+    images[0, 0, 2, 8], images[0, 1], images[0, 2, 7, 1] = 64, 9, 64
+    view = View(images, sees, 10, np.zeros(1, int), [], np.zeros((1, 0)))
+    for place, channel in enumerate(sees):
+        np.testing.assert_array_equal(view[channel], images[:, place])
+    np.testing.assert_allclose(view.mean_position("own"), [[0.85, 0.25]])
+    np.testing.assert_allclose(view.mean_position("opposing"), [[0.15, 0.75]])
+    with pytest.raises(PolicyError, match=r"looks at 'own_target' but sees only .*: add it to `sees`"):
+        view["own_target"]
+    with pytest.raises(PolicyError, match="side must be 'own' or 'opposing', got 'red'"):
+        view.mean_position("red")
+
+
+@pytest.mark.parametrize("made", [*SCRIPTS, *HELD_OUT], ids=lambda made: made.__name__)
+def test_a_tactic_is_pickled_by_its_name(made):
+    assert pickle.loads(pickle.dumps(made)) is made  # noqa: S301
 
 
 def test_a_tactic_that_says_nothing_about_what_it_sees_needs_no_parentheses():

@@ -14,6 +14,7 @@ from swarm_pz.errors import CheckpointError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import zoo
 from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.policy import about
 from swarm_pz.training.config import TrainConfig
 
 FOLDER = Path(zoo.__file__).parent
@@ -32,6 +33,7 @@ def test_every_tactic_has_a_name_and_a_card_and_wins_what_that_says(name):
     assert {path.name for path in (FOLDER / name).iterdir()} == {"policy.json", "policy.safetensors"}
     card = json.loads((FOLDER / name / "policy.json").read_text())
     assert card["about"].endswith(".")
+    assert about(name) == card["about"].splitlines()[0]
     assert card["command"].startswith("swarm-pz ")
     assert card["steps"] > 0
     assert card["seconds"] > 0
@@ -45,9 +47,10 @@ def test_every_tactic_has_a_name_and_a_card_and_wins_what_that_says(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_tactic_plays_at_any_size(name):
-    config = GameConfig(drones_per_team=(1, 19), time_limit=5.0)
-    assert play_match(name, "ring", games=2, config=config).summary()["games"] == 2
+def test_a_tactic_plays_at_any_size_whether_it_is_named_or_its_folder_is(name):
+    config = GameConfig(drones_per_team=(1, 19), time_limit=5.0, command_cells=6)
+    for found in (name, str(FOLDER / name)):
+        assert play_match(found, "ring", games=2, config=config).summary()["games"] == 2
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -63,3 +63,34 @@ def test_where_one_game_begins_the_others_are_stored_with_whom_they_play():
     assert met(again) == met(env) == [["uniform", "uniform"], ["noise", "uniform"]]
     for one in (env, again):
         one.close()
+
+
+def test_no_more_actions_are_kept_than_the_oldest_unfinished_game_has_had():
+    env = make()
+    env.seed(3)
+    env.reset()
+    for _ in range(12):
+        step(env)
+        _, arrays = env.state()
+        assert len(arrays["actions"]) == env.ages.max() <= 5
+    env.close()
+
+
+def test_games_that_came_out_sooner_here_start_afresh():
+    calm = GAME.replace(capture=CaptureConfig(enabled=False))
+
+    def make_calm(cycles):
+        return InFlight(SwarmVecEnv(calm, 2, opponent="noise", max_cycles=cycles), ["noise"])
+
+    env, again = make_calm(5), make_calm(3)
+    env.seed(3)
+    env.reset()
+    for _ in range(4):
+        step(env)
+    observations, same = again.take_up(*env.state(), lambda seat, game: policies.load(seat.name, game))
+    assert not same
+    assert again.ages.tolist() == [0, 0]
+    assert observations[:, -1].min() == 255  # all of their time is left
+    assert [step(again)[2].tolist() for _ in range(3)] == [[False] * 2, [False] * 2, [True] * 2]
+    for one in (env, again):
+        one.close()

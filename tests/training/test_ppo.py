@@ -339,11 +339,3 @@ def test_learning_finds_the_place_that_is_rewarded():
     model.learn(64 * 20 * 25)
     after = mean_closeness()
     assert after > before + 0.1
-
-
-def test_the_settings_reach_the_algorithm(tmp_path):
-    config = TINY.replace(epochs=3, gamma=0.5, gae_lambda=0.6, clip_range=0.3, entropy=0.01, learning_rate=0.002)
-    model = Training(config, tmp_path, say=quiet).model
-    assert (model.n_steps, model.batch_size, model.n_epochs) == (config.rollout, config.batch_size, 3)
-    assert (model.gamma, model.gae_lambda, model.clip_range(1.0), model.ent_coef) == (0.5, 0.6, 0.3, 0.01)
-    assert model.lr_schedule(1.0) == pytest.approx(0.002)

@@ -1,0 +1,147 @@
+"""What ``train`` and ``league`` pass on, and what they leave behind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from swarm_pz.cli import learn, main
+from swarm_pz.config import GameConfig
+from swarm_pz.policies.scripted import SCRIPTS
+from swarm_pz.training.config import LeagueConfig, TrainConfig
+
+OUT = Path("runs/mine")
+
+
+class Trained:
+    """A policy that notes where it is written, and with what."""
+
+    name = "mine"
+
+    def __init__(self, given, results=None):
+        self.given, self.results = given, results
+
+    def with_results(self, results):
+        return Trained(self.given, results)
+
+    def write(self, folder):
+        self.given["written"] = (folder, self.results)
+
+
+def stand_in(given, **more):
+    """Return what takes the place of a run: it notes what it is begun with, and is at its end at once."""
+
+    def begin(*args, **options):
+        assert options.pop("say").func is print
+        given["begun"] = (args, options)
+        policy = Trained(given)
+        return SimpleNamespace(
+            history="history", is_finished=False, untrained=lambda: "untrained",
+            run=lambda asked: given.update(asked=asked()) or policy, **more,
+        )  # fmt: skip
+
+    return begin
+
+
+def match(opponent):
+    return SimpleNamespace(
+        policy="mine", opponent=opponent, summary=lambda: {"against": opponent},
+        write=lambda path, command: Path(path).parent.mkdir(parents=True, exist_ok=True)
+        or Path(path).write_text(command),
+    )  # fmt: skip
+
+
+@pytest.fixture
+def given():
+    return {}
+
+
+@pytest.mark.parametrize("more", [[], ["--overwrite"], ["--resume"]])
+def test_train_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more):
+    def compare(*args, **options):
+        given["compared"] = (args, options)
+        baseline = SimpleNamespace(match=match("uniform"), difference=0.25, low=-0.125, high=0.5)
+        return match("uniform"), [baseline]
+
+    def film(*args, progress, **options):
+        given["filmed"] = (args, options)
+        return "won in no time"
+
+    monkeypatch.setattr("swarm_pz.training.ppo.Training", stand_in(given))
+    monkeypatch.setattr("swarm_pz.training.report.compare", compare)
+    monkeypatch.setattr("swarm_pz.training.report.plot_learning_curve", lambda *args: given.update(curve=args))
+    monkeypatch.setattr("swarm_pz.analysis.video.film_game", film)
+    monkeypatch.setattr(learn.tables, "print_matches", lambda matches: given.update(shown=len(matches)))
+    words = ["--out", str(OUT), "--games", "6", "--threads", "3", "--seed", "4", "--opponents", "ring", "noise", *more]
+    main(["train", *words, "--game.drones-per-team", "3"])
+    game = TrainConfig().game.replace(drones_per_team=3)
+    config = TrainConfig(game=game, threads=3, seed=4, opponents=("ring", "noise"))
+    command = " ".join(["swarm-pz train", *words, "--game.drones-per-team 3"])
+    settings = {"resume": "--resume" in more, "overwrite": "--overwrite" in more, "command": command}
+    assert given["begun"] == ((config, OUT), settings)
+    assert given["asked"] is False
+    assert given["curve"] == ("history", "ring", OUT / "learning_curve.png")
+    (trained, *others), options = given["compared"]
+    assert isinstance(trained, Trained)
+    assert (others, options) == (["untrained", game], {"games": 6, "seed": 0, "threads": 3})
+    assert given["written"] == (OUT, {"against": "uniform"})
+    assert (OUT / "evaluation.json").read_text() == command
+    (trained, *others), options = given["filmed"]
+    assert isinstance(trained, Trained)
+    assert (others, options) == (["uniform", OUT / "game.mp4"], {"config": game, "seed": 1, "speed": 4.0})
+    assert given["shown"] == 2
+    printed = capsys.readouterr().out
+    assert f"rules: {game.rules_hash}\n" in printed
+    assert "training for 3,000,000 steps in runs/mine (Ctrl-C stops, --resume goes on)" in printed
+    assert "+0.250 (95 % interval -0.125 to +0.500)" in printed
+    assert f"one game, won in no time: {OUT / 'game.mp4'}" in printed
+
+
+@pytest.mark.parametrize("more", [[], ["--overwrite"], ["--resume"]])
+def test_league_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more):
+    played = []
+
+    def play_match(policy, opponent, **options):
+        played.append((policy.name, opponent.name, options))
+        return match(opponent.name)
+
+    begin = stand_in(given, main=SimpleNamespace(is_finished=False))
+    monkeypatch.setattr("swarm_pz.training.selfplay.League", begin)
+    monkeypatch.setattr("swarm_pz.evaluation.match.play_match", play_match)
+    shown = []
+    monkeypatch.setattr(learn.tables, "print_opponents", lambda matches, title: shown.append((len(matches), title)))
+    words = ["--out", str(OUT), "--games", "6", "--seats", "5", "--learner.threads", "3", *more]
+    main(["league", *words, "--learner.game.drones-per-team", "3"])
+    game = TrainConfig().game.replace(drones_per_team=3)
+    config = LeagueConfig(learner=TrainConfig(game=game, threads=3), seats=5)
+    command = " ".join(["swarm-pz league", *words, "--learner.game.drones-per-team 3"])
+    settings = {"resume": "--resume" in more, "overwrite": "--overwrite" in more, "command": command}
+    assert given["begun"] == ((config, OUT), settings)
+    names = [script.__name__ for script in SCRIPTS]
+    assert played == [("mine", name, {"games": 6, "config": game, "threads": 3}) for name in names]
+    assert given["written"] == (OUT, {name: {"against": name} for name in names})
+    assert shown == [(len(names), "mine against the scripts")]
+    printed = capsys.readouterr().out
+    assert f"rules: {game.rules_hash}\n" in printed
+    assert "training for 3,000,000 steps in runs/mine" in printed and printed.endswith("policy: runs/mine\n")
+
+
+def test_without_settings_the_defaults_are_played(given, monkeypatch):
+    class EnoughError(Exception):
+        pass
+
+    def begin(*args, **options):
+        given["begun"] = args
+        raise EnoughError
+
+    monkeypatch.setattr("swarm_pz.training.ppo.Training", begin)
+    with pytest.raises(EnoughError):
+        main(["train"])
+    assert given["begun"] == (TrainConfig(), Path("runs/first"))
+    monkeypatch.setattr("swarm_pz.training.selfplay.League", begin)
+    with pytest.raises(EnoughError):
+        main(["league"])
+    assert given["begun"] == (LeagueConfig(), Path("runs/league"))
+    assert TrainConfig().game == GameConfig(observation=TrainConfig().game.observation)

@@ -1,0 +1,191 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import CaptureConfig, ObservationConfig
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.policies.lookahead import Lookahead
+from swarm_pz.simulator import Simulator
+from tests.policies.test_planner import CONFIG, a_game
+
+
+@pytest.mark.parametrize(
+    ("drone_steps", "horizon", "candidates", "rounds"),
+    [(1, 2.0, 4, 1), (3_000, 2.0, 18, 1), (10_240, 2.0, 64, 1), (10_240, 1.0, 64, 2), (32_000, 2.0, 64, 3)],
+)
+def test_a_budget_buys_candidates_and_then_rounds(drone_steps, horizon, candidates, rounds):
+    lookahead = Lookahead(CONFIG, horizon, drone_steps, promise=0.5)  # eight drones, ten solves a second
+    assert (lookahead.candidates, lookahead.rounds) == (candidates, rounds)
+
+
+def two_camps():
+    """Return a game with red at one place and blue at another."""
+    batch = BatchEnv(CONFIG)
+    batch.reset([0], scenario={"positions": np.repeat([[0.2, 0.3], [0.85, 0.6]], 4, axis=0)})
+    return batch.simulator.snapshot([0])
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_candidates_begin_with_the_last_command_and_simple_tactics_around_the_opponents(team):
+    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=10_240, promise=0.0)
+    last = np.linspace(-9.0, -1.0, 100).reshape(10, 10)
+    x, y = [(0.85, 0.6), (0.2, 0.3)][team]
+
+    def ring(px, py, radius, width):
+        return [
+            [-(((math.hypot((c + 0.5) / 10 - px, (r + 0.5) / 10 - py) - radius) / width) ** 2) for c in range(10)]
+            for r in range(10)
+        ]
+
+    first = [last, np.zeros((10, 10)), ring(0.5, 0.5, 0.25, 0.15), ring(x, y, 0.25, 0.08), ring(x, y, 0.15, 0.08)]
+    first = np.array([np.maximum(np.subtract(logs, np.max(logs)), -4.0) for logs in first])
+    for previous, expected in ((last, first), (None, first[1:])):
+        proposed = lookahead.propose(two_camps(), team, previous, np.random.default_rng(0))
+        assert proposed.shape == (64, 10, 10)
+        np.testing.assert_allclose(proposed[: len(expected)], expected, atol=1e-4)
+        np.testing.assert_array_equal(proposed.max(axis=(1, 2)), 0.0)
+        assert proposed.min() == -4.0
+        assert len({logs.tobytes() for logs in proposed}) == 64
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_more_mixtures_are_near_the_opponents_than_near_the_own_drones(team):
+    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=10_240, promise=0.0)
+    masses = np.zeros((10, 10))
+    for seed in range(30):
+        proposed = np.exp(lookahead.propose(two_camps(), team, None, np.random.default_rng(seed))[4:])
+        masses += (proposed / proposed.sum(axis=(1, 2), keepdims=True)).sum(axis=0)
+    near = [masses[1:5, :4].sum(), masses[4:8, 6:].sum()]
+    assert near[1 - team] > 1.2 * near[team]
+
+
+def test_offspring_is_between_pairs_of_elites_and_around_them():
+    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=10_240, promise=0.0)
+    one, other = np.random.default_rng(0).uniform(-1.5, -0.5, (2, 10, 10))
+    one[0, 0] = other[0, 0] = 0.0
+
+    def bred(spread):
+        return lookahead.breed(np.stack([one, other]), spread, np.random.default_rng(1))
+
+    plain, near, far = bred(0.0), bred(0.05), bred(0.1)
+    shares = ((plain - other) * (one - other)).sum(axis=(1, 2)) / ((one - other) ** 2).sum()
+    np.testing.assert_allclose(plain, other + shares[:, None, None] * (one - other), atol=1e-12)
+    assert shares.min() == pytest.approx(0.0) and shares.max() == pytest.approx(1.0)
+    assert 10 < np.count_nonzero((shares > 1e-6) & (shares < 1 - 1e-6)) < 54
+
+    def moved(children):  # each has 0 as its largest value
+        shift = children - plain
+        return shift - shift.mean(axis=(1, 2), keepdims=True)
+
+    np.testing.assert_allclose(moved(far), 2.0 * moved(near), atol=1e-12)
+    assert 0.03 < moved(far).std() < 0.12
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_a_modelled_opponent_is_asked_once_a_second_and_begins_anew_at_every_trial(team, monkeypatch):
+    class Counting:
+        observation = ObservationConfig(channels=("own_positions",))
+
+        def __init__(self):
+            self.asked = []
+
+        def reset(self, seeds, rows):
+            self.asked.append(("reset", rows.tolist()))
+
+        def act(self, observations, rows):
+            self.asked.append(("act", rows.tolist()))
+            return np.ones((len(rows), 10, 10))
+
+    config = CONFIG.replace(capture=CaptureConfig(enabled=False))
+    lookahead, model, began = Lookahead(config, 2.5, 1, promise=0.0), Counting(), []
+    monkeypatch.setattr(lookahead, "_worth", lambda side, start: began.append((side, start)))
+    batch = BatchEnv(config, 2)
+    batch.reset([0, 1])
+    for _ in range(2):
+        batch.step(np.ones((2, 2, 10, 10)))
+    for _ in range(2):
+        lookahead.try_out(batch.simulator.snapshot([1]), team, np.zeros((4, 10, 10)), model)
+    everybody = list(range(4))
+    assert model.asked == 2 * [("reset", everybody), *3 * [("act", everybody)]]
+    assert lookahead._trials.simulator.games.ticks.tolist() == 4 * [60 + 75]
+    assert began == 2 * [(team, 60)]
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_a_win_is_worth_more_the_sooner_it_comes_and_a_defeat_less(team, monkeypatch):
+    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=1, promise=0.0)
+    simulator = lookahead._trials.simulator
+    simulator.restore(two_camps())
+    own = np.array([8, 8, 0, 3])
+    sizes = np.empty((4, 2), np.int64)
+    sizes[:, team], sizes[:, 1 - team] = own, 8 - own
+    monkeypatch.setattr(Simulator, "sizes", sizes)
+    simulator.games.ticks[:] = [90, 120, 120, 150]
+    np.testing.assert_allclose(lookahead._worth(team, 90), [1 + 1.5, 1 + 1.25, -1.25, 3 / 8])
+
+
+def test_a_candidate_is_worth_what_the_simulator_says():
+    batch = a_game()
+    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=3_000, promise=0.0)
+    logs = lookahead.propose(batch.simulator.snapshot([0]), 0, None, np.random.default_rng(0))
+    worths = lookahead.try_out(batch.simulator.snapshot([0]), 0, logs, None)
+    for log, worth in zip(logs, worths, strict=True):
+        game = a_game()
+        game.simulator.command(0, np.stack([np.exp(log), np.ones((10, 10))]))
+        game.simulator.advance(60)
+        if game.simulator.sizes[0].min() > 0:
+            assert worth == pytest.approx(game.simulator.sizes[0, 0] / 8)
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_a_modelled_opponent_sees_and_commands_its_own_side(team):
+    class Watching:
+        observation = ObservationConfig(channels=("own_positions",))
+        seen = ()
+
+        def reset(self, seeds, rows):
+            pass
+
+        def act(self, observations, rows):
+            self.seen = (*self.seen, observations[0].copy())
+            commands = np.zeros((len(rows), 10, 10))
+            commands[:, 8, 1] = 1.0
+            return commands
+
+    batch, model = a_game(), Watching()
+    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=3_000, promise=0.0)
+    evenly = np.zeros((lookahead.candidates, 10, 10))
+    lookahead.try_out(batch.simulator.snapshot([0]), team, evenly, model)
+    assert len(model.seen) == 2
+    np.testing.assert_array_equal(model.seen[0], batch.observe(model.observation, 1 - team)[0])
+    targets = lookahead._trials.simulator.targets[0]
+    assert np.ptp(targets[team]) < 1e-12
+    assert targets[1 - team].argmax() == 81
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_what_threatens_a_drone_is_the_opposing_field_where_it_is(team, monkeypatch):
+    config = CONFIG.replace(capture=CaptureConfig(threshold=0.6))
+    lookahead = Lookahead(config, horizon=2.0, drone_steps=3_000, promise=1.0)
+    positions = np.full((8, 2), 0.1)
+    positions[4 * team], positions[4 * (1 - team)] = (0.31, 0.71), (0.71, 0.31)
+    batch = BatchEnv(config)
+    batch.reset([0], scenario={"positions": positions})
+    lookahead._trials.simulator.restore(batch.simulator.snapshot([0]))
+
+    def worth(side, x, y, value=1.0):
+        field = np.zeros((lookahead.candidates, 2, 50, 50))
+        field[:, side, int(50 * y), int(50 * x)] = value
+        field[:, side, 49, 49] = 1.0
+        field[:, 1 - side, 49, 0] = 100.0  # where nobody is: each side's field has a maximum of its own
+        monkeypatch.setattr(Simulator, "capture_field", field)
+        return lookahead._worth(team, 0)[0]
+
+    assert worth(1 - team, 0.31, 0.71) == pytest.approx(0.5 - 1 / 8)
+    assert worth(1 - team, 0.71, 0.31) == pytest.approx(0.5)
+    assert worth(team, 0.31, 0.71) == pytest.approx(0.5)
+    assert worth(team, 0.71, 0.31) == pytest.approx(0.5 + 1 / 8)
+    assert worth(1 - team, 0.31, 0.71, 0.3) == pytest.approx(0.5 - (0.3 / 0.6) ** 2 / 8)
