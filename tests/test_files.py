@@ -46,3 +46,12 @@ def test_errors_of_the_system_are_words():
     assert explain(IsADirectoryError(21, "Is a directory", "here")) == "is a directory: 'here'"
     assert explain(OSError("odd")) == "odd"
     assert explain(OSError()) == "oserror"
+
+
+def test_a_file_that_is_read_only_is_named_before_the_work(tmp_path, monkeypatch):
+    path = tmp_path / "a.txt"
+    path.write_text("kept")
+    monkeypatch.setattr("os.access", lambda place, mode: place != path)
+    with pytest.raises(OutputError, match=r"a.txt': the file is read-only"), draft_of(path):
+        raise AssertionError("the work has begun")
+    assert path.read_text() == "kept"

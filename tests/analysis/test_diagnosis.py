@@ -6,12 +6,15 @@ import math
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
 from swarm_pz.analysis.diagnosis import WINDOW_S, Diagnosis, diagnose, plot
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import RenderError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.rollout import Rollout
+from swarm_pz.rendering.board import TEAM_COLOURS
 from tests import reference
 
 
@@ -63,12 +66,28 @@ def test_the_metrics_are_those_of_the_true_past_and_of_its_end(diagnosis):
     np.testing.assert_allclose(diagnosis.metric[1:window], diagnosis.latest_metric[1:window])
 
 
+CURVES = {
+    "sizes": "sizes",
+    "captures": "captures",
+    "recaptures": "recaptures",
+    "ergodic_metric": "metric",
+    "latest_ergodic_metric": "latest_metric",
+    "command_entropy_bits": "entropy_bits",
+    "command_effective_share": "effective_share",
+}
+
+
 def test_json_holds_every_curve_and_no_nan(diagnosis):
     plain = json.loads(json.dumps(diagnosis.to_dict(), allow_nan=False))
     assert plain["ergodic_metric"]["red"][0] is None
     assert plain["sizes"]["blue"] == diagnosis.sizes[:, 1].tolist()
     curves = [name for name, value in plain.items() if isinstance(value, dict)]
-    assert len(curves) == 7
+    assert curves == list(CURVES)
+    for name, attribute in CURVES.items():
+        for place, team in enumerate(("red", "blue")):
+            values = np.array(plain[name][team], float)
+            np.testing.assert_allclose(values, getattr(diagnosis, attribute)[:, place], atol=1e-8, err_msg=name)
+    assert plain["window_s"] == WINDOW_S and plain["config_hash"] == GameConfig().hash
     assert all(len(plain[name][team]) == len(plain["times_s"]) for name in curves for team in ("red", "blue"))
 
 
@@ -113,3 +132,39 @@ def test_a_game_is_drawn_to_its_deciding_tick(tmp_path):
 def test_a_game_of_no_length_is_refused(seconds):
     with pytest.raises(RenderError, match="seconds must be a number above 0"):
         diagnose("ring", "uniform", seconds=seconds)
+
+
+def test_how_far_a_game_is_can_be_shown():
+    told = []
+    diagnose("ring", "uniform", seconds=2.5, progress=told.append)
+    assert told == [1.0, 2.0, 3.0]
+
+
+def test_every_panel_shows_its_curves_in_their_teams_colours(diagnosis, tmp_path, monkeypatch):
+    drawn, save = [], Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda figure, *given, **how: drawn.append(figure) or save(figure, *given))
+    again = diagnosis.captures * [1, 0] * (diagnosis.times[:, None] > 4.0)
+    shown = dataclasses.replace(diagnosis, recaptures=again)
+    assert again.any()
+    plot(shown, tmp_path / "game.png")
+    sizes, captures, metric, command = drawn[0].axes
+    for team, name in enumerate(("red: ring", "blue: uniform")):
+        colour = np.array(TEAM_COLOURS[team]) / 255
+        size, latest, share = (axes.lines[team] for axes in (sizes, metric, command))
+        assert size.get_label() == name
+        for line in (size, latest, share):
+            np.testing.assert_allclose(to_rgb(line.get_color()), colour)
+        np.testing.assert_array_equal(size.get_ydata(), diagnosis.sizes[:, team])
+        np.testing.assert_array_equal(latest.get_ydata(), diagnosis.latest_metric[:, team])
+        np.testing.assert_array_equal(share.get_ydata(), diagnosis.effective_share[1:, team])
+        np.testing.assert_array_equal(share.get_xdata(), diagnosis.times[1:])
+        taken = captures.collections[team]
+        up, some = (1, -1)[team], diagnosis.captures[:, team] > 0
+        np.testing.assert_allclose(taken.get_colors()[0][:3], colour)
+        ends = np.array(taken.get_segments()).reshape(-1, 2, 2)
+        np.testing.assert_allclose(ends[:, 0], np.stack([diagnosis.times[some], 0 * diagnosis.times[some]], axis=1))
+        np.testing.assert_allclose(ends[:, 1, 1], up * diagnosis.captures[some, team])
+    rings = captures.lines[0]
+    np.testing.assert_array_equal(rings.get_xdata(), diagnosis.times[again[:, 0] > 0])
+    np.testing.assert_array_equal(rings.get_ydata(), diagnosis.captures[again[:, 0] > 0, 0])
+    assert not len(captures.lines[1].get_xdata())

@@ -72,3 +72,36 @@ def test_a_ladder_fits_the_terminal(columns, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", str(columns))
     tables.print_ladder(LADDER)
     assert max(map(len, capsys.readouterr().out.splitlines())) <= columns
+
+
+def test_every_number_stands_under_its_heading(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    one = SimpleNamespace(
+        policy="one", opponent="other", privileged=["other"], seed=7, limit_s=300.0, summary=lambda: SUMMARY
+    )
+    numbers = "12345 23456 34567 45678 12 to 99 % 0.543 6789"
+    headings = "games won drawn lost won 95 % share mean s"
+    for show, title, who in (
+        (lambda: tables.print_matches([one]), "against other*, both sides, seed 7", ("policy", "one")),
+        (lambda: tables.print_opponents([one], "a title"), "a title", ("opponent", "other*")),
+    ):
+        show()
+        printed = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines() if line.strip()]
+        assert printed[0] == title
+        assert {f"{who[0]} {headings}", f"{who[1]} {numbers}"} <= set(printed)
+        assert "draws count 300 s; * sees the simulator itself" in " ".join(printed)
+    tables.print_ladder(LADDER)
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "player kind rating 95 % won drawn lost median s ms" in printed
+    assert "learned 1987 1234 to 2346 12345 23456 34567 4567 5678.9" in printed
+    assert "10 % cyclic (2 % for a true ladder); 3 of 9 clear triples are cycles" in printed
+    assert "40 games of every two, seed 0" in printed
+    tables.print_speeds(SPEEDS)
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "face games drones threads drone-steps env-steps" in printed
+    assert " 1024 1000 16 123.45 M 1,234,567 " in printed and "solve 1234" in printed and "cpu some" in printed
+    assert "a game's state takes 40 KiB" in printed
+    tables.print_study([STUDY])
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "player opponent won-drawn-lost won 95 % median s mean s a min" in printed
+    assert " 123-456-789 12 to 34 % 1234 5678 98.7 " in printed and "a minute, 0.5 s apart at least" in printed

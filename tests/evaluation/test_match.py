@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import json
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from scipy.stats import binomtest
 
 from swarm_pz import policies
-from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import CommandError, PolicyError
 from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
@@ -74,6 +75,67 @@ def test_the_score_counts_a_pair_that_is_the_same_game_twice_once():
     assert match.unique == [twice[0], *others]
     assert match.score() == 1.0
     assert match.standing() == "3-0-0"
+    # All that count are won: a bootstrap would be certain of it.
+    interval = binomtest(3, 3).proportion_ci(method="wilson")
+    assert match.win_rate_interval() == pytest.approx((interval.low, interval.high))
+    lost = MatchResult(
+        policy="a", opponent="b", seed=0, config=SHORT, limit_s=30.0,
+        games=[game(0, "red", "loss", b"0"), game(0, "blue", "win", b"0"), game(1, "red", "draw", b"1")],
+    )  # fmt: skip
+    interval = binomtest(0, 2).proportion_ci(method="wilson")
+    assert lost.win_rate_interval() == pytest.approx((interval.low, interval.high))
+
+
+def test_a_summary_says_of_every_number_whose_it_is():
+    def game(pair, side, outcome, end, **other):
+        return Game(
+            pair=pair, side=side, outcome=outcome, captures=0, recaptures=0, fingerprint=end, sizes=[3], **other
+        )
+
+    games = [
+        game(0, "red", "win", b"0", share=1.0, seconds=9.0, thinking_ms=(1.0, 10.0)),
+        game(0, "blue", "loss", b"0", share=0.0, seconds=9.0, thinking_ms=(3.0, 20.0)),  # the same game
+        game(1, "red", "draw", b"1", share=0.5, seconds=20.0, thinking_ms=(2.0, 30.0)),
+        game(1, "blue", "draw", b"2", share=0.7, seconds=20.0, thinking_ms=(2.0, 40.0)),
+        game(2, "red", "loss", b"3", share=0.0, seconds=8.0, thinking_ms=(2.0, 0.0)),
+        game(2, "blue", "draw", b"1", share=0.8, seconds=20.0, thinking_ms=(2.0, 20.0)),
+    ]
+    match = MatchResult(policy="a", opponent="b", seed=7, config=SHORT, limit_s=30.0, games=games, privileged=("b",))
+    found = match.summary()
+    low, high = found.pop("win_rate_ci95")
+    assert 0.0 <= low < 0.2 < high <= 1.0
+    assert found == {
+        "policy": "a", "opponent": "b", "privileged": ["b"], "seed": 7, "games": 5, "unique_games": 4,
+        "wins": 1, "draws": 3, "losses": 1, "win_rate": 0.2, "mean_share": pytest.approx(3.0 / 6),
+        "median_seconds": 30.0, "restricted_mean_seconds": pytest.approx((9.0 + 3 * 30.0 + 8.0) / 5),
+        "time_limit": 30.0, "thinking_ms": [2.0, 20.0], "config_hash": SHORT.hash, "rules_hash": SHORT.rules_hash,
+    }  # fmt: skip
+    assert match.standing() == "1-3-1"
+    assert match.score() == pytest.approx((1 + 3 * 0.5) / 5)
+
+
+def test_a_match_tells_how_far_it_is_and_who_sees_the_simulator(monkeypatch):
+    class Seer:
+        name = "seer"
+
+        def reset(self, seeds, rows):
+            pass
+
+        def plan(self, simulator, teams, rows):
+            return np.ones((len(rows), 10, 10))
+
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    monkeypatch.setattr("swarm_pz.evaluation.match._BATCH", 4)
+    threads, play = [], BatchEnv.step_checked
+    monkeypatch.setattr(
+        BatchEnv, "step_checked", lambda env, *given: threads.append(env.simulator.threads) or play(env, *given)
+    )
+    config, told = SHORT.replace(time_limit=2.0, capture=CaptureConfig(enabled=False)), []
+    match = play_match("uniform", Seer(), games=6, config=config, threads=2, progress=lambda *now: told.append(now))
+    assert match.privileged == ("seer",) == tuple(match.summary()["privileged"])
+    assert play_match(Seer(), "uniform", games=2, config=config).privileged == ("seer",)
+    assert told == [(0, 6), (4, 6), (4, 6), (6, 6)]
+    assert set(threads[: len(told)]) == {2}
 
 
 def test_start_policy_and_opponent_have_a_stream_each_that_both_games_of_a_pair_share(monkeypatch):
@@ -143,8 +205,10 @@ def test_paired_differences():
     assert low <= difference <= high
     mean = np.mean([game.share for game in ring.games]) - np.mean([game.share for game in noise.games])
     assert difference == pytest.approx(mean)
-    with pytest.raises(CommandError, match="must share opponent, seed"):
-        paired_difference(ring, play_match("noise", "ring", games=20, config=SHORT))
+    assert paired_difference(ring, noise) == paired_difference(ring, noise) != paired_difference(ring, noise, seed=1)
+    for other in ({"opponent": "ring"}, {"seed": 1}, {"games": noise.games[:18]}):
+        with pytest.raises(CommandError, match="must share opponent, seed"):
+            paired_difference(ring, dataclasses.replace(noise, **other))
 
 
 def test_json_holds_the_figures(tmp_path):

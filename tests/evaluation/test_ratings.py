@@ -69,6 +69,34 @@ def test_a_ladder_is_transitive_and_rock_paper_scissors_is_not():
     assert game.cyclic_share == pytest.approx(1.0)
 
 
+def test_the_strongest_cycle_is_the_one_whose_closest_pairing_is_the_clearest():
+    # 0 beats 2 beats 1 beats 0 by 0.7 at least, and 3 beats 5 beats 4 beats 3 by 0.65 and 0.9 and 0.9.
+    shares = {(i, j): 0.5 for i in range(6) for j in range(i + 1, 6)}
+    shares |= {(0, 2): 0.7, (1, 2): 0.3, (0, 1): 0.3, (3, 5): 0.65, (4, 5): 0.1, (3, 4): 0.1}
+    found = intransitivity(field(shares, 100, tuple("abcdef")))
+    assert (found.cycles, found.triples, found.strongest) == (2, 2, ("a", "c", "b"))
+
+
+def test_without_an_anchor_the_mean_is_1000_and_the_seed_is_the_bootstraps():
+    results = field({(0, 1): 0.75, (1, 2): 0.5, (0, 2): 0.8}, 20, ("a", "b", "c"))
+    one, again, other = rate(results), rate(results), rate(results, seed=1)
+    assert one.values.mean() == pytest.approx(1000.0)
+    np.testing.assert_array_equal(one.low, again.low)
+    np.testing.assert_array_equal(one.values, other.values)
+    assert (one.low != other.low).all()
+
+
+def test_before_any_loss_half_a_point_is_everybodys():
+    # One against one, 4 of 4: odds of (4 + 1/2) to (1/2).
+    ratings = rate(field({(0, 1): 1.0}, 2, ("always", "never")), anchor="never")
+    assert ratings.values[0] == pytest.approx(1000.0 + 400.0 * np.log10(9.0), abs=1e-3)
+
+
+def test_one_player_has_no_rating():
+    with pytest.raises(CommandError, match="at least two players"):
+        rate(Results(("alone",), {}))
+
+
 @pytest.mark.parametrize(("share", "decided"), [(0.58, 0), (0.62, 1)])
 def test_only_what_is_95_percent_sure_is_decided(share, decided):
     # Of 100 games each: Wilson's intervals begin at 0.48 and 0.52.

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
 from swarm_pz import policies
-from swarm_pz.config import CaptureConfig, GameConfig
+from swarm_pz.config import BLUE, RED, CaptureConfig, ControllerConfig, GameConfig
+from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.rollout import FaultError, Rollout, game_number, play_games
@@ -117,12 +120,88 @@ def test_a_policy_that_raises_is_blamed_by_its_place():
         def act(self, observations, rows):
             raise AssertionError
 
-    with pytest.raises(FaultError, match=r"policy broken raised RuntimeError\('no'\)") as fault:
+    where = r"test_rollout.py:\d+"
+    with pytest.raises(FaultError, match=rf"policy broken raised RuntimeError\('no'\) \({where}\)") as fault:
         Rollout("uniform", Broken(), [0])
     assert fault.value.place == 1
+    from_another_process = pickle.loads(pickle.dumps(fault.value))  # noqa: S301
+    assert (from_another_process.place, str(from_another_process)) == (1, str(fault.value))
 
 
 @pytest.mark.parametrize(("pair", "side"), [(-1, "red"), (1.0, "red"), (True, "red"), (0, "green"), (0, 1)])
 def test_games_that_no_match_has_are_refused(pair, side):
     with pytest.raises(ConfigError, match="must be"):
         game_number(pair, side)
+
+
+def test_a_game_that_ends_early_has_its_own_end_among_others_that_go_on(monkeypatch):
+    clock = [0.0]
+    monkeypatch.setattr("swarm_pz.evaluation.rollout.time.perf_counter", lambda: clock[0])
+
+    class Thinking:
+        observation = policies.load("uniform").observation
+
+        def __init__(self, milliseconds):
+            self.milliseconds, self.name = milliseconds, f"thinks {milliseconds} ms"
+
+        def reset(self, seeds, rows):
+            pass
+
+        def act(self, observations, rows):
+            clock[0] += 1e-3 * self.milliseconds * len(rows)
+            return np.ones((len(rows), 10, 10))
+
+    still = ControllerConfig(max_acceleration=1e-9)  # in four corners, where nobody is captured
+    config = GameConfig(drones_per_team=2, time_limit=3.0, command_period=0.5, controller=still)
+    game = Rollout(Thinking(3), Thinking(5), [0, 3, 5], config=config)
+    corners = np.array([[0.1, 0.1], [0.9, 0.1], [0.1, 0.9], [0.9, 0.9]])
+    game.batch.reset(range(3), scenario={"positions": corners})
+    seen = []
+
+    def take_over(game):
+        seen.append(game.rows.tolist())
+        if len(seen) == 6:  # at 0.6 s: blue takes all in the first game, red in the second
+            game.simulator.games.teams[0], game.simulator.games.teams[1] = BLUE, RED
+
+    game.play(1.2, after_control_period=take_over)
+    assert game.finished == 2
+    standings = ["blue won (0.6 s, red 0, blue 4)", "red won (0.6 s, red 4, blue 0)"]
+    assert [game.standing(row) for row in range(3)] == [*standings, "unfinished (1.5 s, red 2, blue 2)"]
+    game.play(after_control_period=take_over)
+    assert seen[9:11] == [[0, 1, 2], [2]]
+    assert [game.standing(row) for row in range(3)] == [*standings, "a draw (3.0 s, red 2, blue 2)"]
+    assert [game.names(row)[0] for row in range(3)] == ["thinks 3 ms", "thinks 5 ms", "thinks 5 ms"]
+    first, second, last = game.games()
+    assert [(one.outcome, one.share, one.seconds) for one in (first, second, last)] == [
+        ("loss", 0.0, pytest.approx(0.6)),
+        ("loss", 0.0, pytest.approx(0.6)),  # with the policy as blue
+        ("draw", 0.5, pytest.approx(3.0)),
+    ]
+    assert (first.sizes, second.sizes, last.sizes) == ([2, 2, 0], [2, 2, 4], [2] * 7)
+    assert all(one.thinking_ms == pytest.approx((3.0, 5.0)) for one in (first, second, last))
+
+
+def test_games_are_shared_by_threads_which_end_with_them(monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    used, ended, close = [], [], BatchEnv.close
+
+    def closing(batch):
+        ended.append(batch.simulator)
+        close(batch)
+
+    monkeypatch.setattr(BatchEnv, "close", closing)
+    config = SHORT.replace(time_limit=1.0)
+    for threads in (1, 2):
+        note = lambda rollout: used.append(rollout.simulator)  # noqa: E731
+        play_games("uniform", "halo", range(4), seed=0, config=config, threads=threads, after_step=note)
+    assert [simulator.threads for simulator in used] == [1, 2]
+    assert ended == used
+
+
+def test_a_policy_is_told_of_all_its_games_before_any_clock_runs_out():
+    from contextlib import nullcontext
+
+    asked = []
+    clock = lambda games, begins: asked.append((games, begins)) or nullcontext()  # noqa: E731
+    Rollout("uniform", "halo", range(5), clock=clock)
+    assert asked == [(5, True)] * 2

@@ -16,7 +16,7 @@ import pytest
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.errors import CommandError, PolicyError, ResultsError, Stopped
+from swarm_pz.errors import CommandError, ConfigError, PolicyError, ResultsError, Stopped
 from swarm_pz.evaluation import ladder
 from swarm_pz.evaluation.ledger import GAMES, SETTINGS
 from swarm_pz.evaluation.match import play_match
@@ -83,10 +83,11 @@ def without_times(folder):
 
 
 def test_everybody_plays_everybody_from_both_sides_on_the_same_starts(tmp_path):
-    tournament = played(tmp_path)
+    tournament = played(tmp_path, config=CONFIG.replace(seed=4))
     assert len(lines(tmp_path)) == 3 * 6
-    match = play_match("ring", "uniform", games=6, config=SHORT)
+    match = play_match("ring", "uniform", games=6, seed=4, config=SHORT)
     games = tournament.between("uniform", "ring")
+    assert [game.seconds for game in games] == [game.seconds for game in match.games]
     assert [game.outcome for game in games] == [game.outcome for game in match.games]
     assert [game.share for game in games] == [game.share for game in match.games]
     points, counts = tournament.results().payoffs()
@@ -343,6 +344,39 @@ def test_each_game_has_its_own_time_to_think_among_games_that_are_played_side_by
     assert made.count(slow) == (5 if is_late else 1), "only after a fault is each game played on its own"
 
 
+class ThinkingFirst(Thinking):
+    """Thinks for long about the first commands of its games, or about the second."""
+
+    def act(self, observations, rows):
+        self.steps += 1
+        Thinking.now += 1.0 if self.steps == int(self.fault) else 0.0
+        return np.ones((len(rows), 10, 10))
+
+
+@pytest.mark.parametrize(("slow_at", "is_late"), [("1", False), ("2", True)])
+def test_the_first_command_alone_may_take_as_long_as_it_takes_to_get_ready(monkeypatch, slow_at, is_late):
+    monkeypatch.setattr("swarm_pz.evaluation.tournament._PATIENCE", 5.0)
+    monkeypatch.setattr("swarm_pz.evaluation.tournament.alarm", alarm_of_that_clock)
+
+    def load_slow(name, config):
+        return policies.load(name, config) if name == "uniform" else ThinkingFirst(config, slow_at)
+
+    (game,) = play_block(load_slow, "slow", "uniform", [0], CONFIG.replace(budget_ms=15.0))
+    assert bool(game.forfeit) == is_late
+
+
+def test_who_takes_for_ever_to_load_forfeits(monkeypatch):
+    monkeypatch.setattr("swarm_pz.evaluation.tournament._PATIENCE", 5.0)
+    monkeypatch.setattr("swarm_pz.evaluation.tournament.alarm", alarm_of_that_clock)
+
+    def load_late(name, config):
+        Thinking.now += 8.0 if name == "uniform" else 0.0
+        return policies.load(name, config)
+
+    (game,) = play_block(load_late, "ring", "uniform", [1], CONFIG)
+    assert (game.outcome, game.number, game.seconds) == ("win", 1, 0.0) and game.forfeit.startswith("uniform: ")
+
+
 def test_the_ladder_orders_plots_and_tells(tmp_path):
     config = CONFIG.replace(games=20, game=GameConfig(time_limit=60.0))
     tournament = played(tmp_path, players=("corners", "uniform", "halo"), config=config)
@@ -367,6 +401,8 @@ def test_a_folder_of_another_tournament_is_refused(tmp_path):
     played(tmp_path, players=("ring", "uniform"), config=CONFIG.replace(games=2))
     with pytest.raises(ResultsError, match="other seed"):
         Tournament(("ring", "uniform"), CONFIG.replace(seed=1), tmp_path, load)
+    with pytest.raises(ResultsError, match="other budget_ms"):
+        Tournament(("ring", "uniform"), CONFIG.replace(budget_ms=1.0), tmp_path, load)
     with pytest.raises(ResultsError, match="other rules"):
         Tournament(("ring", "uniform"), CONFIG.replace(game=GameConfig()), tmp_path, load)
     (tmp_path / SETTINGS).write_text("{")
@@ -387,8 +423,32 @@ def test_bad_fields_are_refused(tmp_path):
         Tournament(("ring", "ring"), CONFIG, tmp_path, load)
     with pytest.raises(PolicyError, match="no policy 'rign'"):
         Tournament(("rign", "uniform"), CONFIG, tmp_path, load)
-    with pytest.raises(ValueError, match="even"):
-        TournamentConfig(games=3)
+    for wrong in ({"games": 3}, {"games": 0}, {"seed": -1}, {"budget_ms": 0.0}, {"budget_ms": 2e7}, {"game": None}):
+        with pytest.raises(ConfigError, match=next(iter(wrong))):
+            TournamentConfig(**wrong)
+    with pytest.raises(ConfigError, match="processes must be"):
+        Tournament(("ring", "uniform"), CONFIG, tmp_path, load).play(0)
+    assert not (tmp_path / GAMES).exists()
+
+
+def test_planned_games_are_dealt_out_first_and_a_few_at_a_time(tmp_path):
+    tournament = Tournament(("ring", "planner", "uniform"), CONFIG.replace(games=46), tmp_path, load)
+    assert tournament.privileged == {"planner"} and tournament.kind("planner") == "planned"
+    assert tournament.kind("ring") == "scripted"
+    blocks = tournament.missing()
+    planned = [block for block in blocks if "planner" in block]
+    assert blocks[: len(planned)] == planned
+    assert [len(numbers) for *_, numbers in planned] == [2] * 46
+    assert [len(numbers) for *_, numbers in blocks[len(planned) :]] == [20, 20, 6]
+
+
+def test_the_games_that_are_done_are_told_among_all_that_were_missing(tmp_path):
+    players, told = ("halo", "uniform", "centre"), []
+    config = CONFIG.replace(games=2, game=GameConfig(drones_per_team=1, time_limit=1.0))
+    played(tmp_path, players[:2], config)
+    Tournament(players, config, tmp_path, load).play(1, lambda *now: told.append(now))
+    assert told == [(2, 4), (4, 4)]
+    assert {path.name for path in tmp_path.iterdir()} - {".lock"} == {GAMES, SETTINGS}
 
 
 class Crashing(Faulty):

@@ -21,6 +21,8 @@ from swarm_pz.figures import (
     team_sizes,
 )
 from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.ergodicity import ErgodicMetric
+from tests import reference
 
 
 @pytest.mark.parametrize(("centre", "cells"), [((9, 9), 16), ((9, 0), 9), ((0, 0), 5), ((49, 25), 9), ((1, 1), 7)])
@@ -157,3 +159,44 @@ def test_the_metric_over_time_falls():
     metric = coverage.metric_over_time(simulator, seconds=8)
     assert metric.shape == (2, 8)
     assert (metric[:, -1] < 0.1 * metric[:, 0]).all()
+
+
+def test_the_metric_is_that_of_each_second_of_the_seeds_own_games():
+    config, target = coverage.lone_team(4), coverage.TARGETS["bimodal"]
+    found = coverage.metric_over_time(coverage.start(config, [5, 9], target), seconds=2)
+    simulator = Simulator(config, 2)
+    simulator.reset([5, 9])
+    simulator.command(0, np.stack([target] * 2))
+    metric = ErgodicMetric(simulator, 0)
+    for second in range(2):
+        for _ in range(10):
+            simulator.advance(3)
+            metric.observe()
+        np.testing.assert_array_equal(found[:, second], metric.value())
+
+
+def test_a_gaussian_is_where_it_was_asked_for():
+    row, column = np.unravel_index(coverage.gaussian(0.85, 0.25, 0.1).argmax(), (10, 10))
+    assert (row, column) == (2, 8)
+
+
+def test_lone_drones_know_of_nobody_and_are_judged_together(monkeypatch):
+    monkeypatch.setattr(communication, "DRONES", 3)
+    monkeypatch.setattr(communication, "JUDGED", 1)
+    found = communication.alone([4, 7], "centre")
+    together = coverage.start(coverage.lone_team(3), [4, 7], coverage.TARGETS["centre"])
+    for game in range(2):
+        places = []
+        for drone in range(3):
+            one = coverage.start(coverage.lone_team(1), [0], coverage.TARGETS["centre"])
+            one.games.positions[0, 0] = together.positions[game, drone]
+            for _ in range(10):
+                one.advance(3)
+                places.append(reference.basis(one.positions[0, 0]))
+        phi = together.games.coefficients[game, 0]
+        assert found[game] == pytest.approx(reference.ergodic_metric(np.mean(places, axis=0), phi), rel=1e-6)
+
+
+def test_half_of_a_team_is_half():
+    bins = compactness.binned([np.stack([np.linspace(0.1, 0.5, 80), np.full(80, 0.5)], axis=1)])
+    assert bins["half"]["mean"] == [1.0] * 8 and bins["lost"]["mean"] == [0.5] * 8

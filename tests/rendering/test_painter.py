@@ -1,9 +1,11 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.rollout import Rollout, game_number
 from swarm_pz.rendering import board
 from swarm_pz.rendering.board import TEAM_COLOURS
-from swarm_pz.rendering.painter import ARENA, FILM, HEADER, MARGIN, Painter, ansi, draw
+from swarm_pz.rendering.painter import ARENA, FILM, HEADER, MARGIN, Painter, Screen, ansi, draw
 from swarm_pz.simulator import Simulator
 
 
@@ -350,3 +352,124 @@ def test_a_game_of_many_is_drawn_as_if_it_was_alone():
         picture = painter.draw(alone)
         assert (painter.draw(many, 0) != picture).any()
         np.testing.assert_array_equal(painter.draw(many, 1), picture)
+
+
+@pytest.mark.parametrize("options", [{}, {"targets": True}])
+def test_nothing_of_an_earlier_picture_is_left_in_a_later_one(options):
+    simulator = Simulator(GameConfig(drones_per_team=(4, 2)))
+    simulator.reset([0])
+    kept = Painter(**options)
+    for _ in range(3):
+        simulator.advance(20)
+        np.testing.assert_array_equal(kept.draw(simulator), Painter(**options).draw(simulator))
+
+
+def test_the_bar_and_the_numbers_above_the_board_are_each_teams_own():
+    simulator = Simulator(GameConfig(drones_per_team=(3, 9)))
+    simulator.reset([0])
+    picture = Painter(("one", "two")).draw(simulator)
+    bar = picture[HEADER - 14, MARGIN : MARGIN + ARENA]
+    np.testing.assert_array_equal(bar[: ARENA // 4], np.tile(TEAM_COLOURS[0], (ARENA // 4, 1)))
+    np.testing.assert_array_equal(bar[ARENA // 4 :], np.tile(TEAM_COLOURS[1], (3 * ARENA // 4, 1)))
+    left, right = picture[: HEADER - 20, : MARGIN + ARENA // 2 - 60], picture[: HEADER - 20, MARGIN + ARENA // 2 + 60 :]
+    for names, sizes, changed in (
+        (("one", "other"), (3, 9), right), (("other", "two"), (3, 9), left), (("one", "two"), (3, 8), right),
+        (("one", "two"), (4, 9), left),
+    ):  # fmt: skip
+        another = Simulator(GameConfig(drones_per_team=sizes))
+        another.reset([0])
+        drawn = Painter(names).draw(another)
+        same = right if changed is left else left
+        where = slice(None, MARGIN + ARENA // 2 - 60), slice(MARGIN + ARENA // 2 + 60, None)
+        now_left, now_right = (drawn[: HEADER - 20, columns] for columns in where)
+        assert ((now_left != left).any(), (now_right != right).any()) == (same is not left, same is not right)
+
+
+def test_the_legend_below_explains_each_teams_signs_on_its_side():
+    picture = Painter(targets=True).draw(Simulator(GameConfig(drones_per_team=1))).astype(int)
+    legend = picture[HEADER + ARENA + 4 :]
+    redder = legend[..., 0] - legend[..., 2]
+    middle = legend.shape[1] // 2
+    assert redder[:, : middle - 10].max() > 30 and redder[:, : middle - 10].min() > -10
+    assert redder[:, middle + 10 :].min() < -30
+
+
+def test_text_tells_ground_and_crowds():
+    ground = np.zeros((2, 2, 50, 50), bool)
+    ground[1, 0, 11, 10:13] = ground[1, 1, 10, 12:15] = True  # two rows of cells are a line
+    places = np.array([[0.51, 0.51]] * 12 + [[0.31, 0.91]] * 2 + [[1.0, 1.0], [0.01, 0.01]])
+    teams = np.array([0] * 15 + [1])
+    game = SimpleNamespace(
+        captures_here=ground, positions=np.stack([places[::-1], places]), teams=np.stack([1 - teams, teams]),
+        sizes=np.array([[1, 15], [15, 1]]), time_s=np.array([1.0, 2.0]),
+    )  # fmt: skip
+    lines = ansi(game, 1).splitlines()
+    assert lines[0].split() == ["red", "15", "2.0", "s", "1", "blue"]
+    canvas = lines[:0:-1]
+    assert canvas[5] == "." * 10 + "##*++" + "." * 35
+    assert (canvas[12][25], canvas[22][15], canvas[24][49], canvas[0][0]) == ("9", "2", "r", "b")
+    assert sum(len(line) - line.count(".") for line in canvas) == 5 + 4
+
+
+def test_frames_are_of_the_game_that_was_begun_last_and_never_more_than_a_steps():
+    environment = parallel_env(render_mode="rgb_array_list", command_period=0.5, drones_per_team=2)
+    environment.reset(seed=0)
+    for _ in range(3):
+        environment.step({agent: np.ones((10, 10)) for agent in environment.agents})
+    assert len(environment.render()) == 6
+    assert environment.render() == []
+    environment.step({agent: np.ones((10, 10)) for agent in environment.agents})
+    environment.reset(seed=0)
+    (first,) = environment.render()
+    np.testing.assert_array_equal(first, draw(environment.unwrapped.batch.simulator))
+
+
+def test_a_screen_shows_its_own_row_and_its_copy_has_a_window_of_its_own_unless_it_is_closed():
+    simulator = Simulator(GameConfig(drones_per_team=2), num_games=2)
+    simulator.reset([0, 1])
+    frames = Screen("rgb_array_list", simulator, row=1)
+    frames.begin()
+    np.testing.assert_array_equal(frames.render()[0], draw(simulator, 1))
+    np.testing.assert_array_equal(Screen("rgb_array", simulator, 1).render(), draw(simulator, 1))
+    assert Screen("ansi", simulator, 1).render() == ansi(simulator, 1) != ansi(simulator, 0)
+    assert Screen("human", simulator).metadata["render_fps"] == 10
+
+    opened = []
+
+    class Window:
+        def __init__(self, title, rate):
+            opened.append(self)
+            self.is_closed, self.rate = False, rate
+
+        def close(self):
+            self.is_closed = True
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("swarm_pz.rendering.window.Window", Window)
+        screen = Screen("human", simulator)
+        twin = copy.deepcopy(screen)
+        assert len(opened) == 2 and [window.rate for window in opened] == [10, 10]
+        screen.close()
+        assert [window.is_closed for window in opened] == [True, False]
+        copy.deepcopy(screen)
+        assert len(opened) == 2
+        twin.close()
+        assert opened[1].is_closed
+
+
+@pytest.mark.parametrize("highest", [0, 1])
+def test_the_last_overlay_is_the_highest(highest):
+    class Flood:
+        def __init__(self, colour):
+            self.colour = colour
+
+        def paint(self, arena, simulator, row, side):
+            arena.fill(self.colour, (0, 0, side, side))
+
+        def explain(self, picture, x, y):
+            pass
+
+    colours = [(1, 2, 3), (200, 100, 50)]
+    simulator = Simulator(GameConfig(drones_per_team=1))
+    picture = draw(simulator, overlays=[Flood(colours[1 - highest]), Flood(colours[highest])])
+    assert (picture[HEADER : HEADER + ARENA, MARGIN : MARGIN + ARENA] == colours[highest]).all(axis=2).mean() > 0.9

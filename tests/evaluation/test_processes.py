@@ -1,0 +1,96 @@
+"""What runs other people's policies is interrupted, ended, and puts everything back."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from swarm_pz.evaluation.processes import alarm, end_processes
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs signals")
+
+
+def test_an_alarm_rings_until_it_is_heard_and_is_put_away():
+    before, reached = signal.getsignal(signal.SIGALRM), []
+
+    def stubborn():
+        with alarm(0.02):
+            for answer in ("the first is caught", "the second is not"):
+                try:
+                    time.sleep(2.0)
+                except TimeoutError:
+                    if reached:
+                        raise
+                reached.append(answer)
+
+    with pytest.raises(TimeoutError, match=r"no command within 0.02 s"):
+        stubborn()
+    assert reached == ["the first is caught"]
+    assert signal.getsignal(signal.SIGALRM) == before
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+    with alarm(60.0):
+        assert signal.getitimer(signal.ITIMER_REAL)[0] > 0.0
+    assert signal.getsignal(signal.SIGALRM) == before
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+
+
+def test_where_no_alarm_can_ring_who_is_late_is_told_afterwards():
+    said = []
+
+    def work(seconds, limit):
+        try:
+            with alarm(limit):
+                time.sleep(seconds)
+                said.append("worked")
+        except TimeoutError as error:
+            said.append(str(error))
+
+    for given in ((0.0, 60.0), (0.02, 0.01)):
+        thread = threading.Thread(target=work, args=given)
+        thread.start()
+        thread.join()
+    assert said == ["worked", "worked", "no command within 0.01 s"]
+
+
+def test_processes_that_were_started_are_ended():
+    process = multiprocessing.get_context("fork").Process(target=time.sleep, args=(60,))
+    process.start()
+    end_processes()
+    process.join(30)
+    assert process.exitcode == -signal.SIGTERM
+
+
+PARENT = """
+import multiprocessing, os, signal, sys, time
+from swarm_pz.evaluation.processes import prepare_process
+
+def work():
+    prepare_process()
+    os.kill(os.getpid(), signal.SIGINT)  # as a terminal does to all: it is for the parent
+    print("prepared", os.environ["OMP_NUM_THREADS"], flush=True)
+    time.sleep(60)
+    print("still there", flush=True)
+
+os.environ["OMP_NUM_THREADS"] = "7"
+prepare_process()  # which has no parent to end with
+handler = signal.getsignal(signal.SIGINT)
+print("alone", os.environ["OMP_NUM_THREADS"], handler is signal.default_int_handler, flush=True)
+multiprocessing.get_context("fork").Process(target=work).start()
+time.sleep(60)
+"""
+
+
+def test_a_process_ends_with_the_one_that_started_it_and_not_by_ctrl_c():
+    with subprocess.Popen([sys.executable, "-c", PARENT], stdout=subprocess.PIPE, text=True) as parent:  # noqa: S603
+        assert parent.stdout.readline() == "alone 1 True\n"
+        assert parent.stdout.readline() == "prepared 1\n"
+        parent.send_signal(signal.SIGKILL)
+        # It comes to an end when the child has ended, too.
+        assert parent.stdout.read() == ""
