@@ -17,21 +17,56 @@ from swarm_pz.config import (
     SpawnConfig,
 )
 from swarm_pz.envs.parallel_env import env, parallel_env
-from swarm_pz.simulator.commands import FlockingCommand
+from swarm_pz.errors import (
+    CheckpointError,
+    CommandError,
+    ConfigError,
+    GameOverError,
+    MissingExtraError,
+    OutputError,
+    PolicyError,
+    ProtocolError,
+    RecordingError,
+    RenderError,
+    ResultsError,
+    SwarmError,
+    UnknownNameError,
+)
+from swarm_pz.evaluation.match import paired_difference, play_match
+from swarm_pz.policy import Policy, PrivilegedPolicy
+from swarm_pz.simulator import FlockingCommand, Simulator
 
 __all__ = [
     "CaptureConfig",
+    "CheckpointError",
+    "CommandError",
+    "ConfigError",
     "ControllerConfig",
     "DynamicsConfig",
     "FlockingCommand",
     "FlockingConfig",
     "GameConfig",
+    "GameOverError",
     "MemoryConfig",
+    "MissingExtraError",
     "ObservationConfig",
+    "OutputError",
+    "Policy",
+    "PolicyError",
+    "PrivilegedPolicy",
+    "ProtocolError",
+    "RecordingError",
+    "RenderError",
+    "ResultsError",
     "RewardConfig",
+    "Simulator",
     "SpawnConfig",
+    "SwarmError",
+    "UnknownNameError",
     "env",
+    "paired_difference",
     "parallel_env",
+    "play_match",
 ]
 __version__ = version("swarm-pz")
 

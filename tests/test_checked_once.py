@@ -22,7 +22,7 @@ from swarm_pz.evaluation.rollout import Rollout
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, Recording
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.server.live_session import House
+from swarm_pz.play.server.live_session import ServerContext
 from swarm_pz.play.server.room import Room
 from swarm_pz.policies.lookahead import Lookahead
 from swarm_pz.simulator import Simulator
@@ -168,7 +168,7 @@ class Client:
         pass
 
 
-class Thinkers:
+class PolicyWorkers:
     """Gives densities as processes do, which have checked them."""
 
     async def ask(self, place, games):
@@ -183,7 +183,7 @@ def test_a_room_checks_what_people_ask_for_once_and_what_policies_answer_not_aga
     asked_for = [{"density": GOOD.tolist()}, {"strokes": drawing}]
 
     async def play():
-        room = Room("ABCD", protocol.Settings(time_limit=None), House(folder=tmp_path, thinkers=Thinkers()))
+        room = Room("ABCD", protocol.Settings(time_limit=None), ServerContext(folder=tmp_path, workers=PolicyWorkers()))
         client = Client()
         room.sit(client, "red", "")
         room.place_policy("blue", "constant")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib
 import importlib.util
 import re
 import shlex
@@ -22,6 +23,7 @@ from swarm_pz.cli import compare, evidence, learn, machine, main, table
 from swarm_pz.play.frames import Frame
 
 ROOT = Path(__file__).parents[1]
+FOR_BUILDERS = ["CONTRIBUTING.md", "docs/design.md"]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 COMMANDS = {
     learn: ("train", "league"),
@@ -88,6 +90,30 @@ def test_scripts_named_in_the_text_exist():
             assert (ROOT / name).is_file(), f"{page.name} names {name}"
         for name in re.findall(r"`python -m (benchmarks\.[a-z_]+)", page.read_text()):
             assert (ROOT / f"{name.replace('.', '/')}.py").is_file(), f"{page.name} names {name}"
+
+
+@pytest.mark.parametrize("page", FOR_BUILDERS)
+def test_files_that_are_named_to_builders_exist(page):
+    named = re.findall(r"`([\w.-]*/[\w./-]*|[\w-]+\.(?:md|toml))`", (ROOT / page).read_text())
+    assert named
+    assert [name for name in named if not list(ROOT.glob(name.replace("NAME", "*").rstrip("/")))] == []
+
+
+def test_the_designs_walk_goes_by_functions_that_are_there():
+    steps = re.findall(r"`([\w.]+)` *\n? *\(`([\w/]+\.py)`\)", (ROOT / "docs/design.md").read_text())
+    assert len(steps) >= 6
+    for name, path in steps:
+        *holder, function = name.split(".")
+        text = (ROOT / path).read_text()
+        assert f"def {function}(" in text and all(f"class {one}" in text for one in holder), f"{name} in {path}"
+
+
+def test_the_designs_folders_are_the_layers_in_their_order():
+    rows = re.findall(r"^\| (`\w+`(?:, `\w+`)*) \|", (ROOT / "docs/design.md").read_text(), re.M)
+    shown = [set(re.findall(r"\w+", row)) for row in rows]
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    (layers,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
+    assert shown == [set(re.findall(r"swarm_pz[.](\w+)", layer)) for layer in layers]
 
 
 def parsed(name):
@@ -209,6 +235,42 @@ def test_the_environments_page_says_what_the_docstrings_say():
     )
     for words in ("Action space", "### Reward", "### Infos", "### Ends", "### Reset options", "opponent='uniform'"):
         assert words in page, f"docs/environment.md says nothing of {words}"
+
+
+def public_names():
+    """Return the names that docs/api/public.md lists, by module."""
+    rows = re.findall(r"^\| `(swarm_pz[\w.]*)` \| (.*) \|$", (ROOT / "docs/api/public.md").read_text(), re.M)
+    return {module: set(re.findall(r"`(\w+)`", names)) for module, names in rows}
+
+
+def test_the_page_of_public_names_lists_what_packages_export():
+    named = public_names()
+    named["swarm_pz.config"] |= {name for name in named["swarm_pz"] if name.endswith("Config")}
+    assert len(named) > 10
+    for module, names in named.items():
+        exported = getattr(importlib.import_module(module), "__all__", None)
+        missing = {name for name in names if not hasattr(importlib.import_module(module), name)}
+        assert not missing, f"{module} has no {missing}"
+        if module == "swarm_pz":
+            assert names == set(exported)
+        elif exported is not None:
+            assert names <= set(exported), module
+
+
+def test_examples_import_public_names_only():
+    """Kernels are changed in a clone, and so are two tutorials about them."""
+    named, imported = public_names(), 0
+    named["swarm_pz.config"] |= named["swarm_pz"]
+    for page in [*PAGES, ROOT / "docs/tutorials/ppo.py"]:
+        lines = re.findall(r"^(?:>>> |\.\.\. )?\s*from (swarm_pz[\w.]*) import ([\w, ]+)", page.read_text(), re.M)
+        for module, names in lines:
+            if module.startswith("swarm_pz.kernels"):
+                assert page.name in ("controller.md", "rule.md")
+                continue
+            unknown = set(names.replace(" ", "").split(",")) - named.get(module, set())
+            assert not unknown, f"{page.name} imports {unknown} of {module}, which docs/api/public.md does not list"
+            imported += 1
+    assert imported > 20
 
 
 @pytest.fixture(scope="module")

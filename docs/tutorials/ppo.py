@@ -18,10 +18,10 @@ from torch import Tensor, nn
 from torch.distributions import Normal
 
 import swarm_pz
+from swarm_pz import play_match
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.evaluation.match import play_match
-from swarm_pz.simulator.spawn import Seed
-from swarm_pz.spaces.formats import command_from_action
+from swarm_pz.simulator import Seed
+from swarm_pz.spaces import command_from_action
 
 GRID, CELLS, CHANNELS = 10, 5, len(swarm_pz.config.CHANNELS)
 GAMMA, LAMBDA, CLIP, EPOCHS, MINIBATCHES = 0.98, 0.95, 0.2, 4, 8

@@ -9,6 +9,13 @@
 =============  =============================================================
 """
 
+from swarm_pz.simulator.commands import FlockingCommand, make_target
 from swarm_pz.simulator.simulator import Simulator
+from swarm_pz.simulator.spawn import Seed
 
-__all__ = ["Simulator"]
+__all__ = [
+    "FlockingCommand",
+    "Seed",
+    "Simulator",
+    "make_target",
+]

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from swarm_pz.errors import PolicyError, ProtocolError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.connection import Connection
-from swarm_pz.play.server.replay_session import Screening
+from swarm_pz.play.server.lobby import Lobby
+from swarm_pz.play.server.replay_session import ReplaySession
 from swarm_pz.play.server.room import RefusedError, Room
 from swarm_pz.play.server.room_settings import settings_of
-
-if TYPE_CHECKING:
-    from swarm_pz.play.server.app import Server
 
 log = logging.getLogger("swarm_pz.play")
 
@@ -24,19 +22,19 @@ def _facing(seat: protocol.Side | Literal["watch"]) -> protocol.Side:
     return "red" if seat == "blue" else "blue"
 
 
-class Visit:
+class ClientHandler:
     """What one client does, from its hello on.
 
     Parameters
     ----------
-    server : Server
+    lobby : Lobby
     connection : Connection
     """
 
-    def __init__(self, server: Server, connection: Connection) -> None:
-        self._server, self._connection = server, connection
+    def __init__(self, lobby: Lobby, connection: Connection) -> None:
+        self._lobby, self._connection = lobby, connection
         self._room: Room | None = None
-        self._screening: Screening | None = None
+        self._replay: ReplaySession | None = None
         self._opening: asyncio.Task[None] | None = None
         self._greeted = False
 
@@ -81,9 +79,9 @@ class Visit:
         self._stop_watching()
 
     def _stop_watching(self) -> None:
-        if self._screening is not None:
-            self._screening.close()
-        self._screening = None
+        if self._replay is not None:
+            self._replay.close()
+        self._replay = None
 
     def _go_out(self) -> None:
         """Leave the room or the recorded game that one is in."""
@@ -95,41 +93,41 @@ class Visit:
         if room is not None:
             room.leave(self._connection)
             if room.abandoned:
-                self._server.close_room(room)
+                self._lobby.close_room(room)
 
     async def _open(self, name: str) -> None:
         """Show a recorded game, once it has been played through to see that it comes out as recorded."""
         try:
-            film = await self._server.read(name)
+            loaded = await self._lobby.read(name)
             self._leave_room()
             self._stop_watching()
-            self._screening = Screening(film, self._connection)
+            self._replay = ReplaySession(loaded, self._connection)
         except SwarmError as error:
-            self._refuse("unknown", str(error).replace(f"{self._server.house.folder}/", ""), "open_replay")
+            self._refuse("unknown", str(error).replace(f"{self._lobby.context.folder}/", ""), "open_replay")
         except Exception:
             log.exception("a recorded game was not shown")
             self._refuse("not_valid", "the server could not do that", "open_replay")
 
-    def _watched(self) -> Screening:
-        if self._screening is None:
+    def _watched(self) -> ReplaySession:
+        if self._replay is None:
             raise RefusedError("out_of_turn", "open a recorded game first")
-        return self._screening
+        return self._replay
 
     def _take_over(self, message: protocol.TakeOver) -> None:
-        screening = self._watched()
+        replay = self._watched()
         opponent = message.opponent
         if opponent is None:
-            header = screening.recording.header
+            header = replay.recording.header
             other = header.blue if message.seat == "red" else header.red
             opponent = other.policy or None
         if opponent is not None:
-            self._server.check_policy(opponent)
-        moment = screening.moment()
+            self._lobby.check_policy(opponent)
+        moment = replay.moment()
         if moment is None:
             raise RefusedError("not_valid", "this game plays differently on this machine, and cannot be gone on with")
         if moment.game.over:
             raise RefusedError("not_valid", "the game is over at this moment; go back to an earlier one")
-        room = self._server.open_room(settings_of(moment.game.config), moment)
+        room = self._lobby.open_room(settings_of(moment.game.config), moment)
         self._enter(room, message.seat, "", {_facing(message.seat): opponent})
 
     def _in_room(self) -> Room:
@@ -138,14 +136,14 @@ class Visit:
         return self._room
 
     def _obey(self, message: protocol.ClientMessage) -> None:
-        connection, server = self._connection, self._server
+        connection, lobby = self._connection, self._lobby
         if not self._greeted and not isinstance(message, protocol.Hello):
             raise RefusedError("out_of_turn", "the first message must be a hello")
         match message:
             case protocol.Hello():
                 self._greet(message)
             case protocol.Ping():
-                connection.send(protocol.Pong(sent_ms=message.sent_ms, server_ms=server.house.now_ms()))
+                connection.send(protocol.Pong(sent_ms=message.sent_ms, server_ms=lobby.context.now_ms()))
             case protocol.Acknowledge():
                 connection.acknowledge(message.sequence)
             case protocol.Create():
@@ -153,15 +151,15 @@ class Visit:
                     raise RefusedError("not_valid", "a player besides oneself has a seat only if one watches")
                 policies = {"red": message.player, _facing(message.seat): message.opponent}
                 for name in filter(None, policies.values()):
-                    server.check_policy(name)
-                self._enter(server.open_room(message.settings), message.seat, message.label, policies)
+                    lobby.check_policy(name)
+                self._enter(lobby.open_room(message.settings), message.seat, message.label, policies)
             case protocol.Join():
-                room = server.rooms.get(message.room)
+                room = lobby.rooms.get(message.room)
                 if room is None:
                     raise RefusedError("unknown", f"there is no room {message.room}")
                 self._enter(room, message.seat, message.label, {})
             case protocol.Invite():
-                policy = server.check_policy(message.policy) if message.policy is not None else None
+                policy = lobby.check_policy(message.policy) if message.policy is not None else None
                 self._in_room().invite(connection, message.seat, policy)
             case protocol.Ready():
                 self._in_room().ready(connection, message.ready)
@@ -191,9 +189,9 @@ class Visit:
         connection = self._connection
         connection.kind, connection.client = message.kind, message.client
         self._greeted = True
-        connection.send(self._server.welcome())
+        connection.send(self._lobby.welcome())
         if message.token is not None:
-            place = self._server.seat_of(message.token)
+            place = self._lobby.seat_of(message.token)
             if place is None:
                 raise RefusedError("unknown", "that seat is gone: its room was closed, or it was given up")
             self._room, seat = place
@@ -213,7 +211,7 @@ class Visit:
                 room.sit(self._connection, side, label)
         except RefusedError:
             if room.abandoned:
-                self._server.close_room(room)
+                self._lobby.close_room(room)
             raise
         if room is not self._room:
             self._leave_room()

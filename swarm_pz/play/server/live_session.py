@@ -38,7 +38,7 @@ from swarm_pz.play.recordings.format import (
     Recorder,
     frame_line,
 )
-from swarm_pz.play.server.policy_workers import PolicySeat, Thinkers
+from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
 from swarm_pz.play.server.views import frame_of
 
 Outcome = Literal["red", "blue", "draw", "stopped"]
@@ -62,11 +62,11 @@ class Punctuality:
 
 
 @dataclass(frozen=True, kw_only=True)
-class House:
+class ServerContext:
     """What all games of a server share."""
 
     folder: Path
-    thinkers: Thinkers
+    workers: PolicyWorkers
     table: TableConfig = field(default_factory=TableConfig)
     """What rooms start from; their settings replace parts of it."""
     punctuality: Punctuality = field(default_factory=Punctuality)
@@ -127,7 +127,7 @@ class Callbacks:
     over: Callable[[Outcome], None]
 
 
-class Session:
+class LiveSession:
     """A game that runs by the clock from when it is made.
 
     Parameters
@@ -138,7 +138,7 @@ class Session:
     seed : int
     seats : (RecordedSeat, RecordedSeat)
         Who plays.
-    house : House
+    context : ServerContext
     tell : Callbacks
     moment : Moment, optional
         Of a recorded game, to go on from; its start and rules are this game's, then.
@@ -157,14 +157,14 @@ class Session:
         config: TableConfig,
         seed: int,
         seats: tuple[RecordedSeat, RecordedSeat],
-        house: House,
+        context: ServerContext,
         tell: Callbacks,
         moment: Moment | None = None,
     ) -> None:
-        self.config, self.seats, self._house, self._tell = config, seats, house, tell
+        self.config, self.seats, self._context, self._tell = config, seats, context, tell
         self.game = moment.game if moment is not None else LiveGame(config, seed)
         self.sizes = moment.sizes if moment is not None else [self.game.sizes]
-        self._began_ms = house.now_ms()
+        self._began_ms = context.now_ms()
         started = datetime.datetime.now(datetime.UTC)
         header = Header(
             version=VERSION,
@@ -178,7 +178,7 @@ class Session:
             origin=moment.origin if moment is not None else None,
             rules_hash=config.game.rules_hash,
         )
-        self.recorder = Recorder(house.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}", header)
+        self.recorder = Recorder(context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}", header)
         self._thinking: list[asyncio.Task[None] | None] = [None, None]
         self._places = [
             PolicySeat(
@@ -203,7 +203,7 @@ class Session:
     @property
     def now_ms(self) -> float:
         """Milliseconds since the game began, on the server's clock."""
-        return self._house.now_ms() - self._began_ms
+        return self._context.now_ms() - self._began_ms
 
     def since_began(self, server_ms: float) -> float:
         """Return a time of the server's clock as milliseconds since the game began."""
@@ -252,7 +252,7 @@ class Session:
         for task, place in zip(self._thinking, self._places, strict=True):
             if task is not None:
                 task.cancel()
-            self._house.thinkers.forget(place)
+            self._context.workers.forget(place)
         self.recorder.write(EndLine(outcome=outcome, tick=self.game.tick, sizes=self.game.sizes, ms=self.now_ms))
         self.recorder.close()
         self._tell.over(outcome)
@@ -260,7 +260,7 @@ class Session:
     # --- time -------------------------------------------------------------------------------------
 
     async def _run(self) -> None:
-        loop, punctuality = asyncio.get_running_loop(), self._house.punctuality
+        loop, punctuality = asyncio.get_running_loop(), self._context.punctuality
         period = 1.0 / (TICKS_PER_SECOND * self.config.speed)
         due = loop.time()
         try:
@@ -310,7 +310,7 @@ class Session:
 
     async def _think(self, team: int) -> None:
         try:
-            density = await self._house.thinkers.ask(self._places[team], self.game.simulator.snapshot())
+            density = await self._context.workers.ask(self._places[team], self.game.simulator.snapshot())
             if not self._ended:
                 self._numbers[team] += 1
                 self._write_down(self.game.submit_checked(team, self._numbers[team], density))
@@ -334,5 +334,5 @@ class Session:
         return self._frame(altitudes=keyframe, fields=fields)
 
     def _frame(self, *, altitudes: bool = False, fields: bool = False) -> bytes:
-        simulator, now = self.game.simulator, self._house.now_ms()
+        simulator, now = self.game.simulator, self._context.now_ms()
         return frame_of(simulator, self._sequence, now, altitudes=altitudes, fields=fields)

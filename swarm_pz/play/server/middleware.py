@@ -18,7 +18,7 @@ _HEADERS = {
 }
 
 
-class Guard:
+class AccessMiddleware:
     """Lets in only those who ask for a name that is served here, and from a page that is.
 
     A page elsewhere may make its name point here (DNS rebinding) or open a socket to here; neither its

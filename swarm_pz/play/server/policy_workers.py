@@ -90,7 +90,7 @@ def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
 
 
 class _Process:
-    """One process of `Thinkers`, started when it is first needed and after it was ended."""
+    """One process of `PolicyWorkers`, started when it is first needed and after it was ended."""
 
     def __init__(self, loader: Loader) -> None:
         self._loader = loader
@@ -158,7 +158,7 @@ class _Process:
         self._end()
 
 
-class Thinkers:
+class PolicyWorkers:
     """Processes in which policies think.
 
     Parameters

@@ -28,7 +28,7 @@ _MOST_BYTES = 64 * 2**20
 
 
 @dataclass(frozen=True)
-class Film:
+class LoadedRecording:
     """A recorded game that was played through.
 
     Attributes
@@ -46,7 +46,7 @@ class Film:
     is_verified: bool
 
     @classmethod
-    def read(cls, path: Path) -> Film:
+    def read(cls, path: Path) -> LoadedRecording:
         """Read a recorded game and play it through.
 
         Raises
@@ -66,20 +66,20 @@ class Film:
         return cls(recording, frames, playback, playback.verify().verified)
 
 
-class Screening:
+class ReplaySession:
     """See the module.
 
     Parameters
     ----------
-    film : Film
-        For this screening alone.
+    loaded : LoadedRecording
+        For this replay alone.
     connection : Connection
     """
 
-    def __init__(self, film: Film, connection: Connection) -> None:
-        self.recording, self.is_verified, self._connection = film.recording, film.is_verified, connection
-        self._frames, self._playback = film.frames, film.playback
-        self._ticks = [frame.tick for frame in film.frames]
+    def __init__(self, loaded: LoadedRecording, connection: Connection) -> None:
+        self.recording, self.is_verified, self._connection = loaded.recording, loaded.is_verified, connection
+        self._frames, self._playback = loaded.frames, loaded.playback
+        self._ticks = [frame.tick for frame in loaded.frames]
         self._tick = 0
         self._speed = 1.0
         self._sequence = 0

@@ -14,7 +14,7 @@ from swarm_pz.errors import CommandError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import PaintedLine, RecordedSeat, SeatEvent, SeatLine
 from swarm_pz.play.server.connection import Connection
-from swarm_pz.play.server.live_session import Callbacks, House, Moment, Outcome, Session
+from swarm_pz.play.server.live_session import Callbacks, LiveSession, Moment, Outcome, ServerContext
 from swarm_pz.play.server.room_settings import table_config
 from swarm_pz.play.server.views import target_message
 from swarm_pz.play.strokes import Stroke, density_of
@@ -83,17 +83,19 @@ class Room:
     ----------
     code : str
     settings : protocol.Settings
-    house : House
+    context : ServerContext
     moment : Moment, optional
         Of a recorded game, that the first game here goes on from.
     """
 
-    def __init__(self, code: str, settings: protocol.Settings, house: House, moment: Moment | None = None) -> None:
-        self.code, self.settings, self._house, self._moment = code, settings, house, moment
-        self.config = moment.game.config if moment is not None else table_config(settings, house.table)
+    def __init__(
+        self, code: str, settings: protocol.Settings, context: ServerContext, moment: Moment | None = None
+    ) -> None:
+        self.code, self.settings, self._context, self._moment = code, settings, context, moment
+        self.config = moment.game.config if moment is not None else table_config(settings, context.table)
         self.seats = (Seat(0), Seat(1))
         self.watchers: set[Connection] = set()
-        self.session: Session | None = None
+        self.session: LiveSession | None = None
         self.outcome: Outcome | None = None
         self.last_used = time.monotonic()
         self._games = 0
@@ -278,7 +280,7 @@ class Room:
             command = self.session.submit(seat.team, message.number, density, message.strokes, message.timing)
         except (CommandError, ValueError) as error:
             raise RefusedError("not_valid", str(error)) from error
-        connection.send(protocol.Received(number=message.number, server_ms=self._house.now_ms()))
+        connection.send(protocol.Received(number=message.number, server_ms=self._context.now_ms()))
         _, coefficients = make_target(command.density, self.config.game.controller.modes)
         seat.target = target_message(seat.team, message.number, coefficients)
         connection.send_bytes(seat.target)
@@ -301,12 +303,12 @@ class Room:
     def _begin(self) -> None:
         recorded = [RecordedSeat(kind=seat.kind, policy=seat.policy, label=seat.label) for seat in self.seats]
         try:
-            self.session = Session(
+            self.session = LiveSession(
                 f"{self.code}-{self._games + 1}",
                 self.config,
                 self._moment.seed if self._moment is not None else secrets.randbelow(2**32),
                 (recorded[0], recorded[1]),
-                self._house,
+                self._context,
                 Callbacks(
                     show=self._show,
                     in_force=self._in_force,
@@ -346,7 +348,7 @@ class Room:
     def _in_force(self, team: int, number: int, tick: int) -> None:
         seat = self.seats[team]
         if seat.connection is not None:
-            now = self._house.now_ms()
+            now = self._context.now_ms()
             seat.connection.send(protocol.InForceMessage(seat=seat.side, number=number, tick=tick, server_ms=now))
 
     def _failed(self, team: int, reason: str) -> None:

@@ -15,8 +15,9 @@ from swarm_pz.errors import CommandError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import LiveGame, TableConfig
 from swarm_pz.play.server.app import Server
-from swarm_pz.play.server.live_session import House
-from swarm_pz.play.server.policy_workers import Loader, Thinkers
+from swarm_pz.play.server.live_session import ServerContext
+from swarm_pz.play.server.lobby import Lobby
+from swarm_pz.play.server.policy_workers import Loader, PolicyWorkers
 from swarm_pz.play.server.views import capture_fields, target_message
 from swarm_pz.play.strokes import WIDEST, Stroke, density_of
 
@@ -121,9 +122,9 @@ def serve(
         raise CommandError(f"cannot listen at {host}, port {port}: {error.strerror}; try another --port") from error
     port = listening.getsockname()[1]
     names = names_of(host, port)
-    thinkers = Thinkers(loader, processes=max(1, (os.cpu_count() or 2) - 1))
-    house = House(folder=folder, thinkers=thinkers, table=table)
-    app = Server(house, policies).app(names)
+    workers = PolicyWorkers(loader, processes=max(1, (os.cpu_count() or 2) - 1))
+    context = ServerContext(folder=folder, workers=workers, table=table)
+    app = Server(Lobby(context, policies)).app(names)
     is_open = host not in LOOPBACK
     listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104
     shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host

@@ -8,7 +8,7 @@ import pytest
 from swarm_pz.config import GameConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import PolicyError
-from swarm_pz.play.server.policy_workers import PolicySeat, Thinkers
+from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
 from swarm_pz.simulator import Simulator
 from tests.play.faulty import loader
 
@@ -26,15 +26,15 @@ def snapshot():
 
 
 def test_policies_answer_as_they_would_here(snapshot):
-    thinkers = Thinkers(loader, limit_s=60.0)
+    workers = PolicyWorkers(loader, limit_s=60.0)
 
     async def play():
-        return [await thinkers.ask(seat(name, team), snapshot) for name in ("ring", "uniform") for team in (0, 1)]
+        return [await workers.ask(seat(name, team), snapshot) for name in ("ring", "uniform") for team in (0, 1)]
 
     try:
         answers = asyncio.run(play())
     finally:
-        thinkers.close()
+        workers.close()
     assert all(answer.shape == (10, 10) for answer in answers)
     assert not np.allclose(answers[0], answers[1])
     np.testing.assert_array_equal(answers[2], answers[3])
@@ -43,15 +43,15 @@ def test_policies_answer_as_they_would_here(snapshot):
 def test_a_policys_first_answers_are_those_of_a_game_that_has_just_begun(snapshot):
     # It is asked once before, so that what is compiled is compiled; that leaves no trace.
     place = seat("noise")
-    thinkers = Thinkers(loader, limit_s=60.0)
+    workers = PolicyWorkers(loader, limit_s=60.0)
 
     async def play():
-        return [await thinkers.ask(place, snapshot) for _ in range(2)]
+        return [await workers.ask(place, snapshot) for _ in range(2)]
 
     try:
         answers = asyncio.run(play())
     finally:
-        thinkers.close()
+        workers.close()
     policy, batch, row = loader(place.policy, place.game), BatchEnv(place.game), np.zeros(1, int)
     batch.reset([0])
     batch.simulator.restore(snapshot)
@@ -65,18 +65,18 @@ def test_a_policys_first_answers_are_those_of_a_game_that_has_just_begun(snapsho
     [("raises", "no idea"), ("nan", "nan"), ("sleeps", "no command within 2 s"), ("exits", "ended its process")],
 )
 def test_a_fault_stays_with_its_policy(how, message, snapshot):
-    thinkers = Thinkers(loader, limit_s=2.0)
+    workers = PolicyWorkers(loader, limit_s=2.0)
 
     async def play():
-        assert (await thinkers.ask(seat(how), snapshot)).shape == (10, 10)
+        assert (await workers.ask(seat(how), snapshot)).shape == (10, 10)
         with pytest.raises(PolicyError, match=message):
-            await thinkers.ask(seat(how), snapshot)
-        answer = await thinkers.ask(seat("ring"), snapshot)
+            await workers.ask(seat(how), snapshot)
+        answer = await workers.ask(seat("ring"), snapshot)
         assert answer.shape == (10, 10)
-        thinkers.forget(seat("ring"))
-        assert (await thinkers.ask(seat("ring"), snapshot)).shape == (10, 10)
+        workers.forget(seat("ring"))
+        assert (await workers.ask(seat("ring"), snapshot)).shape == (10, 10)
 
     try:
         asyncio.run(play())
     finally:
-        thinkers.close()
+        workers.close()

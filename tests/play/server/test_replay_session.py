@@ -7,7 +7,7 @@ import pytest
 from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.server.replay_session import Film, Screening
+from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from tests.play.recordings.test_format import record
 from tests.play.server.test_room import Client
 
@@ -18,10 +18,10 @@ def test_what_is_taken_over_has_the_sizes_of_the_whole_seconds_that_were_played(
     record(path, ticks=120)
 
     async def watch():
-        screening = Screening(Film.read(path), Client())
-        screening.seek(tick)
-        moment = screening.moment()
-        screening.close()
+        replay = ReplaySession(LoadedRecording.read(path), Client())
+        replay.seek(tick)
+        moment = replay.moment()
+        replay.close()
         return moment
 
     moment = asyncio.run(watch())

@@ -11,9 +11,9 @@ from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import InForceLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.server.live_session import House
-from swarm_pz.play.server.policy_workers import Thinkers
-from swarm_pz.play.server.replay_session import Film, Screening
+from swarm_pz.play.server.live_session import ServerContext
+from swarm_pz.play.server.policy_workers import PolicyWorkers
+from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.server.room import RefusedError, Room
 from swarm_pz.play.server.room_settings import settings_of, table_config
 from tests.play.faulty import FAULTS, loader
@@ -38,8 +38,8 @@ class Client:
         self.frames.append((frame, sequence))
 
 
-def house(tmp_path):
-    return House(folder=tmp_path, thinkers=Thinkers(loader))
+def context(tmp_path):
+    return ServerContext(folder=tmp_path, workers=PolicyWorkers(loader))
 
 
 async def until(holds, seconds=120.0):
@@ -53,7 +53,7 @@ async def until(holds, seconds=120.0):
 @pytest.mark.parametrize("how", FAULTS)
 def test_a_policy_that_fails_keeps_its_last_command_and_the_room_says_so(how, tmp_path):
     async def play():
-        shared, client = house(tmp_path), Client()
+        shared, client = context(tmp_path), Client()
         room = Room("ABCD", protocol.Settings(time_limit=None), shared)
         room.sit(client, "red", "")
         room.place_policy("blue", how)
@@ -64,7 +64,7 @@ def test_a_policy_that_fails_keeps_its_last_command_and_the_room_says_so(how, tm
         await until(lambda: len(client.frames) > before + 10)
         assert room.phase == "playing"
         room.stop()
-        shared.thinkers.close()
+        shared.workers.close()
         return room.session.recorder.path, notices()[0]
 
     path, notice = asyncio.run(play())
@@ -78,7 +78,7 @@ def test_a_policy_that_fails_keeps_its_last_command_and_the_room_says_so(how, tm
 
 def test_a_table_without_people_plays_on(tmp_path):
     async def play():
-        shared, client = house(tmp_path), Client()
+        shared, client = context(tmp_path), Client()
         room = Room("ABCD", protocol.Settings(time_limit=1.0), shared)
         room.sit(client, "red", "")
         room.place_policy("blue", "ring")
@@ -87,7 +87,7 @@ def test_a_table_without_people_plays_on(tmp_path):
         assert room.seats[0].gone and not room.connections
         await until(lambda: room.phase == "over")
         assert room.seats[0].kind == "free", "a seat that was given up is free for the next game"
-        shared.thinkers.close()
+        shared.workers.close()
         return room.session.recorder.path
 
     recording = Recording.read(asyncio.run(play()))
@@ -96,15 +96,15 @@ def test_a_table_without_people_plays_on(tmp_path):
 
 def test_two_policies_at_a_table_have_streams_of_their_own(tmp_path, monkeypatch):
     async def play():
-        shared, seeds, answers = house(tmp_path), {}, {}
-        ask = shared.thinkers.ask
+        shared, seeds, answers = context(tmp_path), {}, {}
+        ask = shared.workers.ask
 
         async def noting(place, games):
             seeds[place.team] = place.seed
             answers[place.team] = await ask(place, games)
             return answers[place.team]
 
-        monkeypatch.setattr(shared.thinkers, "ask", noting)
+        monkeypatch.setattr(shared.workers, "ask", noting)
         room, client = Room("ABCD", protocol.Settings(time_limit=None), shared), Client()
         room.watch(client)
         for side in ("red", "blue"):
@@ -112,7 +112,7 @@ def test_two_policies_at_a_table_have_streams_of_their_own(tmp_path, monkeypatch
         room.ready(client, True)
         await until(lambda: len(answers) == 2)
         room.stop()
-        shared.thinkers.close()
+        shared.workers.close()
         return room.session.recorder.path, seeds, answers
 
     path, seeds, answers = asyncio.run(play())
@@ -126,7 +126,7 @@ def test_two_policies_at_a_table_have_streams_of_their_own(tmp_path, monkeypatch
 
 def test_ticks_are_caught_up_two_at_a_time_and_then_time_slips(tmp_path):
     async def play():
-        shared, client = house(tmp_path), Client()
+        shared, client = context(tmp_path), Client()
         room = Room("ABCD", protocol.Settings(blue=0), shared)
         room.sit(client, "red", "")
         room.ready(client, True)
@@ -138,20 +138,20 @@ def test_ticks_are_caught_up_two_at_a_time_and_then_time_slips(tmp_path):
         assert room.session.game.tick - before <= 4 + TICKS_PER_SECOND * (time.monotonic() - woken)
         assert shared.punctuality.most_caught_up == 2 and shared.punctuality.slipped >= 1
         room.stop()
-        shared.thinkers.close()
+        shared.workers.close()
 
     asyncio.run(play())
 
 
 def test_frames_are_numbered_and_show_fields_at_every_solve(tmp_path):
     async def play():
-        shared, client = house(tmp_path), Client()
+        shared, client = context(tmp_path), Client()
         room = Room("ABCD", protocol.Settings(blue=0), shared)
         room.sit(client, "red", "")
         room.ready(client, True)
         await until(lambda: len(client.frames) > 12)
         room.stop()
-        shared.thinkers.close()
+        shared.workers.close()
         return client.frames
 
     frames = asyncio.run(play())
@@ -174,7 +174,7 @@ def test_settings_come_back_from_the_table():
 
 def test_seats_are_not_given_away(tmp_path):
     async def play():
-        shared, red, other = house(tmp_path), Client(), Client()
+        shared, red, other = context(tmp_path), Client(), Client()
         room = Room("ABCD", protocol.Settings(), shared)
         room.sit(red, "red", "")
         with pytest.raises(RefusedError, match="taken"):
@@ -188,7 +188,7 @@ def test_seats_are_not_given_away(tmp_path):
         room.sit(other, "blue", "")
         room.leave(red)
         room.sit(red, "red", "")
-        shared.thinkers.close()
+        shared.workers.close()
 
     asyncio.run(play())
 
@@ -198,11 +198,11 @@ def test_a_rematch_after_a_take_over_is_a_game_of_its_own(tmp_path):
     record(old, ticks=90)
 
     async def play():
-        shared, client = house(tmp_path), Client()
-        screening = Screening(Film.read(old), client)
-        screening.seek(60)
-        moment = screening.moment()
-        screening.close()
+        shared, client = context(tmp_path), Client()
+        replay = ReplaySession(LoadedRecording.read(old), client)
+        replay.seek(60)
+        moment = replay.moment()
+        replay.close()
         room = Room("ABCD", settings_of(moment.game.config), shared, moment)
         room.sit(client, "red", "")
         room.place_policy("blue", "uniform")
@@ -212,7 +212,7 @@ def test_a_rematch_after_a_take_over_is_a_game_of_its_own(tmp_path):
             paths.append(room.session.recorder.path)
             room.stop()
             assert room.phase == "over"
-        shared.thinkers.close()
+        shared.workers.close()
         return paths
 
     taken, *rematches = [Recording.read(path) for path in asyncio.run(play())]
