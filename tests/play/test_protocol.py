@@ -48,6 +48,7 @@ def test_nothing_is_left_out():
         '{"type":"create","label":"' + "x" * 41 + '"}',
         '{"type":"create","settings":{"red":1000000}}',
         "[" * 60_000,
+        '{"x":' + "[" * 60_000,
         " " * 70_000,
         b"\xff\xfe",
     ],

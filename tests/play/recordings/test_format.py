@@ -221,6 +221,7 @@ def test_a_recording_that_breaks_off_is_read_up_to_there(tmp_path):
         (lambda text: text.replace(b'"version":1', b'"version":2', 1), "version 2"),
         (lambda text: text.replace(b'"tick":3,', b'"tick":-3,'), "line"),
         (lambda text: b"\xff\xfe" + text, "line 1"),
+        (lambda text: b'{"x":' + b"[" * 60_000 + b"\n" + text, "line 1"),
         (
             lambda text: text.replace(b'"team":0,"number":1,"density"', b'"team":0,"number":77,"density"'),
             "lacks command 1",
