@@ -16,7 +16,7 @@ settings.load_profile("ci")
 HERE = Path(__file__).parent
 BITS = (
     "envs/test_batch_env.py", "evaluation/test_match.py", "evaluation/test_rollout.py", "kernels/*.py",
-    "kernels/controllers/*.py", "play/test_game.py", "play/recordings/test_format.py", "policies/*.py",
+    "kernels/controllers/*.py", "play/test_game.py", "play/recordings/*.py", "policies/*.py",
     "simulator/*.py", "spaces/test_observation.py", "test_golden.py", "test_variants.py", "training/test_vec_env.py",
 )  # fmt: skip
 """Tests whose outcome can depend on how the processor rounds; those marked `bits` run a second time as on another."""

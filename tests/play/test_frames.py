@@ -67,6 +67,21 @@ def test_what_is_written_is_read(count, keyframe, with_fields, seed):
         np.testing.assert_array_equal(read.fields, frame.fields)
 
 
+def test_what_is_beyond_the_scale_is_shown_at_its_end():
+    frame = Frame(
+        sequence=0,
+        tick=0,
+        server_ms=0.0,
+        positions=np.array([[-1e-3, 1.001], [0.5, 0.5]]),
+        velocities=np.array([[1.5 * FASTEST, -1.5 * FASTEST], [0.0, 0.0]]),
+        teams=np.zeros(2, np.int8),
+        altitudes=np.array([-0.1, 1.1]),
+    )
+    read = decode_frame(encode_frame(frame))
+    assert read.positions[0].tolist() == [0.0, 1.0] and read.altitudes.tolist() == [0.0, 1.0]
+    assert read.velocities[0].tolist() == [FASTEST, -FASTEST]
+
+
 @pytest.mark.parametrize("data", [b"", b"\x01", GOLDEN[:-1], GOLDEN + b"\x00", b"\x02" + GOLDEN[1:]])
 def test_what_is_no_frame_is_refused(data):
     with pytest.raises(ProtocolError):

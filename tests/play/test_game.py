@@ -72,7 +72,8 @@ def test_a_game_ends_when_time_is_up_or_one_team_has_all():
     assert short.over and short.tick == 30 and short.outcome == "draw"
     fast = LiveGame(TableConfig(game=GameConfig(drones_per_team=(19, 1), capture=CaptureConfig(threshold=0.5))), seed=0)
     fast.advance(30 * 300)
-    assert fast.outcome in ("red", "blue") and min(fast.sizes) == 0
+    assert min(fast.sizes) == 0
+    assert fast.outcome == ("red" if fast.sizes[RED] else "blue")
     alone = LiveGame(TableConfig(game=GameConfig(drones_per_team=(10, 0), capture=CaptureConfig(enabled=False))), 0)
     alone.advance(60)
     assert not alone.over
@@ -89,3 +90,36 @@ def test_nonsense_is_refused_and_the_game_goes_on():
         TableConfig(maping="bold")
     with pytest.raises(ConfigError, match="bold, paper"):
         TableConfig(mapping="thin")
+
+
+@pytest.mark.parametrize(("team", "outcome"), [(RED, "red"), (BLUE, "blue")])
+def test_who_has_every_drone_has_won_even_as_time_runs_out(team, outcome):
+    game = LiveGame(TableConfig(game=GameConfig(time_limit=1.0)), seed=0)
+    game.advance(30)
+    game.simulator.games.teams[:] = team
+    assert game.outcome == outcome
+
+
+def test_what_is_followed_is_what_a_recording_can_hold():
+    game, asked = LiveGame(TableConfig(), seed=0), np.linspace(0.0, 1.0, 100).reshape(10, 10) / 3
+    command = game.submit(BLUE, 7, asked)
+    (event,) = game.advance()
+    assert event.command is command and (command.team, command.number) == (BLUE, 7)
+    np.testing.assert_array_equal(command.density, np.round(asked, 4))
+    np.testing.assert_allclose(game.simulator.targets[0, BLUE], command.density / command.density.sum(), rtol=1e-12)
+
+
+def test_commands_have_the_cells_of_the_game():
+    game = LiveGame(TableConfig(game=GameConfig(command_cells=5)), seed=0)
+    game.submit(RED, 1, np.eye(5))
+    with pytest.raises(CommandError, match="5"):
+        game.submit(RED, 2, np.eye(10))
+
+
+@pytest.mark.parametrize("values", [{"speed": 0.1}, {"speed": 10.0}, {"min_command_interval": 60.0}])
+def test_a_table_goes_to_its_limits_and_no_further(values):
+    ((name, value),) = values.items()
+    assert getattr(TableConfig(**values), name) == value
+    for beyond in (value * (0.9 if value < 1 else 1.1), -value, float("nan")):
+        with pytest.raises(ConfigError, match=name):
+            TableConfig(**{name: beyond})

@@ -13,6 +13,7 @@ from coloraide import Color
 from playwright.sync_api import expect
 
 import swarm_pz.play
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import CommandLine, PaintedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from tests.play.test_frames import GOLDEN, GOLDEN_TARGET
@@ -155,6 +156,157 @@ def test_the_ink_is_seen(open_page):
     assert page.evaluate(INK) == 0
     page.click("#clear")
     assert page.locator("#clear").is_disabled()
+
+
+@pytest.mark.parametrize(("is_kept", "counts"), [(True, [1, 2]), (False, [1, 1])])
+def test_a_drawing_that_was_sent_is_added_to_if_that_is_asked(is_kept, counts, open_page, table):
+    page = open_page(width=1000, height=700)
+    room = begin(page)
+    hand = Hand(page)
+    hand.draw((0.2, 0.2), (0.4, 0.2))
+    page.click("#send")
+    page.locator("#keep").set_checked(is_kept)
+    hand.draw((0.2, 0.8), (0.4, 0.8))
+    page.click("#send")
+    commands = eventually(page, lambda: [*latest(table, room, CommandLine)][1:] and latest(table, room, CommandLine))
+    assert [len(command.strokes) for command in commands] == counts
+    assert [command.number for command in commands] == [1, 2]
+    (x, y), *_ = commands[-1].strokes[-1].points
+    assert (x, y) == (pytest.approx(0.2, abs=0.02), pytest.approx(0.8, abs=0.02))
+
+
+def test_a_room_is_as_the_form_says(open_page, table):
+    page = open_page()
+    page.click("summary")
+    page.select_option("#opponent", "none")
+    page.select_option("#side", "blue")
+    page.fill("#blue-drones", "7")
+    page.select_option("#time-limit", "120")
+    page.select_option("#speed", "0.5")
+    page.select_option("#mapping", "paper")
+    page.fill("#label", "P3")
+    page.click("#create button[type=submit]")
+    room = room_of(page)
+    page.click("#ready")
+    page.wait_for_selector("#cover", state="hidden")
+    header = eventually(page, lambda: recordings(table, room) and Recording.read(recordings(table, room)[0])).header
+    config = TableConfig.from_dict(header.table)
+    assert (config.game.team_sizes, config.game.time_limit, config.speed, config.mapping) == ((0, 7), 120, 0.5, "paper")
+    assert (header.blue.kind, header.blue.label, header.red.kind) == ("person", "P3", "free")
+
+
+def test_what_undo_and_clear_leave_is_what_is_sent(open_page, table):
+    page = open_page(width=1000, height=700)
+    room = begin(page)
+    hand = Hand(page)
+    for y in (0.2, 0.5, 0.8):
+        hand.draw((0.2, y), (0.4, y))
+    page.click("#undo")
+    page.click("#send")
+    page.click("#clear")
+    page.click("#repel")
+    page.locator("#width").fill("0.2")
+    hand.draw((0.6, 0.3), (0.9, 0.3))
+    page.click("#send")
+    first, second = eventually(
+        page, lambda: len(latest(table, room, CommandLine)) == 2 and latest(table, room, CommandLine)
+    )
+    assert [stroke.points[0][1] for stroke in first.strokes] == pytest.approx([0.2, 0.5], abs=0.02)
+    assert {(stroke.brush, stroke.width) for stroke in first.strokes} == {("attract", 0.1)}
+    (stroke,) = second.strokes
+    assert (stroke.brush, stroke.width) == ("repel", 0.2)
+
+
+# --- modules of the page, by themselves -----------------------------------------------------------
+
+
+def test_the_arena_tells_captures_forgets_jumps_and_paints_each_side_in_its_place(open_page):
+    page = open_page()
+    seen = page.evaluate(
+        """async () => {
+            const { Arena } = await import("/static/arena.js");
+            const canvas = () => Object.assign(document.createElement("canvas"), { width: 200, height: 200 });
+            const arena = new Arena(canvas(), canvas(), () => 1000);
+            arena.isLive = true;
+            const row = (first) => new Uint8Array(2500).fill(255, first, first + 50), fields = [row(0), row(2450)];
+            const frame = (tick, teams, serverMs = 1000) => ({
+                tick, serverMs, teams: Uint8Array.from(teams), fields,
+                positions: Float32Array.from([0.25, 0.1, 0.75, 0.9]), velocities: new Float32Array(4),
+            });
+            const seen = {
+                captured: [arena.take(frame(3, [0, 1])), arena.take(frame(6, [0, 0])), arena.take(frame(9, [0, 1]))],
+                flashes: arena.flashes.map(({ drone, team }) => [drone, team]),
+            };
+            arena.flashes = [];
+            seen.shown = arena.paint() === arena.frame;
+            const at = (of, x, y) => [...of.getContext("2d").getImageData(200 * x, 200 * (1 - y), 1, 1).data];
+            seen.drones = [at(arena.drones, 0.25, 0.1), at(arena.drones, 0.75, 0.9), at(arena.drones, 0.25, 0.9)];
+            seen.ground = [at(arena.ground, 0.5, 0.005), at(arena.ground, 0.5, 0.5)];
+            arena.own = 1;
+            arena.groundDirty = true;
+            arena.paint();
+            seen.other = at(arena.ground, 0.5, 0.995);
+            arena.setTarget({ number: 4, cells: 2, picture: Uint8Array.from([0, 0, 255, 255]) });
+            arena.paint();
+            seen.target = arena.shownTarget;
+            seen.jumped = [arena.take(frame(40, [1, 0])), arena.trails.length];
+            arena.take(frame(43, [1, 0], 700));
+            seen.old = arena.paint();
+            arena.forget();
+            seen.forgotten = [arena.frame, arena.fields, arena.target, arena.paint()];
+            return seen;
+        }"""
+    )
+    assert seen["captured"] == [[], [1], [1]] and seen["flashes"] == [[1, 0], [1, 1]]
+    assert seen["shown"] and seen["old"] is None and seen["target"] == 4
+    red, blue, nothing = seen["drones"]
+    assert red[:3] == [0xD6, 0x28, 0x39] and blue[:3] == [0x1D, 0x62, 0xD6] and nothing[3] == 0
+    (shaded, *_), (plain, *_) = seen["ground"]
+    assert shaded < 170 < 255 == plain and seen["other"][0] < 170, (
+        "one's own ground is grey, and row 0 is at the bottom"
+    )
+    assert seen["jumped"] == [[], 1] and seen["forgotten"] == [None] * 4
+
+
+def test_the_quickest_ping_sets_the_clock(open_page):
+    page = open_page()
+    offset, trip, now = page.evaluate(
+        """async () => {
+            const { Link } = await import("/static/link.js");
+            const link = Object.create(Link.prototype);
+            link.pings = [];
+            const before = performance.now();
+            const answer = (tripMs, offsetMs) => {
+                const sent = performance.now() - tripMs;
+                link.setClock({ sent_ms: sent, server_ms: sent + tripMs / 2 + offsetMs });
+            };
+            for (const tripMs of [80, 20, 300]) answer(tripMs, 5000 + tripMs);
+            const first = [link.offsetMs, link.roundTripMs, link.now() - performance.now()];
+            return first;
+        }"""
+    )
+    assert offset == pytest.approx(5020, abs=20) and trip == pytest.approx(20, abs=20)
+    assert now == pytest.approx(5020, abs=20), "the server's clock"
+
+
+def test_the_chart_fills_in_seconds_and_paints_red_from_below(open_page):
+    page = open_page()
+    sizes, label, low, high = page.evaluate(
+        """async () => {
+            const { Chart } = await import("/static/chart.js");
+            const canvas = Object.assign(document.createElement("canvas"), { width: 30, height: 40 });
+            const chart = new Chart(canvas), given = [[10, 10], [15, 5]];
+            chart.set(given);
+            chart.add(30, 15, 5);
+            chart.add(5 * 30 + 29, 5, 15);
+            given[0][0] = 99;
+            const at = (y) => [...canvas.getContext("2d").getImageData(4, y, 1, 1).data];
+            return [chart.sizes, canvas.getAttribute("aria-label"), at(35), at(5)];
+        }"""
+    )
+    assert sizes == [[10, 10], [15, 5], [15, 5], [15, 5], [15, 5], [5, 15]]
+    assert label == "Team sizes over time: now red 5, blue 15"
+    assert low[:3] == [0xD6, 0x28, 0x39] and high[:3] == [0x1D, 0x62, 0xD6]
 
 
 def test_a_large_drawing_is_sent(open_page, table):

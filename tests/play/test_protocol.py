@@ -48,6 +48,7 @@ def test_nothing_is_left_out():
         '{"type":"create","label":"' + "x" * 41 + '"}',
         '{"type":"create","settings":{"red":1000000}}',
         "[" * 60_000,
+        '{"x":' + "[" * 60_000,
         " " * 70_000,
         b"\xff\xfe",
     ],
@@ -67,3 +68,10 @@ def test_the_page_names_every_message():
     page = (DOCS / "protocol.md").read_text()
     for message in (*protocol.ClientMessage.__args__, *protocol.ServerMessage.__args__):
         assert f"`{message.__struct_config__.tag}`" in page
+
+
+def test_the_longest_message_is_read_and_a_longer_one_is_not():
+    text = protocol.encode(protocol.Ping(1.0))
+    assert protocol.decode_client(text + " " * (65_536 - len(text))) == protocol.Ping(1.0)
+    with pytest.raises(ProtocolError, match="65536 bytes"):
+        protocol.decode_client(text + " " * (65_537 - len(text)))

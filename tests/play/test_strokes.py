@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import CommandError
-from swarm_pz.play.strokes import BRUSHES, MAPPINGS, MOST_POINTS, Stroke, density_of
+from swarm_pz.play.strokes import BRUSHES, MAPPINGS, MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
 from swarm_pz.simulator.commands import interpolation_matrix
 
 
@@ -115,3 +115,10 @@ def test_unknown_mappings_and_endless_drawings_are_refused():
     long = line(*[(0.5, 0.5)] * MOST_POINTS)
     with pytest.raises(CommandError, match="points"):
         density_of([long, long], 10)
+
+
+def test_what_is_at_a_limit_is_drawn():
+    edges = line((-0.5, -0.5), (1.5, 1.5), width=NARROWEST)
+    longest = line(*[(0.5, 0.5)] * (MOST_POINTS - 2), width=WIDEST)
+    assert density_of([edges, longest], 10).max() > 0.5
+    assert line(*[(0.5, 0.5)] * MOST_POINTS).points

@@ -119,9 +119,9 @@ class ReplaySession:
         self._clock.cancel()
 
     async def _run(self) -> None:
-        self.seek(0)
         owed = 0.0
         try:
+            self.seek(0)
             while True:
                 await asyncio.sleep(1.0 / TICKS_PER_SECOND)
                 owed = min(owed + self._speed, 8.0)

@@ -173,13 +173,15 @@ class Room:
 
     def disconnect(self, connection: Connection) -> None:
         """Note that a connection is gone; its seat waits for its token."""
+        if connection not in self.connections:
+            return  # another has its seat
         self.watchers.discard(connection)
         for seat in self.seats:
             if seat.connection is connection:
                 seat.connection, seat.away_since = None, time.monotonic()
                 seat.ready = False
                 self._note(seat, "disconnected")
-                self._changed()
+        self._changed()
 
     def free_absent(self) -> None:
         """Between games, free the seats of those who have been away for long."""

@@ -18,6 +18,7 @@ from swarm_pz.play.recordings.format import (
     CapturedLine,
     CommandLine,
     EndLine,
+    FrameLine,
     Header,
     InForceLine,
     PaintedLine,
@@ -220,6 +221,7 @@ def test_a_recording_that_breaks_off_is_read_up_to_there(tmp_path):
         (lambda text: text.replace(b'"version":1', b'"version":2', 1), "version 2"),
         (lambda text: text.replace(b'"tick":3,', b'"tick":-3,'), "line"),
         (lambda text: b"\xff\xfe" + text, "line 1"),
+        (lambda text: b'{"x":' + b"[" * 60_000 + b"\n" + text, "line 1"),
         (
             lambda text: text.replace(b'"team":0,"number":1,"density"', b'"team":0,"number":77,"density"'),
             "lacks command 1",
@@ -235,9 +237,113 @@ def test_what_is_no_recording_is_refused(change, message, tmp_path):
         Recording.read(tmp_path / "none.jsonl")
 
 
+def picture(tick, drones=8):
+    """Return a frame's bytes that show drones in a row."""
+    x = np.arange(drones) / 10
+    places, teams = np.stack([x, x], 1), (np.arange(drones) >= drones // 2).astype(np.int8)
+    return encode_frame(
+        Frame(sequence=0, tick=tick, server_ms=0.0, positions=places, velocities=0 * places, teams=teams)
+    )
+
+
+NONSENSE = CommandLine(team=1, number=4, density=[[2.0] * 10] * 10, received_ms=0.0)
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ([CapturedLine(tick=1, drone=8, team=0)], "a drone that its game does not have"),
+        ([NONSENSE, InForceLine(team=1, number=4, tick=0, ms=0.0)], "command 4 of team 1"),
+        ([NONSENSE], "command 4 of team 1"),
+        ([FrameLine(tick=3, data="abc")], "the frame at tick 3 is corrupt"),
+        ([FrameLine(tick=3, data="AQID")], "the frame at tick 3 is corrupt"),
+        ([frame_line(picture(6, drones=7), 6)], "the frame at tick 6 has another number of drones"),
+    ],
+)
+def test_what_its_game_cannot_have_is_corrupt(lines, message):
+    def read_all(lines):
+        recording = Recording("a.jsonl", header(CONFIG, 1, "ring"), lines)
+        return Playback(recording), list(recording.frames())
+
+    read_all([CapturedLine(tick=1, drone=7, team=0), frame_line(picture(3), 3)])
+    with pytest.raises(RecordingError, match=message):
+        read_all(lines)
+
+
+def test_rules_that_are_not_known_here_are_said_to_be(tmp_path):
+    told = header(CONFIG, 1, "ring")
+    told.table = told.table | {"weather": "fine"}
+    with pytest.raises(RecordingError, match=r"rules that are not known here.*weather"):
+        Recording("a.jsonl", told, [])
+
+
+def test_what_a_later_version_adds_is_passed_over(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=30)
+    lines = [json.loads(line) | {"weather": "fine"} for line in (tmp_path / "a.jsonl").read_text().splitlines()]
+    (tmp_path / "b.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+    before, after = (Recording.read(tmp_path / name) for name in ("a.jsonl", "b.jsonl"))
+    assert (after.header, after.events) == (before.header, before.events)
+
+
+def test_a_recorder_begins_a_file_of_its_own_at_once_and_adds_nothing_once_it_is_closed(tmp_path):
+    path = tmp_path / "deep" / "er" / "a.jsonl"
+    recorder = Recorder(path, header(CONFIG, 1, "ring"))
+    assert Recording.read(path).header.seed == 1
+    with pytest.raises(FileExistsError):
+        Recorder(path, header(CONFIG, 2, "ring"))
+    recorder.write(SeatLine(team=0, event="connected", ms=0.0))
+    recorder.close()
+    recorder.write(SeatLine(team=0, event="hidden", ms=1.0))
+    recorder.close()
+    assert [line.event for line in Recording.read(path).of(SeatLine)] == ["connected"] and not recorder.fault
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        FrameLine(tick=9, data=""),
+        InForceLine(team=0, number=1, tick=9, ms=0.0),
+        EndLine(outcome="draw", tick=9, sizes=(4, 4), ms=0.0),
+    ],
+)
+def test_whatever_came_last_tells_how_long_a_game_was(line):
+    assert Recording("a.jsonl", header(CONFIG, 1, "ring"), [FrameLine(tick=6, data=""), line]).last_tick == 9
+
+
+def test_the_past_of_a_moment_is_what_the_game_itself_did_before_its_solve():
+    blank = [[1.0] * 10] * 10
+    seat, painted = SeatLine(team=0, event="connected", ms=0.0), PaintedLine(team=0, number=1, ms=9.0)
+    first, second = (CommandLine(team=0, number=number, density=blank, received_ms=0.0) for number in (1, 2))
+    begins, follows = (InForceLine(team=0, number=number, tick=6 * number - 6, ms=0.0) for number in (1, 2))
+    taken, retaken = CapturedLine(tick=5, drone=1, team=1), CapturedLine(tick=6, drone=1, team=0)
+    shown, after = FrameLine(tick=6, data=""), FrameLine(tick=9, data="")
+    end = EndLine(outcome="draw", tick=9, sizes=(4, 4), ms=0.0)
+    events = [seat, first, begins, painted, taken, retaken, shown, second, follows, after, end]
+    recording = Recording("a.jsonl", header(CONFIG, 1, "ring"), events)
+    assert recording.until(0) == [first]
+    assert recording.until(5) == [first, begins, taken]
+    assert recording.until(6) == [first, begins, taken, retaken, shown, second]
+    assert recording.until(9) == [first, begins, taken, retaken, shown, second, follows, after]
+
+
+def test_a_client_that_counts_from_the_start_again_is_followed_in_order():
+    corners = [np.eye(1, 100, place).reshape(10, 10).tolist() for place in range(4)]
+    lines = []
+    for place, (team, number) in enumerate([(0, 1), (1, 1), (0, 1), (1, 2)]):
+        lines.append(CommandLine(team=team, number=number, density=corners[place], received_ms=0.0))
+        lines.append(InForceLine(team=team, number=number, tick=30 * place, ms=0.0))
+    followed = Recording("a.jsonl", header(CONFIG, 1, "ring"), lines).in_force()
+    assert [(tick, command.team, command.density.tolist()) for tick, command in followed] == [
+        (30 * place, place % 2, corners[place]) for place in range(4)
+    ]
+
+
 @pytest.mark.parametrize("name", ["../a.jsonl", "a/b.jsonl", "a.txt", ".jsonl", "a..jsonl", "", "a.jsonl\n", "ä.jsonl"])
 def test_names_are_no_paths(name):
-    assert checked_name("20260101T000000Z-ABCD-1.jsonl")
+    for good in ("20260101T000000Z-ABCD-1.jsonl", "a" * 100 + ".jsonl"):
+        assert checked_name(good) == good
+    with pytest.raises(RecordingError):
+        checked_name("a" * 101 + ".jsonl")
     with pytest.raises(RecordingError):
         checked_name(name)
 

@@ -1,0 +1,126 @@
+"""Commands for people at the table: what they hand on to the server, to films and to tables."""
+
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from swarm_pz.cli import main
+from swarm_pz.config import GameConfig
+from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.server import serve as module
+from swarm_pz.policies import load
+from swarm_pz.policy import about
+from tests.play.recordings.test_format import record
+
+
+@pytest.fixture
+def served(monkeypatch):
+    """Give what the server is called with; it ends at once."""
+    calls = []
+    monkeypatch.setattr("swarm_pz.cli.table.known", lambda: {"uniform": "everywhere"})
+    monkeypatch.setattr(module, "serve", lambda loader, policies, **how: calls.append((loader, policies, how)))
+    return calls
+
+
+def refused(capsys, *arguments):
+    """Return what a command that is refused says."""
+    with pytest.raises(SystemExit, match="2"):
+        main(list(arguments))
+    return capsys.readouterr().err
+
+
+def test_the_table_is_served_as_it_was_asked_for(served, capsys):
+    options = ["--host", "127.0.0.2", "--port", "0", "--min-command-interval", "0.75", "--out", "games"]
+    main(["play", "--opponent", "ring", *options, "--game.command-period", "2"])
+    ((loader, policies, how),) = served
+    game = GameConfig(command_period=2.0)
+    assert loader is load and policies == {"uniform": "everywhere", "ring": about("ring")}
+    assert (how["host"], how["port"], how["folder"], how["page"]) == ("127.0.0.2", 0, Path("games"), "play=ring")
+    assert how["table"].game == game and how["table"].min_command_interval == 0.75
+    assert "█" in how["draw_code"]("http://127.0.0.2:8000/")
+    how["say"]("it is there")
+    printed = capsys.readouterr().out
+    assert f"rules: {game.rules_hash}" in printed and "it is there" in printed
+
+
+@pytest.mark.parametrize(("opponent", "page"), [([], ""), (["--opponent", "none"], "play=none")])
+def test_nobody_is_an_opponent_that_is_no_policy(opponent, page, served):
+    main(["play", *opponent])
+    ((_, policies, how),) = served
+    assert how["page"] == page and policies == {"uniform": "everywhere"}
+
+
+def test_an_opponent_must_be_there(served, capsys):
+    assert "did you mean 'ring'" in refused(capsys, "play", "--opponent", "rign")
+    assert not served
+
+
+def test_a_recording_is_shown_from_its_own_folder(served, tmp_path):
+    (tmp_path / "games").mkdir()
+    record(tmp_path / "games" / "a.jsonl", ticks=30)
+    main(["replay", str(tmp_path / "games" / "a.jsonl"), "--host", "127.0.0.2", "--port", "0"])
+    ((loader, policies, how),) = served
+    assert loader is load and policies == {"uniform": "everywhere"}
+    assert (how["host"], how["port"], how["folder"], how["page"]) == (
+        "127.0.0.2",
+        0,
+        tmp_path / "games",
+        "replay=a.jsonl",
+    )
+    assert "█" in how["draw_code"]("http://127.0.0.2:8000/")
+
+
+def test_a_recording_is_only_verified_or_filmed_if_that_is_asked(served, tmp_path, capsys, monkeypatch):
+    filmed = []
+    monkeypatch.setattr(Playback, "film", lambda _, path, speed, show: filmed.append((path, speed)))
+    record(tmp_path / "a.jsonl", ticks=30)
+    main(["replay", str(tmp_path / "a.jsonl"), "--verify"])
+    assert "verified: 10 frames" in capsys.readouterr().out and not filmed
+    main(["replay", str(tmp_path / "a.jsonl"), "--film", "a.gif", "--speed", "3"])
+    assert filmed == [(Path("a.gif"), 3.0)] and "film: a.gif" in capsys.readouterr().out
+    main(["replay", str(tmp_path / "a.jsonl"), "--film", "b.gif", "--verify"])
+    assert filmed[1:] == [(Path("b.gif"), 2.0)] and "verified" in capsys.readouterr().out
+    assert not served
+
+
+def test_a_recording_that_plays_differently_here_is_an_error(tmp_path, capsys):
+    record(tmp_path / "a.jsonl", ticks=150)
+    text = (tmp_path / "a.jsonl").read_text()
+    (tmp_path / "a.jsonl").write_text(text.replace('"number":1,"tick":60', '"number":1,"tick":63'))
+    said = refused(capsys, "replay", str(tmp_path / "a.jsonl"), "--verify")
+    assert "plays differently here from tick 6" in said
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--port", "99999"], "port must be a whole number in [0, 65535]"),
+        (["--speed", "0"], "speed must be above 0"),
+        (["--film", "a.avi"], "must end in .gif or .mp4"),
+    ],
+)
+def test_a_replay_that_cannot_be_is_refused(options, message, served, tmp_path, capsys):
+    record(tmp_path / "a.jsonl", ticks=30)
+    assert message in refused(capsys, "replay", str(tmp_path / "a.jsonl"), *options)
+    assert not served
+
+
+@pytest.mark.parametrize("options", [[], ["--parquet"]])
+def test_a_study_writes_tables_and_says_what_it_left_out(options, tmp_path, capsys):
+    record(tmp_path / "a.jsonl", ticks=30, outcome="red", player="ring")
+    shutil.copy(tmp_path / "a.jsonl", tmp_path / "b.jsonl")
+    (tmp_path / "bad.jsonl").write_text("{}\n")
+    main(["study", str(tmp_path), "--out", "tables", *options])
+    printed = capsys.readouterr()
+    suffix = "parquet" if options else "csv"
+    names = [f"seats.{suffix}", f"summary.{suffix}", "schema.json"]
+    assert printed.out.splitlines()[:3] == [f"tables/{name}" for name in names]
+    assert sorted(path.name for path in Path("tables").iterdir()) == sorted(names)
+    assert "2-0-0" in printed.out and "P1" in printed.out
+    assert printed.err.startswith("left out: ") and "bad.jsonl" in printed.err
+    assert json.loads(Path("tables/schema.json").read_text())["command"].startswith(f"swarm-pz study {tmp_path}")
+    if not options:
+        assert len(list(csv.DictReader(Path("tables/seats.csv").read_text().splitlines()))) == 4

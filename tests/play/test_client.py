@@ -1,0 +1,88 @@
+"""A program at the table, against a stand-in for it: what it says, when, and what it makes of the answers."""
+
+import contextlib
+import threading
+
+import numpy as np
+import pytest
+from websockets.sync.server import serve
+
+from swarm_pz.errors import PolicyError
+from swarm_pz.play import protocol
+from swarm_pz.play.client import play
+from swarm_pz.play.frames import Frame, encode_frame, encode_target
+
+
+@contextlib.contextmanager
+def stand_in(*answers):
+    """Give the address of a table that answers a client's `ready` so and hangs up, and what it was said."""
+    said, heard_all = [], threading.Event()
+
+    def talk(socket):
+        for text in socket:
+            said.append(protocol.decode_client(text))
+            if isinstance(said[-1], protocol.Ready):
+                for answer in answers:
+                    socket.send(answer if isinstance(answer, bytes) else protocol.encode(answer))
+                if not any(isinstance(answer, bytes) for answer in answers):
+                    break
+        heard_all.set()
+
+    with serve(talk, "127.0.0.1", 0, subprotocols=[protocol.SUBPROTOCOL]) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield "{}:{}".format(*server.socket.getsockname()), said, heard_all
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+def room(phase, outcome=None):
+    seat = protocol.SeatState()
+    return protocol.RoomState("ABCD", phase, protocol.Settings(), seat, seat, 0, [], 0.5, outcome)
+
+
+def frame(tick):
+    places = np.full((3, 2), 0.5)
+    teams = np.array([0, 1, 1], np.int8)
+    return encode_frame(
+        Frame(sequence=100 + tick, tick=tick, server_ms=0.0, positions=places, velocities=0 * places, teams=teams)
+    )
+
+
+def test_a_program_says_who_it_is_commands_once_a_period_and_returns_who_won():
+    seen = []
+
+    def tactic(shown, team):
+        seen.append((shown.tick, team, shown.teams.tolist()))
+        return np.full((10, 10), shown.tick / 100)
+
+    late = protocol.Refused("too_many", "this one is lost", "command")
+    target = encode_target(1, 1, np.zeros((2, 2), np.uint8))
+    frames = [frame(tick) for tick in range(61)]
+    answers = [room("over", "red"), late, target, room("playing"), *frames, room("over", "blue")]
+    with stand_in(*answers) as (address, said, heard_all):
+        assert play(address, tactic, opponent="ring", seat="blue", period=0.5) == "blue"
+        assert heard_all.wait(30)
+    assert said[:3] == [protocol.Hello(kind="program"), protocol.Create(seat="blue", opponent="ring"), protocol.Ready()]
+    assert seen == [(tick, 1, [0, 1, 1]) for tick in (0, 15, 30, 45, 60)]
+    commands = [message for message in said if isinstance(message, protocol.CommandMessage)]
+    expected = [(1 + k, [[15 * k / 100] * 10] * 10) for k in range(5)]
+    assert [(command.number, command.density) for command in commands] == expected
+    acknowledged = [message.sequence for message in said if isinstance(message, protocol.Acknowledge)]
+    assert acknowledged == list(range(103, 161, 4)), "after every fourth frame"
+
+
+def test_a_program_joins_the_room_that_it_is_told():
+    with (
+        stand_in(protocol.Refused("taken", "that seat is taken", "join")) as (address, said, _),
+        pytest.raises(PolicyError, match="refused join: that seat is taken"),
+    ):
+        play(address, None, room="WXYZ", opponent="ring", seat="blue")
+    assert said[1] == protocol.Join("WXYZ", "blue")
+
+
+def test_a_table_that_hangs_up_is_an_error():
+    with stand_in(room("playing")) as (address, _, _), pytest.raises(PolicyError, match="closed the connection"):
+        play(address, None)
