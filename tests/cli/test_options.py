@@ -123,8 +123,8 @@ def test_a_tournament_of_all_is_of_those_who_can_play_these_rules(monkeypatch, t
             raise PolicyError("not so few drones")
         return load(name, config)
 
-    monkeypatch.setattr("swarm_pz.cli.players.load", choosy)
-    monkeypatch.setattr("swarm_pz.cli.players.faults", lambda: {"evade": "evade cannot be loaded"})
+    monkeypatch.setattr("swarm_pz.cli.player_options.load", choosy)
+    monkeypatch.setattr("swarm_pz.cli.player_options.faults", lambda: {"evade": "evade cannot be loaded"})
     given, _ = asked(
         monkeypatch, "swarm_pz.evaluation.tournament.Tournament", ["tournament", "--out", str(tmp_path), *SHORT]
     )
@@ -279,13 +279,12 @@ def test_of_study(monkeypatch, tmp_path, capsys, parquet):
 
 
 def test_of_presets_in_the_games_of_others():
-    from swarm_pz.cli import presets
     from swarm_pz.training.config import LeagueConfig
 
     released = GameConfig.preset("released")
-    rules, rest = presets.take(["--preset=released", "--pre", "x"])
+    rules, rest = preset_option.take(["--preset=released", "--pre", "x"])
     assert (rules, rest) == (released, ["--pre", "x"])
-    learner = presets._with_rules(LeagueConfig(), released).learner.game
+    learner = preset_option._with_rules(LeagueConfig(), released).learner.game
     assert learner == released.replace(observation=LeagueConfig().learner.game.observation)
 
 

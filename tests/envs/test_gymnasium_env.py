@@ -9,8 +9,8 @@ from stable_baselines3.common.env_checker import check_env
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.gymnasium_env import DuelEnv
-from swarm_pz.envs.opponents import DuelBatch
 from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
+from swarm_pz.envs.opponents import DuelBatch
 from swarm_pz.envs.parallel_env import parallel_env
 from swarm_pz.errors import CommandError, ConfigError, GameOverError, PolicyError
 from swarm_pz.simulator.spawn import random_start

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.envs.duel_batch import DuelBatch
+from swarm_pz.envs.opponents import DuelBatch
 from swarm_pz.errors import ConfigError, GameOverError, PolicyError
 
 SMALL = GameConfig(drones_per_team=2)
