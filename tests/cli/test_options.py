@@ -11,7 +11,7 @@ import pytest
 
 import swarm_pz
 import swarm_pz.training.vec_env
-from swarm_pz.cli import main, report
+from swarm_pz.cli import main, preset_option, report
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.rendering.overlays import make_overlays
