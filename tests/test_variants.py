@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 
 import numpy as np
@@ -11,9 +12,10 @@ from pettingzoo.test import parallel_api_test
 from swarm_pz import GameConfig, ObservationConfig, parallel_env
 from swarm_pz.cli import main
 from swarm_pz.config import PRESETS
+from swarm_pz.kernels.controllers import CONTROLLERS
 from swarm_pz.training.vec_env import SwarmVecEnv
 
-CONTROLLERS = ["ergodic", "flocking", ("ergodic", "flocking")]
+FLOWN_BY = [*CONTROLLERS, *itertools.combinations(CONTROLLERS, 2)]
 
 
 @pytest.fixture(params=sorted(PRESETS))
@@ -21,7 +23,7 @@ def preset(request):
     return GameConfig.preset(request.param)
 
 
-@pytest.fixture(params=CONTROLLERS, ids=str)
+@pytest.fixture(params=FLOWN_BY, ids=str)
 def config(request, preset):
     return preset.replace(controllers=request.param, time_limit=5.0, drones_per_team=4)
 
@@ -43,7 +45,7 @@ def test_a_game_is_played_to_its_end(config):
     assert 1 <= steps <= 5
 
 
-@pytest.mark.parametrize("controllers", CONTROLLERS, ids=str)
+@pytest.mark.parametrize("controllers", FLOWN_BY, ids=str)
 def test_conformance_of_the_released_variant(controllers):
     parallel_api_test(
         parallel_env(GameConfig.preset("released"), controllers=controllers, time_limit=30.0), num_cycles=100
@@ -77,7 +79,7 @@ def arguments_of(config: GameConfig) -> list[str]:
     return arguments
 
 
-@pytest.mark.parametrize("controllers", CONTROLLERS, ids=str)
+@pytest.mark.parametrize("controllers", FLOWN_BY, ids=str)
 def test_policies_are_compared_on_the_command_line(preset, controllers, tmp_path, capsys):
     words = [controllers] if isinstance(controllers, str) else [*controllers]
     short = ["--games", "2", "--game.time-limit", "5", "--game.drones-per-team", "4", "--json", "e.json"]

@@ -62,8 +62,9 @@ class GameConfig(Config):
     observation : ObservationConfig or (ObservationConfig, ObservationConfig)
         What the agents see; a pair (red, blue) gives each seat its own.
     controllers : {"ergodic", "flocking"} or a pair of them
-        Who flies the teams; a pair (red, blue) gives each team its own. It goes with the colour: in a match
-        that swaps sides both policies play with both controllers.
+        Who flies the teams; a pair (red, blue) gives each team its own. In a match, whose players change sides, it
+        goes with the player: the first of the pair flies for the policy and the second for its opponent, on
+        either side.
 
     Examples
     --------
@@ -126,8 +127,9 @@ class GameConfig(Config):
             ("dynamics", DynamicsConfig),
         ):
             check(isinstance(getattr(self, name), kind), name, getattr(self, name), f"a {kind.__name__}")
-        fits = len(self.team_controllers) == 2 and all(one in get_args(Controller) for one in self.team_controllers)
-        check(fits, "controllers", self.controllers, "'ergodic', 'flocking' or a pair of them")
+        known = get_args(Controller)
+        fits = len(self.team_controllers) == 2 and all(one in known for one in self.team_controllers)
+        check(fits, "controllers", self.controllers, f"{', '.join(map(repr, known))} or a pair of them")
 
     @classmethod
     def preset(cls, name: str) -> GameConfig:

@@ -111,9 +111,10 @@ class BatchEnv:
         seeds: Sequence[Seed] | NDArray[np.integer[Any]] | None = None,
         rows: ArrayLike | None = None,
         scenario: Mapping[str, ArrayLike] | None = None,
+        swapped: ArrayLike = False,
     ) -> None:
         """Start games afresh; arguments as of `Simulator.reset`."""
-        self.simulator.reset(seeds, rows, scenario)
+        self.simulator.reset(seeds, rows, scenario, swapped)
         self.running[self.simulator.rows(rows)] = True
 
     def step(

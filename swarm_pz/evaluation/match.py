@@ -155,7 +155,7 @@ def play_match(
     seed : int
         Of the match; games and both policies' random streams follow from it.
     config : GameConfig, optional
-        The rules. Handicaps swap sides with the policies.
+        The rules, as of `Rollout`.
     threads : int
     progress : callable, optional
         Called with (games finished, games in all) after every step.

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import RED, TEAM_NAMES, GameConfig
+from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check_choice, check_count
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import CommandError, PolicyError
@@ -127,7 +127,8 @@ class Rollout:
     seed : int
         Of the match; starts and both policies' random streams follow from it.
     config : GameConfig, optional
-        The rules. Handicaps stay with red and blue, whoever plays them.
+        The rules. Handicaps stay with red and blue, whoever plays them; of two different controllers the first
+        flies for the policy and the second for its opponent, on either side.
     threads : int
     clock : callable, optional
         From a number of games and whether they begin, to a context in which a policy gets ready or gives its
@@ -178,7 +179,7 @@ class Rollout:
         self.batch = BatchEnv(self.config, len(self._numbers), threads=threads)
         self.simulator = self.batch.simulator
         starts, *streams = zip(*(_streams(seed, number) for number in self._numbers), strict=True)
-        self.batch.reset(starts)
+        self.batch.reset(starts, swapped=self._sides[0] == BLUE)
         for place, player in enumerate(self._players):
             with blame(place, self._names[place]), self._clock(len(self.rows), True):
                 player.reset(streams[place], self.rows)

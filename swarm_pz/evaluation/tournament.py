@@ -52,7 +52,8 @@ class TournamentConfig(Config):
     budget_ms : float
         Milliseconds that a command may take; who takes longer forfeits the game.
     game : GameConfig
-        The rules.
+        The rules. Of two different controllers the first flies for whichever of two players comes first in the
+        alphabet, in all of their games; who wants a ladder of players gives both the same.
     """
 
     games: int = 40

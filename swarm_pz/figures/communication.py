@@ -12,8 +12,8 @@ from swarm_pz.evaluation.intervals import bootstrap, rounded
 from swarm_pz.figures import style
 from swarm_pz.figures.coverage import JUDGED, TARGETS, lone_team, metric_over_time, periods, start
 from swarm_pz.figures.finding import Figure, Finding, game_seeds
+from swarm_pz.kernels.controllers.ergodic import sobolev_weights
 from swarm_pz.simulator.ergodicity import ErgodicMetric
-from swarm_pz.simulator.parameters import sobolev_weights
 
 SEEDS, DRONES = 20, 12
 RADII = (1.5, 0.8, 0.4, 0.2, 0.1, 0.05, 0.0)

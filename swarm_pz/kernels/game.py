@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.capture import Boards, add_up, find_captured
-from swarm_pz.kernels.controllers.communication import Talk, ergodic_among_heard
+from swarm_pz.kernels.controllers import NUMBERS
+from swarm_pz.kernels.controllers.communication import Communication, ergodic_among_heard
 from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
 from swarm_pz.kernels.controllers.flocking import FlockingParameters, flocking
 from swarm_pz.kernels.dynamics import move
@@ -19,6 +20,7 @@ from swarm_pz.kernels.trails import cell_of, extend_trails, forget_trail, hand_o
 
 SAME_TARGET = 1e-9
 """Targets whose cells differ by no more are the same command."""
+FLOCKING = NUMBERS["flocking"]
 
 
 class Games(NamedTuple):
@@ -60,8 +62,10 @@ class Games(NamedTuple):
     """(E,) of what happens by chance during the game; see `swarm_pz.kernels.rng`."""
     failed: NDArray[np.bool_]
     """(E, N) drones that do not work now."""
+    flown_by: NDArray[np.int8]
+    """(E, 2) who flies each team, by the numbers of `swarm_pz.kernels.controllers.NUMBERS`."""
     attractors: NDArray[np.float32]
-    """(E, 2, 3) x, y and weight of each team's attractor, if it flocks."""
+    """(E, 2, 3) x, y and weight of each team's attractor, if anybody flocks."""
     followed: NDArray[np.float64]
     """(E, 2, A, A) each team's target at the last solve, if new ones make it forget; else (E, 2, 0, 0)."""
     reconstruction: NDArray[np.float32]
@@ -82,7 +86,7 @@ class RuleParameters(NamedTuple):
     """(G + 4, G + 4) see `swarm_pz.kernels.capture`."""
 
 
-class Options(NamedTuple):
+class RuleVariants(NamedTuple):
     """What differs from the rules of the preset `paper`, ready for the kernels.
 
     Where nothing does, None stands in its place, and what it is for is not even compiled.
@@ -99,7 +103,7 @@ class Options(NamedTuple):
     """Of a working drone in a control period."""
     repair_chance: float
     """Of a failed one."""
-    talk: Talk
+    communication: Communication
     flocking: FlockingParameters
 
 
@@ -123,7 +127,7 @@ def forget(games: Games, e: int, drone: int, team: int, what: tuple[bool, bool],
 
 
 @kernel
-def take_up_commands(games: Games, e: int, options: Options, boards: Boards) -> None:
+def take_up_commands(games: Games, e: int, variants: RuleVariants, boards: Boards) -> None:
     """Forget what a new command makes a team forget. Targets are compared, so an image and its double are the same."""
     for team in range(2):
         target, followed = games.targets[e, team], games.followed[e, team]
@@ -135,19 +139,19 @@ def take_up_commands(games: Games, e: int, options: Options, boards: Boards) -> 
             followed[:] = target
             for i in range(games.teams.shape[1]):
                 if games.teams[e, i] == team:
-                    forget(games, e, i, team, options.command_forgets, boards)
+                    forget(games, e, i, team, variants.command_forgets, boards)
             add_up(boards)
 
 
 @kernel
-def fail_and_repair(games: Games, e: int, options: Options) -> None:
+def fail_and_repair(games: Games, e: int, variants: RuleVariants) -> None:
     """Let drones fail, at rest and with an empty memory, and let others return to work."""
     for i in range(games.teams.shape[1]):
         chance = draw(games.seeds[e], FAILURE, games.ticks[e], i, 0)
         if games.failed[e, i]:
-            games.failed[e, i] = chance >= options.repair_chance
+            games.failed[e, i] = chance >= variants.repair_chance
         else:
-            games.failed[e, i] = chance < options.failure_chance
+            games.failed[e, i] = chance < variants.failure_chance
         if games.failed[e, i]:
             games.velocities[e, i] = 0.0
             games.accelerations[e, i] = 0.0
@@ -166,21 +170,37 @@ def at_work(teams: NDArray[np.int8], failed: NDArray[np.bool_]) -> NDArray[np.in
 
 
 @kernel
-def solve_with_options(
-    games: Games, e: int, options: Options, controller: ErgodicParameters, scratch: Scratch, boards: Boards
+def flies(flown_by: NDArray[np.int8], controller: int) -> bool:
+    """Whether a controller flies any team of a game."""
+    return bool(flown_by[0] == controller or flown_by[1] == controller)
+
+
+@kernel
+def flown(crew: NDArray[np.int8], flown_by: NDArray[np.int8], controller: int) -> NDArray[np.int8]:
+    """Return each drone's team, -1 for those of a team that another controller flies."""
+    own = crew.copy()
+    for i in range(crew.shape[0]):
+        if crew[i] >= 0 and flown_by[crew[i]] != controller:
+            own[i] = -1
+    return own
+
+
+@kernel
+def solve_with_variants(
+    games: Games, e: int, variants: RuleVariants, controller: ErgodicParameters, scratch: Scratch, boards: Boards
 ) -> None:
-    """Let the controllers choose all accelerations, where options have a say.
+    """Let the controllers choose all accelerations, where variants have a say.
 
     The ergodic controller always runs, since memories and coefficients are kept of whoever is flown by
-    another one, too.
+    another one, too; the others then steer their own drones.
     """
     positions, velocities, teams = games.positions[e], games.velocities[e], games.teams[e]
     memory, memory_weight, accelerations = games.memory[e], games.memory_weight[e], games.accelerations[e]
-    if options.command_forgets[0] or options.command_forgets[1]:
-        take_up_commands(games, e, options, boards)
-    if options.can_fail:
-        fail_and_repair(games, e, options)
-    if options.talk.is_local:
+    if variants.command_forgets[0] or variants.command_forgets[1]:
+        take_up_commands(games, e, variants, boards)
+    if variants.can_fail:
+        fail_and_repair(games, e, variants)
+    if variants.communication.is_local:
         crew = at_work(teams, games.failed[e])
         ergodic_among_heard(
             positions,
@@ -192,7 +212,7 @@ def solve_with_options(
             controller,
             scratch,
             accelerations,
-            options.talk,
+            variants.communication,
             games.seeds[e],
             games.ticks[e],
         )
@@ -209,53 +229,53 @@ def solve_with_options(
             scratch,
             accelerations,
         )
-    if options.flocking.flies[0] or options.flocking.flies[1]:
+    if flies(games.flown_by[e], FLOCKING):
         flocking(
             positions,
             velocities,
-            crew,
+            flown(crew, games.flown_by[e], FLOCKING),
             memory,
             memory_weight,
             games.attractors[e],
-            options.flocking,
+            variants.flocking,
             scratch,
             accelerations,
         )
-    if options.reconstructs:
+    if variants.reconstructs:
         for team in range(2):
             rebuild_field(scratch.means[team], games.reconstruction[e, team])
 
 
 @kernel
-def find_captured_with_options(
+def find_captured_with_variants(
     games: Games,
     e: int,
     threshold: float,
-    options: Options,
+    variants: RuleVariants,
     boards: Boards,
     peaks: NDArray[np.int64],
     captured: NDArray[np.bool_],
 ) -> bool:
-    """Mark the drones that are captured, where options have a say, and return whether there are any."""
+    """Mark the drones that are captured, where variants have a say, and return whether there are any."""
     positions, teams = games.positions[e], games.teams[e]
     cells = np.empty(teams.shape[0], np.int16)  # not from the trails: those that have failed leave none
     for i in range(teams.shape[0]):
         cells[i] = cell_of(positions[i, 0], positions[i, 1])
-    if options.reconstructs:
+    if variants.reconstructs:
         return find_captured_by_density(cells, teams, games.reconstruction[e], threshold, captured)
     return find_captured(cells, teams, boards.fields, threshold, peaks, captured)
 
 
 @kernel
 def change_team(
-    games: Games, e: int, drone: int, rules: RuleParameters, boards: Boards, options: Options | None
+    games: Games, e: int, drone: int, rules: RuleParameters, boards: Boards, variants: RuleVariants | None
 ) -> None:
     """Let a captured drone join the other team, with its trail unless that is forgotten; `add_up` has to follow."""
     loser = games.teams[e, drone]
     winner = 1 - loser
     forgets = (False, True)
-    if options is not None:
-        forgets = options.capture_forgets
+    if variants is not None:
+        forgets = variants.capture_forgets
     forget(games, e, drone, loser, forgets, boards)
     if not forgets[0]:
         hand_over_trail(games.trails[e], drone, loser, winner, boards)
@@ -274,7 +294,7 @@ def advance_game(
     rules: RuleParameters,
     controller: ErgodicParameters,
     scratch: Scratch,
-    options: Options | None,
+    variants: RuleVariants | None,
 ) -> None:
     """Advance game `e` by some ticks, or to the tick that decides it."""
     positions, velocities, accelerations = games.positions[e], games.velocities[e], games.accelerations[e]
@@ -288,7 +308,7 @@ def advance_game(
         if rules.capture_enabled and has_loser(teams):
             return
         if games.ticks[e] % rules.ticks_per_control_period == 0:
-            if options is None:
+            if variants is None:
                 ergodic(
                     positions,
                     velocities,
@@ -301,29 +321,29 @@ def advance_game(
                     accelerations,
                 )
             else:
-                solve_with_options(games, e, options, controller, scratch, boards)
+                solve_with_variants(games, e, variants, controller, scratch, boards)
             for i in range(num_drones):
                 saturate(accelerations[i], controller.max_acceleration)
         move(positions, velocities, accelerations, rules.tick, rules.drift)
         slot = games.ticks[e] % trails.shape[0]
         extend_trails(positions, teams, slot, trails, boards)
         # Not in one line: only a test for None alone is decided when compiling.
-        if options is not None:  # noqa: SIM102
-            if options.can_fail:
+        if variants is not None:  # noqa: SIM102
+            if variants.can_fail:
                 take_back_newest(games.failed[e], teams, slot, trails, boards)
         games.ticks[e] += 1
         if not rules.capture_enabled:
             continue
         threshold = rules.capture_threshold
-        if options is None:
+        if variants is None:
             found = find_captured(trails[slot], teams, boards.fields, threshold, peaks, captured)
         else:
-            found = find_captured_with_options(games, e, threshold, options, boards, peaks, captured)
+            found = find_captured_with_variants(games, e, threshold, variants, boards, peaks, captured)
         if not found:
             continue
         for i in range(num_drones):
             if captured[i]:
-                change_team(games, e, i, rules, boards, options)
+                change_team(games, e, i, rules, boards, variants)
         add_up(boards)
 
 
@@ -334,9 +354,9 @@ def advance_games(
     ticks: NDArray[np.int64],
     rules: RuleParameters,
     controller: ErgodicParameters,
-    options: Options | None,
+    variants: RuleVariants | None,
 ) -> None:
     """Advance the games `rows`, each by its own number of ticks (indexed by game)."""
     scratch = make_scratch(games.teams.shape[1], controller)
     for row in rows:
-        advance_game(games, row, ticks[row], rules, controller, scratch, options)
+        advance_game(games, row, ticks[row], rules, controller, scratch, variants)

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import CommandError
+from swarm_pz.kernels.controllers.ergodic import sobolev_weights
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.parameters import sobolev_weights
 
 
 def basis(places: ArrayLike, modes: int) -> NDArray[np.float64]:
@@ -129,8 +129,8 @@ def potential(simulator: Simulator, row: int, team: int, cells: int) -> tuple[ND
     CommandError
         If the team has no drones at work, or another controller flies it.
     """
-    if simulator.config.team_controllers[team] != "ergodic":
-        raise CommandError(f"the potential is the ergodic controller's, and {TEAM_NAMES[team]} is flown by flocking")
+    if (flies := simulator.controller_of(row, team)) != "ergodic":
+        raise CommandError(f"the potential is the ergodic controller's, and {TEAM_NAMES[team]} is flown by {flies}")
     difference = shared_coefficients(simulator, row, team) - simulator.games.coefficients[row, team]
     error = simulator.controller.spectrum.astype(np.float64) * difference
     k = np.arange(len(error))

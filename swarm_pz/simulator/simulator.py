@@ -20,6 +20,8 @@ from swarm_pz.config import (
 )
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES
+from swarm_pz.kernels.controllers import CONTROLLERS, NUMBERS
+from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.controllers.flocking import make_attractors
 from swarm_pz.kernels.fourier import make_targets
 from swarm_pz.kernels.game import Games, advance_games
@@ -31,7 +33,7 @@ from swarm_pz.simulator.commands import (
     density_around,
     make_target,
 )
-from swarm_pz.simulator.parameters import controller_parameters, option_parameters, rule_parameters
+from swarm_pz.simulator.parameters import rule_parameters, rule_variants
 from swarm_pz.simulator.spawn import Seed, check_scenario, check_seed, check_team, random_start
 
 _NEVER = -(10**9)
@@ -71,8 +73,8 @@ class Simulator:
         self.num_games = num_games
         self.threads = min(threads, os.cpu_count() or 1, num_games)
         self._pool = self._make_pool()
-        self._rules, self._options = rule_parameters(self.config), option_parameters(self.config)
-        self.controller = controller_parameters(self.config)
+        self._rules, self._variants = rule_parameters(self.config), rule_variants(self.config)
+        self.controller = ergodic_parameters(self.config)
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
         self.reset()
@@ -92,8 +94,8 @@ class Simulator:
         e, n, cells = self.num_games, self.config.num_drones, self.config.command_cells
         modes = self.config.controller.modes
         side = FRAMED_CELLS if n >= MANY_DRONES else 0
-        options = self._options
-        followed = cells if options is not None and any(options.command_forgets) else 0
+        variants = self._variants
+        followed = cells if variants is not None and any(variants.command_forgets) else 0
         grid = GRID_CELLS if self._reconstructs else 0
         return Games(
             ticks=np.zeros(e, np.int64),
@@ -114,6 +116,7 @@ class Simulator:
             recaptures=np.zeros((e, 2), np.int64),
             seeds=np.zeros(e, np.uint64),
             failed=np.zeros((e, n), np.bool_),
+            flown_by=np.zeros((e, 2), np.int8),
             attractors=np.zeros((e, 2, 3), np.float32),
             followed=np.zeros((e, 2, followed, followed), np.float64),
             reconstruction=np.zeros((e, 2, grid, grid), np.float32),
@@ -126,6 +129,7 @@ class Simulator:
         seeds: Sequence[Seed] | NDArray[np.integer[Any]] | None = None,
         rows: ArrayLike | None = None,
         scenario: Mapping[str, ArrayLike] | None = None,
+        swapped: ArrayLike = False,
     ) -> None:
         """Start games afresh, both teams with a uniform target.
 
@@ -138,11 +142,14 @@ class Simulator:
         scenario : mapping, optional
             Any of `positions` (N, 2) in [0, 1], `velocities` (N, 2) and `teams` (N,), the same for
             all rows, in place of the random start; N as in the configuration.
+        swapped : bool or array_like of bool (n,)
+            Whether red is flown by the controller that the configuration has for blue, and blue by red's, in
+            all or in each of the games: players who change sides take their controllers along.
 
         Raises
         ------
         CommandError
-            If seeds, rows or scenario do not fit; no game is changed.
+            If seeds, rows, scenario or `swapped` do not fit; no game is changed.
         """
         chosen = self.rows(rows)
         if seeds is None:
@@ -151,6 +158,7 @@ class Simulator:
             raise CommandError(f"seeds must be one for each of the {len(chosen)} games, got {seeds!r}")
         generators = [np.random.default_rng(check_seed(seed)) for seed in seeds]
         start = check_scenario(scenario or {}, self.config)
+        flown_by = self._flown_by(swapped, len(chosen))
         cells = self.config.command_cells
         uniform, coefficients = make_target(np.ones((cells, cells)), self.config.controller.modes)
         games = self.games
@@ -158,6 +166,7 @@ class Simulator:
             array[chosen] = 0
         games.trails[chosen] = -1
         games.capture_ticks[chosen] = _NEVER
+        games.flown_by[chosen] = flown_by
         games.targets[chosen] = uniform
         games.coefficients[chosen] = coefficients
         games.attractors[chosen] = (0.5, 0.5, self.config.flocking.migration[0])
@@ -169,6 +178,14 @@ class Simulator:
             games.seeds[row] = generator.integers(2**64, dtype=np.uint64)
         for name, values in start.items():
             getattr(games, name)[chosen] = values
+
+    def _flown_by(self, swapped: ArrayLike, games: int) -> NDArray[np.int8]:
+        """Return the numbers of the controllers of red and blue, (games, 2)."""
+        given = np.asarray(swapped)
+        if given.dtype != np.bool_ or given.shape not in ((), (games,)):
+            raise CommandError(f"swapped must be True or False, once or for each of the {games} games, got {swapped!r}")
+        numbers = np.array([NUMBERS[name] for name in self.config.team_controllers], np.int8)
+        return np.where(np.broadcast_to(given, games)[:, None], numbers[::-1], numbers)
 
     def command(
         self, team: int, commands: ArrayLike | Sequence[FlockingCommand], rows: ArrayLike | None = None
@@ -197,11 +214,12 @@ class Simulator:
         if isinstance(commands, FlockingCommand):
             raise CommandError(f"expected a list with a FlockingCommand for each of {len(chosen)} games, got one alone")
         if isinstance(commands, (list, tuple)) and any(isinstance(one, FlockingCommand) for one in commands):
-            if self.config.team_controllers[team] != "flocking":
-                raise CommandError(
-                    f"{name} is flown by the ergodic controller, which takes densities {(cells, cells)}: a "
-                    f"FlockingCommand needs controllers='flocking'"
-                )
+            for row in chosen:
+                if (controller := self.controller_of(row, team)) != "flocking":
+                    raise CommandError(
+                        f"{name} is flown by the {controller} controller, which takes densities {(cells, cells)}: a "
+                        f"FlockingCommand needs controllers='flocking'"
+                    )
             attractors = check_attractors(commands, len(chosen), self.config.flocking)
             values = density_around(attractors, cells)
         else:
@@ -266,7 +284,7 @@ class Simulator:
         def work(part: NDArray[np.int64]) -> None:
             if commands is not None:
                 self._aim(commands, part, all_rows, teams)
-            advance_games(self.games, part, per_game, self._rules, self.controller, self._options)
+            advance_games(self.games, part, per_game, self._rules, self.controller, self._variants)
 
         self.for_rows(rows, work)
 
@@ -347,6 +365,10 @@ class Simulator:
     def failed(self) -> NDArray[np.bool_]:
         """(E, N) drones that have failed and not returned to work; read-only view."""
         return _read_only(self.games.failed)
+
+    def controller_of(self, row: int, team: int) -> str:
+        """Return the name of the controller that flies a team of a game."""
+        return list(CONTROLLERS)[int(self.games.flown_by[row, team])]
 
     @property
     def altitudes(self) -> NDArray[np.float32]:

@@ -151,9 +151,9 @@ def test_start_policy_and_opponent_have_a_stream_each_that_both_games_of_a_pair_
 
     starts, reset = [], BatchEnv.reset
 
-    def noting(batch, seeds):
+    def noting(batch, seeds, **others):
         starts.extend(seeds)
-        reset(batch, seeds)
+        reset(batch, seeds, **others)
 
     monkeypatch.setattr(BatchEnv, "reset", noting)
     policy, opponent = Keeper(), Keeper()
@@ -177,6 +177,18 @@ def test_a_match_with_sides_exchanged_is_the_mirror_image():
     other = play_match("uniform", "ring", games=6, config=SHORT)
     for game, mirrored in zip(one.games[::2], other.games[1::2], strict=True):
         assert game.share == pytest.approx(1 - mirrored.share)
+
+
+@pytest.mark.parametrize("controllers", [("ergodic", "flocking"), ("flocking", "ergodic")])
+def test_players_who_change_sides_take_their_controllers_along(controllers):
+    """So a match is the same whoever of the two is called the policy, with the controllers in that order, too."""
+    one = play_match("ring", "uniform", games=6, config=SHORT.replace(controllers=controllers))
+    other = play_match("uniform", "ring", games=6, config=SHORT.replace(controllers=controllers[::-1]))
+    for pair in range(3):
+        for side in range(2):
+            mine, theirs = one.games[2 * pair + side], other.games[2 * pair + 1 - side]
+            assert (mine.fingerprint, mine.sizes) == (theirs.fingerprint, theirs.sizes)
+    assert one.unique == one.games, "another controller is another game, even where both policies play alike"
 
 
 def test_a_policy_may_play_against_itself():

@@ -62,6 +62,17 @@ def test_the_game_shown_is_the_game_evaluated_bit_for_bit(policy, opponent):
     assert [(games[number].pair, games[number].side) for number in numbers] == chosen
 
 
+@pytest.mark.parametrize("controllers", [("ergodic", "flocking"), ("flocking", "ergodic")])
+def test_a_policy_keeps_its_controller_on_both_sides_in_the_game_shown_too(controllers):
+    config = SHORT.replace(controllers=controllers)
+    games = play_match("noise", "ring", games=4, seed=6, config=config).games
+    for number, side in enumerate((0, 1, 0, 1)):
+        shown = Rollout("noise", "ring", [number], seed=6, config=config)
+        shown.play()
+        assert [shown.simulator.controller_of(0, team) for team in (side, 1 - side)] == list(controllers)
+        assert shown.games() == [games[number]]
+
+
 def test_looking_does_not_change_the_game():
     seen = []
     watched, unwatched = (Rollout("ring", "noise", [0, 1], seed=4) for _ in range(2))

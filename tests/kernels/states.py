@@ -71,7 +71,7 @@ def solved(state: State, failed: NDArray[np.bool_] | None = None, **options: Any
     return simulator
 
 
-def assert_mirrored(simulator: Simulator, state: State, reference: ControllerReference, **talk: Any) -> None:
+def assert_mirrored(simulator: Simulator, state: State, reference: ControllerReference, **communication: Any) -> None:
     """Compare the accelerations of a solve with the reference's, to 1e-3 of the largest."""
     expected, *_ = reference.solve(
         state.positions,
@@ -80,7 +80,7 @@ def assert_mirrored(simulator: Simulator, state: State, reference: ControllerRef
         state.memory,
         state.memory_weight,
         simulator.games.coefficients[0],
-        **talk,
+        **communication,
     )
     expected = saturate(expected, simulator.config.controller.max_acceleration)
     largest = np.abs(expected).max()

@@ -5,10 +5,10 @@ import pytest
 
 from swarm_pz.config import CaptureConfig, ControllerConfig, GameConfig, MemoryConfig
 from swarm_pz.errors import CommandError
+from swarm_pz.kernels.controllers.ergodic import sobolev_weights
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import make_target
 from swarm_pz.simulator.ergodicity import ErgodicMetric, basis, potential, reconstruct, shared_coefficients
-from swarm_pz.simulator.parameters import sobolev_weights
 from tests import reference
 from tests.reference_variants import reconstruction_field
 
@@ -187,6 +187,10 @@ def test_a_flock_has_no_potential():
     simulator = Simulator(GameConfig(controllers=("ergodic", "flocking")))
     with pytest.raises(CommandError, match="blue is flown by flocking"):
         potential(simulator, 0, 1, cells=5)
+    simulator.reset(swapped=True)
+    with pytest.raises(CommandError, match="red is flown by flocking"):
+        potential(simulator, 0, 0, cells=5)
+    assert np.isfinite(potential(simulator, 0, 1, cells=5)[0]).all()
 
 
 def test_a_window_in_which_everybody_had_failed_has_no_metric():

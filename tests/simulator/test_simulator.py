@@ -220,6 +220,31 @@ def test_a_wall_stops_a_drone_and_takes_its_normal_velocity():
     assert simulator.velocities[0, 0, 1] > 0.25
 
 
+@pytest.mark.parametrize("swapped", [1, [True], [[True, False]], [0, 1], "red", None])
+def test_who_is_swapped_must_be_said_for_every_game(swapped):
+    simulator = Simulator(GameConfig(controllers=("ergodic", "flocking")), num_games=2)
+    before = simulator.snapshot()
+    with pytest.raises(CommandError, match="swapped must be True or False, once or for each of the 2 games"):
+        simulator.reset([0, 1], swapped=swapped)
+    for array, copied in zip(simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array, copied)
+
+
+def test_games_that_are_swapped_take_flocking_commands_for_the_other_team():
+    simulator = Simulator(GameConfig(controllers=("ergodic", "flocking")), num_games=2)
+    simulator.reset([0, 1], swapped=[False, True])
+    command = FlockingCommand(position=(0.2, 0.3), weight=60.0)
+    simulator.command(1, [command], rows=[0])
+    simulator.command(0, [command], rows=[1])
+    for team, row in ((0, [0]), (1, [1])):
+        with pytest.raises(CommandError, match="flown by the ergodic controller"):
+            simulator.command(team, [command], rows=row)
+    with pytest.raises(CommandError, match="red is flown by the ergodic controller"):
+        simulator.command(0, [command] * 2)
+    simulator.advance(3)
+    np.testing.assert_allclose(simulator.games.attractors[[0, 1], [1, 0]], [(0.2, 0.3, 60.0)] * 2, rtol=1e-6)
+
+
 def test_a_team_without_drones_flies_alone():
     config = GameConfig(drones_per_team=(4, 0), capture=CaptureConfig(enabled=False))
     simulator = Simulator(config)

@@ -6,11 +6,13 @@ each drone; only step 4 differs.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_pz.config import GameConfig
 from swarm_pz.kernels import kernel
 from swarm_pz.kernels.controllers.ergodic import (
     ErgodicParameters,
@@ -24,7 +26,7 @@ from swarm_pz.kernels.controllers.ergodic import (
 from swarm_pz.kernels.rng import MESSAGE, draw
 
 
-class Talk(NamedTuple):
+class Communication(NamedTuple):
     """Who can hear whom."""
 
     is_local: bool
@@ -35,13 +37,23 @@ class Talk(NamedTuple):
     """Share of the messages that are lost."""
 
 
+def communication_parameters(config: GameConfig) -> Communication:
+    """Return who can hear whom in a game; drones that may fail are heard by nobody when they have."""
+    radius, loss = config.controller.communication_radius, config.controller.message_loss
+    return Communication(
+        is_local=radius is not None or loss > 0.0 or config.dynamics.failure_rate > 0.0,
+        radius=math.inf if radius is None else float(radius),
+        loss=float(loss),
+    )
+
+
 @kernel
 def hears(
     i: int,
     j: int,
     positions: NDArray[np.float32],
     teams: NDArray[np.int8],
-    talk: Talk,
+    communication: Communication,
     seed: np.uint64,
     tick: int,
 ) -> bool:
@@ -52,9 +64,9 @@ def hears(
         return False
     away_x = np.float64(positions[i, 0]) - np.float64(positions[j, 0])
     away_y = np.float64(positions[i, 1]) - np.float64(positions[j, 1])
-    if away_x * away_x + away_y * away_y > talk.radius * talk.radius:
+    if away_x * away_x + away_y * away_y > communication.radius * communication.radius:
         return False
-    return talk.loss == 0.0 or draw(seed, MESSAGE, tick, i, j) >= talk.loss
+    return communication.loss == 0.0 or draw(seed, MESSAGE, tick, i, j) >= communication.loss
 
 
 @kernel
@@ -94,7 +106,7 @@ def ergodic_among_heard(
     parameters: ErgodicParameters,
     scratch: Scratch,
     accelerations: NDArray[np.float32],
-    talk: Talk,
+    communication: Communication,
     seed: np.uint64,
     tick: int,
 ) -> None:
@@ -105,7 +117,7 @@ def ergodic_among_heard(
     positions, velocities, teams, memory, memory_weight, target, parameters, scratch, accelerations
         As of `swarm_pz.kernels.controllers.ergodic.ergodic`, but that a team of -1 means a drone that takes no part;
         `scratch.means` gets the teams' mean coefficients.
-    talk : Talk
+    communication : Communication
     seed : uint64
         Of the game's messages.
     tick : int
@@ -131,7 +143,7 @@ def ergodic_among_heard(
         mean[:] = np.float32(0.0)
         heard = 0
         for j in range(num_drones):
-            if hears(i, j, positions, teams, talk, seed, tick):
+            if hears(i, j, positions, teams, communication, seed, tick):
                 mean += own[j]
                 heard += 1
         mean /= np.float32(heard)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.kernels import kernel, reduction
 from swarm_pz.kernels.fourier import PI, fill_harmonics
 
@@ -40,6 +41,33 @@ class ErgodicParameters(NamedTuple):
     wall_weight: np.float32
     wall_margin: np.float32
     max_acceleration: np.float32
+
+
+def sobolev_weights(modes: int) -> NDArray[np.float64]:
+    """Return (1 + |k|^2)^(-3/2), (K, K): coarse differences count most, in control and in the ergodic metric."""
+    k = np.arange(modes)
+    return np.asarray((1.0 + k[:, None] ** 2 + k**2) ** -1.5)
+
+
+def ergodic_parameters(config: GameConfig) -> ErgodicParameters:
+    """Return what a solve needs."""
+    controller, factor = config.controller, config.dynamics.speed_factor
+    k = np.arange(controller.modes)
+    exponential = np.exp(-0.8 * np.sqrt(k[:, None] ** 2 + k**2))
+    spectrum = sobolev_weights(controller.modes) if controller.spectrum == "sobolev" else exponential
+    decay = 1.0 if config.memory.controller is None else np.exp(-CONTROL_PERIOD / config.memory.controller)
+    # A velocity moves a drone by the speed factor: points ahead lie that much further, while the costate,
+    # which multiplies two of these times, wants the factor only once.
+    return ErgodicParameters(
+        modes=tuple(range(controller.modes)),
+        times=tuple(np.float32(CONTROL_PERIOD * h * factor) for h in range(controller.horizon + 1)),
+        decay=np.float32(decay),
+        spectrum=(controller.ergodic_weight * spectrum).astype(np.float32),
+        inverse_control_weight=np.float32(1.0 / (controller.control_weight * factor)),
+        wall_weight=np.float32(controller.wall_weight),
+        wall_margin=np.float32(controller.wall_margin),
+        max_acceleration=np.float32(controller.max_acceleration),
+    )
 
 
 class Tables(NamedTuple):

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.controllers.ergodic import Scratch
 
@@ -27,8 +28,6 @@ _WEAK = 1e-6
 class FlockingParameters(NamedTuple):
     """Numbers of the controller, ready for the kernel."""
 
-    flies: tuple[bool, bool]
-    """Whether it flies red and blue."""
     alignment: float
     cohesion: float
     separation: float
@@ -37,6 +36,21 @@ class FlockingParameters(NamedTuple):
     max_turn: float
     speed: float
     period: float
+
+
+def flocking_parameters(config: GameConfig) -> FlockingParameters:
+    """Return what a solve needs."""
+    flocking = config.flocking
+    return FlockingParameters(
+        alignment=float(flocking.alignment),
+        cohesion=float(flocking.cohesion),
+        separation=float(flocking.separation),
+        communication_radius=float(flocking.communication_radius),
+        separation_radius=float(flocking.separation_radius),
+        max_turn=float(flocking.max_turn),
+        speed=float(flocking.speed),
+        period=CONTROL_PERIOD,
+    )
 
 
 @kernel
@@ -104,7 +118,7 @@ def flocking(
     scratch: Scratch,
     accelerations: NDArray[np.float32],
 ) -> None:
-    """Steer every drone of the teams that flock.
+    """Steer every drone that takes part.
 
     With neighbours j, the team-mates within the communication radius,
 
@@ -120,17 +134,17 @@ def flocking(
     positions, velocities : float32 array (drones, 2)
         Map widths, map widths per second.
     teams : int8 array (drones,)
-        -1 where a drone takes no part.
+        -1 where a drone takes no part: it has failed, or another controller flies its team.
     memory, memory_weight, scratch
         Not used: flocking has no memory. Every controller takes the same.
     target : float32 array (2, 3)
         Each team's attractor: x, y, weight.
     parameters : FlockingParameters
     accelerations : float32 array (drones, 2)
-        Overwritten for teams that flock, in map widths per second squared.
+        Overwritten for drones that take part, in map widths per second squared.
     """
     for i in range(teams.shape[0]):
-        if teams[i] < 0 or not parameters.flies[teams[i]]:
+        if teams[i] < 0:
             continue
         pull = find_pull(i, positions, velocities, teams, target[teams[i]], parameters)
         if pull[0] ** 2 + pull[1] ** 2 < _WEAK**2:

@@ -17,8 +17,8 @@ REFERENCE = ControllerReference(r=20.0)
 """The slow controller with the gains of SOFT."""
 
 
-def talk(**options) -> ControllerConfig:
-    """Return soft gains with options of communication."""
+def communication(**options) -> ControllerConfig:
+    """Return soft gains with these fields."""
     return SOFT.replace(**options)
 
 
@@ -36,7 +36,7 @@ def test_local_talk_matches_the_reference():
     for _ in range(30):
         state = random_state(generator, int(generator.integers(1, 31)))
         radius = clear_radius(generator, state.positions)
-        simulator = solved(state, controller=talk(communication_radius=radius, message_loss=0.0))
+        simulator = solved(state, controller=communication(communication_radius=radius, message_loss=0.0))
         assert_mirrored(simulator, state, REFERENCE, heard=heard_within(state.positions, radius))
 
 
@@ -44,7 +44,7 @@ def test_a_radius_beyond_the_square_is_none():
     generator = np.random.default_rng(1)
     for _ in range(10):
         state = random_state(generator, 20)
-        far = solved(state, controller=talk(communication_radius=2.0)).games.accelerations
+        far = solved(state, controller=communication(communication_radius=2.0)).games.accelerations
         everybody = solved(state, controller=SOFT).games.accelerations
         np.testing.assert_allclose(far, everybody, atol=1e-4 * np.abs(everybody).max())
 
@@ -53,8 +53,8 @@ def test_a_radius_of_zero_and_the_loss_of_every_message_leave_each_drone_alone()
     generator = np.random.default_rng(2)
     for _ in range(5):
         state = random_state(generator, 8)
-        no_reach = solved(state, controller=talk(communication_radius=0.0)).games.accelerations[0]
-        no_luck = solved(state, controller=talk(message_loss=1.0)).games.accelerations[0]
+        no_reach = solved(state, controller=communication(communication_radius=0.0)).games.accelerations[0]
+        no_luck = solved(state, controller=communication(message_loss=1.0)).games.accelerations[0]
         np.testing.assert_allclose(no_reach, no_luck, atol=1e-4 * np.abs(no_reach).max())
         for i in range(8):
             only = slice(i, i + 1)
@@ -87,7 +87,7 @@ def test_each_message_is_lost_by_itself_and_anew_at_every_solve(loss):
     games = 1000
     state = random_state(np.random.default_rng(3), 2)._replace(teams=np.zeros(2, np.int8))
     simulator = Simulator(
-        GameConfig(drones_per_team=(2, 0), capture=PEACE, controller=talk(message_loss=loss)), num_games=games
+        GameConfig(drones_per_team=(2, 0), capture=PEACE, controller=communication(message_loss=loss)), num_games=games
     )
     put(simulator, state)
     simulator.advance(1)
@@ -246,7 +246,7 @@ def test_working_drones_do_not_hear_failed_ones(radius):
         simulator = solved(
             state,
             failed,
-            controller=talk(communication_radius=radius),
+            controller=communication(communication_radius=radius),
             dynamics=DynamicsConfig(failure_rate=1e-9),
         )
         heard = heard_within(state.positions, math.inf if radius is None else radius)

@@ -9,58 +9,12 @@ from swarm_pz.config import ControllerConfig, DynamicsConfig, FlockingConfig, Ga
 from swarm_pz.errors import CommandError
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import FlockingCommand
-from tests.kernels.states import PEACE, SOFT, random_state, solved
-from tests.reference import saturate
+from tests.kernels.controllers.mirrors import assert_attractors_serve, assert_flock_mirrored
+from tests.kernels.states import PEACE, random_state, solved
 from tests.reference_variants import FlockingReference, strongest_mode
 
 FREE = ControllerConfig(max_acceleration=100.0)
 """No acceleration is saturated: nothing is hidden."""
-
-
-def decided_by_rounding(state, reference, attractors, failed=None) -> np.ndarray:
-    """Return which drones (N,) stand so near a jump of the control that rounding may decide, as an array of bool."""
-    positions, velocities = state.positions.astype(float), state.velocities.astype(float)
-    distances = np.linalg.norm(positions[:, None] - positions[None], axis=-1)
-    radii = (reference.communication_radius, reference.separation_radius)
-    edge = np.any([np.abs(distances - radius).min(axis=1) < 1e-6 for radius in radii], axis=0)
-    urges = reference.urges(positions, velocities, state.teams, attractors, failed)
-    weak = np.linalg.norm(urges, axis=1) < 0.05
-    cross = velocities[:, 0] * urges[:, 1] - velocities[:, 1] * urges[:, 0]
-    turn = np.arctan2(cross, (velocities * urges).sum(axis=1))
-    back = np.pi - np.abs(turn) < 1e-3
-    slow = np.abs(np.linalg.norm(velocities, axis=1) - 0.001) < 1e-4
-    return edge | weak | back | slow
-
-
-def assert_flock_mirrored(simulator, state, reference, failed=None) -> int:
-    """Compare the accelerations of a solve to 1e-3 and return for how many drones that could be done."""
-    attractors = simulator.games.attractors[0].astype(float)
-    expected = reference.solve(state.positions, state.velocities, state.teams, attractors, failed)
-    expected = saturate(expected, simulator.config.controller.max_acceleration)
-    clear = ~decided_by_rounding(state, reference, attractors, failed)
-    np.testing.assert_allclose(simulator.games.accelerations[0][clear], expected[clear], atol=1e-3)
-    return int(clear.sum())
-
-
-def assert_attractors_serve(simulator, commands) -> None:
-    """Compare the attractors of both teams with the reference's for these densities."""
-    low, high = simulator.config.flocking.migration
-    expected = [strongest_mode(command, low, high) for command in commands]
-    np.testing.assert_allclose(simulator.games.attractors[0], expected, rtol=1e-5, atol=1e-6)
-
-
-@pytest.mark.parametrize("controller", [FREE, ControllerConfig()])
-def test_accelerations_and_attractors_match_the_reference(controller):
-    generator = np.random.default_rng(0)
-    compared, drones = 0, 0
-    for _ in range(40):
-        state = random_state(generator, int(generator.integers(1, 31)), spread=float(generator.choice([0.05, 0.3, 1])))
-        state.velocities[: generator.integers(3)] = 0.0
-        simulator = solved(state, controllers="flocking", controller=controller)
-        assert_attractors_serve(simulator, state.commands)
-        compared += assert_flock_mirrored(simulator, state, FlockingReference())
-        drones += len(state.teams)
-    assert compared > 0.9 * drones
 
 
 def test_every_weight_radius_and_limit_matches_the_reference():
@@ -103,20 +57,6 @@ def test_failed_team_mates_are_neither_followed_nor_kept_away_from():
         np.testing.assert_array_equal(simulator.games.failed[0], failed)
         assert not simulator.games.accelerations[0, failed].any()
         assert_flock_mirrored(simulator, state, FlockingReference(**numbers), failed)
-
-
-@pytest.mark.parametrize("flocks", [0, 1])
-def test_each_team_flies_by_its_own_controller(flocks):
-    controllers = ("flocking", "ergodic") if flocks == 0 else ("ergodic", "flocking")
-    generator = np.random.default_rng(3)
-    for _ in range(5):
-        state = random_state(generator, 16)
-        pair = solved(state, controllers=controllers, controller=SOFT).games.accelerations[0]
-        ergodic = solved(state, controller=SOFT).games.accelerations[0]
-        flock = solved(state, controllers="flocking", controller=SOFT).games.accelerations[0]
-        # Ergodic sums may take another order beside a flock.
-        np.testing.assert_allclose(pair[state.teams != flocks], ergodic[state.teams != flocks], atol=1e-4)
-        np.testing.assert_array_equal(pair[state.teams == flocks], flock[state.teams == flocks])
 
 
 # --- scenes -----------------------------------------------------------------------------------------------------------
