@@ -14,7 +14,10 @@ from swarm_pz.config import (
     MemoryConfig,
     RewardConfig,
 )
-from swarm_pz.simulator.parameters import controller_parameters, option_parameters, rule_parameters
+from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
+from swarm_pz.kernels.controllers.flocking import flocking_parameters
+from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.parameters import rule_parameters, rule_variants
 
 
 def test_rules_are_told_in_ticks():
@@ -42,7 +45,7 @@ def test_fields_have_room_for_all_trails_in_one_cell(config, dtype):
         assert config.num_drones * config.trail_ticks * int(weights.max()) <= np.iinfo(dtype).max
 
 
-OPTIONS = {
+VARIANTS = {
     "reconstructs": {"capture": CaptureConfig(field="reconstruction")},
     "trails forgotten on capture": {"memory": MemoryConfig(trail_forgotten_on=("capture",))},
     "trails forgotten on command": {"memory": MemoryConfig(trail_forgotten_on=("command",))},
@@ -56,33 +59,34 @@ OPTIONS = {
 }
 
 
-def test_games_of_the_kind_of_the_preset_paper_have_no_options():
+def test_games_of_the_kind_of_the_preset_paper_have_no_variants():
     for changes in (
         {"dynamics": DynamicsConfig(speed_factor=0.5, repair_rate=1.0)},
         {"controller": ControllerConfig(spectrum="exponential", horizon=3)},
         {"memory": MemoryConfig(trail=None, controller=None), "reward": RewardConfig(outcome=2.0)},
         {"flocking": FlockingConfig(speed=0.1), "capture": CaptureConfig(enabled=False)},
     ):
-        assert option_parameters(GameConfig(**changes)) is None
+        assert rule_variants(GameConfig(**changes)) is None
 
 
-@pytest.mark.parametrize("name", OPTIONS)
-def test_an_option_is_told_and_no_other(name):
-    options = option_parameters(GameConfig(**OPTIONS[name]))
-    assert options.reconstructs == (name == "reconstructs")
-    assert options.capture_forgets == (name == "trails forgotten on capture", name != "memory never forgotten")
-    assert options.command_forgets == (name == "trails forgotten on command", name == "memory forgotten on command")
-    assert options.can_fail == (name == "failures")
-    assert options.talk.is_local == (name in ("failures", "radius", "loss"))
-    assert options.talk.radius == (2.0 if name == "radius" else math.inf)
-    assert options.talk.loss == (0.5 if name == "loss" else 0.0)
-    assert options.flocking.flies == (name == "red flocks", name == "blue flocks")
+@pytest.mark.parametrize("name", VARIANTS)
+def test_a_variant_is_told_and_no_other(name):
+    variants = rule_variants(GameConfig(**VARIANTS[name]))
+    assert variants.reconstructs == (name == "reconstructs")
+    assert variants.capture_forgets == (name == "trails forgotten on capture", name != "memory never forgotten")
+    assert variants.command_forgets == (name == "trails forgotten on command", name == "memory forgotten on command")
+    assert variants.can_fail == (name == "failures")
+    assert variants.communication.is_local == (name in ("failures", "radius", "loss"))
+    assert variants.communication.radius == (2.0 if name == "radius" else math.inf)
+    assert variants.communication.loss == (0.5 if name == "loss" else 0.0)
+    flocks = (name == "red flocks", name == "blue flocks")
+    assert Simulator(GameConfig(**VARIANTS[name])).games.flown_by[0].tolist() == list(flocks)
 
 
 def test_chances_are_those_of_a_control_period():
-    options = option_parameters(GameConfig(dynamics=DynamicsConfig(failure_rate=2.0, repair_rate=5.0)))
-    assert options.failure_chance == pytest.approx(1 - math.exp(-0.2))
-    assert options.repair_chance == pytest.approx(1 - math.exp(-0.5))
+    variants = rule_variants(GameConfig(dynamics=DynamicsConfig(failure_rate=2.0, repair_rate=5.0)))
+    assert variants.failure_chance == pytest.approx(1 - math.exp(-0.2))
+    assert variants.repair_chance == pytest.approx(1 - math.exp(-0.5))
 
 
 def test_every_number_of_a_flock_is_passed_on():
@@ -90,7 +94,7 @@ def test_every_number_of_a_flock_is_passed_on():
         "alignment": 1.0, "cohesion": 2.0, "separation": 3.0, "communication_radius": 0.5, "separation_radius": 0.25,
         "max_turn": 1.5, "speed": 0.125,
     }  # fmt: skip
-    told = option_parameters(GameConfig(controllers="flocking", flocking=FlockingConfig(**numbers))).flocking
+    told = flocking_parameters(GameConfig(flocking=FlockingConfig(**numbers)))
     assert {name: getattr(told, name) for name in numbers} == numbers
     assert told.period == 0.1
 
@@ -99,7 +103,7 @@ def test_every_number_of_the_ergodic_controller_is_passed_on():
     numbers = {"modes": 4, "horizon": 3, "ergodic_weight": 5.0, "control_weight": 0.25, "wall_weight": 7.0}
     numbers |= {"wall_margin": 0.125, "max_acceleration": 3.0}
     for tau, decay in ((2.0, math.exp(-0.05)), (None, 1.0)):
-        told = controller_parameters(
+        told = ergodic_parameters(
             GameConfig(
                 controller=ControllerConfig(**numbers),
                 memory=MemoryConfig(controller=tau),
