@@ -193,7 +193,7 @@ RING = [(row, column) for row in range(18, 23) for column in range(28, 33) if ma
 def surrounded(recently=False):
     """Two games in which red is about to take a drone; in the second one it is about to take it back if `recently`."""
     cells = np.array([*RING, (20, 30), (45, 5), (45, 5)])
-    batch = BatchEnv(GameConfig(drones_per_team=(16, 3), time_limit=5.0), 2)
+    batch = BatchEnv(GameConfig(drones_per_team=(16, 3), command_period=0.1), 2)
     batch.reset([0, 1], scenario={"positions": (cells[:, ::-1] + 0.5) / 50})
     if recently:
         batch.simulator.games.capture_ticks[1, 16] = -10
@@ -213,10 +213,10 @@ def test_a_step_tells_who_took_how_many_and_how_many_of_these_back(recently):
     assert infos["lost"].tolist() == [0, 1, 1]
     assert infos["recaptured"].tolist() == [int(recently), 0, 0]
     assert infos["size"].tolist() == [17, 2, 2]
-    assert infos["time_s"].tolist() == [1.0] * 3
+    assert infos["time_s"].tolist() == [0.1] * 3
     nothing = batch.infos(None, 0, 1)
     assert {name: value.item() for name, value in nothing.items()} == {
-        "size": 17, "captured": 0, "lost": 0, "recaptured": 0, "time_s": 1.0, "outcome": 0,
+        "size": 17, "captured": 0, "lost": 0, "recaptured": 0, "time_s": 0.1, "outcome": 0,
     }  # fmt: skip
     assert plain(nothing)["size"] == 17
     assert by_game(infos) == [plain(batch.infos(result, team, row)) for team, row in ((0, 1), (1, 1), (1, 0))]

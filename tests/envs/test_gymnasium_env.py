@@ -284,24 +284,34 @@ def test_all_keywords_at_once_are_kept(many):
 
 def test_a_window_is_closed_and_threads_are_ended_with_their_environment(monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 2)
-    before = threading.active_count()
     environments = [
         parallel_env(render_mode="human"),
         DuelEnv(render_mode="human"),
         DuelVectorEnv(2, render_mode="human", threads=2),
         DuelVectorEnv(2, threads=2),
     ]
+    threads, closed = set(), []
     for environment in environments:
         environment.reset(seed=0)
-    batches = [
-        environment.batch if hasattr(environment, "batch") else environment.duel.batch for environment in environments
-    ]
-    for batch in batches:
-        batch.simulator.for_rows(np.arange(batch.num_games), lambda rows: None)
-    assert threading.active_count() == before + 2
-    closed = []
+        batch = environment.batch if hasattr(environment, "batch") else environment.duel.batch
+        batch.simulator.for_rows(np.arange(batch.num_games), lambda rows: threads.add(threading.current_thread()))
+    threads.remove(threading.current_thread())
+    assert [thread.is_alive() for thread in threads] == [True] * 2
     monkeypatch.setattr("swarm_pz.rendering.window.Window.close", lambda window: closed.append(window))
     for environment in environments:
         environment.close()
-    assert threading.active_count() == before
+    assert not any(thread.is_alive() for thread in threads)
     assert len(set(map(id, closed))) == 3
+
+
+@pytest.mark.parametrize("make", [DuelEnv, parallel_env])
+def test_frames_are_of_one_game_from_its_start_on(make):
+    environment = make(render_mode="rgb_array_list", command_period=0.2, drones_per_team=2)
+    assert environment.metadata["render_fps"] == 10
+    action = np.zeros((10, 10)) if make is DuelEnv else {"red_0": np.ones((10, 10)), "blue_0": np.ones((10, 10))}
+    for _ in range(2):
+        environment.reset(seed=0)
+        environment.step(action)
+        assert len(environment.render()) == 3  # the start and two control periods
+        environment.step(action)
+    assert make(render_mode="rgb_array", command_period=0.5).metadata["render_fps"] == 2

@@ -197,3 +197,31 @@ def test_gymnasiums_vector_wrappers_take_it():
     listed = DictInfoToList(gymnasium.make_vec("swarm_pz/Capture-v0", num_envs=2))
     _, infos = listed.reset(seed=0)
     assert [info["size"] for info in infos] == [10, 10]
+
+
+def test_in_the_step_in_which_one_game_ends_the_others_tell_what_they_took():
+    ring = [(row, col) for row in range(18, 23) for col in range(28, 33) if max(abs(row - 20), abs(col - 30)) == 2]
+    cells = np.array([*ring, (20, 30), (45, 5), (45, 5)])
+    envs = DuelVectorEnv(
+        2, drones_per_team=(16, 3), command_period=0.1, max_cycles=100, side="red", autoreset_mode="SameStep"
+    )
+    envs.reset(seed=0, options={"positions": (cells[:, ::-1] + 0.5) / 50})
+    envs.duel.batch.simulator.games.ticks[1] = 297
+    *_, truncated, infos = envs.step(np.zeros((2, 10, 10)))
+    assert truncated.tolist() == [False, True]
+    assert (infos["captured"].tolist(), infos["lost"].tolist()) == ([1, 0], [0, 0])
+    assert (infos["final_info"]["captured"].tolist(), infos["final_info"]["time_s"].tolist()) == ([0, 1], [0.0, 10.0])
+    assert (infos["size"].tolist(), infos["final_info"]["size"].tolist()) == ([17, 16], [0, 17])
+
+
+def test_every_game_has_a_screen_of_its_own():
+    envs, single = DuelVectorEnv(3, render_mode="rgb_array"), DuelEnv(render_mode="rgb_array")
+    envs.reset(seed=5)
+    for number, frame in enumerate(envs.render()):
+        single.reset(seed=5 + number)
+        np.testing.assert_array_equal(frame, single.render())
+    listing = DuelVectorEnv(3, render_mode="rgb_array_list", command_period=0.2)
+    listing.reset(seed=5)
+    listing.step(np.zeros((3, 10, 10)))
+    listing.reset(options={"reset_mask": np.array([False, True, False])})
+    assert [len(frames) for frames in listing.render()] == [3, 1, 3]

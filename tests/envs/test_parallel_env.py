@@ -183,6 +183,8 @@ def test_options_set_up_a_scenario():
     environment = parallel_env()
     environment.reset(seed=0, options={"positions": positions, "weather": "fine"})
     np.testing.assert_array_equal(environment.batch.simulator.positions[0], positions)
+    environment.reset(options={"positions": positions[::-1]})
+    np.testing.assert_array_equal(environment.batch.simulator.positions[0], positions[::-1])
 
 
 GOOD = np.ones((10, 10), np.float32)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.config import DynamicsConfig, GameConfig, MemoryConfig
+from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.kernels.capture import FIELD_UNIT
 from swarm_pz.simulator import Simulator
 from tests.reference import ring_sums
@@ -13,7 +13,7 @@ from tests.reference import ring_sums
 FAILING = DynamicsConfig(failure_rate=1.0, repair_rate=3.0)
 
 
-@pytest.mark.parametrize("drones", [8, 150], ids=["few", "many"])
+@pytest.mark.parametrize("drones", [20, 150], ids=["few", "many"])
 @pytest.mark.parametrize(
     "options",
     [
@@ -27,17 +27,18 @@ FAILING = DynamicsConfig(failure_rate=1.0, repair_rate=3.0)
 def test_fields_are_always_those_of_the_trails(drones, options):
     simulator = Simulator(GameConfig(drones_per_team=drones, **options))
     simulator.reset([1])
-    generator = np.random.default_rng(1)
+    generator, captures = np.random.default_rng(1), 0
     for tick in range(100):
         if tick % 20 == 0:
             simulator.command(tick // 20 % 2, generator.random((1, 10, 10)) ** 4)
         simulator.advance(1)
-        if tick % 10 and not np.diff(simulator.games.captures).any():
+        if tick % 10 and simulator.games.captures.sum() == captures:
             continue
+        captures = simulator.games.captures.sum()
         for team in range(2):
             sums, counts = ring_sums(simulator.occupancy[0, team])
             np.testing.assert_array_equal(simulator.games.fields[0, team, 2:-2, 2:-2], sums * (FIELD_UNIT // counts))
-    assert (simulator.games.trails[0] < 0).any()
+    assert captures > 0
 
 
 def mixed(state: int, number: int) -> int:
@@ -56,7 +57,9 @@ def drawn(seed: int, *what: int) -> float:
 
 
 def test_who_fails_and_returns_is_drawn_from_the_seed_for_every_drone_at_every_solve():
-    simulator = Simulator(GameConfig(drones_per_team=6, dynamics=FAILING), num_games=2)
+    simulator = Simulator(
+        GameConfig(drones_per_team=6, dynamics=FAILING, capture=CaptureConfig(enabled=False)), num_games=2
+    )
     simulator.reset([3, 4])
     chance, failed = 1 - np.exp([-0.1, -0.3]), np.zeros((2, 12), np.bool_)
     changes = 0

@@ -440,12 +440,12 @@ def test_what_goes_wrong_in_a_thread_is_told_when_all_have_done_their_part(bad):
 
 @pytest.mark.usefixtures("two_processors")
 def test_closing_ends_the_threads():
-    before = threading.active_count()
-    simulator = Simulator(GameConfig(drones_per_team=1), num_games=4, threads=2)
-    simulator.for_rows(np.arange(4), lambda rows: None)
-    assert threading.active_count() == before + 1
+    simulator, threads = Simulator(GameConfig(drones_per_team=1), num_games=4, threads=2), []
+    simulator.for_rows(np.arange(4), lambda rows: threads.append(threading.current_thread()))
+    others = [thread for thread in threads if thread is not threading.current_thread()]
+    assert [thread.is_alive() for thread in others] == [True]
     simulator.close()
-    assert threading.active_count() == before
+    assert [thread.is_alive() for thread in others] == [False]
 
 
 def test_what_can_be_seen_cannot_be_changed_and_is_what_the_games_hold():

@@ -7,6 +7,7 @@ from stable_baselines3.common.vec_env import VecMonitor
 from swarm_pz import policies
 from swarm_pz.config import BLUE, GameConfig, ObservationConfig
 from swarm_pz.envs.gymnasium_env import DuelEnv
+from swarm_pz.simulator import Simulator
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 COARSE = GameConfig(observation=ObservationConfig(grid=10), drones_per_team=3)
@@ -121,21 +122,31 @@ def test_stacked_batches_are_seeded_apart():
     np.testing.assert_array_equal(env.reset(), first)
 
 
-def test_only_the_game_that_has_ended_starts_anew_and_has_infos():
-    env = SwarmVecEnv(COARSE, 3, opponent=["uniform", "noise", "ring"], seed=0)
-    env.reset()
-    simulator = env.duel.batch.simulator
-    simulator.games.ticks[1] = COARSE.limit_ticks - 30
-    side = env.duel.sides[1]
-    seen, _, dones, infos = env.step(np.zeros((3, 10, 10)))
-    assert dones.tolist() == [False, True, False]
+def test_only_the_games_that_have_ended_start_anew_and_have_infos_each_its_own():
+    def begun(**keywords):
+        env = SwarmVecEnv(COARSE, 4, opponent=["uniform", "noise", "ring"], seed=0, **keywords)
+        env.reset()
+        return env
+
+    env, endless = begun(), begun(max_cycles=10**6)
+    simulator, sides = env.duel.batch.simulator, env.duel.sides.copy()
+    for one in (env, endless):
+        one.duel.batch.simulator.games.ticks[[1, 3]] = COARSE.limit_ticks - 30
+    seen, _, dones, infos = env.step(np.zeros((4, 10, 10)))
+    last, *_ = endless.step(np.zeros((4, 10, 10)))
+    assert dones.tolist() == [False, True, False, True]
     assert infos[0] == infos[2] == {}
-    assert simulator.time_s.tolist() == [1.0, 0.0, 1.0]
-    assert (infos[1]["opponent"], infos[1]["side"], infos[1]["time_s"]) == (1, side, 300.0)
-    assert infos[1]["TimeLimit.truncated"] is True
-    last = infos[1]["terminal_observation"]
-    assert (last[-1].max(), seen[1][-1].min()) == (0, 255)
-    assert last[2].max() == 255 and not seen[1][2].any()  # trails
+    assert simulator.time_s.tolist() == [1.0, 0.0, 1.0, 0.0]
+    streams, alone = np.random.SeedSequence(0).spawn(4), Simulator(COARSE)
+    for row, opponent in ((1, 1), (3, 0)):
+        alone.reset(streams[row].spawn(2)[1:])  # the second game of its own stream
+        np.testing.assert_array_equal(simulator.positions[row], alone.positions[0])
+        assert (infos[row]["opponent"], infos[row]["side"], infos[row]["time_s"]) == (opponent, sides[row], 300.0)
+        assert infos[row]["TimeLimit.truncated"] is True
+        ended = infos[row]["terminal_observation"]
+        np.testing.assert_array_equal(ended[:-1], last[row, :-1])
+        assert (ended[-1].max(), seen[row, -1].min()) == (0, 255)
+        assert ended[2].max() == 255 and not seen[row, 2].any()  # trails
 
 
 def test_games_follow_the_stream_of_their_seed_and_may_be_left_out():
@@ -211,6 +222,12 @@ def test_attributes_are_asked_of_some_games_or_of_all():
     parts[1].duel.batch.simulator.restore(parts[1].duel.batch.simulator.snapshot([0]), [2])
     images = parts[1].get_images()
     assert np.array_equal(images[0], images[2]) and not np.array_equal(images[0], images[1])
+
+
+def test_stacked_batches_are_dealt_by_the_names_that_are_said():
+    env = StackedVecEnv([SwarmVecEnv(COARSE, 2) for _ in range(2)])
+    env.deal([policies.load("ring", COARSE)], ["old friend"])
+    assert [part.opponent_names for part in env.parts] == [["uniform", "old friend"]] * 2
 
 
 def test_infos_of_stacked_starts_are_in_the_order_of_the_games():
