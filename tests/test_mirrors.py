@@ -20,7 +20,6 @@ HOMES = {
     "swarm_pz/figures/*": "figures/test_making",
     "swarm_pz/kernels/*": "kernels/test_mirror",
     "swarm_pz/kernels/controllers/ergodic": "kernels/test_mirror",
-    "swarm_pz/play/server/client_handler": "play/server/test_app",
     "swarm_pz/play/server/room_settings": "play/server/test_room",
     "swarm_pz/play/server/seat": "play/server/test_room",
     "swarm_pz/policy/protocol": "policy/test_names",

@@ -57,12 +57,3 @@ class AccessMiddleware:
             await send(message)
 
         await self._app(scope, receive, send_with_headers)
-
-
-def _addressed(scope: Scope) -> set[str]:
-    """Return the address at which a client came in: a name may be pointed elsewhere, an address may not."""
-    server = scope.get("server")
-    if not server or server[1] is None:
-        return set()
-    address = f"[{server[0]}]" if ":" in server[0] else server[0]
-    return {f"{address}:{server[1]}"} | ({address} if server[1] == 80 else set())

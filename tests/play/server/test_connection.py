@@ -93,6 +93,7 @@ def test_twelve_frames_are_on_their_way_and_an_answer_makes_room_for_the_newest(
 
 def test_a_client_for_whom_too_much_waits_is_given_up():
     async def script(connection, sent, settle):
+        await settle()
         for number in range(256):
             connection.send(pong(number))
         assert not connection.closed

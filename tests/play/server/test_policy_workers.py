@@ -80,3 +80,42 @@ def test_a_fault_stays_with_its_policy(how, message, snapshot):
         asyncio.run(play())
     finally:
         workers.close()
+
+
+def test_a_seat_keeps_its_stream_until_it_is_forgotten(snapshot):
+    workers = PolicyWorkers(loader, limit_s=60.0)
+
+    async def play():
+        first, other = seat("noise"), seat("noise", team=1)
+        answers = [await workers.ask(place, snapshot) for place in (first, other, first)]
+        workers.forget(first)
+        answers.append(await workers.ask(first, snapshot))
+        answers.append(await workers.ask(other, snapshot))
+        return answers
+
+    try:
+        answers = asyncio.run(play())
+    finally:
+        workers.close()
+    first, other, second, again, others_second = answers
+    np.testing.assert_array_equal(again, first)
+    np.testing.assert_array_equal(other, first)  # the same seed; noise sees no sides
+    np.testing.assert_array_equal(others_second, second)
+    assert not np.array_equal(second, first)
+
+
+def test_a_thought_that_hangs_holds_up_no_other_process(snapshot):
+    workers = PolicyWorkers(loader, processes=2, limit_s=60.0)
+
+    async def play():
+        slow, quick = seat("sleeps"), seat("ring")
+        for place in (slow, quick):
+            await workers.ask(place, snapshot)
+        hanging = asyncio.create_task(workers.ask(slow, snapshot))  # for 10 s
+        await workers.ask(quick, snapshot)
+        assert not hanging.done()
+        workers.close()
+        with pytest.raises(PolicyError):
+            await hanging
+
+    asyncio.run(play())

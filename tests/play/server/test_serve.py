@@ -1,5 +1,20 @@
+"""The server as it starts: what it is called, what it says, and what it is handed."""
+
+import asyncio
+import socket
 import subprocess
 import sys
+
+import pytest
+import uvicorn
+
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import CommandError
+from swarm_pz.play import protocol
+from swarm_pz.play.game import TableConfig
+from swarm_pz.play.server import serve as module
+from swarm_pz.play.server.serve import names_of, serve
+from swarm_pz.policy import load
 
 SERVE = """
 import uvicorn
@@ -16,3 +31,98 @@ def test_the_first_drawing_waits_for_no_compiler(tmp_path):
     command = [sys.executable, "-c", SERVE]
     printed = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout  # noqa: S603
     assert printed.splitlines()[-1] == "compiled: 1"
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """Give the configurations that the server would run with; it ends at once."""
+    configs = []
+
+    def run(server, sockets):
+        configs.append(server.config)
+        for listening in sockets:
+            listening.close()
+
+    monkeypatch.setattr(uvicorn.Server, "run", run)
+    return configs
+
+
+def greeted(app, host):
+    """Return what a client that comes in by a name is told first."""
+    heard = []
+
+    async def visit():
+        said = asyncio.Queue()
+        for message in (
+            {"type": "websocket.connect"},
+            {"type": "websocket.receive", "text": protocol.encode(protocol.Hello())},
+            {"type": "websocket.disconnect", "code": 1000},
+        ):
+            said.put_nowait(message)
+
+        async def hear(message):
+            heard.extend([message["text"]] if "text" in message else [])
+
+        async def receive():
+            await asyncio.sleep(0.05)  # so that what was sent before is heard
+            return await said.get()
+
+        headers, scope = [(b"host", host.encode())], {"type": "websocket", "path": "/socket", "root_path": ""}
+        await app(scope | {"headers": headers, "subprotocols": [protocol.SUBPROTOCOL]}, receive, hear)
+
+    asyncio.run(visit())
+    return protocol.decode_server(heard[0])
+
+
+def test_who_follows_the_address_finds_the_table_that_was_asked_for(started, tmp_path):
+    said = []
+    table = TableConfig(game=GameConfig(command_cells=6), min_command_interval=0.75)
+    serve(
+        load, {"ring": "rings"}, port=0, folder=tmp_path, page="play=ring", table=table, say=said.append, draw_code=str
+    )
+    (config,) = started
+    address, told = said
+    assert address.startswith("swarm-pz is at http://127.0.0.1:") and address.endswith("/#play=ring")
+    assert str(tmp_path) in told
+    welcome = greeted(config.app, address.split("http://")[1].split("/")[0])
+    assert (welcome.min_command_interval, welcome.command_cells) == (0.75, 6)
+    assert welcome.policies == [protocol.PolicyInfo("ring", "rings")]
+    assert config.ws_max_size == protocol.MAX_MESSAGE_BYTES and not config.ws_per_message_deflate
+    assert config.server_header is False and config.timeout_graceful_shutdown
+
+
+def test_a_server_that_is_open_says_so_and_shows_where_it_is(started, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "_own_addresses", lambda: {"192.0.2.7"})
+    said = []
+    serve(load, {}, host="0.0.0.0", port=0, folder=tmp_path, say=said.append, draw_code=lambda url: f"code of {url}")  # noqa: S104
+    where, warning, code, _ = said
+    address = where.split(" at ")[1]
+    assert address.startswith("http://192.0.2.7:") and address.endswith("/")
+    assert "OPEN TO THE NETWORK" in warning and code == f"code of {address}"
+
+
+def test_a_place_where_nobody_can_listen_is_an_error(started, tmp_path):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        with pytest.raises(CommandError, match=r"cannot listen at 127.0.0.1.*try another --port"):
+            serve(load, {}, port=taken.getsockname()[1], folder=tmp_path)
+    assert not started
+
+
+def test_a_server_is_known_by_its_names_and_no_others(monkeypatch):
+    assert set(names_of("127.0.0.1", 8000)) == {"127.0.0.1:8000", "localhost:8000", "[::1]:8000"}
+    assert set(names_of("::1", 80)) == {"127.0.0.1:80", "localhost:80", "[::1]:80", "127.0.0.1", "localhost", "[::1]"}
+    assert names_of("192.0.2.7", 8000) == ["192.0.2.7:8000"]
+    monkeypatch.setattr(module, "_own_addresses", lambda: {"192.0.2.7", "2001:db8::7"})
+    monkeypatch.setattr(socket, "gethostname", lambda: "box")
+    everywhere = names_of("0.0.0.0", 8000)  # noqa: S104
+    others = ("127.0.0.1", "localhost", "[::1]", "box", "box.local", "192.0.2.7", "[2001:db8::7]")
+    assert set(everywhere) >= {f"{name}:8000" for name in others}
+
+    def fail(*_):
+        raise socket.gaierror(-2, "Name or service not known")
+
+    monkeypatch.setattr(socket, "getaddrinfo", fail)
+    with pytest.raises(CommandError, match="no host 'nowhere' here: Name or service not known"):
+        names_of("nowhere", 8000)

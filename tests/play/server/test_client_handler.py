@@ -1,0 +1,261 @@
+"""What one client does, message by message, without a network."""
+
+import asyncio
+
+import pytest
+
+from swarm_pz.play import protocol
+from swarm_pz.play.recordings.format import PaintedLine, SeatLine
+from swarm_pz.play.server.client_handler import ClientHandler
+from swarm_pz.play.server.live_session import ServerContext
+from swarm_pz.play.server.lobby import Lobby
+from swarm_pz.play.server.replay_session import LoadedRecording
+from tests.play.recordings.test_format import record
+from tests.play.recordings.test_playback import CALM
+from tests.play.server.test_room import Client, Workers, read, until
+
+
+class Guest(Client):
+    """A client with its handler, that has said hello."""
+
+    def __init__(self, lobby, token=None, client=None):
+        super().__init__()
+        self.patience, self.acknowledged = True, []
+        self.handler = ClientHandler(lobby, self)
+        self.say(protocol.Hello(kind="person", token=token, client=client))
+
+    def may_speak(self):
+        return self.patience
+
+    def acknowledge(self, sequence):
+        self.acknowledged.append(sequence)
+
+    def say(self, message):
+        """Say something; return the code by which it is refused, or None."""
+        if self.handler.hear(protocol.encode(message)):
+            return None
+        return self.heard(protocol.Refused)[-1].code
+
+    async def watch(self, recording):
+        """Open a recorded game and wait until it is shown."""
+        before = len(self.heard(protocol.RoomState))
+        self.say(protocol.OpenReplay(recording))
+        await until(lambda: len(self.heard(protocol.RoomState)) > before or self.heard(protocol.Refused))
+        assert not self.heard(protocol.Refused)
+        self.say(protocol.Pace(0.0))
+
+
+class Hall(Lobby):
+    """A lobby in which nobody thinks."""
+
+    def __init__(self, folder):
+        workers = Workers()
+        workers.close = lambda: None
+        super().__init__(ServerContext(folder=folder, workers=workers), {"ring": "", "uniform": ""})
+
+    def room(self):
+        """Return the only room."""
+        (room,) = self.rooms.values()
+        return room
+
+
+def visiting(folder, script):
+    """Run a script in a lobby, and close it."""
+
+    async def play():
+        hall = Hall(folder)
+        try:
+            await script(hall)
+        finally:
+            hall.close()
+
+    asyncio.run(play())
+
+
+def test_an_opponent_faces_whoever_opens_a_room(tmp_path):
+    async def script(hall):
+        for seat, facing in (("red", 1), ("blue", 0), ("watch", 1)):
+            guest = Guest(hall)
+            assert guest.say(protocol.Create(seat=seat, opponent="ring", label="P1")) is None
+            room = hall.room()
+            assert room.seats[facing].policy == "ring" and room.seats[1 - facing].policy == ""
+            assert room.seats[1 - facing].label == ("" if seat == "watch" else "P1")
+            assert guest.say(protocol.Leave()) is None and not hall.rooms
+
+    visiting(tmp_path, script)
+
+
+def test_what_a_client_says_reaches_its_room_and_its_connection(tmp_path):
+    screen = protocol.ClientInfo(viewport=(360, 640))
+
+    async def script(hall):
+        red, blue = Guest(hall, client=screen), Guest(hall)
+        assert red.kind == "person" and red.client == screen
+        assert red.say(protocol.Ping(12.5)) is None and red.heard(protocol.Pong)[0].sent_ms == 12.5
+        assert red.say(protocol.Acknowledge(7)) is None and red.acknowledged == [7]
+        assert red.say(protocol.Visibility(hidden=True)) is None, "wherever one is"
+        red.say(protocol.Create())
+        room = hall.room()
+        assert blue.say(protocol.Join(room.code, "blue", "P2")) is None and room.seats[1].label == "P2"
+        assert red.say(protocol.Invite("blue", "nobody")) == "unknown"
+        red.say(protocol.Ready())
+        red.say(protocol.Ready(ready=False))
+        assert blue.say(protocol.Ready()) is None and room.phase == "waiting"
+        red.say(protocol.Ready())
+        assert red.say(protocol.Painted(3, 1.0)) is None and red.say(protocol.Visibility(hidden=True)) is None
+        red.patience = False
+        assert red.say(protocol.Visibility(hidden=False)) == "too_many"
+        recording = read(room)
+        assert [line.number for line in recording.of(PaintedLine)] == [3]
+        assert [line.event for line in recording.of(SeatLine)] == ["connected", "connected", "hidden"]
+
+    visiting(tmp_path, script)
+
+
+def test_who_is_cut_off_comes_back_by_their_token_and_who_leaves_does_not(tmp_path):
+    async def script(hall):
+        guest = Guest(hall)
+        guest.say(protocol.Create())
+        (seated,) = guest.heard(protocol.Seated)
+        guest.handler.end()
+        again = Guest(hall, seated.token)
+        assert again.heard(protocol.Seated) == [seated] and hall.room().seats[0].connection is again
+        other = Guest(hall)
+        other.say(protocol.Create())
+        assert len(hall.rooms) == 2
+        again.say(protocol.Create(seat="blue"))
+        assert seated.room not in hall.rooms, "who opens another room leaves the one they were in"
+        assert Guest(hall, seated.token).heard(protocol.Refused)[0].code == "unknown"
+
+    visiting(tmp_path, script)
+
+
+def test_a_room_that_nobody_entered_is_closed(tmp_path):
+    async def script(hall):
+        guest = Guest(hall)
+        assert guest.say(protocol.Create(settings=protocol.Settings(red=0))) == "not_valid"
+        assert guest.say(protocol.Create(settings=protocol.Settings(blue=0), opponent="ring")) == "not_valid"
+        assert not hall.rooms
+
+    visiting(tmp_path, script)
+
+
+def test_a_take_over_is_against_whoever_sat_there(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=90, config=CALM)  # P1 against ring
+
+    async def script(hall):
+        for message, policies in (
+            (protocol.TakeOver("red"), ["", "ring"]),
+            (protocol.TakeOver("blue"), ["", ""]),
+            (protocol.TakeOver("blue", "uniform"), ["uniform", ""]),
+        ):
+            guest = Guest(hall)
+            await guest.watch("a.jsonl")
+            guest.say(protocol.Seek(45))
+            assert guest.say(message) is None
+            room = hall.room()
+            assert [seat.policy for seat in room.seats] == policies and room.config == CALM
+            assert room.seats[("red", "blue").index(message.seat)].connection is guest
+            assert guest.say(protocol.Seek(3)) == "out_of_turn", "what was watched is over"
+            guest.say(protocol.Leave())
+
+    visiting(tmp_path, script)
+
+
+def test_what_cannot_be_gone_on_with_is_refused(tmp_path, monkeypatch):
+    record(tmp_path / "gone.jsonl", ticks=30, config=CALM, player="somebody gone")
+    short = CALM.replace(game=CALM.game.replace(time_limit=1.0))
+    record(tmp_path / "over.jsonl", ticks=30, config=short)
+
+    async def script(hall):
+        guest = Guest(hall)
+        assert guest.say(protocol.TakeOver("red")) == "out_of_turn"
+        await guest_watches(guest, "gone.jsonl")
+        assert guest.say(protocol.TakeOver("red")) == "unknown"
+        await guest_watches(guest, "over.jsonl")
+        guest.say(protocol.Seek(30))
+        assert guest.say(protocol.TakeOver("red")) == "not_valid"
+        assert "over at this moment" in guest.heard(protocol.Refused)[-1].reason
+        monkeypatch.setattr("swarm_pz.play.recordings.playback.Verification.verified", False)
+        await guest_watches(guest, "over.jsonl")
+        assert guest.say(protocol.TakeOver("red")) == "not_valid"
+        assert "differently on this machine" in guest.heard(protocol.Refused)[-1].reason
+        assert not hall.rooms
+
+    async def guest_watches(guest, name):
+        guest.messages.clear()
+        await guest.watch(name)
+
+    visiting(tmp_path, script)
+
+
+def test_of_games_that_are_opened_only_the_last_is_shown(tmp_path, monkeypatch):
+    for name in ("a", "b"):
+        record(tmp_path / f"{name}.jsonl", ticks=30, config=CALM)
+
+    async def script(hall):
+        loaded, begun = {}, []
+        gate = asyncio.Event()
+
+        async def slowly(name):
+            begun.append(name)
+            await gate.wait()
+            loaded[name] = LoadedRecording.read(tmp_path / name)
+            return loaded[name]
+
+        monkeypatch.setattr(hall, "read", slowly)
+        guest, gone = Guest(hall), Guest(hall)
+        for name in ("a.jsonl", "b.jsonl"):
+            guest.say(protocol.OpenReplay(name))
+            await until(lambda name=name: begun[-1:] == [name])
+        gone.say(protocol.OpenReplay("a.jsonl"))
+        await until(lambda: len(begun) == 3)
+        gone.handler.end()
+        gate.set()
+        await until(lambda: guest.heard(protocol.RoomState))
+        assert [state.recording for state in guest.heard(protocol.RoomState)] == ["b.jsonl"]
+        await asyncio.sleep(0.1)
+        assert list(loaded) == ["b.jsonl"] and not gone.heard(protocol.RoomState)
+
+    visiting(tmp_path, script)
+
+
+@pytest.mark.parametrize("leaves", [protocol.Leave(), protocol.Create(), protocol.OpenReplay("b.jsonl"), None])
+def test_who_goes_on_is_shown_no_more_of_what_they_watched(leaves, tmp_path):
+    for name in ("a", "b"):
+        record(tmp_path / f"{name}.jsonl", ticks=300, config=CALM)
+
+    async def script(hall):
+        guest, tasks = Guest(hall), len(asyncio.all_tasks())
+        await guest.watch("a.jsonl")
+        assert len(asyncio.all_tasks()) == tasks + 1
+        if leaves is None:
+            guest.handler.end()
+        elif isinstance(leaves, protocol.OpenReplay):
+            await guest.watch("b.jsonl")
+            guest.handler.end()
+        else:
+            assert guest.say(leaves) is None
+        await until(lambda: len(asyncio.all_tasks()) == tasks, 5.0)
+
+    visiting(tmp_path, script)
+
+
+def test_who_watches_a_recorded_game_has_left_their_room_and_who_could_not_has_not(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=30, config=CALM)
+    (tmp_path / "bad.jsonl").write_text("{}\n")
+
+    async def script(hall):
+        guest = Guest(hall)
+        guest.say(protocol.Create())
+        guest.say(protocol.OpenReplay("bad.jsonl"))
+        await until(lambda: guest.heard(protocol.Refused))
+        (refused,) = guest.heard(protocol.Refused)
+        assert (refused.code, refused.about) == ("unknown", "open_replay")
+        assert "bad.jsonl" in refused.reason and str(tmp_path) not in refused.reason
+        assert hall.room().seats[0].connection is guest
+        guest.messages.clear()
+        await guest.watch("a.jsonl")
+        assert not hall.rooms
+
+    visiting(tmp_path, script)
