@@ -6,6 +6,7 @@ import pytest
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.controllers.ergodic import ergodic, make_scratch, sobolev_weights
+from swarm_pz.kernels.game import swarm_of
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import make_target
 from swarm_pz.simulator.ergodicity import ErgodicMetric, basis, potential, reconstruct, shared_coefficients
@@ -58,10 +59,7 @@ def test_shared_coefficients_are_those_of_the_next_solve(game, team):
 def test_shared_coefficients_are_those_of_the_kernel(game):
     row, games = 1, game.snapshot()
     scratch = make_scratch(20, game.controller)
-    ergodic(
-        games.positions[row], games.velocities[row], games.teams[row], games.memory[row], games.memory_weight[row],
-        games.coefficients[row], game.controller, scratch, games.accelerations[row],
-    )  # fmt: skip
+    ergodic(swarm_of(games, row), games.coefficients[row], game.controller, scratch)
     for team in range(2):
         np.testing.assert_allclose(shared_coefficients(game, row, team), scratch.means[team], atol=1e-5)
 
