@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.kernels.controllers.ergodic import ergodic, make_scratch, saturate
+from swarm_pz.kernels.swarm import Swarm
 from swarm_pz.simulator import Simulator
 from tests.reference import ControllerReference, RuleReference, target_coefficients
 from tests.reference import saturate as saturate_reference
@@ -86,7 +87,8 @@ def controller_errors(
         accelerations = np.zeros((count, 2), np.float32)
         by_drone = np.ascontiguousarray(np.moveaxis(memory, 0, -1))
         scratch = make_scratch(count, simulator.controller)
-        ergodic(positions, velocities, teams, by_drone, weight, targets, simulator.controller, scratch, accelerations)
+        swarm = Swarm(positions, velocities, teams, by_drone, weight, accelerations)
+        ergodic(swarm, targets, simulator.controller, scratch)
         errors[0, state] = np.abs(accelerations - expected).max() / np.abs(expected).max()
         for acceleration in accelerations:
             saturate(acceleration, simulator.controller.max_acceleration)

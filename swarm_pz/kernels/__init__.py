@@ -2,6 +2,7 @@
 
 ================  ==========================================================
 `controllers`     the controllers: commands and the past -> accelerations
+`swarm`           the drones of a game, as controllers see them
 `fourier`         cosine and sine tables of a drone's path
 `dynamics`        motion of the point masses
 `capture`         capture field and who is captured

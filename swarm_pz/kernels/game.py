@@ -16,6 +16,7 @@ from swarm_pz.kernels.controllers.flocking import FlockingParameters, flocking
 from swarm_pz.kernels.dynamics import move
 from swarm_pz.kernels.reconstruction import find_captured_by_density, rebuild_field
 from swarm_pz.kernels.rng import FAILURE, draw
+from swarm_pz.kernels.swarm import Swarm, with_teams
 from swarm_pz.kernels.trails import cell_of, extend_trails, forget_trail, hand_over_trail, take_back_newest
 
 SAME_TARGET = 1e-9
@@ -108,6 +109,19 @@ class RuleVariants(NamedTuple):
 
 
 @kernel
+def swarm_of(games: Games, e: int) -> Swarm:
+    """Return the drones of game `e`."""
+    return Swarm(
+        games.positions[e],
+        games.velocities[e],
+        games.teams[e],
+        games.memory[e],
+        games.memory_weight[e],
+        games.accelerations[e],
+    )
+
+
+@kernel
 def has_loser(teams: NDArray[np.int8]) -> bool:
     """Whether one team owns every drone."""
     blue = 0
@@ -187,60 +201,39 @@ def flown(crew: NDArray[np.int8], flown_by: NDArray[np.int8], controller: int) -
 
 @kernel
 def solve_with_variants(
-    games: Games, e: int, variants: RuleVariants, controller: ErgodicParameters, scratch: Scratch, boards: Boards
+    games: Games,
+    e: int,
+    swarm: Swarm,
+    variants: RuleVariants,
+    controller: ErgodicParameters,
+    scratch: Scratch,
+    boards: Boards,
 ) -> None:
     """Let the controllers choose all accelerations, where variants have a say.
 
     The ergodic controller always runs, since memories and coefficients are kept of whoever is flown by
     another one, too; the others then steer their own drones.
     """
-    positions, velocities, teams = games.positions[e], games.velocities[e], games.teams[e]
-    memory, memory_weight, accelerations = games.memory[e], games.memory_weight[e], games.accelerations[e]
     if variants.command_forgets[0] or variants.command_forgets[1]:
         take_up_commands(games, e, variants, boards)
     if variants.can_fail:
         fail_and_repair(games, e, variants)
     if variants.communication.is_local:
-        crew = at_work(teams, games.failed[e])
+        swarm = with_teams(swarm, at_work(swarm.teams, games.failed[e]))
         ergodic_among_heard(
-            positions,
-            velocities,
-            crew,
-            memory,
-            memory_weight,
+            swarm,
             games.coefficients[e],
             controller,
             scratch,
-            accelerations,
             variants.communication,
             games.seeds[e],
             games.ticks[e],
         )
     else:
-        crew = teams
-        ergodic(
-            positions,
-            velocities,
-            teams,
-            memory,
-            memory_weight,
-            games.coefficients[e],
-            controller,
-            scratch,
-            accelerations,
-        )
+        ergodic(swarm, games.coefficients[e], controller, scratch)
     if flies(games.flown_by[e], FLOCKING):
-        flocking(
-            positions,
-            velocities,
-            flown(crew, games.flown_by[e], FLOCKING),
-            memory,
-            memory_weight,
-            games.attractors[e],
-            variants.flocking,
-            scratch,
-            accelerations,
-        )
+        flock = with_teams(swarm, flown(swarm.teams, games.flown_by[e], FLOCKING))
+        flocking(flock, games.attractors[e], variants.flocking, scratch)
     if variants.reconstructs:
         for team in range(2):
             rebuild_field(scratch.means[team], games.reconstruction[e, team])
@@ -297,9 +290,9 @@ def advance_game(
     variants: RuleVariants | None,
 ) -> None:
     """Advance game `e` by some ticks, or to the tick that decides it."""
-    positions, velocities, accelerations = games.positions[e], games.velocities[e], games.accelerations[e]
-    teams, trails = games.teams[e], games.trails[e]
-    memory, memory_weight = games.memory[e], games.memory_weight[e]
+    swarm = swarm_of(games, e)
+    positions, velocities, accelerations = swarm.positions, swarm.velocities, swarm.accelerations
+    teams, trails = swarm.teams, games.trails[e]
     boards = Boards(games.fields[e], games.occupancy[e], rules.ring_weights)
     num_drones = teams.shape[0]
     captured, peaks = np.empty(num_drones, np.bool_), np.zeros(2, np.int64)
@@ -309,19 +302,9 @@ def advance_game(
             return
         if games.ticks[e] % rules.ticks_per_control_period == 0:
             if variants is None:
-                ergodic(
-                    positions,
-                    velocities,
-                    teams,
-                    memory,
-                    memory_weight,
-                    games.coefficients[e],
-                    controller,
-                    scratch,
-                    accelerations,
-                )
+                ergodic(swarm, games.coefficients[e], controller, scratch)
             else:
-                solve_with_variants(games, e, variants, controller, scratch, boards)
+                solve_with_variants(games, e, swarm, variants, controller, scratch, boards)
             for i in range(num_drones):
                 saturate(accelerations[i], controller.max_acceleration)
         move(positions, velocities, accelerations, rules.tick, rules.drift)

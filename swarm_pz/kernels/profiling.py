@@ -14,7 +14,7 @@ from swarm_pz.kernels.controllers.ergodic import (
     make_scratch,
     remember,
 )
-from swarm_pz.kernels.game import Games
+from swarm_pz.kernels.game import Games, swarm_of
 
 
 @entry_point
@@ -22,12 +22,12 @@ def find_coefficients(games: Games, controller: ErgodicParameters) -> None:
     """Do steps 1 to 4 of `ergodic`, memory, rollout and coefficients, once in every game."""
     scratch = make_scratch(games.teams.shape[1], controller)
     for e in range(games.ticks.shape[0]):
-        positions, weights = games.positions[e], games.memory_weight[e]
-        sizes = list_members(games.teams[e], scratch.members)
-        remember(positions, games.teams[e], sizes, games.memory[e], weights, controller, scratch)
+        swarm = swarm_of(games, e)
+        sizes = list_members(swarm.teams, scratch.members)
+        remember(swarm, sizes, controller, scratch)
         for team in range(2):
             drones = scratch.members[team, : sizes[team]]
-            expect(drones, positions, games.velocities[e], weights, controller, scratch.tables, scratch.means[team])
+            expect(drones, swarm, controller, scratch.tables, scratch.means[team])
 
 
 @entry_point
@@ -35,14 +35,4 @@ def solve(games: Games, controller: ErgodicParameters) -> None:
     """Do all of `ergodic` once in every game."""
     scratch = make_scratch(games.teams.shape[1], controller)
     for e in range(games.ticks.shape[0]):
-        ergodic(
-            games.positions[e],
-            games.velocities[e],
-            games.teams[e],
-            games.memory[e],
-            games.memory_weight[e],
-            games.coefficients[e],
-            controller,
-            scratch,
-            games.accelerations[e],
-        )
+        ergodic(swarm_of(games, e), games.coefficients[e], controller, scratch)

@@ -24,6 +24,7 @@ from swarm_pz.kernels.controllers.ergodic import (
     weigh,
 )
 from swarm_pz.kernels.rng import MESSAGE, draw
+from swarm_pz.kernels.swarm import Swarm
 
 
 class Communication(NamedTuple):
@@ -48,16 +49,9 @@ def communication_parameters(config: GameConfig) -> Communication:
 
 
 @kernel
-def hears(
-    i: int,
-    j: int,
-    positions: NDArray[np.float32],
-    teams: NDArray[np.int8],
-    communication: Communication,
-    seed: np.uint64,
-    tick: int,
-) -> bool:
+def hears(i: int, j: int, swarm: Swarm, communication: Communication, seed: np.uint64, tick: int) -> bool:
     """Whether drone i hears drone j in the solve at this tick; everybody hears oneself."""
+    positions, teams = swarm.positions, swarm.teams
     if i == j:
         return True
     if teams[i] != teams[j]:
@@ -72,15 +66,13 @@ def hears(
 @kernel
 def find_own_coefficients(
     drone: NDArray[np.int64],
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    memory: NDArray[np.float32],
-    memory_weight: NDArray[np.float32],
+    swarm: Swarm,
     parameters: ErgodicParameters,
     scratch: Scratch,
     own: NDArray[np.float32],
 ) -> None:
     """Extend the memory of one drone, the number in `drone` (1,), and write its c_k: steps 1 to 3."""
+    positions, memory, memory_weight = swarm.positions, swarm.memory, swarm.memory_weight
     i, modes, tables = drone[0], len(parameters.modes), scratch.tables
     tables.x[0], tables.y[0] = positions[i, 0], positions[i, 1]
     tabulate(tables, parameters.modes, 1)
@@ -91,21 +83,16 @@ def find_own_coefficients(
         for k2 in range(modes):
             memory[k1, k2, i] = parameters.decay * memory[k1, k2, i] + tables.cos_x[k1, 0] * tables.cos_y[k2, 0]
             own[k1, k2] = share * memory[k1, k2, i]
-    look_ahead(drone, positions, velocities, parameters.times, parameters.modes, tables)
+    look_ahead(drone, swarm, parameters, tables)
     add_expected(drone, 1, memory_weight, horizon, tables, own)
 
 
 @kernel
 def ergodic_among_heard(
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    teams: NDArray[np.int8],
-    memory: NDArray[np.float32],
-    memory_weight: NDArray[np.float32],
+    swarm: Swarm,
     target: NDArray[np.float32],
     parameters: ErgodicParameters,
     scratch: Scratch,
-    accelerations: NDArray[np.float32],
     communication: Communication,
     seed: np.uint64,
     tick: int,
@@ -114,14 +101,15 @@ def ergodic_among_heard(
 
     Parameters
     ----------
-    positions, velocities, teams, memory, memory_weight, target, parameters, scratch, accelerations
-        As of `swarm_pz.kernels.controllers.ergodic.ergodic`, but that a team of -1 means a drone that takes no part;
-        `scratch.means` gets the teams' mean coefficients.
+    swarm, target, parameters, scratch
+        As of `swarm_pz.kernels.controllers.ergodic.ergodic`, but that drones may take no part; `scratch.means`
+        gets the teams' mean coefficients.
     communication : Communication
     seed : uint64
         Of the game's messages.
     tick : int
     """
+    teams = swarm.teams
     num_drones, modes = teams.shape[0], len(parameters.modes)
     own = np.zeros((num_drones, modes, modes), np.float32)
     mean = np.empty((modes, modes), np.float32)
@@ -132,7 +120,7 @@ def ergodic_among_heard(
         if teams[i] < 0:
             continue
         some = numbers[i : i + 1]
-        find_own_coefficients(some, positions, velocities, memory, memory_weight, parameters, scratch, own[i])
+        find_own_coefficients(some, swarm, parameters, scratch, own[i])
         scratch.means[teams[i]] += own[i]
         sizes[teams[i]] += 1
     for team in range(2):
@@ -143,11 +131,11 @@ def ergodic_among_heard(
         mean[:] = np.float32(0.0)
         heard = 0
         for j in range(num_drones):
-            if hears(i, j, positions, teams, communication, seed, tick):
+            if hears(i, j, swarm, communication, seed, tick):
                 mean += own[j]
                 heard += 1
         mean /= np.float32(heard)
-        weigh(mean, target[teams[i]], parameters, scratch.error, scratch.slope)
+        weigh(mean, target[teams[i]], parameters, scratch)
         some = numbers[i : i + 1]
-        look_ahead(some, positions, velocities, parameters.times, parameters.modes, scratch.tables)
-        integrate_costate(some, scratch.error, scratch.slope, parameters, scratch.tables, accelerations)
+        look_ahead(some, swarm, parameters, scratch.tables)
+        integrate_costate(some, swarm, parameters, scratch)

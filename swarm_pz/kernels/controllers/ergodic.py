@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.kernels import kernel, reduction
 from swarm_pz.kernels.fourier import PI, fill_harmonics
+from swarm_pz.kernels.swarm import Swarm
 
 _VECTOR = 16
 """Places that the widest vector instructions do at once; tables are filled up to a multiple."""
@@ -175,16 +176,10 @@ def dot_pair(
 
 
 @kernel
-def remember(
-    positions: NDArray[np.float32],
-    teams: NDArray[np.int8],
-    sizes: tuple[int, int],
-    memory: NDArray[np.float32],
-    memory_weight: NDArray[np.float32],
-    parameters: ErgodicParameters,
-    scratch: Scratch,
-) -> None:
+def remember(swarm: Swarm, sizes: tuple[int, int], parameters: ErgodicParameters, scratch: Scratch) -> None:
     """Extend all memories by the present, and average them over each team: steps 1, 3 and 4."""
+    positions, teams = swarm.positions, swarm.teams
+    memory, memory_weight = swarm.memory, swarm.memory_weight
     num_drones, horizon = positions.shape[0], np.float32(len(parameters.times) - 1)
     tables = scratch.tables
     scratch.means[:] = np.float32(0.0)
@@ -212,18 +207,12 @@ def remember(
 
 
 @kernel
-def look_ahead(
-    drones: NDArray[np.int64],
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    times: tuple[np.float32, ...],
-    modes: tuple[int, ...],
-    tables: Tables,
-) -> None:
+def look_ahead(drones: NDArray[np.int64], swarm: Swarm, parameters: ErgodicParameters, tables: Tables) -> None:
     """Let drones coast, and tabulate the basis at the points h = H, ..., 1 that they come to.
 
     Point h of drone j is place (H - h) * drones + j: the points that steer a drone come first.
     """
+    positions, velocities, times = swarm.positions, swarm.velocities, parameters.times
     count, horizon = drones.shape[0], len(times) - 1
     for j in range(count):
         i = drones[j]
@@ -231,7 +220,7 @@ def look_ahead(
         for h in range(1, len(times)):
             tables.x[(horizon - h) * count + j] = x + times[h] * velocity_x
             tables.y[(horizon - h) * count + j] = y + times[h] * velocity_y
-    tabulate(tables, modes, horizon * count)
+    tabulate(tables, parameters.modes, horizon * count)
 
 
 @kernel
@@ -286,21 +275,15 @@ def add_potential_gradient(
 
 
 @kernel
-def integrate_costate(
-    drones: NDArray[np.int64],
-    error: NDArray[np.float32],
-    slope: NDArray[np.float32],
-    parameters: ErgodicParameters,
-    tables: Tables,
-    accelerations: NDArray[np.float32],
-) -> None:
-    """Follow the costate back along the paths of drones: steps 5 and 6."""
+def integrate_costate(drones: NDArray[np.int64], swarm: Swarm, parameters: ErgodicParameters, scratch: Scratch) -> None:
+    """Follow the costate back along the paths of drones, down the weighted error in `scratch`: steps 5 and 6."""
+    tables, accelerations = scratch.tables, swarm.accelerations
     count, horizon = drones.shape[0], len(parameters.times) - 1
     places = fill_up((horizon - 1) * count)  # the first point comes too soon to count
     for r in range(places):
         tables.sum_x[r] = wall_gradient(tables.x[r], parameters.wall_margin, parameters.wall_weight)
         tables.sum_y[r] = wall_gradient(tables.y[r], parameters.wall_margin, parameters.wall_weight)
-    add_potential_gradient(error, slope, parameters.modes, places, tables)
+    add_potential_gradient(scratch.error, scratch.slope, parameters.modes, places, tables)
     scale = -parameters.inverse_control_weight * parameters.times[1]
     for j in range(count):
         total_x, total_y = np.float32(0.0), np.float32(0.0)
@@ -325,13 +308,10 @@ def list_members(teams: NDArray[np.int8], members: NDArray[np.int64]) -> tuple[i
 
 @kernel
 def weigh(
-    mean: NDArray[np.float32],
-    target: NDArray[np.float32],
-    parameters: ErgodicParameters,
-    error: NDArray[np.float32],
-    slope: NDArray[np.float32],
+    mean: NDArray[np.float32], target: NDArray[np.float32], parameters: ErgodicParameters, scratch: Scratch
 ) -> None:
-    """Write q Lambda_k (c_k - phi_k) into `error` (K, K), and that times pi k2 into `slope`."""
+    """Write q Lambda_k (c_k - phi_k) into the scratch's `error` (K, K), and that times pi k2 into its `slope`."""
+    error, slope = scratch.error, scratch.slope
     for k1 in range(len(parameters.modes)):
         for k2 in range(len(parameters.modes)):
             weighted = parameters.spectrum[k1, k2] * (mean[k1, k2] - target[k1, k2])
@@ -348,9 +328,7 @@ def most_at_once(parameters: ErgodicParameters) -> int:
 @kernel
 def expect(
     drones: NDArray[np.int64],
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    memory_weight: NDArray[np.float32],
+    swarm: Swarm,
     parameters: ErgodicParameters,
     tables: Tables,
     mean: NDArray[np.float32],
@@ -359,40 +337,23 @@ def expect(
     size, most = drones.shape[0], most_at_once(parameters)
     for first in range(0, size, most):
         some = drones[first : min(first + most, size)]
-        look_ahead(some, positions, velocities, parameters.times, parameters.modes, tables)
-        add_expected(some, size, memory_weight, len(parameters.times) - 1, tables, mean)
+        look_ahead(some, swarm, parameters, tables)
+        add_expected(some, size, swarm.memory_weight, len(parameters.times) - 1, tables, mean)
 
 
 @kernel
-def steer(
-    drones: NDArray[np.int64],
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    parameters: ErgodicParameters,
-    scratch: Scratch,
-    accelerations: NDArray[np.float32],
-) -> None:
+def steer(drones: NDArray[np.int64], swarm: Swarm, parameters: ErgodicParameters, scratch: Scratch) -> None:
     """Accelerate a team's drones against its weighted error: steps 5 and 6."""
     size, most = drones.shape[0], most_at_once(parameters)
     for first in range(0, size, most):
         some = drones[first : min(first + most, size)]
         if size > most:  # otherwise the tables are still those of `expect`
-            look_ahead(some, positions, velocities, parameters.times, parameters.modes, scratch.tables)
-        integrate_costate(some, scratch.error, scratch.slope, parameters, scratch.tables, accelerations)
+            look_ahead(some, swarm, parameters, scratch.tables)
+        integrate_costate(some, swarm, parameters, scratch)
 
 
 @kernel
-def ergodic(
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    teams: NDArray[np.int8],
-    memory: NDArray[np.float32],
-    memory_weight: NDArray[np.float32],
-    target: NDArray[np.float32],
-    parameters: ErgodicParameters,
-    scratch: Scratch,
-    accelerations: NDArray[np.float32],
-) -> None:
+def ergodic(swarm: Swarm, target: NDArray[np.float32], parameters: ErgodicParameters, scratch: Scratch) -> None:
     """Solve the optimal control problem of every drone of one game.
 
     1. Memory: (m, w) <- decay (m, w) + (F(p), 1).
@@ -409,23 +370,18 @@ def ergodic(
 
     Parameters
     ----------
-    positions, velocities : float32 array (drones, 2)
-        Map widths, map widths per second.
-    teams : int8 array (drones,)
-    memory : float32 array (K, K, drones), memory_weight : float32 array (drones,)
-        Sums over the past and their weight; updated.
+    swarm : Swarm
+        All drones, each of team 0 or 1; memories are updated, accelerations overwritten.
     target : float32 array (2, K, K)
         Fourier coefficients phi_k of each team's target, indexed `[k1 (x), k2 (y)]`.
     parameters : ErgodicParameters
     scratch : Scratch
         From `make_scratch`.
-    accelerations : float32 array (drones, 2)
-        Overwritten, in map widths per second squared.
     """
-    sizes = list_members(teams, scratch.members)
-    remember(positions, teams, sizes, memory, memory_weight, parameters, scratch)
+    sizes = list_members(swarm.teams, scratch.members)
+    remember(swarm, sizes, parameters, scratch)
     for team in range(2):
         drones = scratch.members[team, : sizes[team]]
-        expect(drones, positions, velocities, memory_weight, parameters, scratch.tables, scratch.means[team])
-        weigh(scratch.means[team], target[team], parameters, scratch.error, scratch.slope)
-        steer(drones, positions, velocities, parameters, scratch, accelerations)
+        expect(drones, swarm, parameters, scratch.tables, scratch.means[team])
+        weigh(scratch.means[team], target[team], parameters, scratch)
+        steer(drones, swarm, parameters, scratch)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.controllers.ergodic import Scratch
+from swarm_pz.kernels.swarm import Swarm
 
 _CLOSE = 0.001
 """Map widths below which a distance counts as this much: coinciding drones push finitely."""
@@ -55,14 +56,10 @@ def flocking_parameters(config: GameConfig) -> FlockingParameters:
 
 @kernel
 def find_pull(
-    i: int,
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    teams: NDArray[np.int8],
-    attractor: NDArray[np.float32],
-    parameters: FlockingParameters,
+    i: int, swarm: Swarm, attractor: NDArray[np.float32], parameters: FlockingParameters
 ) -> tuple[float, float]:
     """Return the weighted sum of what draws drone i somewhere."""
+    positions, velocities, teams = swarm.positions, swarm.velocities, swarm.teams
     x, y = np.float64(positions[i, 0]), np.float64(positions[i, 1])
     away_x, away_y, velocity_x, velocity_y, place_x, place_y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     neighbours = 0
@@ -107,17 +104,7 @@ def turn_to(pull: tuple[float, float], velocity: NDArray[np.float32], max_turn: 
 
 
 @kernel
-def flocking(
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    teams: NDArray[np.int8],
-    memory: NDArray[np.float32],
-    memory_weight: NDArray[np.float32],
-    target: NDArray[np.float32],
-    parameters: FlockingParameters,
-    scratch: Scratch,
-    accelerations: NDArray[np.float32],
-) -> None:
+def flocking(swarm: Swarm, target: NDArray[np.float32], parameters: FlockingParameters, scratch: Scratch) -> None:
     """Steer every drone that takes part.
 
     With neighbours j, the team-mates within the communication radius,
@@ -131,22 +118,20 @@ def flocking(
 
     Parameters
     ----------
-    positions, velocities : float32 array (drones, 2)
-        Map widths, map widths per second.
-    teams : int8 array (drones,)
-        -1 where a drone takes no part: it has failed, or another controller flies its team.
-    memory, memory_weight, scratch
-        Not used: flocking has no memory. Every controller takes the same.
+    swarm : Swarm
+        Accelerations are overwritten for drones that take part; those that have failed, or whose team another
+        controller flies, do not. Memories are not used: flocking has none.
     target : float32 array (2, 3)
         Each team's attractor: x, y, weight.
     parameters : FlockingParameters
-    accelerations : float32 array (drones, 2)
-        Overwritten for drones that take part, in map widths per second squared.
+    scratch : Scratch
+        Not used: every controller takes the same.
     """
+    velocities, teams, accelerations = swarm.velocities, swarm.teams, swarm.accelerations
     for i in range(teams.shape[0]):
         if teams[i] < 0:
             continue
-        pull = find_pull(i, positions, velocities, teams, target[teams[i]], parameters)
+        pull = find_pull(i, swarm, target[teams[i]], parameters)
         if pull[0] ** 2 + pull[1] ** 2 < _WEAK**2:
             accelerations[i] = np.float32(0.0)
             continue

@@ -16,7 +16,7 @@ from swarm_pz.config import ControllerConfig, GameConfig
 from swarm_pz.config.sections import Controller
 from swarm_pz.kernels.controllers import CONTROLLERS, NUMBERS
 from swarm_pz.kernels.controllers.ergodic import make_scratch
-from swarm_pz.kernels.game import Games
+from swarm_pz.kernels.game import Games, swarm_of
 from swarm_pz.simulator import Simulator
 from tests.kernels.controllers.mirrors import MIRRORS
 from tests.kernels.states import PEACE, SOFT, put, random_state, solved
@@ -201,11 +201,8 @@ def test_its_kernel_alone_does_what_the_game_does_and_writes_but_memories_and_ac
     put(start, state)
     games = start.snapshot()
     games.accelerations[:] = np.nan
-    parts.kernel(
-        games.positions[0], games.velocities[0], games.teams[0], games.memory[0], games.memory_weight[0],
-        getattr(games, parts.target)[0], parts.parameters(start.config), make_scratch(12, start.controller),
-        games.accelerations[0],
-    )  # fmt: skip
+    target, parameters = getattr(games, parts.target)[0], parts.parameters(start.config)
+    parts.kernel(swarm_of(games, 0), target, parameters, make_scratch(12, start.controller))
     np.testing.assert_allclose(games.accelerations, flown.games.accelerations, rtol=1e-4, atol=1e-4)
     written = {"memory", "memory_weight", "accelerations"}
     for field, array, before in zip(Games._fields, games, start.games, strict=True):
