@@ -119,7 +119,12 @@ def test_exploit_trains_and_plays_as_it_was_asked_and_writes_what_came_out(optio
         (["--exploit", "--json", "/"], "expected the name of a file to write"),
     ],
 )
-def test_what_does_not_go_together_is_refused_before_anything_is_played(words, message, capsys):
+def test_what_does_not_go_together_is_refused_before_anything_is_played(words, message, capsys, monkeypatch):
+    def play(*_, **__):
+        raise AssertionError("played")
+
+    for begin in ("training.exploit.make_exploiter", "policies.held_out.play_suites", "evaluation.match.play_match"):
+        monkeypatch.setattr(f"swarm_pz.{begin}", play)
     with pytest.raises(SystemExit, match="2"):
         main(["evaluate", "ring", *words])
     assert message in capsys.readouterr().err
