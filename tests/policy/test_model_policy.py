@@ -150,6 +150,11 @@ def test_what_it_sees_may_be_said():
     with pytest.raises(PolicyError, match=r"ModelPolicy\(model, config, observation\)"):
         load(model, GAME)
     assert ModelPolicy(model, GAME, seat).observation == seat
+    shown = Model(spaces.Box(0.0, 1.0, (10, 10, 2), np.float32), LOG, np.zeros((5, 5)))
+    seat = seat.replace(channels=("own_share", "time_left"))
+    ModelPolicy(shown, GAME, seat).act(np.full((1, 2, 10, 10), 51, np.uint8), np.arange(1))
+    assert shown.shown[0].shape == (8, 10, 10, 2)
+    np.testing.assert_allclose(shown.shown[0], 0.2)
 
 
 @pytest.mark.parametrize(

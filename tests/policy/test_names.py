@@ -1,16 +1,19 @@
 from __future__ import annotations
 
+import importlib.metadata
+import sys
+import types
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from swarm_pz import GameConfig, policies
+from swarm_pz import GameConfig, ObservationConfig, policies
 from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
 from swarm_pz.errors import CheckpointError, PolicyError
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.policy import load
+from swarm_pz.policy import GROUP, about, load, load_players, name_of
 from swarm_pz.training.vec_env import SwarmVecEnv
 
 SHIPPED = Path(policies.__file__).parent / "zoo" / "hunter"
@@ -52,3 +55,78 @@ def test_what_is_neither_name_nor_folder_is_said(tmp_path):
         load(tmp_path / "empty", config)
     with pytest.raises(PolicyError, match="must have reset"):
         load(42, config)
+
+
+class Told:
+    """A policy that keeps what its factory was given."""
+
+    observation = ObservationConfig(grid=10)
+
+    def __init__(self, *given):
+        self.given = given
+
+    def reset(self, seeds, rows):
+        pass
+
+    def act(self, observations, rows):
+        return np.ones((len(rows), 10, 10))
+
+
+@pytest.fixture
+def guest(monkeypatch):
+    """An installed package with a policy."""
+    monkeypatch.setitem(sys.modules, "guest_tactics", types.SimpleNamespace(told=Told))
+    installed = importlib.metadata.entry_points
+    point = importlib.metadata.EntryPoint("told", "guest_tactics:told", GROUP)
+
+    def entry_points(**wanted):
+        points = installed(**wanted)
+        return (*points, point) if wanted.get("group") == GROUP else points
+
+    monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
+
+
+@pytest.mark.usefixtures("guest")
+def test_a_factory_is_given_the_game_and_all_that_stands_after_the_first_colon():
+    config = GameConfig(drones_per_team=3)
+    for name, given in (
+        ("told", ()),
+        ("told:ring", ("ring",)),
+        ("told:planner:ring", ("planner:ring",)),
+        ("told:", ("",)),
+    ):
+        assert load(name, config).given == (config, *given)
+        assert about(name) == "A policy that keeps what its factory was given."
+    assert about("nobody") == about("nobody:told") == ""
+
+
+@pytest.mark.usefixtures("guest")
+def test_two_players_are_loaded_in_their_order_and_share_nothing():
+    config = GameConfig()
+    first, second = load_players("told:first", "told:second", config)
+    assert (first.given[1], second.given[1]) == ("first", "second")
+    one = Told([])
+    for given, same in (((one, one), True), ((one, Told([])), False)):
+        mine, other = load_players(*given, config)
+        assert mine is one and other is not one and (other is given[1]) != same
+        assert other.given == ([],) and other.given[0] is not one.given[0]
+
+
+def test_tables_call_a_policy_by_its_name_or_else_by_its_kind():
+    named = Told()
+    assert [name_of(policy) for policy in ("planner:ring", Path("runs") / "first", named)] == [
+        "planner:ring",
+        str(Path("runs") / "first"),
+        "Told",
+    ]
+    named.name = "teller"
+    assert name_of(named) == "teller"
+
+
+def test_what_a_name_makes_must_be_a_policy(monkeypatch, guest):
+    monkeypatch.setattr(sys.modules["guest_tactics"], "told", lambda config: 42)
+    with pytest.raises(PolicyError, match=r"policy 'told' must have reset, .* got 42"):
+        load("told", GameConfig())
+    (Path("file.json")).write_text("{}")
+    with pytest.raises(PolicyError, match=r"a folder that training wrote, got the file 'file\.json'"):
+        load("file.json", GameConfig())
