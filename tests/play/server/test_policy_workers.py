@@ -102,20 +102,3 @@ def test_a_seat_keeps_its_stream_until_it_is_forgotten(snapshot):
     np.testing.assert_array_equal(other, first)  # the same seed; noise sees no sides
     np.testing.assert_array_equal(others_second, second)
     assert not np.array_equal(second, first)
-
-
-def test_a_thought_that_hangs_holds_up_no_other_process(snapshot):
-    workers = PolicyWorkers(loader, processes=2, limit_s=60.0)
-
-    async def play():
-        slow, quick = seat("sleeps"), seat("ring")
-        for place in (slow, quick):
-            await workers.ask(place, snapshot)
-        hanging = asyncio.create_task(workers.ask(slow, snapshot))  # for 10 s
-        await workers.ask(quick, snapshot)
-        assert not hanging.done()
-        workers.close()
-        with pytest.raises(PolicyError):
-            await hanging
-
-    asyncio.run(play())
