@@ -175,6 +175,30 @@ def test_a_drawing_that_was_sent_is_added_to_if_that_is_asked(is_kept, counts, o
     assert (x, y) == (pytest.approx(0.2, abs=0.02), pytest.approx(0.8, abs=0.02))
 
 
+def test_what_the_system_takes_away_is_not_drawn(open_page, table):
+    page = open_page(width=1000, height=700)
+    room = begin(page)
+    page.locator("#on-lift").set_checked(False)
+    page.evaluate(
+        """() => {
+            const arena = document.getElementById("arena"), box = arena.getBoundingClientRect();
+            const at = (type, id, x, y) => arena.dispatchEvent(new PointerEvent(type, {
+                bubbles: true, button: 0, pointerId: id,
+                clientX: box.left + x * box.width, clientY: box.top + y * box.height,
+            }));
+            arena.setPointerCapture = () => {};
+            for (const [id, y, end] of [[1, 0.3, "pointerup"], [2, 0.7, "pointercancel"]]) {
+                at("pointerdown", id, 0.3, y);
+                at("pointermove", id, 0.5, y);
+                at(end, id, 0.5, y);
+            }
+        }"""
+    )
+    page.click("#send")
+    (command,) = eventually(page, lambda: latest(table, room, CommandLine))
+    assert [stroke.points[0][1] for stroke in command.strokes] == [pytest.approx(0.7, abs=0.05)]
+
+
 def test_a_room_is_as_the_form_says(open_page, table):
     page = open_page()
     page.click("summary")

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig
+from swarm_pz.config import BLUE, RED, CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.game import advance_games
 from swarm_pz.simulator import Simulator
@@ -467,3 +467,17 @@ def test_sizes_are_counted_and_without_captures_nothing_is_decided():
     assert simulator.decided.tolist() == [False, True]
     peaceful = Simulator(GameConfig(drones_per_team=(4, 0), capture=CaptureConfig(enabled=False)))
     assert peaceful.decided.tolist() == [False]
+
+
+def test_a_flocking_command_is_refused_if_any_of_the_games_is_flown_by_another_controller():
+    config = GameConfig(controllers=("ergodic", "flocking"))
+    simulator = Simulator(config, num_games=2)
+    simulator.reset(seeds=[1, 2], swapped=[False, True])  # blue flocks in game 0 alone
+    before = simulator.snapshot()
+    commands = [FlockingCommand(position=(0.2, 0.7), weight=config.flocking.migration[1])] * 2
+    with pytest.raises(CommandError, match="blue is flown by the ergodic controller"):
+        simulator.command(BLUE, commands)
+    assert all(np.array_equal(one, other) for one, other in zip(before, simulator.games, strict=True))
+    simulator.command(BLUE, commands[:1], rows=[0])
+    simulator.command(RED, commands[:1], rows=[1])
+    np.testing.assert_allclose(simulator.games.attractors[[0, 1], [BLUE, RED], :2], [(0.2, 0.7)] * 2, rtol=1e-6)
