@@ -60,7 +60,7 @@ def test_where_no_alarm_can_ring_who_is_late_is_told_afterwards():
 
 
 def test_processes_that_were_started_are_ended():
-    process = multiprocessing.get_context("fork").Process(target=time.sleep, args=(60,))
+    process = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(600,))  # no heir to handlers
     process.start()
     end_processes()
     process.join(30)

@@ -5,7 +5,7 @@ import pytest
 from stable_baselines3.common.vec_env import VecMonitor
 
 from swarm_pz import policies
-from swarm_pz.config import BLUE, GameConfig, ObservationConfig
+from swarm_pz.config import BLUE, CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.simulator import Simulator
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
@@ -179,7 +179,7 @@ def test_games_follow_the_stream_of_their_seed_and_may_be_left_out():
 def test_all_keywords_at_once_are_kept(monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 4)
     env = SwarmVecEnv(
-        GameConfig(time_limit=20),
+        GameConfig(time_limit=20, capture=CaptureConfig(enabled=False)),  # else a game may end with its first step
         4,
         drones_per_team=(1, 3),
         observation=ObservationConfig(grid=10),
