@@ -73,7 +73,11 @@ def test_bad_commands_say_what_was_expected_and_what_came(bad, message):
 def test_rounding_just_outside_is_clipped_and_integers_are_taken():
     values = check_densities(np.full((10, 10), 1.0 + 5e-7), (10, 10))
     assert values.max() == 1.0
+    assert check_densities(np.full((10, 10), -5e-7), (10, 10)).max() == 0.0
     assert check_densities(np.ones((10, 10), bool), (10, 10)).dtype == np.float64
+    for beyond in (1.0 + 2e-6, -2e-6):
+        with pytest.raises(CommandError, match="got values from"):
+            check_densities(np.full((10, 10), beyond), (10, 10))
 
 
 def test_the_given_command_is_not_changed():

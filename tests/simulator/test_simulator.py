@@ -359,6 +359,10 @@ def test_a_command_is_for_the_games_and_the_team_that_it_names(controllers, team
             assert_same_game(simulator, row, alone, 0)
     if len(orders) > 1:
         np.testing.assert_allclose(simulator.games.attractors[[3, 1], team], [[0.2, 0.7, 60], [0.9, 0.1, 80]])
+        targets, centres = simulator.targets[[3, 1], team], (np.arange(10) + 0.5) / 10
+        middles = np.stack([targets.sum(axis=1) @ centres, targets.sum(axis=2) @ centres], axis=1)
+        np.testing.assert_allclose(middles, [[0.2, 0.7], [0.9, 0.1]], atol=1e-6)
+        assert ((targets > 1e-6).sum(axis=(1, 2)) <= 4).all()
 
 
 def test_commands_with_an_advance_are_for_the_games_that_advance():
@@ -449,7 +453,9 @@ def test_closing_ends_the_threads():
 
 
 def test_what_can_be_seen_cannot_be_changed_and_is_what_the_games_hold():
-    simulator = Simulator(GameConfig(drones_per_team=(1, 2), dynamics=DynamicsConfig(speed_factor=0.5)), num_games=2)
+    peaceful = GameConfig(capture=CaptureConfig(enabled=False), dynamics=DynamicsConfig(speed_factor=0.5))
+    simulator = Simulator(peaceful.replace(drones_per_team=(1, 2)), num_games=2)
+    simulator.reset([0, 1])
     simulator.advance(4)
     for name in ("positions", "velocities", "failed", "altitudes", "teams", "targets"):
         seen, held = getattr(simulator, name), getattr(simulator.games, name)

@@ -156,10 +156,10 @@ def test_every_list_is_of_its_own_side_and_in_the_order_of_the_drones(batch, tea
     ids=["failing", "forgetful", "endless"],
 )
 def test_trails_are_shown_as_long_as_they_are_and_with_their_gaps(options):
-    batch = BatchEnv(GameConfig(drones_per_team=5, time_limit=6.0, **options))
+    batch = BatchEnv(GameConfig(drones_per_team=5, time_limit=8.0, **options))
     batch.reset([0])
     generator = np.random.default_rng(0)
-    for _ in range(4):
+    for _ in range(6):
         batch.step(generator.random((1, 2, 10, 10)) ** 3)
     games, length = batch.simulator.games, batch.config.trail_ticks
     batch.simulator.advance(2)  # between two solves
