@@ -1,6 +1,6 @@
 """Sampling-based model-predictive play: try many densities in the simulator, send the best.
 
-Privileged: it copies the game's true state, which no seat may see. It shows how well the game can be
+Privileged: it copies the game's true state, which no side may see. It shows how well the game can be
 played, and is no fair opponent of policies that play from observations.
 
 Every command is searched for by the cross-entropy method (Rubinstein, "The cross-entropy method for
@@ -199,5 +199,5 @@ def _known() -> list[str]:
 
 
 def planner(config: GameConfig, model: str | None = None) -> Planner:
-    """Search the simulator for the best density; sees more than any seat (privileged)."""
+    """Search the simulator for the best density; sees more than any side (privileged)."""
     return Planner(config, model)

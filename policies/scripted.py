@@ -99,7 +99,7 @@ class ScriptedPolicy:
 
     def __init__(self, tactic: Tactic, config: GameConfig) -> None:
         self.name = tactic.__name__
-        self.observation = tactic.seat
+        self.observation = tactic.observation
         self._tactic = tactic
         self._cells = config.command_cells
         self._steps: dict[int, int] = {}
@@ -147,13 +147,13 @@ class Tactic:
     ----------
     play : callable
         From a `View` of n games to densities (n, A, A), not negative.
-    seat : ObservationConfig
+    observation : ObservationConfig
         What it sees.
     """
 
-    def __init__(self, play: Callable[[View], Array], seat: ObservationConfig) -> None:
+    def __init__(self, play: Callable[[View], Array], observation: ObservationConfig) -> None:
         self.play = play
-        self.seat = seat
+        self.observation = observation
         self.__name__, self.__doc__ = play.__name__, play.__doc__
         self.__module__ = play.__module__
 

@@ -81,7 +81,7 @@ def simulator_face(config: GameConfig, games: int, threads: int) -> Step:
 
 
 def batch_env_face(config: GameConfig, games: int, threads: int) -> Step:
-    """`BatchEnv` with the observations of both seats."""
+    """`BatchEnv` with the observations of both sides."""
     env = BatchEnv(config, games, threads=threads)
     env.reset(range(games))
     commands = _commands(config, games)
@@ -91,8 +91,8 @@ def batch_env_face(config: GameConfig, games: int, threads: int) -> Step:
         ended = np.flatnonzero(~env.running)
         if len(ended):
             env.reset(ended, ended)
-        for team, seat in enumerate(config.observations):
-            env.observe(seat, team)
+        for team, observation in enumerate(config.observations):
+            env.observe(observation, team)
 
     return step
 
@@ -202,7 +202,7 @@ def rate(step: Step) -> float:
 def phases(config: GameConfig, games: int = 64) -> dict[str, float]:
     """Return the nanoseconds that each part of a drone-step takes in one thread.
 
-    Observations count once a command period and seat; they are shared out to its drone-steps.
+    Observations count once a command period and side; they are shared out to its drone-steps.
     """
     env = BatchEnv(config, games)
     env.reset(range(games))
@@ -220,8 +220,8 @@ def phases(config: GameConfig, games: int = 64) -> dict[str, float]:
         simulator.advance(config.step_ticks)
 
     def observe() -> None:
-        for team, seat in enumerate(config.observations):
-            env.observe(seat, team)
+        for team, observation in enumerate(config.observations):
+            env.observe(observation, team)
 
     def nanoseconds(step: Step) -> float:
         step()
@@ -238,7 +238,7 @@ def phases(config: GameConfig, games: int = 64) -> dict[str, float]:
         "memory, rollout and coefficients": coefficients,
         "costate": solves - coefficients,
         "ticks and capture": whole - solves,
-        "observations of both seats": seen / periods,
+        "observations of both sides": seen / periods,
     }
 
 

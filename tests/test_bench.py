@@ -95,7 +95,9 @@ def test_ended_games_start_afresh_within_the_measured_time(monkeypatch, face, ki
 def test_the_observations_of_both_seats_are_made(monkeypatch):
     seen, observe = [], BatchEnv.observe
     monkeypatch.setattr(
-        BatchEnv, "observe", lambda env, seat, team: seen.append((seat, team)) or observe(env, seat, team)
+        BatchEnv,
+        "observe",
+        lambda env, observation, team: seen.append((observation, team)) or observe(env, observation, team),
     )
     bench.batch_env_face(SHORT, 2, 1)()
     assert seen == [(SHORT.observations[0], 0), (SHORT.observations[1], 1)]
@@ -112,7 +114,7 @@ def test_the_parts_of_a_drone_step_add_up(monkeypatch):
             "memory, rollout and coefficients": each / 1e5,
             "costate": each / 5e4 - each / 1e5,
             "ticks and capture": (each / 2e3 - each / 1e5) / 10 - each / 5e4,
-            "observations of both seats": each / 1e4 / 10,
+            "observations of both sides": each / 1e4 / 10,
         }
     )
 

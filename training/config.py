@@ -139,16 +139,26 @@ class TrainConfig(Config):
             check_number(getattr(self, name), name, lowest, highest)
         shared = self.num_envs % max(len(self.sizes), 1) == 0
         check(shared, "num_envs", self.num_envs, f"a multiple of {len(self.sizes)}, the number of sizes")
-        seat = self.game.observations[0]
-        check(seat.kind == "grids", "game.observation.kind", seat.kind, "'grids', which the network is made for")
-        check(seat.grid >= 10, "game.observation.grid", seat.grid, "at least 10, else SB3 takes channels for rows")
+        observation = self.game.observations[0]
+        check(
+            observation.kind == "grids",
+            "game.observation.kind",
+            observation.kind,
+            "'grids', which the network is made for",
+        )
+        check(
+            observation.grid >= 10,
+            "game.observation.grid",
+            observation.grid,
+            "at least 10, else SB3 takes channels for rows",
+        )
         check(self.width % 8 == 0, "width", self.width, "a multiple of 8, the symmetries of the square")
         check(self.evaluation_games % 2 == 0, "evaluation_games", self.evaluation_games, "even")
         check(
-            isinstance(self.action_cells, int) and self.action_cells >= 2 and seat.grid % self.action_cells == 0,
+            isinstance(self.action_cells, int) and self.action_cells >= 2 and observation.grid % self.action_cells == 0,
             "action_cells",
             self.action_cells,
-            f"a divisor of the observation's grid of {seat.grid}, at least 2",
+            f"a divisor of the observation's grid of {observation.grid}, at least 2",
         )
 
 

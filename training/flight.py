@@ -22,7 +22,7 @@ from swarm_pz.training.checkpoint import Arrays, Story
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 
-class Seat(NamedTuple):
+class Opponent(NamedTuple):
     """An opponent, as it can be had again: what it is called, and the noise on its actions."""
 
     name: str
@@ -49,8 +49,8 @@ class InFlight(VecEnvWrapper):
     def __init__(self, venv: SwarmVecEnv | StackedVecEnv, opponents: Sequence[str]) -> None:
         super().__init__(venv)
         self._batches = venv.parts if isinstance(venv, StackedVecEnv) else [venv]
-        self._dealt = [Seat(name, 0.0) for name in opponents]
-        self._seated = self._next_seats()
+        self._dealt = [Opponent(name, 0.0) for name in opponents]
+        self._playing = self._next_opponents()
         self._seed: int | None = None
         self._begun = np.zeros(self.num_envs, np.int64)
         """(E,) games that each row has begun since it was seeded."""
@@ -58,8 +58,8 @@ class InFlight(VecEnvWrapper):
         self._actions: list[NDArray[np.float32]] = []
         """(E, a, a) each, of the latest steps, as many as the oldest unfinished game has."""
 
-    def _next_seats(self) -> list[Seat]:
-        """Return who sits in each row from its next start on: opponents are dealt in turn, batch by batch."""
+    def _next_opponents(self) -> list[Opponent]:
+        """Return who plays in each row from its next start on: opponents are dealt in turn, batch by batch."""
         rows = itertools.chain.from_iterable(range(batch.num_envs) for batch in self._batches)
         return [self._dealt[row % len(self._dealt)] for row in rows]
 
@@ -67,7 +67,7 @@ class InFlight(VecEnvWrapper):
         """Give other opponents to the games that start from now on."""
         self.venv.deal(opponents, names)
         self._dealt = [
-            Seat(name, float(getattr(player, "noise", 0.0))) for name, player in zip(names, opponents, strict=True)
+            Opponent(name, float(getattr(player, "noise", 0.0))) for name, player in zip(names, opponents, strict=True)
         ]
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
@@ -85,9 +85,9 @@ class InFlight(VecEnvWrapper):
     def _begin(self, started: NDArray[np.bool_]) -> None:
         self._begun[started] += 1
         self.ages[started] = 0
-        seats = self._next_seats()
+        following = self._next_opponents()
         for row in np.flatnonzero(started).tolist():
-            self._seated[row] = seats[row]
+            self._playing[row] = following[row]
 
     def step_async(self, actions: NDArray[np.float32]) -> None:
         """Take the learners' actions."""
@@ -107,24 +107,24 @@ class InFlight(VecEnvWrapper):
 
     def state(self) -> tuple[Story, Arrays]:
         """Return what `take_up` needs."""
-        seats = list(dict.fromkeys([*self._dealt, *self._seated]))
+        opponents = list(dict.fromkeys([*self._dealt, *self._playing]))
         story: Story = {
             "seed": self._seed,
-            "seats": seats,
-            "dealt": [seats.index(seat) for seat in self._dealt],
+            "seats": opponents,
+            "dealt": [opponents.index(one) for one in self._dealt],
             "digest": self._digest(),
         }
         shape = self.action_space.shape or ()
         arrays: Arrays = {
             "begun": self._begun.copy(),
             "ages": self.ages.copy(),
-            "seated": np.array([seats.index(seat) for seat in self._seated], np.int64),
+            "seated": np.array([opponents.index(one) for one in self._playing], np.int64),
             "actions": np.array(self._actions, np.float32).reshape(-1, self.num_envs, *shape),
         }
         return story, arrays
 
     def take_up(
-        self, story: Story, arrays: Arrays, load: Callable[[Seat, GameConfig], Player]
+        self, story: Story, arrays: Arrays, load: Callable[[Opponent, GameConfig], Player]
     ) -> tuple[NDArray[Any], bool]:
         """Play stored games again, up to where they were.
 
@@ -143,18 +143,18 @@ class InFlight(VecEnvWrapper):
             Whether the games are those stored, bit for bit; if not, they are others of the same kind.
         """
         self.seed(story["seed"])
-        seats = [Seat(name, noise) for name, noise in story["seats"]]
-        self._dealt = [seats[place] for place in story["dealt"]]
+        opponents = [Opponent(name, noise) for name, noise in story["seats"]]
+        self._dealt = [opponents[place] for place in story["dealt"]]
         self._begun, self.ages = arrays["begun"].copy(), arrays["ages"].copy()
         self._actions = list(arrays["actions"])
-        self._seated = [seats[place] for place in arrays["seated"].tolist()]
+        self._playing = [opponents[place] for place in arrays["seated"].tolist()]
         first = 0
         for batch in self._batches:
             rows = slice(first, first + batch.num_envs)
-            players = {seat: load(seat, batch.duel.config) for seat in seats}
-            batch.deal(list(players.values()), [seat.name for seat in seats])  # all meet the names in the same order
+            players = {one: load(one, batch.duel.config) for one in opponents}
+            batch.deal(list(players.values()), [one.name for one in opponents])  # all meet the names in the same order
             self._replay(batch, rows, players)
-            batch.deal([players[seat] for seat in self._dealt], [seat.name for seat in self._dealt])
+            batch.deal([players[one] for one in self._dealt], [one.name for one in self._dealt])
             first += batch.num_envs
         ended = np.concatenate([~batch.duel.batch.running for batch in self._batches])
         if ended.any():  # games that came out differently, and sooner
@@ -177,10 +177,10 @@ class InFlight(VecEnvWrapper):
                 content.update(np.ascontiguousarray(array).tobytes())
         return content.hexdigest()
 
-    def _replay(self, batch: SwarmVecEnv, rows: slice, players: dict[Seat, Player]) -> None:
+    def _replay(self, batch: SwarmVecEnv, rows: slice, players: dict[Opponent, Player]) -> None:
         """Play the unfinished games of one batch again; the oldest begins first."""
-        seated, ages = self._seated[rows], self.ages[rows]
-        batch.deal([players[seat] for seat in seated], [seat.name for seat in seated])
+        playing, ages = self._playing[rows], self.ages[rows]
+        batch.deal([players[one] for one in playing], [one.name for one in playing])
         batch.skip(self._begun[rows] - 1)
         for left, actions in zip(range(len(self._actions), 0, -1), self._actions, strict=True):
             batch.restart(np.flatnonzero(ages == left))

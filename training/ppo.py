@@ -34,7 +34,7 @@ from swarm_pz.training.callbacks import (
 )
 from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Arrays, Story, of, read, read_old, under, write
 from swarm_pz.training.config import TrainConfig
-from swarm_pz.training.flight import InFlight, Seat
+from swarm_pz.training.flight import InFlight, Opponent
 from swarm_pz.training.folders import OLD_CHECKPOINT, check_folder
 from swarm_pz.training.learner import Learner
 from swarm_pz.training.networks import GridPolicy
@@ -49,8 +49,8 @@ def never() -> bool:
     return False
 
 
-def _load_opponent(seat: Seat, game: GameConfig) -> Player:
-    return policies.load(seat.name, game)
+def _load_opponent(opponent: Opponent, game: GameConfig) -> Player:
+    return policies.load(opponent.name, game)
 
 
 class Training:
@@ -98,7 +98,7 @@ class Training:
         overwrite: bool = False,
         say: Callable[[str], None] = print,
         command: str = "",
-        load_opponent: Callable[[Seat, GameConfig], Player] = _load_opponent,
+        load_opponent: Callable[[Opponent, GameConfig], Player] = _load_opponent,
     ) -> None:
         check_folder(folder, resume=resume, overwrite=overwrite, marks=(CHECKPOINT, OLD_CHECKPOINT))
         self.config = config

@@ -32,7 +32,7 @@ from swarm_pz.training.callbacks import Checkpoint
 from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import LeagueConfig
 from swarm_pz.training.exploit import make_exploiter, play_exploiter
-from swarm_pz.training.flight import Seat
+from swarm_pz.training.flight import Opponent
 from swarm_pz.training.folders import LEAGUE as STATE
 from swarm_pz.training.folders import LEARNER, check_folder
 from swarm_pz.training.pool import Member, Pool
@@ -224,16 +224,18 @@ class League:
         chosen = [self.pool.members[i].name for i in np.searchsorted(np.cumsum(weights), places * 0.999999)]
         # A partner that did not explore would beat the learner that does, whatever it had learned.
         noise = self.main.exploration()
-        seated = {name: self._partner(Seat(name, noise), self.config.learner.game) for name in dict.fromkeys(chosen)}
+        partners = {
+            name: self._partner(Opponent(name, noise), self.config.learner.game) for name in dict.fromkeys(chosen)
+        }
         order = [chosen[i] for i in generator.permutation(len(chosen))]
-        self.main.deal([seated[name] for name in order], order)
+        self.main.deal([partners[name] for name in order], order)
 
-    def _partner(self, seat: Seat, game: GameConfig) -> Player:
+    def _partner(self, opponent: Opponent, game: GameConfig) -> Player:
         """Return a member of the pool; learned ones with noise."""
-        member = next(member for member in self.pool.members if member.name == seat.name)
+        member = next(member for member in self.pool.members if member.name == opponent.name)
         player = policies.load(self._locate(member.source, member.kind), game)
         if isinstance(player, LearnedPolicy):
-            player.noise = seat.noise
+            player.noise = opponent.noise
         return player
 
     def _locate(self, source: str, kind: str) -> str:

@@ -16,7 +16,7 @@ FILTERS = [[16, 4, 2], [32, 4, 2]]
 
 @row(flatten_actions=True, observation_dtype="float32", channels_last=True)
 def two_policies(**keywords: Any) -> None:
-    """PPO, two policies, one a seat, two iterations, on `ParallelPettingZooEnv`."""
+    """PPO, two policies, one a side, two iterations, on `ParallelPettingZooEnv`."""
     from ray.rllib.algorithms.ppo import PPOConfig
     from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
     from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv

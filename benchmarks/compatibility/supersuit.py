@@ -1,6 +1,6 @@
 """SuperSuit.
 
-SuperSuit thinks of pictures, colours last. Its path to Stable-Baselines3 trains one network for both seats, with two
+SuperSuit thinks of pictures, colours last. Its path to Stable-Baselines3 trains one network for both sides, with two
 caveats that are its own: it loses seeds (`PPO(seed=0)` raises), and it never sets `TimeLimit.truncated`, so that
 Stable-Baselines3 takes a draw on time for a defeat or a win. For one learner against an opponent `SwarmVecEnv` has
 neither.
@@ -52,7 +52,7 @@ def actions() -> None:
 
 @row(channels_last=True)
 def frames(**keywords: Any) -> None:
-    """`frame_stack_v1`, `agent_indicator_v0`: frames and marks of the seat are further images."""
+    """`frame_stack_v1`, `agent_indicator_v0`: frames and marks of the side are further images."""
     import supersuit
 
     from swarm_pz import parallel_env

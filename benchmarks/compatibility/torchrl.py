@@ -11,7 +11,7 @@ from benchmarks.compatibility.rows import SMALL, row
 
 @row()
 def two_players() -> None:
-    """`PettingZooWrapper`, a group a seat: a rollout to the end, `check_env_specs`."""
+    """`PettingZooWrapper`, a group a side: a rollout to the end, `check_env_specs`."""
     from torchrl.envs import PettingZooWrapper, check_env_specs
 
     from swarm_pz import parallel_env

@@ -143,7 +143,7 @@ def bench(
         games: Numbers of games side by side.
         drones: Numbers of drones in a game, both teams together, even.
         threads: Numbers of threads.
-        grid: Cells a side of the observations of both seats; scripted opponents have their own.
+        grid: Cells a side of the observations of both sides; scripted opponents have their own.
         repeats: Measurements of each, of which the median is shown.
         json: Write the figures to this file, too.
         plot: Draw the figures into this file, too.

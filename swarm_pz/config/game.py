@@ -60,7 +60,7 @@ class GameConfig(Config):
     spawn, memory, capture, controller, reward, flocking, dynamics
         The parts of the rules; see their own classes.
     observation : ObservationConfig or (ObservationConfig, ObservationConfig)
-        What the agents see; a pair (red, blue) gives each seat its own.
+        What the agents see; a pair (red, blue) gives each side its own.
     controllers : {"ergodic", "flocking"} or a pair of them
         Who flies the teams; a pair (red, blue) gives each team its own. In a match, whose players change sides, it
         goes with the player: the first of the pair flies for the policy and the second for its opponent, on
@@ -113,7 +113,7 @@ class GameConfig(Config):
             )
         check_count(self.command_cells, "command_cells", 2, GRID_CELLS)
         check(
-            len(self.observations) == 2 and all(isinstance(seat, ObservationConfig) for seat in self.observations),
+            len(self.observations) == 2 and all(isinstance(one, ObservationConfig) for one in self.observations),
             "observation",
             self.observation,
             "an ObservationConfig or a pair of them",
@@ -178,8 +178,8 @@ class GameConfig(Config):
     @property
     def observations(self) -> tuple[ObservationConfig, ObservationConfig]:
         """What (red, blue) see."""
-        seats = self.observation
-        return seats if isinstance(seats, tuple) else (seats, seats)
+        given = self.observation
+        return given if isinstance(given, tuple) else (given, given)
 
     @property
     def team_controllers(self) -> tuple[Controller, Controller]:

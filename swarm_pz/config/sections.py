@@ -249,7 +249,7 @@ class DynamicsConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class ObservationConfig(Config):
-    """What one seat sees.
+    """What one side sees.
 
     Attributes
     ----------

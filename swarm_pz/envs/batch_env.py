@@ -180,12 +180,12 @@ class BatchEnv:
             recaptured=games.recaptures - recaptures,
         )
 
-    def observe(self, seat: ObservationConfig, teams: ArrayLike, rows: ArrayLike | None = None) -> Observations:
+    def observe(self, observation: ObservationConfig, teams: ArrayLike, rows: ArrayLike | None = None) -> Observations:
         """Return fresh observations of games from the side of a team.
 
         Parameters
         ----------
-        seat : ObservationConfig
+        observation : ObservationConfig
             What to show.
         teams : int or array_like of int (n,)
             Whose side, of all or of each of the games.
@@ -200,7 +200,7 @@ class BatchEnv:
         sides = np.empty(len(chosen), np.int64)
         sides[:] = given
         left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)
-        return observe(self.simulator, seat, sides, chosen, left)
+        return observe(self.simulator, observation, sides, chosen, left)
 
     def ask(self, policy: Player, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float64]:
         """Show a policy some games, each from a team's side, and check the commands that it gives.

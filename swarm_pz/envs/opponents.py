@@ -36,7 +36,7 @@ class DuelResult:
     result: StepResult
 
 
-class _Seated(NamedTuple):
+class _Opponent(NamedTuple):
     number: int
     player: Player
 
@@ -88,7 +88,7 @@ class DuelBatch:
         """Team of each game's learner."""
         self.opponent_names: list[str] = []
         self.deal(opponent)
-        self._seated = [self._dealt[0]] * num_games
+        self._playing = [self._dealt[0]] * num_games
         self._numbers = np.zeros(num_games, np.int64)
 
     def deal(self, opponent: Opponents, names: Sequence[str] | None = None) -> None:
@@ -114,7 +114,7 @@ class DuelBatch:
         called = [name_of(policy) for policy in given] if names is None else list(names)
         self.opponent_names += [name for name in dict.fromkeys(called) if name not in self.opponent_names]
         dealt = [
-            _Seated(self.opponent_names.index(name), loaded[_key(policy)])
+            _Opponent(self.opponent_names.index(name), loaded[_key(policy)])
             for name, policy in zip(called, given, strict=True)
         ]
         self._dealt = [dealt[row % len(dealt)] for row in range(self.batch.num_games)]
@@ -123,8 +123,8 @@ class DuelBatch:
         """Group rows by who plays there."""
         groups: dict[int, list[int]] = {}
         for row in rows.tolist():
-            groups.setdefault(id(self._seated[row].player), []).append(row)
-        return [(self._seated[group[0]].player, np.array(group)) for group in groups.values()]
+            groups.setdefault(id(self._playing[row].player), []).append(row)
+        return [(self._playing[group[0]].player, np.array(group)) for group in groups.values()]
 
     def reset(
         self,
@@ -140,7 +140,7 @@ class DuelBatch:
                 self.sides[row] = np.random.default_rng(side_seed).integers(2)
             else:
                 self.sides[row] = TEAM_NAMES.index(self._side)
-            self._seated[row] = self._dealt[row]
+            self._playing[row] = self._dealt[row]
             self._numbers[row] = self._dealt[row].number
         streams_of = dict(zip(rows.tolist(), (stream for _, stream in streams), strict=True))
         for policy, mine in self._by_opponent(rows):
@@ -149,7 +149,7 @@ class DuelBatch:
     def observe(self, rows: NDArray[np.int64] | None = None) -> Observations:
         """Return what the learners of some games see."""
         chosen = np.arange(self.batch.num_games) if rows is None else rows
-        return self.format.show(self.batch.observe(self.format.seat, self.sides[chosen], chosen))
+        return self.format.show(self.batch.observe(self.format.observation, self.sides[chosen], chosen))
 
     def step(self, actions: ArrayLike, after_control_period: Callable[[], None] | None = None) -> DuelResult:
         """Play the learners' actions (E, ...) against the opponents' answers.

@@ -141,14 +141,14 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
         self.formats = {
             agent: Format(
                 self.config,
-                seat,
+                observation,
                 action=action,
                 action_cells=action_cells,
                 flatten_actions=flatten_actions,
                 observation_dtype=observation_dtype,
                 channels_last=channels_last,
             )
-            for agent, seat in zip(AGENTS, self.config.observations, strict=True)
+            for agent, observation in zip(AGENTS, self.config.observations, strict=True)
         }
         self.state_space = spaces.Box(0, 255, (len(STATE_CHANNELS), GRID_CELLS, GRID_CELLS), np.uint8)
         self._np_random: np.random.Generator | None = None
@@ -258,8 +258,8 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
 
     def state(self) -> NDArray[np.uint8]:
         """Return the whole board, channels in the order of `STATE_CHANNELS`."""
-        seat = ObservationConfig(grid=GRID_CELLS)
-        red, blue = (self.batch.observe(seat, team)[0] for team in (RED, BLUE))
+        observation = ObservationConfig(grid=GRID_CELLS)
+        red, blue = (self.batch.observe(observation, team)[0] for team in (RED, BLUE))
         target = CHANNELS.index("own_target")
         return np.concatenate([red[: target + 1], blue[target : target + 1], red[target + 1 :]])
 
@@ -284,7 +284,7 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
 
     def _observations(self) -> dict[str, Observations]:
         return {
-            agent: form.show(of_game(self.batch.observe(form.seat, team), 0))
+            agent: form.show(of_game(self.batch.observe(form.observation, team), 0))
             for team, (agent, form) in enumerate(self.formats.items())
         }
 

@@ -96,7 +96,7 @@ def to_markdown(ladder: dict[str, Any], picture: str) -> str:
         f"Ratings are Bradley-Terry strengths on Elo's scale (400 points are odds of ten to one; {anchor}); a",
         "draw is half a win. Intervals are 95 %, from a bootstrap over pairs of games. A pair that is the same game",
         "twice counts as one, half from each side. A planned player is privileged: it sees the simulator itself,",
-        f"which no seat may. Rules: `{ladder['rules_hash']}`, of swarm-pz {ladder['versions']['swarm-pz']}.",
+        f"which no side may. Rules: `{ladder['rules_hash']}`, of swarm-pz {ladder['versions']['swarm-pz']}.",
         "",
         "```bash",
         ladder["command"],

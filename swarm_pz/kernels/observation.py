@@ -1,4 +1,4 @@
-"""The grid observation of one seat of one game; see `swarm_pz.spaces.observation` for what it shows."""
+"""The grid observation of one side of one game; see `swarm_pz.spaces.observation` for what it shows."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def paint_grids(
     games: Games,
     rows: NDArray[np.int64],
     places: NDArray[np.int64],
-    seats: NDArray[np.int64],
+    sides: NDArray[np.int64],
     time_left: NDArray[np.float64],
     threshold: float,
     has_gaps: bool,
@@ -147,7 +147,7 @@ def paint_grids(
         Game of each place.
     places : int64 array (parts,)
         Places to paint.
-    seats : int64 array (n,)
+    sides : int64 array (n,)
         Team from whose side each place is seen.
     time_left : float64 array (n,)
         Fraction of the time that is left.
@@ -169,7 +169,7 @@ def paint_grids(
     """
     members = np.empty((2, games.teams.shape[1] + 1), np.int64)
     for place in places:
-        e, own = rows[place], seats[place]
+        e, own = rows[place], sides[place]
         tick, trails = games.ticks[e], games.trails[e]
         sizes = list_members(games.teams[e], members)
         observations[place] = np.uint8(0)

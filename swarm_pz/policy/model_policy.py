@@ -131,7 +131,7 @@ def _images_of(
     }
     if given is not None:
         return given, options
-    channels = next((seat.channels for seat in config.observations if len(seat.channels) == count), CHANNELS)
+    channels = next((one.channels for one in config.observations if len(one.channels) == count), CHANNELS)
     if GRID_CELLS % grid or count != len(channels):
         raise PolicyError(
             f"a model's images must be of a grid that divides {GRID_CELLS} and of {len(CHANNELS)} channels, or as many "

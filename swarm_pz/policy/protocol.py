@@ -16,7 +16,7 @@ from swarm_pz.spaces.observation import Observations
 
 @runtime_checkable
 class Policy(Protocol):
-    """Plays one seat of many games at once: observations in, commands out.
+    """Plays one side of many games at once: observations in, commands out.
 
     An object may keep a state or a random stream for each row, so it belongs to one environment at a
     time: give another environment another object.
@@ -34,7 +34,7 @@ class Policy(Protocol):
 
 @runtime_checkable
 class PrivilegedPolicy(Protocol):
-    """Plays by looking into the simulator itself: it sees more than any seat may, and tables say so."""
+    """Plays by looking into the simulator itself: it sees more than any side may, and tables say so."""
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin new games in some rows, each with a random stream of its own."""

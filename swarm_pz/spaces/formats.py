@@ -72,7 +72,7 @@ class Format:
     Parameters
     ----------
     config : GameConfig
-    seat : ObservationConfig
+    observation : ObservationConfig
         What the player sees.
     action : {"log_density", "density", "discrete"}
         A Box(-1, 1) that goes through a softmax, which suits Gaussian policies; the density itself, a
@@ -99,7 +99,7 @@ class Format:
     def __init__(
         self,
         config: GameConfig,
-        seat: ObservationConfig,
+        observation: ObservationConfig,
         *,
         action: ActionKind = "log_density",
         action_cells: int | None = None,
@@ -111,7 +111,7 @@ class Format:
         check_choice(observation_dtype, "observation_dtype", get_args(Dtype))
         for name, value in (("flatten_actions", flatten_actions), ("channels_last", channels_last)):
             check(isinstance(value, bool), name, value, "True or False")
-        self.seat = seat
+        self.observation = observation
         self._cells = config.command_cells
         self._kind = action
         self._low = -1.0 if action == "log_density" else 0.0
@@ -123,10 +123,10 @@ class Format:
         self._is_float, self._channels_last = observation_dtype == "float32", channels_last
         self.is_plain = not (self._is_float or channels_last)
         """Whether observations are given as the game paints them."""
-        if seat.kind != "grids" and not self.is_plain:
+        if observation.kind != "grids" and not self.is_plain:
             raise ConfigError(
                 f"observation_dtype and channels_last are for images: leave them out, or give "
-                f"ObservationConfig(kind='grids'), got kind {seat.kind!r}"
+                f"ObservationConfig(kind='grids'), got kind {observation.kind!r}"
             )
         self.observation_space = self._make_observation_space(config)
 
@@ -143,8 +143,8 @@ class Format:
 
     def _make_observation_space(self, config: GameConfig) -> spaces.Space[Any]:
         if self.is_plain:
-            return observation_space(config, self.seat)
-        channels, grid = len(self.seat.channels), self.seat.grid
+            return observation_space(config, self.observation)
+        channels, grid = len(self.observation.channels), self.observation.grid
         shape = (grid, grid, channels) if self._channels_last else (channels, grid, grid)
         if self._is_float:
             return spaces.Box(0.0, 1.0, shape, np.float32)

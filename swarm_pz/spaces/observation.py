@@ -1,7 +1,7 @@
-"""What a seat sees: grid images or lists of drones, always from its own side.
+"""What a side sees: grid images or lists of drones, always from its own side.
 
 Grid observations are images, channel first, of brightness 0 to 255, `[channel, row = y, column = x]`.
-Which of these channels a seat sees, and in which order, says its `ObservationConfig`:
+Which of these channels a side sees, and in which order, says its `ObservationConfig`:
 
 | channel                  | shows                                                    | coarsening |
 |--------------------------|----------------------------------------------------------|------------|
@@ -34,13 +34,13 @@ _WORTH_THREADS = 256
 """Images from which on it is quicker to share them out among threads than to paint them at once."""
 
 Observations = Any
-"""uint8 array (n, C, G', G'), or a dict of arrays with first axis n; n seats of n games."""
+"""uint8 array (n, C, G', G'), or a dict of arrays with first axis n; n sides of n games."""
 
 
-def observation_space(config: GameConfig, seat: ObservationConfig) -> spaces.Space[Any]:
-    """Return the space of one seat's observation: a Box of images or a Dict of drone lists."""
-    if seat.kind == "grids":
-        return spaces.Box(0, 255, (len(seat.channels), seat.grid, seat.grid), np.uint8)
+def observation_space(config: GameConfig, observation: ObservationConfig) -> spaces.Space[Any]:
+    """Return the space of one side's observation: a Box of images or a Dict of drone lists."""
+    if observation.kind == "grids":
+        return spaces.Box(0, 255, (len(observation.channels), observation.grid, observation.grid), np.uint8)
     n = config.num_drones
     entries: dict[str, spaces.Space[Any]] = {}
     for side in ("own", "opposing"):
@@ -54,7 +54,7 @@ def observation_space(config: GameConfig, seat: ObservationConfig) -> spaces.Spa
 
 def observe(
     simulator: Simulator,
-    seat: ObservationConfig,
+    observation: ObservationConfig,
     teams: NDArray[np.int64],
     rows: NDArray[np.int64],
     time_left: NDArray[np.float64],
@@ -64,7 +64,7 @@ def observe(
     Parameters
     ----------
     simulator : Simulator
-    seat : ObservationConfig
+    observation : ObservationConfig
     teams : int64 array (n,)
         Side from which each game is seen.
     rows : int64 array (n,)
@@ -76,13 +76,13 @@ def observe(
     -------
     uint8 array (n, C, G', G') or dict of arrays (n, ...), as `observation_space` says
     """
-    if seat.kind == "entities":
+    if observation.kind == "entities":
         return _entities(simulator, teams, rows, time_left)
-    observations = np.empty((len(rows), len(seat.channels), seat.grid, seat.grid), np.uint8)
+    observations = np.empty((len(rows), len(observation.channels), observation.grid, observation.grid), np.uint8)
     config = simulator.config
-    coarse_cells, brightness = _coarse_cells(seat.grid), _brightness(config.trail_ticks)
-    interpolation = _coarse_interpolation(seat.grid, config.command_cells)
-    channels = _numbers(seat.channels)
+    coarse_cells, brightness = _coarse_cells(observation.grid), _brightness(config.trail_ticks)
+    interpolation = _coarse_interpolation(observation.grid, config.command_cells)
+    channels = _numbers(observation.channels)
 
     def paint(places: NDArray[np.int64]) -> None:
         paint_grids(

@@ -78,11 +78,11 @@ def test_the_learner_sits_on_either_side():
 
 @pytest.mark.parametrize(("side", "grid"), [("red", 25), ("blue", 10)])
 def test_the_learner_sees_what_its_side_sees(side, grid):
-    seats = (ObservationConfig(grid=25), ObservationConfig(grid=10))
-    environment = DuelEnv(side=side, observation=seats)
+    observations = (ObservationConfig(grid=25), ObservationConfig(grid=10))
+    environment = DuelEnv(side=side, observation=observations)
     assert environment.observation_space.shape == (9, grid, grid)
     observation, _ = environment.reset(seed=3)
-    np.testing.assert_array_equal(observation, parallel_env(observation=seats).reset(seed=3)[0][f"{side}_0"])
+    np.testing.assert_array_equal(observation, parallel_env(observation=observations).reset(seed=3)[0][f"{side}_0"])
 
 
 class Seeded:

@@ -25,7 +25,7 @@ VARIANTS = {
     "default": {},
     "coarse": {"observation": ObservationConfig(grid=10)},
     "entities": {"observation": ObservationConfig(kind="entities")},
-    "seats": {"observation": (ObservationConfig(grid=25), ObservationConfig(grid=10))},
+    "sides": {"observation": (ObservationConfig(grid=25), ObservationConfig(grid=10))},
     "handicap": {"drones_per_team": (1, 19), "command_cells": 5},
 }
 
@@ -291,11 +291,11 @@ def test_a_reset_that_is_refused_leaves_game_and_sequence_as_they_were():
 
 
 def test_all_keywords_at_once_are_kept():
-    seats = (ObservationConfig(grid=25), ObservationConfig(grid=10, channels=("time_left", "own_share")))
+    observations = (ObservationConfig(grid=25), ObservationConfig(grid=10, channels=("time_left", "own_share")))
     environment = parallel_env(
         GameConfig(time_limit=20),
         drones_per_team=(1, 3),
-        observation=seats,
+        observation=observations,
         command_cells=6,
         max_cycles=7,
         action="log_density",
@@ -305,7 +305,9 @@ def test_all_keywords_at_once_are_kept():
         channels_last=True,
         render_mode="ansi",
     )
-    assert environment.config == GameConfig(time_limit=20, drones_per_team=(1, 3), observation=seats, command_cells=6)
+    assert environment.config == GameConfig(
+        time_limit=20, drones_per_team=(1, 3), observation=observations, command_cells=6
+    )
     assert environment.max_cycles == 7 and environment.render_mode == "ansi"
     observations, infos = environment.reset(seed=0, options={"velocities": np.full((4, 2), 0.5)})
     assert (environment.batch.simulator.velocities == 0.5).all()

@@ -230,8 +230,8 @@ def test_restless_is_uniform_but_for_a_trace_that_is_always_new():
 @pytest.mark.parametrize("make", [*SCRIPTS, *HELD_OUT], ids=lambda make: make.__name__)
 def test_a_game_that_begins_anew_is_played_as_the_first_one_and_the_others_go_on(make):
     together, alone, rows = make(GameConfig()), make(GameConfig()), np.arange(2)
-    seat = together.observation
-    images = boards(np.random.default_rng(1), 17, (2, len(seat.channels), seat.grid, seat.grid))
+    observation = together.observation
+    images = boards(np.random.default_rng(1), 17, (2, len(observation.channels), observation.grid, observation.grid))
     alone.reset([5, 6], rows)
     together.reset([3, 6], rows)
     first = [alone.act(image, rows)[0] for image in images]
@@ -288,7 +288,7 @@ def test_a_tactic_that_says_nothing_about_what_it_sees_needs_no_parentheses():
         return view.every(np.where(view.x < 0.5, 1.0, 0.0))
 
     for made in (tactic(halves), tactic()(halves)):
-        assert (made.__name__, made.seat) == ("halves", ObservationConfig(grid=10))
+        assert (made.__name__, made.observation) == ("halves", ObservationConfig(grid=10))
         batch, policy, only = BatchEnv(), made(GameConfig()), np.zeros(1, int)
         batch.reset([0])
         policy.reset([0], only)

@@ -50,11 +50,11 @@ LOG = spaces.Box(-1.0, 1.0, (5, 5), np.float32)
     ],
 )
 def test_a_model_of_sb3_is_an_opponent_as_it_is(make, options):
-    seat = ObservationConfig(grid=10, channels=("own_positions", "opposing_positions", "time_left"))
-    env = DuelEnv(GAME, observation=seat, **options)
+    observation = ObservationConfig(grid=10, channels=("own_positions", "opposing_positions", "time_left"))
+    env = DuelEnv(GAME, observation=observation, **options)
     more = {"buffer_size": 10} if make is DQN else {"n_steps": 2} | ({"batch_size": 2} if make is PPO else {})
     model = make("MlpPolicy", env, policy_kwargs=MLP, device="cpu", **more)
-    game = GAME.replace(observation=seat)
+    game = GAME.replace(observation=observation)
     players = SwarmVecEnv(game, 3, opponent=[model, "ring"], seed=0)
     assert players.opponent_names == [make.__name__, "ring"]
     players.reset()
@@ -145,14 +145,14 @@ def test_a_model_may_look_at_lists_of_drones():
 
 
 def test_what_it_sees_may_be_said():
-    seat = ObservationConfig(grid=10, channels=("time_left",))
+    observation = ObservationConfig(grid=10, channels=("time_left",))
     model = Model(spaces.Box(0, 255, (1, 10, 10), np.uint8), LOG, np.zeros((5, 5)))
     with pytest.raises(PolicyError, match=r"ModelPolicy\(model, config, observation\)"):
         load(model, GAME)
-    assert ModelPolicy(model, GAME, seat).observation == seat
+    assert ModelPolicy(model, GAME, observation).observation == observation
     shown = Model(spaces.Box(0.0, 1.0, (10, 10, 2), np.float32), LOG, np.zeros((5, 5)))
-    seat = seat.replace(channels=("own_share", "time_left"))
-    ModelPolicy(shown, GAME, seat).act(np.full((1, 2, 10, 10), 51, np.uint8), np.arange(1))
+    observation = observation.replace(channels=("own_share", "time_left"))
+    ModelPolicy(shown, GAME, observation).act(np.full((1, 2, 10, 10), 51, np.uint8), np.arange(1))
     assert shown.shown[0].shape == (8, 10, 10, 2)
     np.testing.assert_allclose(shown.shown[0], 0.2)
 

@@ -76,8 +76,10 @@ def test_a_discrete_action_asks_for_a_named_density():
 def test_named_densities_are_those_of_the_scripts(name, script):
     policy = policies.load(script)
     policy.reset([0], np.array([0]))
-    seat = policy.observation
-    answer = policy.act(np.zeros((1, len(seat.channels), seat.grid, seat.grid), np.uint8), np.array([0]))
+    observation = policy.observation
+    answer = policy.act(
+        np.zeros((1, len(observation.channels), observation.grid, observation.grid), np.uint8), np.array([0])
+    )
     np.testing.assert_allclose(named_commands(10)[COMMAND_NAMES.index(name)], answer[0])
 
 

@@ -36,11 +36,11 @@ def seen(batch, team, grid=50):
 
 
 def test_a_seat_sees_the_channels_that_it_asks_for(batch):
-    seat = ObservationConfig(grid=25, channels=("time_left", "opposing_capture_field", "own_positions"))
-    images = batch.observe(seat, 1)
+    observation = ObservationConfig(grid=25, channels=("time_left", "opposing_capture_field", "own_positions"))
+    images = batch.observe(observation, 1)
     every = seen(batch, 1, grid=25)
-    np.testing.assert_array_equal(images, np.stack([every[channel] for channel in seat.channels], axis=1))
-    assert observation_space(GameConfig(), seat).shape == (3, 25, 25)
+    np.testing.assert_array_equal(images, np.stack([every[channel] for channel in observation.channels], axis=1))
+    assert observation_space(GameConfig(), observation).shape == (3, 25, 25)
 
 
 @pytest.mark.parametrize("team", [0, 1])
@@ -117,9 +117,9 @@ def test_each_side_sees_the_same_board_mirrored(batch):
 
 
 def test_entities_list_each_sides_drones_padded_and_masked(batch):
-    seat = ObservationConfig(kind="entities")
-    space = observation_space(batch.config, seat)
-    entities = batch.observe(seat, [0, 1, 0, 1])
+    observation = ObservationConfig(kind="entities")
+    space = observation_space(batch.config, observation)
+    entities = batch.observe(observation, [0, 1, 0, 1])
     for game, team in enumerate([0, 1, 0, 1]):
         assert space.contains({name: part[game] for name, part in entities.items()})
         own = batch.simulator.teams[game] == team
@@ -204,15 +204,15 @@ def test_the_target_is_its_interpolation_over_its_largest_cell(cells, grid):
 
 def test_many_images_in_threads_are_those_of_one_after_the_other(monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 2)
-    seat, seen = ObservationConfig(grid=10), []
+    observation, seen = ObservationConfig(grid=10), []
     rows = np.random.default_rng(0).permutation(40)[:35]
     teams = rows % 2
     for threads in (1, 2):
         batch = BatchEnv(GameConfig(drones_per_team=2), 40, threads=threads)
         batch.reset(range(40))
         batch.step(np.random.default_rng(1).random((40, 2, 10, 10)))
-        seen.append(batch.observe(seat, teams, rows))
-        seen.append(np.concatenate([batch.observe(seat, int(teams[n]), [rows[n]]) for n in range(35)]))
+        seen.append(batch.observe(observation, teams, rows))
+        seen.append(np.concatenate([batch.observe(observation, int(teams[n]), [rows[n]]) for n in range(35)]))
         batch.close()
     assert seen[0].size // 100 > 256  # images, enough to be shared out
     for other in seen[1:]:

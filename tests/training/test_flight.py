@@ -37,7 +37,7 @@ def test_games_taken_up_end_against_those_they_began_with_and_the_next_meet_thos
     step(env)
     assert env.ages.tolist() == [1, 1]
     again = make()
-    _, same = again.take_up(*env.state(), lambda seat, game: policies.load(seat.name, game))
+    _, same = again.take_up(*env.state(), lambda opponent, game: policies.load(opponent.name, game))
     assert same
     assert met(again) == met(env) == [["noise", "uniform"], ["ring", "blind_ring"]]
     for one in (env, again):
@@ -58,7 +58,7 @@ def test_where_one_game_begins_the_others_are_stored_with_whom_they_play():
     for _ in range(3):
         step(env)
     assert env.ages.tolist() == [1, 3]
-    _, same = again.take_up(*env.state(), lambda seat, game: policies.load(seat.name, game))
+    _, same = again.take_up(*env.state(), lambda opponent, game: policies.load(opponent.name, game))
     assert same
     assert met(again) == met(env) == [["uniform", "uniform"], ["noise", "uniform"]]
     for one in (env, again):
@@ -87,7 +87,7 @@ def test_games_that_came_out_sooner_here_start_afresh():
     env.reset()
     for _ in range(4):
         step(env)
-    observations, same = again.take_up(*env.state(), lambda seat, game: policies.load(seat.name, game))
+    observations, same = again.take_up(*env.state(), lambda opponent, game: policies.load(opponent.name, game))
     assert not same
     assert again.ages.tolist() == [0, 0]
     assert observations[:, -1].min() == 255  # all of their time is left
