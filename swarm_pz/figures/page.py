@@ -13,7 +13,7 @@ import swarm_pz
 from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.intervals import LEVEL
 from swarm_pz.evaluation.provenance import provenance
-from swarm_pz.figures.finding import Figure, Finding
+from swarm_pz.figures.figure import Figure, Finding
 from swarm_pz.figures.style import DPI, RC
 
 PAGE = "index.md"

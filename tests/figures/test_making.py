@@ -12,11 +12,10 @@ import pytest
 from matplotlib.figure import Figure as Canvas
 
 import swarm_pz
-from swarm_pz import figures
 from swarm_pz.cli import evidence, main, report
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError, Stopped
-from swarm_pz.figures import FIGURES, make_all
+from swarm_pz.figures import FIGURES, Made, claims, make_all, making
 from swarm_pz.figures.page import to_dict, to_markdown
 from swarm_pz.figures.style import RC
 
@@ -41,7 +40,8 @@ SMALL = {
 
 def test_every_module_with_a_figure_is_registered():
     modules = [
-        importlib.import_module(f"swarm_pz.figures.{found.name}") for found in pkgutil.iter_modules(figures.__path__)
+        importlib.import_module(f"swarm_pz.figures.claims.{found.name}")
+        for found in pkgutil.iter_modules(claims.__path__)
     ]
     made = {module.__name__.rpartition(".")[2]: module.FIGURE for module in modules if hasattr(module, "FIGURE")}
     assert made == FIGURES
@@ -72,7 +72,7 @@ def check_record(record):
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_a_figure_measures_describes_and_draws_itself(name, monkeypatch):
-    module = importlib.import_module(f"swarm_pz.figures.{name}")
+    module = importlib.import_module(f"swarm_pz.figures.claims.{name}")
     for constant, value in SMALL.get(name, {}).items():
         monkeypatch.setattr(module, constant, value)
     record = to_dict(FIGURES[name], FIGURES[name].measure(0), 0)
@@ -136,9 +136,9 @@ def test_ctrl_c_names_the_line_that_makes_the_other_figures(tmp_path, capsys, mo
     def interrupt(name, seed, out, command):
         if name != "dropout":  # the longest, so the first
             raise KeyboardInterrupt
-        return figures.Made(name, True, 0.1)
+        return Made(name, True, 0.1)
 
-    monkeypatch.setattr(figures, "make", interrupt)
+    monkeypatch.setattr(making, "make", interrupt)
     only = ["--only", "capture_geometry", "dropout", "team_sizes"]
     with pytest.raises(SystemExit, match="130"):
         main(["figures", "--seed", "3", *only, "--processes", "1", "--out", str(tmp_path)])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import GameConfig
-from swarm_pz.figures import (
+from swarm_pz.figures import coverage
+from swarm_pz.figures.claims import (
     adversary,
     capture_geometry,
     comebacks,
     communication,
     compactness,
-    coverage,
     dropout,
     ensemble_tactic,
     flocking_flights,

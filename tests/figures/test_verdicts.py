@@ -14,7 +14,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.evaluation import intervals
 from swarm_pz.evaluation.match import MatchResult
 from swarm_pz.evaluation.rollout import Game, Rollout
-from swarm_pz.figures import (
+from swarm_pz.figures.claims import (
     FIGURES,
     adversary,
     capture_geometry,

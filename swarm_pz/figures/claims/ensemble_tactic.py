@@ -12,7 +12,7 @@ from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, GameConfig, ObservationCo
 from swarm_pz.evaluation.intervals import mean_with_interval, wilson
 from swarm_pz.evaluation.rollout import Rollout, game_number, play_games
 from swarm_pz.figures import style
-from swarm_pz.figures.finding import Figure, Finding, games_as_red
+from swarm_pz.figures.figure import Figure, Finding, games_as_red
 from swarm_pz.simulator.spawn import Seed
 
 GAMES = 100

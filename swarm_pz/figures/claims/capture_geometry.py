@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from swarm_pz.config import BLUE, GRID_CELLS, RED, ControllerConfig, GameConfig
 from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.figures import style
-from swarm_pz.figures.finding import Figure, Finding
+from swarm_pz.figures.figure import Figure, Finding
 from swarm_pz.simulator import Simulator
 
 Cell = tuple[int, int]

@@ -12,7 +12,7 @@ from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.evaluation.intervals import bootstrap, rank_correlation, rounded
 from swarm_pz.evaluation.rollout import Rollout
 from swarm_pz.figures import style
-from swarm_pz.figures.finding import Figure, Finding, games_as_red
+from swarm_pz.figures.figure import Figure, Finding, games_as_red
 
 GAMES = 24
 PLAYERS = ("centre", "chase", "halo", "noise", "ring", "uniform", "wavefront")

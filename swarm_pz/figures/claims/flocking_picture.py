@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from swarm_pz.figures import style
+from swarm_pz.figures.claims.flocking_flights import NEAR, REACHED
 from swarm_pz.figures.coverage import BIMODAL, SECONDS
-from swarm_pz.figures.flocking_flights import NEAR, REACHED
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:

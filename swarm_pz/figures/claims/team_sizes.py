@@ -10,7 +10,7 @@ from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.evaluation.intervals import mean_with_interval
 from swarm_pz.evaluation.rollout import play_games
 from swarm_pz.figures import style
-from swarm_pz.figures.finding import Figure, Finding, games_as_red
+from swarm_pz.figures.figure import Figure, Finding, games_as_red
 
 GAMES = 20
 RED_PLAYER, BLUE_PLAYER = "ring", "uniform"

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from swarm_pz.evaluation.intervals import mean_with_interval, median_with_interval, rounded, wilson
-from swarm_pz.figures.coverage import SECONDS
-from swarm_pz.figures.finding import Figure, Finding, game_seeds
-from swarm_pz.figures.flocking_flights import (
+from swarm_pz.figures.claims.flocking_flights import (
     ADAPTER,
     COMMANDS,
     ERGODIC,
@@ -20,7 +18,9 @@ from swarm_pz.figures.flocking_flights import (
     fly,
     target_map,
 )
-from swarm_pz.figures.flocking_picture import draw
+from swarm_pz.figures.claims.flocking_picture import draw
+from swarm_pz.figures.coverage import SECONDS
+from swarm_pz.figures.figure import Figure, Finding, game_seeds
 
 SEEDS = 20
 

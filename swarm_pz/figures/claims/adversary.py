@@ -10,7 +10,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.intervals import bootstrap
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.figures import style
-from swarm_pz.figures.finding import Figure, Finding
+from swarm_pz.figures.figure import Figure, Finding
 from swarm_pz.policy import registered
 
 GAMES = 60

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from swarm_pz.evaluation.intervals import bootstrap
 from swarm_pz.figures import style
 from swarm_pz.figures.coverage import COVERED, JUDGED, SECONDS, TARGETS, lone_team, metric_over_time, over_seeds, start
-from swarm_pz.figures.finding import Figure, Finding, game_seeds
+from swarm_pz.figures.figure import Figure, Finding, game_seeds
 
 SEEDS = 20
 SIZES = (6, 12, 24)

@@ -11,7 +11,7 @@ from swarm_pz.config import RED, GameConfig
 from swarm_pz.evaluation.intervals import bootstrap, rounded
 from swarm_pz.figures import style
 from swarm_pz.figures.coverage import JUDGED, TARGETS, lone_team, metric_over_time, periods, start
-from swarm_pz.figures.finding import Figure, Finding, game_seeds
+from swarm_pz.figures.figure import Figure, Finding, game_seeds
 from swarm_pz.kernels.controllers.ergodic import sobolev_weights
 from swarm_pz.simulator.ergodicity import ErgodicMetric
 

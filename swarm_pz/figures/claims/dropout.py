@@ -10,7 +10,7 @@ from swarm_pz.config import DynamicsConfig
 from swarm_pz.evaluation.intervals import mean_with_interval
 from swarm_pz.figures import style
 from swarm_pz.figures.coverage import COVERED, JUDGED, SECONDS, TARGETS, lone_team, metric_over_time, over_seeds, start
-from swarm_pz.figures.finding import Figure, Finding, game_seeds
+from swarm_pz.figures.figure import Figure, Finding, game_seeds
 
 SEEDS, DRONES = 40, 12
 REPAIR_RATE = 0.1

@@ -12,7 +12,7 @@ from swarm_pz.errors import MissingExtraError
 from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.evaluation.rollout import play_games
 from swarm_pz.figures import style
-from swarm_pz.figures.finding import Figure, Finding, games_as_red
+from swarm_pz.figures.figure import Figure, Finding, games_as_red
 from swarm_pz.policy import load
 
 GAMES = 100

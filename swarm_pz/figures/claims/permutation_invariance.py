@@ -11,7 +11,7 @@ from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD
 from swarm_pz.evaluation.intervals import mean_with_interval, rounded
 from swarm_pz.figures import style
 from swarm_pz.figures.coverage import JUDGED, TARGETS, give, lone_team, over_seeds, periods, start
-from swarm_pz.figures.finding import Figure, Finding, game_seeds
+from swarm_pz.figures.figure import Figure, Finding, game_seeds
 from swarm_pz.kernels.game import Games
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.ergodicity import ErgodicMetric
