@@ -85,7 +85,8 @@ def replay(
     """
     _need_play()
     from swarm_pz import policies
-    from swarm_pz.play.recordings.format import Recording, checked_name
+    from swarm_pz.play.recordings.folder import checked_name
+    from swarm_pz.play.recordings.format import Recording
     from swarm_pz.play.recordings.playback import Playback
     from swarm_pz.play.server.serve import serve
 
@@ -98,12 +99,21 @@ def replay(
         print(f"film: {film}")
     if verify:
         result = playback.verify()
-        if not result.verified:
-            raise SwarmError(
-                f"{recording} plays differently here from tick {result.first_difference} on: it was changed, or "
-                "recorded by another version or on another kind of processor"
+        faults = list(result.faults)
+        if result.first_difference is not None:
+            faults.append(
+                f"it plays differently here from tick {result.first_difference} on: it was changed, or recorded by "
+                "another version or on another kind of processor"
             )
-        print(f"verified: {result.frames} frames of {recording} come out as recorded")
+        if not result.finished:
+            faults.append(f"it is unfinished: it breaks off after {result.frames} frames, without the game's end")
+        if not result.frames:
+            faults.append("it shows nothing that could be compared")
+        if faults:
+            raise SwarmError("\n  ".join([f"{recording} does not verify:", *faults]))
+        link = playback.recording.link
+        chain = f"the chain of its lines ends with {link}" if link else "its lines have no chain, as of version 1"
+        print(f"verified: {result.frames} frames of {recording} come out as recorded; {chain}")
     if film is None and not verify:
         page = f"replay={checked_name(recording.name)}"
         say = functools.partial(print, flush=True)

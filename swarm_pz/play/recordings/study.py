@@ -20,8 +20,8 @@ from swarm_pz.errors import RecordingError, require_extra
 from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.evaluation.provenance import versions
 from swarm_pz.evaluation.survival import kaplan_meier
+from swarm_pz.play.recordings.folder import SUFFIX
 from swarm_pz.play.recordings.format import (
-    SUFFIX,
     CapturedLine,
     CommandLine,
     EndLine,
