@@ -125,13 +125,18 @@ def study(
     folder: Annotated[Path, tyro.conf.Positional],
     /,
     out: Path = Path("runs/study"),
+    every_game: Annotated[bool, tyro.conf.arg(name="all")] = False,
     parquet: bool = False,
 ) -> None:
     """Turn a folder of recorded games into tables.
 
+    The summary counts games that were played: lessons, games that a player left, and games in which a person never
+    gave a command are left out of it, as are games without a result. Configurations that differ are different rows.
+
     Args:
         folder: Folder of recordings.
         out: Folder to write seats, summary and their schema to.
+        every_game: Count lessons, games that were left and those without a person's command, too.
         parquet: Write Parquet instead of CSV.
     """
     _need_play()
@@ -139,10 +144,15 @@ def study(
 
     rows, faults = tables_of.read_folder(folder)
     for fault in faults:
-        print(f"left out: {fault}", file=sys.stderr)
-    for path in tables_of.write_tables(rows, out, parquet=parquet, command=command()):
+        print(f"left out: {tables.printable(fault)}", file=sys.stderr)
+    for path in tables_of.write_tables(rows, out, every_game=every_game, parquet=parquet, command=command()):
         print(path)
-    tables.print_study(tables_of.summarise(rows))
+    tables.print_study(tables_of.summarise(rows, every_game))
+    missing = tables_of.left_out(rows, every_game)
+    if missing:
+        reasons = ", ".join(f"{count} {reason}" for reason, count in missing.items())
+        hint = "" if every_game else "; --all counts lessons, left and no command, if there is a result"
+        print(f"games that the summary leaves out: {reasons}{hint}")
 
 
 def _need_play() -> None:

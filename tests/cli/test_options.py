@@ -277,7 +277,7 @@ def test_of_study(monkeypatch, tmp_path, capsys, parquet):
     arguments = ["study", "games", "--out", str(tmp_path), *(["--parquet"] if parquet else [])]
     given, named = asked(monkeypatch, "swarm_pz.play.recordings.study.write_tables", arguments)
     assert given == (["rows", Path("games")], tmp_path)
-    assert named == {"parquet": parquet, "command": " ".join(["swarm-pz", *arguments])}
+    assert named == {"every_game": False, "parquet": parquet, "command": " ".join(["swarm-pz", *arguments])}
     assert "left out: a.gz: torn\n" in capsys.readouterr().err
 
 

@@ -246,6 +246,21 @@ class Recording:
         ends = self.of(EndLine)
         return ends[-1] if ends else None
 
+    @property
+    def live(self) -> list[EventLine]:
+        """The lines of this game itself, without those of one that it was taken over from."""
+        origin = self.header.origin
+        return self.events[origin.lines if origin is not None else 0 :]
+
+    @property
+    def away(self) -> set[int]:
+        """The teams whose client was away at the end."""
+        away: set[int] = set()
+        for line in self.live:
+            if isinstance(line, SeatLine) and line.event in ("connected", "disconnected"):
+                (away.add if line.event == "disconnected" else away.discard)(line.team)
+        return away
+
     @cached_property
     def last_tick(self) -> int:
         """The last tick that it knows of."""

@@ -77,9 +77,7 @@ def faults_of(recording: Recording, game: LiveGame | None) -> Iterator[str]:
 
 def _live(recording: Recording) -> Iterator[tuple[int, EventLine]]:
     """Yield the lines of the game itself, without those of one that it was taken over from, and their numbers."""
-    origin = recording.header.origin
-    begin = origin.lines if origin is not None else 0
-    yield from enumerate(recording.events[begin:], begin + _FIRST_LINE)
+    yield from enumerate(recording.live, len(recording.events) - len(recording.live) + _FIRST_LINE)
 
 
 def _schedule(recording: Recording) -> Iterator[str]:
@@ -189,11 +187,7 @@ def _end(recording: Recording, game: LiveGame) -> Iterator[str]:
             f"line {number}: the game ended at tick {game.tick}, {outcome}, with {game.sizes[0]} to {game.sizes[1]} "
             f"drones, not at tick {end.tick}, {end.outcome}, with {end.sizes[0]} to {end.sizes[1]}"
         )
-    away: set[int] = set()
-    for _, line in _live(recording):
-        if isinstance(line, SeatLine) and line.event in ("connected", "disconnected"):
-            (away.add if line.event == "disconnected" else away.discard)(line.team)
-    follows = reason_of_end(end.outcome, bool(away))
+    follows = reason_of_end(end.outcome, bool(recording.away))
     known = (
         (None,) if recording.header.version == 1 else (follows, "server") if end.outcome == "stopped" else (follows,)
     )

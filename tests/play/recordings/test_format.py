@@ -34,7 +34,8 @@ from swarm_pz.play.recordings.format import (
 )
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.recorder import Recorder
-from swarm_pz.play.recordings.study import read_folder, seat_rows, summarise, write_tables
+from swarm_pz.play.recordings.seats import seat_rows
+from swarm_pz.play.recordings.study import read_folder, summarise, write_tables
 
 CONFIG = TableConfig(game=GameConfig(drones_per_team=4, capture=CaptureConfig(threshold=0.5), time_limit=20.0))
 MILD = CaptureConfig(threshold=0.9)
@@ -392,7 +393,7 @@ def test_a_folder_becomes_tables(tmp_path, parquet):
     assert person.win_rate_low < 0.5 < person.win_rate_high
     paths = write_tables(rows, tmp_path / "tables", parquet=parquet, command="swarm-pz study")
     schema = json.loads((tmp_path / "tables" / "schema.json").read_text())
-    assert schema["version"] == 2
+    assert schema["version"] == 3
     assert schema["command"] == "swarm-pz study" and set(schema["versions"]) >= {"swarm-pz", "python"}
     if parquet:
         import pyarrow.parquet
