@@ -23,7 +23,7 @@ from swarm_pz.errors import CommandError, ProtocolError, RecordingError, SwarmEr
 from swarm_pz.play.frames import Frame, decode_frame
 from swarm_pz.play.game import Command, TableConfig
 from swarm_pz.play.protocol import ClientInfo, StrokeMessage, Timing
-from swarm_pz.play.recordings.chain import START, link_of, unchained
+from swarm_pz.play.recordings.chain import START, followed
 from swarm_pz.play.recordings.folder import read_regular
 from swarm_pz.simulator.commands import check_densities
 
@@ -229,7 +229,7 @@ class Recording:
             else:
                 events.append(decoded)
             assert header is not None  # noqa: S101
-            link = _followed(line, link, header.version, f"line {number} of {path}")
+            link = followed(line, link, header.version, f"line {number} of {path}")
         if header is None:
             raise RecordingError(f"{path} is not a recorded game: it is empty")
         recording = cls(path.name, header, events)
@@ -323,21 +323,6 @@ class Recording:
             if frame.tick != line.tick:
                 raise RecordingError(f"{self.name}: the frame at tick {line.tick} shows tick {frame.tick}")
             yield frame
-
-
-def _followed(line: bytes, before: str, version: int, where: str) -> str:
-    """Return the link of a line that follows another; version 1 has none."""
-    parts = unchained(line)
-    if version == 1:
-        if parts is not None:
-            raise RecordingError(f"{where} holds a chain, which version 1 does not have: the version was changed")
-        return START
-    if parts is None or link_of(parts[0], before) != parts[1]:
-        raise RecordingError(
-            f"{where} does not follow the line before it: one of them was changed, or lines were cut out, doubled or "
-            "moved"
-        )
-    return parts[1]
 
 
 def frame_line(frame: bytes, tick: int) -> FrameLine:

@@ -12,9 +12,10 @@ from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import decode_frame, encode_frame
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.recordings.format import Origin, Recording
 from swarm_pz.play.recordings.playback import Playback
-from tests.play.recordings.test_format import plain_lines, write_as_version_1, write_chained
+from swarm_pz.play.server.live_session import Moment
+from tests.play.recordings.test_format import plain_lines, record, write_as_version_1, write_chained
 from tests.play.server.test_room import CALM, Client, Workers, opened, read, until
 
 STROKE = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.25), (0.7, 0.75)])
@@ -290,3 +291,34 @@ def test_a_chain_cannot_be_shed_by_saying_an_earlier_version(played, tmp_path):
     text = played.read_bytes().replace(b'"version":2', b'"version":1', 1)
     (tmp_path / "a.jsonl").write_bytes(text)
     assert "which version 1 does not have" in fault_of(tmp_path / "a.jsonl")
+
+
+@pytest.mark.parametrize("version", [1, 2])
+@pytest.mark.parametrize("tick", [9, 10, 45])
+def test_a_game_that_was_taken_over_verifies_with_its_past(version, tick, tmp_path):
+    record(tmp_path / "a.jsonl", ticks=60, config=TableConfig(game=CALM.game))
+    lines = plain_lines(tmp_path / "a.jsonl")
+    # A command that still waits when the game is taken over is forgotten.
+    waiting = lines[place_of(lines, "command")] | {"number": 7, "tick": 5}
+    lines.insert(place_of(lines, "frame", 2), waiting)
+    (write_as_version_1 if version == 1 else write_chained)(tmp_path / "a.jsonl", lines)
+
+    async def play():
+        moment = Playback(Recording.read(tmp_path / "a.jsonl"))
+        moment.seek(tick)
+        past = moment.recording.until(tick)
+        origin = Origin(recording="a.jsonl", tick=tick, lines=len(past))
+        seed = moment.recording.header.seed
+        taken = Moment(game=moment.game, seed=seed, sizes=[(4, 4)], origin=origin, past=past)
+        with opened(tmp_path / "new", table=CALM, moment=taken) as room:
+            red = Client()
+            room.sit(red, "red", "P1")
+            room.place_policy("blue", "ring")
+            room.ready(red, True)
+            room.command(red, protocol.CommandMessage(1, density=np.eye(10).tolist()))
+            await until(lambda: room.session.game.tick > tick + 25)
+            room.stop()
+            return read(room)
+
+    verification = Playback(asyncio.run(play())).verify()
+    assert verification.verified and verification.finished, verification
