@@ -23,6 +23,7 @@ except MissingExtraError as missing:  # the entry point is installed even withou
 import tyro
 
 from swarm_pz.cli import compare, evidence, learn, machine, preset_option, report, table
+from swarm_pz.cli.printing import printable
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -64,7 +65,7 @@ def main(arguments: list[str] | None = None) -> None:
             config=(tyro.conf.AvoidSubcommands,),
         )
     except SwarmError as error:
-        print(f"swarm-pz: {error}", file=sys.stderr)
+        print("swarm-pz: " + "\n".join(map(printable, str(error).split("\n"))), file=sys.stderr)
         sys.exit(2)
     except BrokenPipeError:  # whoever read what this prints has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

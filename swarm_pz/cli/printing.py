@@ -113,12 +113,15 @@ def print_speeds(figures: dict[str, Any]) -> None:
 
 def print_study(rows: Sequence[Any]) -> None:
     """Print the rows of `swarm_pz.play.recordings.study.summarise`."""
+    several = len({row.config_hash for row in rows}) > 1
+    names = ["player", "opponent", *(["config"] if several else [])]
     _print(
-        ("player", "opponent", "won-drawn-lost", "won 95 %", "median s", "mean s", "a min"),
+        (*names, "won-drawn-lost", "won 95 %", "median s", "mean s", "a min"),
         [
             (
                 row.player or row.kind,
                 row.opponent or row.opponent_kind,
+                *([row.config_hash[:_LEAST]] if several else []),
                 f"{row.wins}-{row.draws}-{row.losses}",
                 f"{100 * row.win_rate_low:.0f} to {100 * row.win_rate_high:.0f} %",
                 figure(row.median_s, 0),
@@ -127,7 +130,7 @@ def print_study(rows: Sequence[Any]) -> None:
             )
             for row in rows
         ],
-        texts=2,
+        texts=len(names),
         title="recorded games, by player and opponent",
         caption="median: Kaplan-Meier, draws censor it; commands a minute, "
         + ", ".join(sorted({f"{row.min_command_interval:g} s" for row in rows}))
@@ -135,10 +138,16 @@ def print_study(rows: Sequence[Any]) -> None:
     )
 
 
+def printable(text: str) -> str:
+    """Return a text whose control characters are written out: none of them reaches a terminal."""
+    return "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text)
+
+
 def _print(
     headings: Sequence[str], rows: Sequence[Sequence[str]], *, title: str, caption: str = "", texts: int = 1
 ) -> None:
     """Print a table; where it is too wide for the terminal its first columns, the texts, are cut, never a number."""
+    rows = [[printable(cell) for cell in row] for row in rows]
     cell_len, console_class = require_extra("rich.cells", "cli").cell_len, require_extra("rich.console", "cli").Console
     width = console_class().width
     widths = [max(map(cell_len, column)) for column in zip(headings, *rows, strict=True)]
@@ -149,17 +158,18 @@ def _print(
     for column in reversed(range(texts)):
         widths[column] = min(widths[column], max(_LEAST, room // (column + 1)))
         room -= widths[column]
+    escape = require_extra("rich.markup", "cli").escape
     table = require_extra("rich.table", "cli").Table(
         box=require_extra("rich.box", "cli").SIMPLE_HEAD,  # no rules between columns: it must fit 80 of them
         show_edge=False,
         pad_edge=False,
         padding=(0, padding, 0, 0),
-        title=title,
-        caption=caption or None,
+        title=escape(title),
+        caption=escape(caption) or None,
     )
     for number, (heading, least) in enumerate(zip(headings, widths, strict=True)):
         table.add_column(heading, justify="left" if number < texts else "right", no_wrap=True, width=least)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(require_extra("rich.text", "cli").Text, row))  # names are no markup
     # Rather wider than the terminal than without its numbers.
     console_class(width=max(width, sum(widths) + gaps)).print("", table)

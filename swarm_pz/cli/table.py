@@ -85,7 +85,8 @@ def replay(
     """
     _need_play()
     from swarm_pz import policies
-    from swarm_pz.play.recordings.format import Recording, checked_name
+    from swarm_pz.play.recordings.folder import checked_name
+    from swarm_pz.play.recordings.format import Recording
     from swarm_pz.play.recordings.playback import Playback
     from swarm_pz.play.server.serve import serve
 
@@ -98,12 +99,21 @@ def replay(
         print(f"film: {film}")
     if verify:
         result = playback.verify()
-        if not result.verified:
-            raise SwarmError(
-                f"{recording} plays differently here from tick {result.first_difference} on: it was changed, or "
-                "recorded by another version or on another kind of processor"
+        faults = list(result.faults)
+        if result.first_difference is not None:
+            faults.append(
+                f"it plays differently here from tick {result.first_difference} on: it was changed, or recorded by "
+                "another version or on another kind of processor"
             )
-        print(f"verified: {result.frames} frames of {recording} come out as recorded")
+        if not result.finished:
+            faults.append(f"it is unfinished: it breaks off after {result.frames} frames, without the game's end")
+        if not result.frames:
+            faults.append("it shows nothing that could be compared")
+        if faults:
+            raise SwarmError("\n  ".join([f"{recording} does not verify:", *faults]))
+        link = playback.recording.link
+        chain = f"the chain of its lines ends with {link}" if link else "its lines have no chain, as of version 1"
+        print(f"verified: {result.frames} frames of {recording} come out as recorded; {chain}")
     if film is None and not verify:
         page = f"replay={checked_name(recording.name)}"
         say = functools.partial(print, flush=True)
@@ -115,13 +125,18 @@ def study(
     folder: Annotated[Path, tyro.conf.Positional],
     /,
     out: Path = Path("runs/study"),
+    every_game: Annotated[bool, tyro.conf.arg(name="all")] = False,
     parquet: bool = False,
 ) -> None:
     """Turn a folder of recorded games into tables.
 
+    The summary counts games that were played: lessons, games that a player left, and games in which a person never
+    gave a command are left out of it, as are games without a result. Configurations that differ are different rows.
+
     Args:
         folder: Folder of recordings.
         out: Folder to write seats, summary and their schema to.
+        every_game: Count lessons, games that were left and those without a person's command, too.
         parquet: Write Parquet instead of CSV.
     """
     _need_play()
@@ -129,10 +144,15 @@ def study(
 
     rows, faults = tables_of.read_folder(folder)
     for fault in faults:
-        print(f"left out: {fault}", file=sys.stderr)
-    for path in tables_of.write_tables(rows, out, parquet=parquet, command=command()):
+        print(f"left out: {tables.printable(fault)}", file=sys.stderr)
+    for path in tables_of.write_tables(rows, out, every_game=every_game, parquet=parquet, command=command()):
         print(path)
-    tables.print_study(tables_of.summarise(rows))
+    tables.print_study(tables_of.summarise(rows, every_game))
+    missing = tables_of.left_out(rows, every_game)
+    if missing:
+        reasons = ", ".join(f"{count} {reason}" for reason, count in missing.items())
+        hint = "" if every_game else "; --all counts lessons, left and no command, if there is a result"
+        print(f"games that the summary leaves out: {reasons}{hint}")
 
 
 def _need_play() -> None:

@@ -26,7 +26,10 @@ Reason = Literal["malformed", "too_many", "out_of_turn", "not_valid", "taken", "
 Code = Annotated[str, Meta(pattern="^[A-Z0-9]{4,8}$")]
 Token = Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]
 Name = Annotated[str, Meta(min_length=1, max_length=200)]
-Label = Annotated[str, Meta(max_length=40)]
+# One line of text: no control characters (of terminals, too), no line ends, nothing that turns its direction.
+Label = Annotated[
+    str, Meta(max_length=40, pattern=r"^(?![\s\S]*[\u0000-\u001f\u007f-\u009f\u2028-\u202e\u2066-\u2069\ufeff])")
+]
 
 
 class _Message(Struct, forbid_unknown_fields=True):
@@ -70,6 +73,8 @@ class Create(_Message, tag="create"):
     opponent: Name | None = None
     player: Name | None = None
     label: Label = ""
+    lesson: bool = False
+    """It is to learn the game: the recordings of its games say so, and tables leave them out."""
 
 
 class Join(_Message, tag="join"):

@@ -14,6 +14,7 @@ import swarm_pz.training.vec_env
 from swarm_pz.cli import main, preset_option, report
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.errors import PolicyError
+from swarm_pz.play.recordings.verification import Verification
 from swarm_pz.rendering.overlays import make_overlays
 
 SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
@@ -236,10 +237,12 @@ class Playback:
     verified = True
 
     def __init__(self, recording):
-        self.recording = recording
+        self.recording = SimpleNamespace(link="0123")
 
     def verify(self):
-        return SimpleNamespace(verified=self.verified, first_difference=12, frames=34)
+        return Verification(
+            frames=34, first_difference=None if self.verified else 12, faults=(), finished=self.verified
+        )
 
     def film(self, path, speed, progress):
         print(f"filmed {path} at {speed:g}")
@@ -253,14 +256,14 @@ def recording(monkeypatch, tmp_path):
 
 
 def test_of_replay(monkeypatch, recording, capsys):
-    monkeypatch.setattr("swarm_pz.play.recordings.format.checked_name", lambda name: name)
+    monkeypatch.setattr("swarm_pz.play.recordings.folder.checked_name", lambda name: name)
     _, named = asked(monkeypatch, "swarm_pz.play.server.serve.serve", ["replay", str(recording), *TABLE])
     shown = {name: named[name] for name in ("host", "port", "folder", "page")}
     assert shown == {"host": TABLE[1], "port": 0, "folder": recording.parent, "page": f"replay={recording.name}"}
     monkeypatch.setattr("swarm_pz.play.server.serve.serve", None)  # which is not called
     main(["replay", str(recording), "--verify", "--film", "a.mp4", "--speed", "5"])
     printed = capsys.readouterr().out
-    assert "filmed a.mp4 at 5" in printed and f"verified: 34 frames of {recording}" in printed
+    assert "filmed a.mp4 at 5" in printed and f"verified: 34 frames of {recording}" in printed and "0123" in printed
     monkeypatch.setattr(Playback, "verified", False)
     for wrong, message in ((["--verify"], "plays differently here from tick 12 on"), (["--speed", "0"], "above 0")):
         with pytest.raises(SystemExit, match="2"):
@@ -274,7 +277,7 @@ def test_of_study(monkeypatch, tmp_path, capsys, parquet):
     arguments = ["study", "games", "--out", str(tmp_path), *(["--parquet"] if parquet else [])]
     given, named = asked(monkeypatch, "swarm_pz.play.recordings.study.write_tables", arguments)
     assert given == (["rows", Path("games")], tmp_path)
-    assert named == {"parquet": parquet, "command": " ".join(["swarm-pz", *arguments])}
+    assert named == {"every_game": False, "parquet": parquet, "command": " ".join(["swarm-pz", *arguments])}
     assert "left out: a.gz: torn\n" in capsys.readouterr().err
 
 

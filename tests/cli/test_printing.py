@@ -24,6 +24,7 @@ SUMMARY = {
 STUDY = SimpleNamespace(
     player=LONG, opponent=LONG, wins=123, draws=456, losses=789, win_rate_low=0.12, win_rate_high=0.34,
     median_s=1234.0, restricted_mean_s=5678.0, commands_per_minute=98.7, min_command_interval=0.5,
+    config_hash="0123456789abcdef",
 )  # fmt: skip
 SPEEDS = {
     "machine": {"cpu": "some"},
@@ -105,3 +106,20 @@ def test_every_number_stands_under_its_heading(capsys, monkeypatch):
     printed = " ".join(capsys.readouterr().out.split())
     assert "player opponent won-drawn-lost won 95 % median s mean s a min" in printed
     assert " 123-456-789 12 to 34 % 1234 5678 98.7 " in printed and "a minute, 0.5 s apart at least" in printed
+
+
+def test_names_are_text_and_no_markup_and_control_characters_are_written_out(capsys):
+    names = ("[/p1]", "[red]P1[/red]", "\x1b[31m", "\t=1+1", "a\\")
+    tables.print_study([SimpleNamespace(**vars(STUDY) | {"player": name, "opponent": "ring"}) for name in names])
+    printed = capsys.readouterr().out
+    for name in ("[/p1]", "[red]P1[/red]", "\\x1b[31m", "\\t=1+1", "a\\ "):
+        assert name in printed
+    assert "\x1b" not in printed and "\t" not in printed
+    assert "config" not in printed.splitlines()[2]
+
+
+def test_configurations_that_differ_are_told_apart(capsys):
+    hashes = ("0123456789abcdef", "fedcba9876543210")
+    tables.print_study([SimpleNamespace(**vars(STUDY) | {"config_hash": text}) for text in hashes])
+    printed = capsys.readouterr().out
+    assert "config" in printed and "012345" in printed and "fedcba" in printed

@@ -9,11 +9,12 @@ import pytest
 
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
+from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server import serve as module
 from swarm_pz.policies import load
 from swarm_pz.policy import about
-from tests.play.recordings.test_format import record
+from tests.play.recordings.test_format import plain_lines, record, write_as_version_1, write_chained
 
 
 @pytest.fixture
@@ -78,7 +79,9 @@ def test_a_recording_is_only_verified_or_filmed_if_that_is_asked(served, tmp_pat
     monkeypatch.setattr(Playback, "film", lambda _, path, speed, show: filmed.append((path, speed)))
     record(tmp_path / "a.jsonl", ticks=30)
     main(["replay", str(tmp_path / "a.jsonl"), "--verify"])
-    assert "verified: 10 frames" in capsys.readouterr().out and not filmed
+    said = capsys.readouterr().out
+    assert "verified: 11 frames" in said and f"ends with {Recording.read(tmp_path / 'a.jsonl').link}" in said
+    assert not filmed
     main(["replay", str(tmp_path / "a.jsonl"), "--film", "a.gif", "--speed", "3"])
     assert filmed == [(Path("a.gif"), 3.0)] and "film: a.gif" in capsys.readouterr().out
     main(["replay", str(tmp_path / "a.jsonl"), "--film", "b.gif", "--verify"])
@@ -88,10 +91,24 @@ def test_a_recording_is_only_verified_or_filmed_if_that_is_asked(served, tmp_pat
 
 def test_a_recording_that_plays_differently_here_is_an_error(tmp_path, capsys):
     record(tmp_path / "a.jsonl", ticks=150)
-    text = (tmp_path / "a.jsonl").read_text()
-    (tmp_path / "a.jsonl").write_text(text.replace('"number":1,"tick":60', '"number":1,"tick":63'))
-    said = refused(capsys, "replay", str(tmp_path / "a.jsonl"), "--verify")
+    lines = plain_lines(tmp_path / "a.jsonl")
+    place = next(i for i, line in enumerate(lines) if line["type"] == "in_force" and line["tick"] == 60)
+    later = next(i for i, line in enumerate(lines) if line.get("tick") == 66)
+    moved = lines[place] | {"tick": 63}
+    write_chained(tmp_path / "b.jsonl", [*lines[:place], *lines[place + 1 : later], moved, *lines[later:]])
+    said = refused(capsys, "replay", str(tmp_path / "b.jsonl"), "--verify")
     assert "plays differently here from tick 6" in said
+    assert "command 1 of red had to come into force at tick 60" in said
+    write_chained(tmp_path / "c.jsonl", lines[:-1])
+    said = refused(capsys, "replay", str(tmp_path / "c.jsonl"), "--verify")
+    assert "it is unfinished: it breaks off after 51 frames" in said and "differently" not in said
+
+
+def test_a_recording_of_version_1_verifies_without_a_chain_and_is_said_to(tmp_path, capsys):
+    record(tmp_path / "a.jsonl", ticks=30)
+    write_as_version_1(tmp_path / "b.jsonl", plain_lines(tmp_path / "a.jsonl"))
+    main(["replay", str(tmp_path / "b.jsonl"), "--verify"])
+    assert "no chain, as of version 1" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

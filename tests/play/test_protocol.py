@@ -46,6 +46,16 @@ def test_nothing_is_left_out():
         '{"type":"hello","token":"short"}',
         '{"type":"hello","admin":true}',
         '{"type":"create","label":"' + "x" * 41 + '"}',
+        '{"type":"create","label":"a\\nb"}',
+        '{"type":"create","label":"a\\n"}',
+        '{"type":"create","label":"\\t=1+1"}',
+        '{"type":"create","label":"\\u001b[31m"}',
+        '{"type":"create","label":"a\\u0000"}',
+        '{"type":"create","label":"a\\u007f"}',
+        '{"type":"create","label":"a\\u009b31m"}',
+        '{"type":"create","label":"a\\u2028b"}',
+        '{"type":"create","label":"\\u202egnp.exe"}',
+        '{"type":"join","room":"ABCD","label":"a\\r"}',
         '{"type":"create","settings":{"red":1000000}}',
         "[" * 60_000,
         '{"x":' + "[" * 60_000,
@@ -75,3 +85,8 @@ def test_the_longest_message_is_read_and_a_longer_one_is_not():
     assert protocol.decode_client(text + " " * (65_536 - len(text))) == protocol.Ping(1.0)
     with pytest.raises(ProtocolError, match="65536 bytes"):
         protocol.decode_client(text + " " * (65_537 - len(text)))
+
+
+@pytest.mark.parametrize("label", ["", "P1", "[/p1]", "=1+1", "Zoë Ñandú", "名前", "👩\u200d🚀 1", "x" * 40])
+def test_a_label_is_any_line_of_text(label):
+    assert protocol.decode_client(protocol.encode(protocol.Create(label=label))).label == label

@@ -1,15 +1,14 @@
 """Recorded games: a line of JSON for everything that happened, written as it happens.
 
-The first line holds all that a game needs to be played again; the rest are events, in order. All times
-named ``ms`` are milliseconds on the server's clock since the game began. A file that ends in the middle
-of a line, because the power went, is read up to there.
+The first line holds all that a game needs to be played again; the rest are events, in order, and the last one
+says how it ended: a file without it is unfinished. All times named ``ms`` are milliseconds on the server's clock
+since the game began. A file that ends in the middle of a line, because the power went, is read up to there. From
+version 2 on, every line holds a link of a chain; see `swarm_pz.play.recordings.chain`.
 """
 
 from __future__ import annotations
 
 import base64
-import binascii
-import re
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
@@ -24,16 +23,21 @@ from swarm_pz.errors import CommandError, ProtocolError, RecordingError, SwarmEr
 from swarm_pz.play.frames import Frame, decode_frame
 from swarm_pz.play.game import Command, TableConfig
 from swarm_pz.play.protocol import ClientInfo, StrokeMessage, Timing
+from swarm_pz.play.recordings.chain import START, followed
+from swarm_pz.play.recordings.folder import read_regular
 from swarm_pz.simulator.commands import check_densities
 
-VERSION = 1
-SUFFIX = ".jsonl"
+VERSION = 2
 FRAME_TICKS = 3
 """Ticks between two recorded frames."""
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.jsonl")
 SeatEvent = Literal["connected", "disconnected", "displaced", "hidden", "shown", "failed"]
+Outcome = Literal["red", "blue", "draw", "stopped"]
+EndedBy = Literal["capture", "time", "left", "server"]
 Team = Annotated[int, Meta(ge=0, le=1)]
-Tick = Annotated[int, Meta(ge=0)]
+Tick = Annotated[int, Meta(ge=0, lt=2**32)]
+Drone = Annotated[int, Meta(ge=0, lt=2**16)]
+Number = Annotated[int, Meta(ge=0, lt=2**32)]
+Size = Annotated[int, Meta(ge=0, lt=2**16)]
 
 
 class _Line(Struct, omit_defaults=True):
@@ -73,25 +77,29 @@ class Header(_Line, tag="game"):
     origin: Origin | None = None
     rules_hash: str = ""
     """Of the game that the table plays; empty in files of earlier versions."""
+    lesson: bool = False
+    """It was a lesson, not a match."""
 
 
 class CommandLine(_Line, tag="command"):
     """A command as it arrived; with ``strokes`` from a drawing, which ``density`` follows from."""
 
     team: Team
-    number: int
+    number: Number
     density: list[list[float]]
     received_ms: float
     strokes: list[StrokeMessage] | None = None
     timing: Timing | None = None
     """Its sender's clock, and how far it is from the server's."""
+    tick: Tick | None = None
+    """When it arrived: a solve at this tick already counts it. Files of version 1 do not tell."""
 
 
 class InForceLine(_Line, tag="in_force"):
     """The swarm follows a command from the solve at this tick on."""
 
     team: Team
-    number: int
+    number: Number
     tick: Tick
     ms: float
 
@@ -100,7 +108,7 @@ class PaintedLine(_Line, tag="painted"):
     """The sender's screen showed the first frame that the command had changed."""
 
     team: Team
-    number: int
+    number: Number
     ms: float
 
 
@@ -108,7 +116,7 @@ class CapturedLine(_Line, tag="captured"):
     """A team took a drone."""
 
     tick: Tick
-    drone: int
+    drone: Drone
     team: Team
 
 
@@ -132,79 +140,25 @@ class SeatLine(_Line, tag="seat"):
 class EndLine(_Line, tag="end"):
     """How the game ended; "stopped" if nobody played it to its end."""
 
-    outcome: Literal["red", "blue", "draw", "stopped"]
+    outcome: Outcome
     tick: Tick
-    sizes: tuple[int, int]
+    sizes: tuple[Size, Size]
     ms: float
+    ended_by: EndedBy | None = None
+    """A game that a client had left when it ended is "left", however it ended. Files of version 1 do not tell."""
 
 
 EventLine = CommandLine | InForceLine | PaintedLine | CapturedLine | FrameLine | SeatLine | EndLine
 L = TypeVar("L", bound=EventLine)
 
 _decoder: msgspec.json.Decoder[Header | EventLine] = msgspec.json.Decoder(Header | EventLine)
-_encoder = msgspec.json.Encoder()
 
 
-def checked_name(name: str) -> str:
-    """Return the name of a recording, if it is one and no path.
-
-    Raises
-    ------
-    RecordingError
-        If it is not a plain file name that ends in ``.jsonl``.
-    """
-    if not _NAME.fullmatch(name) or ".." in name:
-        raise RecordingError(f"a recording's name must be letters, digits and . _ - with {SUFFIX}, got {name[:80]!r}")
-    return name
-
-
-class Recorder:
-    """Writes a game down as it is played; a game goes on even if it can no longer be written down.
-
-    Parameters
-    ----------
-    path : Path
-        A file that is not there yet.
-    header : Header
-
-    Attributes
-    ----------
-    fault : str
-        Why the recording broke off; empty if it did not.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be made.
-    """
-
-    def __init__(self, path: Path, header: Header) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self.path = path
-        self.fault = ""
-        self._file = path.open("xb", buffering=0)
-        self._waiting = [_encoder.encode(header)]
-        self.flush()
-
-    def write(self, line: EventLine) -> None:
-        """Append a line."""
-        if not self._file.closed:
-            self._waiting.append(_encoder.encode(line))
-
-    def flush(self) -> None:
-        """Hand what was written to the system: a process that is killed loses what came after."""
-        if self._waiting and not self._file.closed:
-            try:
-                self._file.write(b"\n".join(self._waiting) + b"\n")
-            except OSError as error:
-                self.fault = f"the recording breaks off: {error.strerror}"
-                self._file.close()
-            self._waiting = []
-
-    def close(self) -> None:
-        """Finish the file."""
-        self.flush()
-        self._file.close()
+def reason_of_end(outcome: Outcome, away: bool) -> EndedBy:
+    """Return what ended a game, of which a client may have been away then."""
+    if away:
+        return "left"
+    return "time" if outcome == "draw" else "server" if outcome == "stopped" else "capture"
 
 
 class Recording:
@@ -216,10 +170,13 @@ class Recording:
     header : Header
     config : TableConfig
     events : list of EventLine
+    link : str
+        The last of its chain, which stands for all that was read; empty for version 1, and where nothing was read.
     """
 
     def __init__(self, name: str, header: Header, events: list[EventLine]) -> None:
         self.name, self.header, self.events = name, header, events
+        self.link = START
         try:
             self.config = TableConfig.from_dict(header.table)
         except SwarmError as error:
@@ -227,8 +184,24 @@ class Recording:
         is_known = header.rules_hash in ("", self.config.game.rules_hash)
         if not is_known or not self.config.has_hash(header.config_hash):
             raise RecordingError(f"{name} says other rules than those whose hash it holds; it was changed")
-        if any(line.drone >= self.config.game.num_drones for line in self.of(CapturedLine)):
-            raise RecordingError(f"{name} tells of a drone that its game does not have")
+        self._check_order()
+
+    def _check_order(self) -> None:
+        """Check that drones are the game's, that ticks follow each other, and that nothing follows the end."""
+        latest, drones = 0, self.config.game.num_drones
+        for number, line in enumerate(self.events, 2):
+            where = f"line {number} of {self.name}"
+            if number > 2 and isinstance(self.events[number - 3], EndLine):
+                raise RecordingError(f"{where} comes after the game's end")
+            if isinstance(line, CapturedLine) and line.drone >= drones:
+                raise RecordingError(f"{where}: drone must be below {drones}, the drones of its game, got {line.drone}")
+            tick = line.tick if not isinstance(line, PaintedLine | SeatLine) else None
+            if tick is not None and tick < latest:
+                raise RecordingError(f"{where}: tick must be {latest} or later, as before it, got {tick}")
+            latest = latest if tick is None else tick
+        origin = self.header.origin
+        if origin is not None and not 0 <= origin.lines <= len(self.events):
+            raise RecordingError(f"line 1 of {self.name}: origin.lines must be at most {len(self.events)}")
 
     @classmethod
     def read(cls, path: Path) -> Recording:
@@ -237,15 +210,12 @@ class Recording:
         Raises
         ------
         RecordingError
-            If it is not a recorded game, or corrupt.
+            If it is not a recorded game, or corrupt: what it says cannot be, or its lines do not hold together.
         """
-        try:
-            text = path.read_bytes()
-        except OSError as error:
-            raise RecordingError(f"{path} cannot be read: {error.strerror}") from error
         header: Header | None = None
         events: list[EventLine] = []
-        for number, line in enumerate(text[: text.rfind(b"\n") + 1].splitlines(), 1):
+        link = START
+        for number, line in enumerate(read_regular(path).split(b"\n")[:-1], 1):
             try:
                 decoded = _decoder.decode(line)
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
@@ -254,13 +224,17 @@ class Recording:
                 raise RecordingError(f"{path} is not one recorded game: its first line alone must be of type 'game'")
             if isinstance(decoded, Header):
                 header = decoded
-                if header.version != VERSION:
-                    raise RecordingError(f"{path} is of version {header.version}, expected {VERSION}")
+                if header.version not in (1, VERSION):
+                    raise RecordingError(f"{path} is of version {header.version}, expected {VERSION} or 1")
             else:
                 events.append(decoded)
+            assert header is not None  # noqa: S101
+            link = followed(line, link, header.version, f"line {number} of {path}")
         if header is None:
             raise RecordingError(f"{path} is not a recorded game: it is empty")
-        return cls(path.name, header, events)
+        recording = cls(path.name, header, events)
+        recording.link = link
+        return recording
 
     def of(self, kind: type[L]) -> list[L]:
         """Return the events of one kind."""
@@ -272,22 +246,38 @@ class Recording:
         ends = self.of(EndLine)
         return ends[-1] if ends else None
 
+    @property
+    def live(self) -> list[EventLine]:
+        """The lines of this game itself, without those of one that it was taken over from."""
+        origin = self.header.origin
+        return self.events[origin.lines if origin is not None else 0 :]
+
+    @property
+    def away(self) -> set[int]:
+        """The teams whose client was away at the end."""
+        away: set[int] = set()
+        for line in self.live:
+            if isinstance(line, SeatLine) and line.event in ("connected", "disconnected"):
+                (away.add if line.event == "disconnected" else away.discard)(line.team)
+        return away
+
     @cached_property
     def last_tick(self) -> int:
         """The last tick that it knows of."""
         return max(
-            (line.tick for line in self.events if isinstance(line, FrameLine | EndLine | InForceLine)), default=0
+            (line.tick for line in self.events if isinstance(line, CapturedLine | FrameLine | EndLine | InForceLine)),
+            default=0,
         )
 
     def in_force(self) -> list[tuple[int, Command]]:
         """Return the commands that were followed, each with its tick."""
         followed = []
         arrived: dict[tuple[int, int], Command] = {}
+        densities = iter(self.densities)
         # In order: a client that comes back may count its commands from the start again.
         for line in self.events:
             if isinstance(line, CommandLine):
-                density = self._density(line)
-                arrived[line.team, line.number] = Command(line.team, line.number, density)
+                arrived[line.team, line.number] = Command(line.team, line.number, next(densities))
             elif isinstance(line, InForceLine):
                 command = arrived.get((line.team, line.number))
                 if command is None:
@@ -296,6 +286,11 @@ class Recording:
                     )
                 followed.append((line.tick, command))
         return followed
+
+    @cached_property
+    def densities(self) -> list[NDArray[np.float64]]:
+        """The densities (A, A) of all commands, in order."""
+        return [self._density(line) for line in self.of(CommandLine)]
 
     def _density(self, line: CommandLine) -> NDArray[np.float64]:
         cells = self.config.game.command_cells
@@ -320,11 +315,13 @@ class Recording:
         """Return the recorded frames, one by one."""
         for line in self.of(FrameLine):
             try:
-                frame = decode_frame(base64.b64decode(line.data))
-            except (ProtocolError, binascii.Error) as error:
+                frame = decode_frame(base64.b64decode(line.data, validate=True))
+            except (ProtocolError, ValueError) as error:
                 raise RecordingError(f"{self.name}: the frame at tick {line.tick} is corrupt: {error}") from error
             if len(frame.teams) != self.config.game.num_drones:
                 raise RecordingError(f"{self.name}: the frame at tick {line.tick} has another number of drones")
+            if frame.tick != line.tick:
+                raise RecordingError(f"{self.name}: the frame at tick {line.tick} shows tick {frame.tick}")
             yield frame
 
 

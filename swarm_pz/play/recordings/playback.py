@@ -6,8 +6,9 @@ elsewhere after some seconds. The recorded frames tell.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -16,34 +17,15 @@ from swarm_pz.analysis.video import FILM_RATE, open_film
 from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
 from swarm_pz.play.frames import FASTEST, Frame
 from swarm_pz.play.game import Command, LiveGame
-from swarm_pz.play.recordings.format import CapturedLine, Recording
+from swarm_pz.play.recordings.format import FRAME_TICKS, CapturedLine, Recording
+from swarm_pz.play.recordings.verification import Verification, faults_of
 from swarm_pz.rendering.painter import FILM, Painter
 
-_MARK_TICKS = 900
-"""Ticks between the moments that are kept, so that going back is quick."""
+_MOST_FAULTS = 10
 _POSITION_STEP, _VELOCITY_STEP = 1.0 / 65535, FASTEST / 32767
 """Resolution of a frame."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Verification:
-    """How a simulation of a recorded game compares with its record.
-
-    Attributes
-    ----------
-    frames : int
-        Frames compared.
-    first_difference : int or None
-        Tick of the first frame that differs.
-    """
-
-    frames: int
-    first_difference: int | None
-
-    @property
-    def verified(self) -> bool:
-        """Whether there was something to compare and nothing differed."""
-        return self.frames > 0 and self.first_difference is None
+_MARK_TICKS = 900
+"""Ticks between the moments that are kept, so that going back is quick."""
 
 
 class Playback:
@@ -93,21 +75,44 @@ class Playback:
         return came
 
     def verify(self) -> Verification:
-        """Compare all frames, and the number of captures between them, with those of a simulation."""
+        """Compare all that follows from commands and start with what was recorded."""
+        frames, difference = self._compare()
+        # Where the simulation leads elsewhere, it says nothing of the end.
+        faults = faults_of(self.recording, self.game if difference is None else None)
+        return Verification(
+            frames=frames,
+            first_difference=difference,
+            faults=tuple(islice(faults, _MOST_FAULTS)),
+            finished=self.recording.end is not None,
+        )
+
+    def _compare(self) -> tuple[int, int | None]:
+        """Return how many frames were compared, and the first tick whose frame or captures are others."""
+        recording = self.recording
+        captured: dict[int, list[tuple[int, int]]] = defaultdict(list)
+        for line in recording.of(CapturedLine):
+            captured[line.tick].append((line.drone, line.team))
+        frames = recording.frames()
+        frame, count = next(frames, None), 0
         self.seek(0)
-        captures = iter([*self.recording.of(CapturedLine), None])
-        capture = next(captures)
-        said = [0, 0]
-        count = 0
-        for frame in self.recording.frames():
-            self.advance(frame.tick - self.game.tick)
-            count += 1
-            while capture is not None and capture.tick <= frame.tick:
-                said[capture.team] += 1
-                capture = next(captures)
-            if not self._shows(frame) or said != self.game.simulator.games.captures[0].tolist():
-                return Verification(frames=count, first_difference=frame.tick)
-        return Verification(frames=count, first_difference=None)
+        teams = self.game.simulator.games.teams[0].copy()
+        for tick in range(recording.last_tick + 1):
+            is_torn = recording.end is None and tick == recording.last_tick  # what came after was lost
+            self.advance(tick - self.game.tick)
+            before, teams = teams, self.game.simulator.games.teams[0].copy()
+            taken = [(int(drone), int(teams[drone])) for drone in np.flatnonzero(teams != before)]
+            told = captured[tick]
+            if self.game.tick != tick or told != (taken[: len(told)] if is_torn else taken):
+                return count, tick
+            is_due = tick % FRAME_TICKS == 0 or self.game.over
+            if frame is not None and frame.tick == tick:
+                count += 1
+                if not is_due or not self._shows(frame):
+                    return count, tick
+                frame = next(frames, None)
+            elif is_due and not is_torn:
+                return count, tick
+        return count, None if frame is None else frame.tick
 
     def film(self, path: Path, speed: float = 2.0, progress: Callable[[float, float], None] | None = None) -> None:
         """Write the game as a film.
@@ -148,8 +153,7 @@ class Playback:
         positions = np.abs(frame.positions - simulator.positions[0]).max(initial=0.0)
         velocities = np.abs(np.clip(simulator.speeds[0], -FASTEST, FASTEST) - frame.velocities).max(initial=0.0)
         return (
-            self.game.tick == frame.tick
-            and positions <= 0.51 * _POSITION_STEP
+            positions <= 0.51 * _POSITION_STEP
             and velocities <= 0.51 * _VELOCITY_STEP
             and bool((frame.teams == simulator.teams[0]).all())
         )

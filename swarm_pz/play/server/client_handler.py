@@ -152,7 +152,9 @@ class ClientHandler:
                 policies = {"red": message.player, _facing(message.seat): message.opponent}
                 for name in filter(None, policies.values()):
                     lobby.check_policy(name)
-                self._enter(lobby.open_room(message.settings), message.seat, message.label, policies)
+                opened = lobby.open_room(message.settings)
+                opened.lesson = message.lesson
+                self._enter(opened, message.seat, message.label, policies)
             case protocol.Join():
                 room = lobby.rooms.get(message.room)
                 if room is None:

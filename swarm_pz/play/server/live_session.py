@@ -14,7 +14,6 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,25 +22,28 @@ from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.errors import SwarmError
 from swarm_pz.play.game import Captured, Command, InForce, LiveGame, TableConfig
 from swarm_pz.play.protocol import StrokeMessage, Timing
+from swarm_pz.play.recordings.folder import SUFFIX
 from swarm_pz.play.recordings.format import (
     FRAME_TICKS,
-    SUFFIX,
     VERSION,
     CapturedLine,
     CommandLine,
+    EndedBy,
     EndLine,
     EventLine,
     Header,
     InForceLine,
     Origin,
+    Outcome,
     RecordedSeat,
-    Recorder,
+    SeatLine,
     frame_line,
+    reason_of_end,
 )
+from swarm_pz.play.recordings.recorder import Recorder
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
 from swarm_pz.play.server.views import frame_of
 
-Outcome = Literal["red", "blue", "draw", "stopped"]
 _FIELD_TICKS = 3
 """Ticks between two frames that show capture fields."""
 _FLUSH_TICKS = 15
@@ -142,6 +144,8 @@ class LiveSession:
     tell : Callbacks
     moment : Moment, optional
         Of a recorded game, to go on from; its start and rules are this game's, then.
+    lesson : bool
+        It is a lesson, not a match.
 
     Attributes
     ----------
@@ -160,6 +164,7 @@ class LiveSession:
         context: ServerContext,
         tell: Callbacks,
         moment: Moment | None = None,
+        lesson: bool = False,
     ) -> None:
         self.config, self.seats, self._context, self._tell = config, seats, context, tell
         self.game = moment.game if moment is not None else LiveGame(config, seed)
@@ -177,6 +182,7 @@ class LiveSession:
             blue=seats[1],
             origin=moment.origin if moment is not None else None,
             rules_hash=config.game.rules_hash,
+            lesson=lesson,
         )
         self.recorder = Recorder(context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}", header)
         self._thinking: list[asyncio.Task[None] | None] = [None, None]
@@ -193,6 +199,7 @@ class LiveSession:
         self._numbers = [0, 0]
         self._sequence = 0
         self._ended = False
+        self._away: set[int] = set()
         if moment is None:
             self.recorder.write(frame_line(self._frame(), 0))
         else:
@@ -239,11 +246,20 @@ class LiveSession:
                 received_ms=self.now_ms,
                 strokes=strokes,
                 timing=timing,
+                tick=self.game.tick,
             )
         )
 
-    def stop(self, outcome: Outcome = "stopped") -> None:
-        """End the game and finish its file."""
+    def note(self, line: SeatLine) -> None:
+        """Write down what became of a seat's connection."""
+        if line.event == "disconnected":
+            self._away.add(line.team)
+        elif line.event == "connected":
+            self._away.discard(line.team)
+        self.recorder.write(line)
+
+    def stop(self, outcome: Outcome = "stopped", ended_by: EndedBy | None = None) -> None:
+        """End the game and finish its file; unless said, what ended it follows from the outcome and who was there."""
         if self._ended:
             return
         self._ended = True
@@ -253,7 +269,10 @@ class LiveSession:
             if task is not None:
                 task.cancel()
             self._context.workers.forget(place)
-        self.recorder.write(EndLine(outcome=outcome, tick=self.game.tick, sizes=self.game.sizes, ms=self.now_ms))
+        reason = ended_by or reason_of_end(outcome, bool(self._away))
+        self.recorder.write(
+            EndLine(outcome=outcome, tick=self.game.tick, sizes=self.game.sizes, ms=self.now_ms, ended_by=reason)
+        )
         self.recorder.close()
         self._tell.over(outcome)
 
@@ -281,7 +300,7 @@ class LiveSession:
         except Exception:
             log.exception("a game was stopped")
             self._tell.notice("this game was stopped by a fault of the server")
-            self.stop()
+            self.stop(ended_by="server")
             return
         self.stop("red" if self.game.outcome == "red" else "blue" if self.game.outcome == "blue" else "draw")
 

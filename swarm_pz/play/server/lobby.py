@@ -12,7 +12,7 @@ from pathlib import Path
 
 from swarm_pz.errors import ConfigError, RecordingError
 from swarm_pz.play import protocol
-from swarm_pz.play.recordings.format import checked_name
+from swarm_pz.play.recordings.folder import checked_name, is_regular
 from swarm_pz.play.server.live_session import Moment, ServerContext
 from swarm_pz.play.server.replay_session import LoadedRecording
 from swarm_pz.play.server.room import RefusedError, Room
@@ -122,8 +122,12 @@ class Lobby:
             If there is none of that name.
         """
         path = self.context.folder / checked_name(name)
-        running = {room.session.recorder.path for room in self.rooms.values() if room.session and not room.outcome}
-        if not path.is_file() or path in running:
+        running = {
+            room.session.recorder.path
+            for room in self.rooms.values()
+            if room.session is not None and not (room.outcome and room.session.recorder.written)
+        }
+        if not is_regular(path) or path in running:
             raise RecordingError(f"there is no recording {name} here")
         return path
 

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import CommandError, SwarmError
 from swarm_pz.play import protocol
-from swarm_pz.play.recordings.format import PaintedLine, RecordedSeat, SeatEvent, SeatLine
+from swarm_pz.play.recordings.format import Outcome, PaintedLine, RecordedSeat, SeatEvent, SeatLine
 from swarm_pz.play.server.connection import Connection
-from swarm_pz.play.server.live_session import Callbacks, LiveSession, Moment, Outcome, ServerContext
+from swarm_pz.play.server.live_session import Callbacks, LiveSession, Moment, ServerContext
 from swarm_pz.play.server.room_settings import table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.views import target_message
@@ -48,6 +48,11 @@ class Room:
     context : ServerContext
     moment : Moment, optional
         Of a recorded game, that the first game here goes on from.
+
+    Attributes
+    ----------
+    lesson : bool
+        Games here are lessons, and say so in their recordings.
     """
 
     def __init__(
@@ -60,6 +65,7 @@ class Room:
         self.session: LiveSession | None = None
         self.outcome: Outcome | None = None
         self.last_used = time.monotonic()
+        self.lesson = False
         self._games = 0
 
     @property
@@ -279,6 +285,7 @@ class Room:
                     over=self._over,
                 ),
                 self._moment,
+                self.lesson,
             )
         except OSError as error:
             raise RefusedError("not_valid", f"the game cannot be recorded: {error.strerror}") from error
@@ -333,6 +340,6 @@ class Room:
     ) -> None:
         if self.session is not None and self.phase == "playing":
             client = seat.connection.client if event == "connected" and seat.connection is not None else None
-            self.session.recorder.write(
+            self.session.note(
                 SeatLine(team=seat.team, event=event, ms=self.session.now_ms, client=client, reason=reason[:500])
             )

@@ -45,7 +45,8 @@ export class Lesson {
     this.room = null;
     this.go(0);
     this.link.send({
-      type: "create", seat: "red", opponent: "uniform", settings: { red: 12, blue: 5, speed: 0.5, time_limit: null },
+      type: "create", lesson: true, seat: "red", opponent: "uniform",
+      settings: { red: 12, blue: 5, speed: 0.5, time_limit: null },
     });
   }
 

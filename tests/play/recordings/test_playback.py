@@ -4,10 +4,12 @@ import contextlib
 import itertools
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 
 from swarm_pz.config import CaptureConfig
+from swarm_pz.errors import RecordingError
 from swarm_pz.play.frames import FASTEST, encode_frame
 from swarm_pz.play.recordings import playback as module
 from swarm_pz.play.recordings.format import CapturedLine, FrameLine, Recording, frame_line
@@ -30,7 +32,6 @@ def nudged(values, by):
         lambda frame: {"positions": nudged(frame.positions, 2 / 65535)},
         lambda frame: {"velocities": nudged(frame.velocities, 2 * FASTEST / 32767)},
         lambda frame: {"teams": 1 - frame.teams},
-        lambda frame: {"tick": frame.tick - 1},
     ],
 )
 def test_a_frame_that_shows_anything_else_is_the_first_difference(change, tmp_path):
@@ -44,15 +45,19 @@ def test_a_frame_that_shows_anything_else_is_the_first_difference(change, tmp_pa
     recording.events[at] = frame_line(encode_frame(other), 60)
     verification = Playback(recording).verify()
     assert not verification.verified and verification.first_difference == other.tick
-    assert verification.frames == 20
+    assert verification.frames == 21
+    recording.events[at] = frame_line(encode_frame(replace(other, tick=59)), 60)
+    with pytest.raises(RecordingError, match="frame at tick 60 shows tick 59"):
+        Playback(recording).verify()
 
 
 @pytest.mark.parametrize("team", [0, 1])
 def test_a_capture_that_did_not_happen_is_a_difference(team, tmp_path):
     record(tmp_path / "a.jsonl", ticks=90, config=CALM)
     recording = Recording.read(tmp_path / "a.jsonl")
-    recording.events.append(CapturedLine(tick=31, drone=1, team=team))
-    assert Playback(recording).verify().first_difference == 33
+    place = next(i for i, line in enumerate(recording.events) if isinstance(line, FrameLine) and line.tick == 33)
+    recording.events.insert(place, CapturedLine(tick=31, drone=1, team=team))
+    assert Playback(recording).verify().first_difference == 31
 
 
 def test_captures_are_those_of_their_team(tmp_path):
@@ -60,8 +65,16 @@ def test_captures_are_those_of_their_team(tmp_path):
     recording = Recording.read(tmp_path / "a.jsonl")
     captured = recording.of(CapturedLine)
     assert captured and Playback(recording).verify().verified
-    captured[0].team = 1 - captured[0].team
-    assert Playback(recording).verify().first_difference == -(-captured[0].tick // 3) * 3
+    first, kept = captured[0], list(recording.events)
+    others = [drone for drone in range(8) if drone not in {line.drone for line in captured if line.tick == first.tick}]
+    for change in (
+        [msgspec.structs.replace(first, team=1 - first.team)],
+        [msgspec.structs.replace(first, drone=others[0])],
+        [first, first],
+        [],
+    ):
+        recording.events[:] = [line for one in kept for line in (change if one is first else [one])]
+        assert Playback(recording).verify().first_difference == first.tick
 
 
 def test_a_game_without_frames_says_nothing_of_itself(tmp_path):
@@ -69,7 +82,7 @@ def test_a_game_without_frames_says_nothing_of_itself(tmp_path):
     recording = Recording.read(tmp_path / "a.jsonl")
     recording.events[:] = [line for line in recording.events if not isinstance(line, FrameLine)]
     verification = Playback(recording).verify()
-    assert (verification.frames, verification.first_difference, verification.verified) == (0, None, False)
+    assert (verification.frames, verification.first_difference, verification.verified) == (0, 0, False)
 
 
 def test_a_game_is_verified_from_its_start_wherever_it_is(tmp_path):

@@ -1,15 +1,20 @@
 """Tables of recorded games, computed by hand from a few lines."""
 
 import csv
+import io
 import json
+import os
 from dataclasses import asdict, replace
 
+import msgspec
 import pytest
 
+from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import Timing
 from swarm_pz.play.recordings.format import (
+    VERSION,
     CapturedLine,
     CommandLine,
     EndLine,
@@ -18,11 +23,12 @@ from swarm_pz.play.recordings.format import (
     Origin,
     PaintedLine,
     RecordedSeat,
-    Recorder,
     Recording,
     SeatLine,
 )
-from swarm_pz.play.recordings.study import read_folder, seat_rows, summarise, write_tables
+from swarm_pz.play.recordings.recorder import Recorder
+from swarm_pz.play.recordings.seats import seat_rows
+from swarm_pz.play.recordings.study import left_out, read_folder, summarise, write_tables
 
 CONFIG = TableConfig(
     game=GameConfig(drones_per_team=(5, 3), time_limit=60.0), min_command_interval=0.25, mapping="paper", speed=2.0
@@ -31,7 +37,7 @@ CONFIG = TableConfig(
 
 def header(**more):
     return Header(
-        version=1,
+        version=VERSION,
         software="test",
         started="2026-01-01T00:00:00.000+00:00",
         table=CONFIG.to_dict(),
@@ -75,7 +81,7 @@ TAKEN_OVER = [  # from tick 300 on, at twice the speed
     seat(0, "shown", 2500.0),
     captured(2, 1, 450),  # at 2500
     command(1, 1, 3000.0),
-    in_force(1, 1, 390, 3050.0),
+    in_force(1, 1, 456, 3050.0),
     seat(1, "disconnected", 3100.0),
     seat(1, "connected", 3200.0),
     seat(1, "displaced", 3300.0),
@@ -96,85 +102,10 @@ TAKEN_OVER = [  # from tick 300 on, at twice the speed
 ]
 
 
-def test_a_row_holds_what_its_seat_did_since_it_was_taken_over():
-    origin = Origin(recording="before.jsonl", tick=300, lines=len(PAST))
-    rows = seat_rows(Recording("a.jsonl", header(origin=origin), PAST + TAKEN_OVER))
-    both = {
-        "recording": "a.jsonl",
-        "started": "2026-01-01T00:00:00.000+00:00",
-        "config_hash": CONFIG.hash,
-        "rules_hash": CONFIG.game.rules_hash,
-        "mapping": "paper",
-        "min_command_interval": 0.25,
-        "speed": 2.0,
-        "time_limit": 60.0,
-        "taken_over": True,
-        "drones": 8,
-        "seconds": 30.0,
-    }
-    red = both | {
-        "side": "red",
-        "kind": "person",
-        "player": "P1",
-        "opponent_kind": "policy",
-        "opponent": "ring",
-        "start_size": 5,
-        "outcome": "loss",
-        "final_share": 3 / 8,
-        "commands": 4,
-        "commands_per_minute": 12.0,
-        "first_command_s": 2.0,
-        "drawing_s_per_command": pytest.approx(0.6),
-        "lost_while_drawing": 1,
-        "input_to_in_force_ms": pytest.approx(105.0),  # of 90, 105 and 300
-        "input_to_painted_ms": pytest.approx(140.0),  # of 140, 210 and 20
-        "disconnections": 1,
-        "hidden_s": pytest.approx(1.75),
-    }
-    blue = both | {
-        "side": "blue",
-        "kind": "policy",
-        "player": "ring",
-        "opponent_kind": "person",
-        "opponent": "P1",
-        "start_size": 3,
-        "outcome": "win",
-        "final_share": 5 / 8,
-        "commands": 1,
-        "commands_per_minute": 3.0,
-        "first_command_s": 3.0,
-        "drawing_s_per_command": None,
-        "lost_while_drawing": 0,
-        "input_to_in_force_ms": None,
-        "input_to_painted_ms": None,
-        "disconnections": 2,
-        "hidden_s": pytest.approx(2.0),
-    }
-    assert [asdict(row) for row in rows] == [red, blue]
-
-
-@pytest.mark.parametrize(
-    ("end", "seconds", "outcomes"),
-    [
-        ([], 18.0, ["stopped", "stopped"]),
-        ([EndLine(outcome="stopped", tick=600, sizes=(3, 5), ms=0.0)], 20.0, ["stopped", "stopped"]),
-        ([EndLine(outcome="draw", tick=600, sizes=(3, 5), ms=0.0)], 20.0, ["draw", "draw"]),
-        ([EndLine(outcome="red", tick=600, sizes=(8, 0), ms=0.0)], 20.0, ["win", "loss"]),
-    ],
-)
-def test_a_game_lasts_to_its_end_or_as_far_as_it_is_known(end, seconds, outcomes):
-    rows = seat_rows(Recording("a.jsonl", header(), TAKEN_OVER[:-1] + end))
-    assert [row.outcome for row in rows] == outcomes
-    assert {row.seconds for row in rows} == {seconds} and not any(row.taken_over for row in rows)
-
-
-def test_a_seat_that_nobody_took_has_no_row():
-    (row,) = seat_rows(Recording("a.jsonl", header(blue=RecordedSeat(kind="free")), TAKEN_OVER))
-    assert (row.side, row.opponent_kind, row.opponent) == ("red", "free", "")
-
-
 def test_games_are_summed_up_by_who_played_whom_by_which_rules():
     base, _ = seat_rows(Recording("a.jsonl", header(), TAKEN_OVER))
+    assert base.left_out == "left"
+    base = replace(base, left_out="")
     games = [
         replace(base, outcome=outcome, seconds=seconds, final_share=share, commands_per_minute=often)
         for outcome, seconds, share, often in (
@@ -212,7 +143,8 @@ def test_games_are_summed_up_by_who_played_whom_by_which_rules():
 @pytest.mark.parametrize("parquet", [False, True])
 def test_tables_hold_every_row_and_no_spreadsheet_takes_a_label_for_a_formula(parquet, tmp_path):
     base, _ = seat_rows(Recording("a.jsonl", header(), TAKEN_OVER))
-    labels = ["=1+1", "+1", "-1", "@sum", "P1"]
+    base = replace(base, left_out="")
+    labels = ["=1+1", "+1", "-1", "@sum", "\t=1+1", "\r=1", "P1"]
     rows = [replace(base, player=label, outcome="win", final_share=1 / 3) for label in labels]
     seats, summary, schema = write_tables(rows, tmp_path / "deep" / "er", parquet=parquet)
     suffix = "parquet" if parquet else "csv"
@@ -224,9 +156,10 @@ def test_tables_hold_every_row_and_no_spreadsheet_takes_a_label_for_a_formula(pa
 
             assert pyarrow.parquet.read_table(path).to_pylist() == [asdict(row) for row in expected]
             continue
-        read = list(csv.DictReader(path.read_text().splitlines()))
+        read = list(csv.DictReader(io.StringIO(path.read_bytes().decode(), newline="")))
         assert list(read[0]) == list(tables[path.stem])
-        assert {row["player"] for row in read} == {"'=1+1", "'+1", "'-1", "'@sum", "P1"}
+        assert {row["player"] for row in read} == {"'=1+1", "'+1", "'-1", "'@sum", "'\t=1+1", "'\r=1", "P1"}
+        assert "apostrophe" in json.loads(schema.read_text())["notes"]["text"]
         for name, text in read[-1].items():
             value = getattr(expected[-1], name)
             if isinstance(value, float):
@@ -243,3 +176,129 @@ def test_games_of_a_folder_come_in_the_order_of_their_names_and_what_cannot_be_r
     rows, faults = read_folder(tmp_path)
     assert [row.recording[:8] for row in rows] == ["20260101", "20260102", "20260103"]
     assert len(faults) == 1 and "20260104-d.jsonl" in faults[0]
+
+
+# --- a folder counted by hand ---------------------------------------------------------------------
+
+FAIR = TableConfig()
+SLOW = TableConfig(speed=0.5)
+LARGE = TableConfig(game=GameConfig(drones_per_team=(12, 5)))
+END = {"red": "capture", "blue": "capture", "draw": "time", "stopped": "server"}
+
+
+def write_game(folder, name, label, outcome, seconds, *, config=FAIR, commands=1, lines=(), ended_by=None, **more):
+    """Write a game of a person against ring; what it shows is nobody's business here."""
+    told = msgspec.structs.replace(
+        header(red=RecordedSeat(kind="person", label=label), **more),
+        table=config.to_dict(),
+        config_hash=config.hash,
+        rules_hash=config.game.rules_hash,
+    )
+    recorder = Recorder(folder / f"{name}.jsonl", told)
+    recorder.write(seat(0, "connected", 0.0))
+    for number in range(commands):
+        recorder.write(command(0, number + 1, 100.0 * number))
+    recorder.write(command(1, 1, 50.0))
+    for line in lines:
+        recorder.write(line)
+    if outcome is not None:
+        reason = ended_by or END[outcome]
+        recorder.write(EndLine(outcome=outcome, tick=30 * seconds, sizes=(1, 1), ms=1000.0 * seconds, ended_by=reason))
+    recorder.close()
+
+
+GONE = [seat(0, "disconnected", 3000.0)]
+AND_BACK = [seat(0, "disconnected", 3000.0), seat(0, "connected", 5500.0)]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Give a folder of 19 games and of five other things."""
+    folder = tmp_path / "games"
+    # P1 at the usual table: 2 won, 1 drawn, 1 lost; once away, and back.
+    write_game(folder, "01", "P1", "red", 40)
+    write_game(folder, "02", "P1", "red", 60, commands=6)
+    write_game(folder, "03", "P1", "draw", 300, lines=AND_BACK)
+    write_game(folder, "04", "P1", "blue", 20)
+    # At half the speed 1 won, with other sizes 1 lost.
+    write_game(folder, "05", "P1", "red", 80, config=SLOW)
+    write_game(folder, "06", "P1", "blue", 50, config=LARGE)
+    # Odd labels, a game each.
+    for number, label in enumerate(("[/p1]", "\x1b[31mred", "\t=1+1"), 7):
+        write_game(folder, f"{number:02}", label, "red", 30)
+    # What nobody played to its end, or not in earnest.
+    write_game(folder, "10", "P1", "red", 10, lesson=True)
+    write_game(folder, "11", "P1", "draw", 300, lesson=True, commands=0)
+    write_game(folder, "12", "P1", "draw", 300, lines=GONE, ended_by="left")
+    write_game(folder, "13", "P1", "blue", 90, lines=GONE, ended_by="left")
+    write_game(folder, "14", "P1", "stopped", 5, lines=GONE, ended_by="left")
+    write_game(folder, "15", "P1", "stopped", 7)
+    write_game(folder, "16", "P1", "blue", 15, commands=0)
+    write_game(folder, "17", "P1", None, 0)
+    write_game(folder, "18", "P1", "red", 30, origin=Origin(recording="01.jsonl", tick=0, lines=0))
+    write_game(folder, "19", "P1", "stopped", 30, blue=RecordedSeat(kind="free"), lines=[])
+    # And what is no game.
+    write_game(folder, "20", "P1", "red", 30, lines=[captured(20, 0, 9)])
+    (folder / "21.jsonl").write_bytes((folder / "01.jsonl").read_bytes().replace(b'"red"', b'"blue"', 2))
+    (folder / "22.jsonl").symlink_to(folder / "01.jsonl")
+    os.mkfifo(folder / "23.jsonl")
+    (folder / "24.jsonl").mkdir()
+    return folder
+
+
+def result(rows):
+    return {
+        (row.player, row.config_hash): (row.games, row.wins, row.draws, row.losses)
+        for row in rows
+        if row.kind == "person"
+    }
+
+
+def test_the_table_of_a_folder_is_that_of_a_careful_hand_count(folder):
+    rows, faults = read_folder(folder)
+    assert len({row.recording for row in rows}) == 19 and len(rows) == 37
+    assert [f"{number}.jsonl" in fault for number, fault in enumerate(faults, 20)] == [True] * 5
+    odd = {(label, FAIR.hash): (1, 1, 0, 0) for label in ("[/p1]", "\x1b[31mred", "\t=1+1")}
+    others = {("P1", SLOW.hash): (1, 1, 0, 0), ("P1", LARGE.hash): (1, 0, 0, 1)}
+    assert result(summarise(rows)) == {("P1", FAIR.hash): (4, 2, 1, 1), **others, **odd}
+    # With the lessons (1 won, 1 drawn), two of three that were left (1 drawn, 1 lost) and one without a command (lost).
+    assert result(summarise(rows, every_game=True)) == {("P1", FAIR.hash): (9, 3, 3, 3), **others, **odd}
+    missing = {"lesson": 2, "left": 3, "stopped": 1, "no command": 1, "unfinished": 1, "taken over": 1}
+    assert left_out(rows) == {**missing, "no opponent": 1}
+    assert left_out(rows, every_game=True) == {
+        "left": 1,
+        "no opponent": 1,
+        "stopped": 1,
+        "taken over": 1,
+        "unfinished": 1,
+    }
+    ring = [row for row in summarise(rows) if row.kind == "policy" and row.opponent == "P1"]
+    assert sorted((row.games, row.wins, row.draws, row.losses) for row in ring) == [
+        (1, 0, 0, 1),
+        (1, 1, 0, 0),
+        (4, 1, 1, 2),
+    ]
+    (usual,) = [row for row in summarise(rows) if (row.player, row.config_hash) == ("P1", FAIR.hash)]
+    assert (usual.rules, usual.median_s) == ("paper", 40.0)
+    assert usual.restricted_mean_s == pytest.approx((20 + 40 + 60 + 300) / 4)
+    by_name = {row.recording: row for row in rows if row.side == "red"}
+    assert by_name["03.jsonl"].away_s == 2.5 and by_name["03.jsonl"].ended_by == "time"
+    assert by_name["13.jsonl"].away_s == 87.0 and by_name["13.jsonl"].ended_by == "left"
+    assert by_name["02.jsonl"].commands == 6 and by_name["11.jsonl"].lesson and not by_name["17.jsonl"].ended_by
+
+
+def test_odd_labels_reach_neither_the_terminal_nor_a_spreadsheet(folder, tmp_path, capsys):
+    main(["study", str(folder), "--out", str(tmp_path / "tables")])
+    said = capsys.readouterr()
+    assert "[/p1]" in said.out and "\\x1b[31mred" in said.out and "\\t=1+1" in said.out
+    assert not {sign for sign in said.out + said.err if not sign.isprintable()} - {"\n"}
+    assert "games that the summary leaves out: 3 left, 2 lesson, 1 no command" in said.out and "--all" in said.out
+    assert FAIR.hash[:6] in said.out and SLOW.hash[:6] in said.out
+    schema = json.loads((tmp_path / "tables" / "schema.json").read_text())
+    assert schema["left_out"]["lesson"] == 2 and schema["every_game"] is False
+    table = (tmp_path / "tables" / "summary.csv").read_bytes().decode()
+    assert "'\t=1+1" in table
+    main(["study", str(folder), "--out", str(tmp_path / "tables"), "--all"])
+    said = capsys.readouterr().out
+    assert "3-3-3" in said and "lesson" not in said
+    assert json.loads((tmp_path / "tables" / "schema.json").read_text())["every_game"] is True

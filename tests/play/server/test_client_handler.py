@@ -94,8 +94,9 @@ def test_what_a_client_says_reaches_its_room_and_its_connection(tmp_path):
         assert red.say(protocol.Ping(12.5)) is None and red.heard(protocol.Pong)[0].sent_ms == 12.5
         assert red.say(protocol.Acknowledge(7)) is None and red.acknowledged == [7]
         assert red.say(protocol.Visibility(hidden=True)) is None, "wherever one is"
-        red.say(protocol.Create())
+        red.say(protocol.Create(lesson=True))
         room = hall.room()
+        assert room.lesson
         assert blue.say(protocol.Join(room.code, "blue", "P2")) is None and room.seats[1].label == "P2"
         assert red.say(protocol.Invite("blue", "nobody")) == "unknown"
         red.say(protocol.Ready())

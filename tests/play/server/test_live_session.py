@@ -144,7 +144,7 @@ def test_who_has_every_drone_has_won_the_game(team, outcome, tmp_path):
     recording, told, last = asyncio.run(play())
     assert last.tick == 1 and last.fields is not None and (last.teams == team).all(), "the end is shown whole"
     assert [line.tick for line in recording.of(FrameLine)] == [0, 1]
-    assert told == recording.end.outcome == outcome
+    assert told == recording.end.outcome == outcome and recording.end.ended_by == "capture"
     assert recording.end.sizes == ((10, 0) if team == RED else (0, 10))
 
 
@@ -171,7 +171,7 @@ def test_a_stopped_game_shows_and_writes_nothing_more(tmp_path):
             return read(room), shown
 
     recording, shown = asyncio.run(play())
-    assert (recording.end.outcome, recording.end.tick) == ("stopped", shown)
+    assert (recording.end.outcome, recording.end.tick, recording.end.ended_by) == ("stopped", shown, "server")
 
 
 def test_a_fault_of_the_server_stops_the_game_and_is_told(tmp_path):
@@ -186,7 +186,7 @@ def test_a_fault_of_the_server_stops_the_game_and_is_told(tmp_path):
             return read(room), room.outcome
 
     recording, outcome = asyncio.run(play())
-    assert outcome == recording.end.outcome == "stopped"
+    assert outcome == recording.end.outcome == "stopped" and recording.end.ended_by == "server"
 
 
 def test_a_recording_that_breaks_off_is_told_of_once_and_the_game_goes_on(tmp_path):
@@ -210,3 +210,67 @@ def test_what_was_played_is_in_the_file_after_half_a_second(tmp_path):
             return Recording.read(room.session.recorder.path)
 
     assert asyncio.run(play()).last_tick >= 15
+
+
+@pytest.mark.parametrize(
+    ("happens", "ended_by"),
+    [
+        (lambda room, red, blue: None, "time"),
+        (lambda room, red, blue: room.leave(red), "left"),
+        (lambda room, red, blue: room.disconnect(blue), "left"),
+        (lambda room, red, blue: (room.disconnect(blue), room.resume(blue, room.seats[1])), "time"),
+        (lambda room, red, blue: (room.resume(Client(), room.seats[1]), room.disconnect(blue)), "time"),
+    ],
+)
+def test_a_game_that_somebody_left_is_not_ended_by_time(happens, ended_by, tmp_path):
+    async def play():
+        with opened(tmp_path, time_limit=1.0, speed=2.0) as room:
+            red, blue = running(room)
+            happens(room, red, blue)
+            await until(lambda: room.phase == "over")
+            return read(room)
+
+    recording = asyncio.run(play())
+    assert (recording.end.outcome, recording.end.ended_by) == ("draw", ended_by)
+    assert Playback(recording).verify().verified
+
+
+def test_a_room_that_is_closed_when_its_players_have_gone_was_left(tmp_path):
+    async def play():
+        with opened(tmp_path, time_limit=None) as room:
+            red, blue = running(room)
+            room.leave(red)
+            room.leave(blue)
+            room.stop()
+            return read(room)
+
+    recording = asyncio.run(play())
+    assert (recording.end.outcome, recording.end.ended_by) == ("stopped", "left")
+    assert not Playback(recording).verify().faults
+
+
+def test_games_of_a_lesson_say_that_they_are(tmp_path):
+    async def play(lesson):
+        with opened(tmp_path / str(lesson), time_limit=None) as room:
+            room.lesson = lesson
+            running(room)
+            return read(room).header.lesson
+
+    assert [asyncio.run(play(lesson)) for lesson in (True, False)] == [True, False]
+
+
+def test_a_command_tells_the_tick_at_which_it_arrived(tmp_path):
+    async def play():
+        with opened(tmp_path, speed=2.0, time_limit=None) as room:
+            red, _ = running(room)
+            ticks = []
+            for number in (1, 2, 3):
+                await until(lambda number=number: room.session.game.tick > 7 * number)
+                ticks.append(room.session.game.tick)
+                room.command(red, protocol.CommandMessage(number, density=np.eye(10).tolist()))
+            room.stop()
+            return ticks, read(room)
+
+    ticks, recording = asyncio.run(play())
+    assert [line.tick for line in recording.of(CommandLine)] == ticks
+    assert Playback(recording).verify().verified

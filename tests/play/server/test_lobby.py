@@ -1,5 +1,6 @@
 """The lobby: rooms by code, seats by token, and rooms that are closed when nobody is there."""
 
+import os
 import time
 
 import pytest
@@ -65,3 +66,15 @@ def test_policies_and_recordings_that_are_not_here_are_refused(lobby):
     for name in ("none.jsonl", "../none.jsonl"):
         with pytest.raises(RecordingError):
             lobby.find_recording(name)
+
+
+def test_only_regular_files_of_the_folder_itself_are_served(lobby, tmp_path):
+    (tmp_path.parent / "secret").write_text("secret")
+    (tmp_path / "link.jsonl").symlink_to(tmp_path.parent / "secret")
+    (tmp_path / "folder.jsonl").mkdir()
+    os.mkfifo(tmp_path / "pipe.jsonl")
+    (tmp_path / "game.jsonl").write_text("{}\n")
+    for name in ("link.jsonl", "folder.jsonl", "pipe.jsonl"):
+        with pytest.raises(RecordingError, match=f"no recording {name} here"):
+            lobby.find_recording(name)
+    assert lobby.find_recording("game.jsonl") == tmp_path / "game.jsonl"

@@ -1,0 +1,56 @@
+"""Lines that hold together: each ends with a hash of its own content and of the hash before it.
+
+A line that is changed, cut out, doubled or moved breaks the chain there; whoever makes all hashes after it anew
+mends it. So the last link, noted elsewhere when a game ended, vouches for the whole file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+
+from swarm_pz.errors import RecordingError
+
+START = ""
+"""What the first line follows."""
+_DIGITS = 16
+_END = re.compile(rb',"chain":"([0-9a-f]{%d})"\}' % _DIGITS)
+_END_BYTES = len(b',"chain":"') + _DIGITS + len(b'"}')
+
+
+def link_of(content: bytes, before: str) -> str:
+    """Return a line's link: the first 16 hexadecimal digits of the SHA-256 of the link before it and its content."""
+    return hashlib.sha256(before.encode() + content).hexdigest()[:_DIGITS]
+
+
+def chained(content: bytes, before: str) -> tuple[bytes, str]:
+    """Return a line, a JSON object with content, with its link as its last field; and the link."""
+    link = link_of(content, before)
+    return content[:-1] + f',"chain":"{link}"}}'.encode(), link
+
+
+def unchained(line: bytes) -> tuple[bytes, str] | None:
+    """Return a line's content without its link, and the link; None if it does not end with one."""
+    end = _END.fullmatch(line[-_END_BYTES:])
+    return (line[:-_END_BYTES] + b"}", end[1].decode()) if end is not None else None
+
+
+def followed(line: bytes, before: str, version: int, where: str) -> str:
+    """Return the link of a line of a recording; version 1 has none.
+
+    Raises
+    ------
+    RecordingError
+        If the line does not follow the one whose link came before.
+    """
+    parts = unchained(line)
+    if version == 1:
+        if parts is not None:
+            raise RecordingError(f"{where} holds a chain, which version 1 does not have: the version was changed")
+        return START
+    if parts is None or link_of(parts[0], before) != parts[1]:
+        raise RecordingError(
+            f"{where} does not follow the line before it: one of them was changed, or lines were cut out, doubled or "
+            "moved"
+        )
+    return parts[1]

@@ -1,0 +1,137 @@
+"""Writes a game down as it is played."""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+import time
+from collections import deque
+from pathlib import Path
+
+import msgspec
+
+from swarm_pz.files import explain
+from swarm_pz.play.recordings.chain import START, chained
+from swarm_pz.play.recordings.format import EventLine, Header
+
+_ONE_FLUSH = 256 * 1024
+"""Bytes that a flush writes at most: an event loop waits for it, and a game that is taken over has a long past."""
+_PATIENCE = 120
+"""Flushes in a row that may fail, a minute of game, before the recording breaks off."""
+_LAST_TRIES, _LAST_PAUSE_S = 20, 0.5
+"""How often, and how far apart, the end of a game is tried to be written to a disk that is full."""
+log = logging.getLogger("swarm_pz.play")
+_encoder = msgspec.json.Encoder()
+
+
+class Recorder:
+    """Writes a game down as it is played; a game goes on even if it can no longer be written down.
+
+    Lines come into the file whole, or are gone on with where they stopped: what a full disk did not take waits
+    until there is room again. When a game has ended, its file is written through to the disk itself.
+
+    Parameters
+    ----------
+    path : Path
+        A file that is not there yet.
+    header : Header
+
+    Attributes
+    ----------
+    fault : str
+        What keeps the recording from being written, to be told once; empty if nothing does.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be made.
+    """
+
+    def __init__(self, path: Path, header: Header) -> None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self.path = path
+        self.fault = ""
+        self._file = path.open("xb", buffering=0)
+        self._lines: deque[Header | EventLine] = deque([header])
+        self._bytes = bytearray()
+        self._link = START
+        self._failed = 0
+        self._open = True
+        self._end: threading.Thread | None = None
+        self.flush()
+
+    @property
+    def written(self) -> bool:
+        """Whether the game is over and all of it in the file."""
+        return not (self._open or self._lines or self._bytes)
+
+    def write(self, line: EventLine) -> None:
+        """Append a line."""
+        if self._open:
+            self._lines.append(line)
+
+    def flush(self) -> None:
+        """Hand what was written to the system: a process that is killed loses what came after."""
+        if not self._open:
+            return
+        self._write_some()
+        if self._failed > _PATIENCE:
+            self.fault = f"the recording breaks off: {self._reason}"
+            self.close()
+
+    def close(self) -> None:
+        """Finish the file; what takes long is done in a thread."""
+        if not self._open:
+            return
+        self._open = False
+        if self._failed <= _PATIENCE:
+            self._write_some()
+        self._end = threading.Thread(target=self._finish, name=f"end of {self.path.name}")
+        self._end.start()
+
+    def _write_some(self) -> None:
+        """Write what waits, but not so much that it takes long; what was not taken goes on waiting."""
+        while self._lines and len(self._bytes) < _ONE_FLUSH:
+            line, self._link = chained(_encoder.encode(self._lines.popleft()), self._link)
+            self._bytes += line + b"\n"
+        try:
+            while self._bytes:
+                del self._bytes[: self._file.write(self._bytes)]  # a disk that is nearly full takes a part
+        except OSError as error:
+            self._reason = explain(OSError(error.errno, error.strerror))
+            if not self._failed:
+                self.fault = f"the recording waits, {self._reason}; the game goes on"
+            self._failed += 1
+        else:
+            self._failed = 0
+
+    def _finish(self) -> None:
+        tries = 1 if self._failed > _PATIENCE else _LAST_TRIES
+        while self._lines or self._bytes:
+            self._write_some()
+            tries -= self._failed > 0
+            if not tries:
+                log.warning("%s lacks its end: %s", self.path.name, self._reason)
+                self._lines.clear()
+                self._bytes.clear()
+                break
+            time.sleep(_LAST_PAUSE_S if self._failed else 0.0)
+        try:
+            os.fsync(self._file.fileno())
+            _sync_folder(self.path.parent)
+        except OSError as error:
+            log.warning("%s may not be on the disk: %s", self.path.name, explain(error))
+        finally:
+            self._file.close()
+
+
+def _sync_folder(folder: Path) -> None:
+    """Write the folder's entries, the file's name among them, to the disk."""
+    if not hasattr(os, "O_DIRECTORY"):
+        return  # this system opens no folders
+    opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        os.fsync(opened)
+    finally:
+        os.close(opened)

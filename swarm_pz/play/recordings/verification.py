@@ -1,0 +1,195 @@
+"""What in a recorded game cannot have been so, by the rules of the table that wrote it.
+
+The simulation decides frames, captures, sizes and the end; the rules decide when commands came into force, a
+drawing's density and who can have sent what. What remains (names, labels, times of clocks, what a policy would
+have said) only the chain of the lines vouches for, against all who do not make it anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from swarm_pz.config import TEAM_NAMES, TICKS_PER_CONTROL_PERIOD
+from swarm_pz.errors import CommandError
+from swarm_pz.play.game import LiveGame
+from swarm_pz.play.recordings.format import (
+    CommandLine,
+    EventLine,
+    InForceLine,
+    PaintedLine,
+    Recording,
+    SeatLine,
+    reason_of_end,
+)
+from swarm_pz.play.strokes import Stroke, density_of
+
+_DENSITY_STEP = 1.5e-4
+"""What the last digit of a drawing's density may differ by on another processor."""
+_FIRST_LINE = 2
+"""Number of the first event's line."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verification:
+    """How a recorded game compares with what follows from its commands and its start.
+
+    Attributes
+    ----------
+    frames : int
+        Frames compared.
+    first_difference : int or None
+        Tick at which the simulation first differs: the recording was changed, or made on another kind of processor.
+    faults : tuple of str
+        What cannot have been so on any processor, with the number of its line.
+    finished : bool
+        Whether the recording holds the game's end.
+    """
+
+    frames: int
+    first_difference: int | None
+    faults: tuple[str, ...]
+    finished: bool
+
+    @property
+    def verified(self) -> bool:
+        """Whether there was something to compare, and all that is there comes out as recorded."""
+        return self.frames > 0 and self.first_difference is None and not self.faults
+
+
+def faults_of(recording: Recording, game: LiveGame | None) -> Iterator[str]:
+    """Say what in a recording cannot have been so.
+
+    Parameters
+    ----------
+    recording : Recording
+    game : LiveGame or None
+        The recorded game at its last tick; None if the simulation led elsewhere, so that its end is another one.
+    """
+    yield from _schedule(recording)
+    yield from _commands(recording)
+    yield from _seats(recording)
+    if game is not None:
+        yield from _end(recording, game)
+
+
+def _live(recording: Recording) -> Iterator[tuple[int, EventLine]]:
+    """Yield the lines of the game itself, without those of one that it was taken over from, and their numbers."""
+    yield from enumerate(recording.live, len(recording.events) - len(recording.live) + _FIRST_LINE)
+
+
+def _schedule(recording: Recording) -> Iterator[str]:
+    """Say which commands came into force at another moment than they had to.
+
+    From when commands arrived follows which were followed when. Lines that do not tell when (of version 1) must at
+    least keep the interval, and come at solves.
+    """
+    interval, origin = recording.config.interval_ticks, recording.header.origin
+    begin = origin.tick if origin is not None else 0
+    for team, side in enumerate(TEAM_NAMES):
+        latest = -interval
+        before = -interval
+        told, arrived = [], []
+        for number, line in enumerate(recording.events, _FIRST_LINE):
+            if isinstance(line, InForceLine) and line.team == team:
+                if line.tick % TICKS_PER_CONTROL_PERIOD or line.tick - latest < interval:
+                    yield f"line {number}: command {line.number} cannot come into force at tick {line.tick}"
+                latest = line.tick
+                if line.tick < begin:
+                    before = latest
+                else:
+                    told.append((line.tick, line.number))
+        for number, line in _live(recording):
+            if isinstance(line, CommandLine) and line.team == team:
+                if line.tick is not None:
+                    arrived.append((line.tick, line.number))
+                elif recording.header.version > 1:
+                    yield f"line {number}: a command must tell the tick at which it arrived"
+        if recording.header.version > 1:
+            due = _due(arrived, before, interval)
+            # Where the recording breaks off, what came into force at last may have been lost.
+            least = sum(tick < recording.last_tick for tick, _ in due)
+            due = due[: least if recording.end is not None else max(least, len(told))]
+            for tick, name in sorted(set(due) ^ set(told)):
+                verb = "had to" if (tick, name) in due else "cannot"
+                yield f"command {name} of {side} {verb} come into force at tick {tick}"
+
+
+def _due(arrived: list[tuple[int, int]], latest: int, interval: int) -> list[tuple[int, int]]:
+    """Return the ticks at which commands come into force, of those that arrived at some; the latest one waits."""
+    due: list[tuple[int, int]] = []
+    for place, (tick, number) in enumerate(arrived):
+        solve = -(-max(tick, latest + interval) // TICKS_PER_CONTROL_PERIOD) * TICKS_PER_CONTROL_PERIOD
+        # One that arrives before that solve takes its place.
+        if place + 1 == len(arrived) or arrived[place + 1][0] > solve:
+            due.append((solve, number))
+            latest = solve
+    return due
+
+
+def _commands(recording: Recording) -> Iterator[str]:
+    """Say which commands cannot be their sender's."""
+    header, config = recording.header, recording.config
+    table = LiveGame(config, header.seed)
+    counted = [0, 0]
+    lines = [(number, line) for number, line in _live(recording) if isinstance(line, CommandLine)]
+    densities = recording.densities[len(recording.densities) - len(lines) :]
+    for (number, line), density in zip(lines, densities, strict=True):
+        seat = (header.red, header.blue)[line.team]
+        if seat.kind == "policy":
+            if line.strokes is not None or line.timing is not None:
+                yield f"line {number}: a policy draws nothing and has no clock"
+            if line.number <= counted[line.team]:
+                yield f"line {number}: a policy's commands count up, got {line.number} after {counted[line.team]}"
+            counted[line.team] = line.number
+        if line.strokes is not None:
+            try:
+                strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in line.strokes]
+                asked = density_of(strokes, config.game.command_cells, config.mapping)
+            except CommandError as error:
+                yield f"line {number}: {error}"
+                continue
+            if np.abs(table.submit_checked(line.team, line.number, asked).density - density).max() > _DENSITY_STEP:
+                yield f"line {number}: the density is not that of its strokes"
+
+
+def _seats(recording: Recording) -> Iterator[str]:
+    """Say which lines are of a seat that cannot have sent them."""
+    kinds = (recording.header.red.kind, recording.header.blue.kind)
+    here = [kind == "policy" for kind in kinds]
+    for number, line in _live(recording):
+        if not isinstance(line, CommandLine | PaintedLine | SeatLine | InForceLine):
+            continue
+        team, kind = line.team, kinds[line.team]
+        if isinstance(line, SeatLine):
+            fits = kind == "policy" if line.event == "failed" else kind in ("person", "program")
+            if line.event in ("connected", "disconnected"):
+                here[team] = line.event == "connected"
+        elif isinstance(line, PaintedLine):
+            fits = kind in ("person", "program")
+        else:
+            fits = kind != "free" and (here[team] or isinstance(line, InForceLine))
+        if not fits:
+            yield f"line {number}: {TEAM_NAMES[team]} ({kind}) was not there, or cannot have done this"
+
+
+def _end(recording: Recording, game: LiveGame) -> Iterator[str]:
+    """Say what of the game's end does not follow from the game, which stands at its last tick."""
+    end = recording.end
+    if end is None:
+        return
+    number = len(recording.events) + _FIRST_LINE - 1
+    outcome = game.outcome or "stopped"
+    if (end.tick, end.sizes, end.outcome) != (game.tick, game.sizes, outcome):
+        yield (
+            f"line {number}: the game ended at tick {game.tick}, {outcome}, with {game.sizes[0]} to {game.sizes[1]} "
+            f"drones, not at tick {end.tick}, {end.outcome}, with {end.sizes[0]} to {end.sizes[1]}"
+        )
+    follows = reason_of_end(end.outcome, bool(recording.away))
+    known = (
+        (None,) if recording.header.version == 1 else (follows, "server") if end.outcome == "stopped" else (follows,)
+    )
+    if end.ended_by not in known:
+        yield f"line {number}: the game was ended by {follows!r}, not by {end.ended_by!r}"

@@ -1,0 +1,136 @@
+"""A game is written down: whole lines in order, whatever the disk does."""
+
+import os
+import threading
+
+import pytest
+
+from swarm_pz.errors import RecordingError
+from swarm_pz.play.recordings import recorder as module
+from swarm_pz.play.recordings.format import EndLine, Recording, SeatLine
+from swarm_pz.play.recordings.recorder import Recorder
+from tests.play.recordings.test_format import CONFIG, header
+
+SEAT = SeatLine(team=0, event="connected", ms=0.0)
+END = EndLine(outcome="stopped", tick=0, sizes=(4, 4), ms=1.0, ended_by="server")
+
+
+class Disk:
+    """A file on a disk that takes so many bytes more; None takes everything."""
+
+    def __init__(self, file):
+        self.file, self.room = file, 0
+        self.fileno, self.close = file.fileno, file.close
+
+    def write(self, data):
+        if self.room is None:
+            return self.file.write(data)
+        if not self.room:
+            raise OSError(28, "No space left on device")
+        taken = self.file.write(bytes(data[: self.room]))
+        self.room -= taken
+        return taken
+
+
+@pytest.fixture
+def begun(tmp_path, monkeypatch):
+    """Give a recorder, and its disk that is full from now on."""
+    monkeypatch.setattr(module, "_LAST_PAUSE_S", 0.001)
+    recorder = Recorder(tmp_path / "a.jsonl", header(CONFIG, 1, "ring"))
+    recorder._file = Disk(recorder._file)
+    yield recorder, recorder._file
+    recorder.close()
+    recorder._end.join()
+
+
+def test_a_recorder_begins_a_file_of_its_own_at_once_and_adds_nothing_once_it_is_closed(tmp_path):
+    path = tmp_path / "deep" / "er" / "a.jsonl"
+    recorder = Recorder(path, header(CONFIG, 1, "ring"))
+    assert Recording.read(path).header.seed == 1
+    with pytest.raises(FileExistsError):
+        Recorder(path, header(CONFIG, 2, "ring"))
+    recorder.write(SeatLine(team=0, event="connected", ms=0.0))
+    recorder.close()
+    recorder.write(SeatLine(team=0, event="hidden", ms=1.0))
+    recorder.close()
+    assert [line.event for line in Recording.read(path).of(SeatLine)] == ["connected"] and not recorder.fault
+
+
+@pytest.mark.parametrize("room", [0, 1, 30, 100])
+def test_what_a_full_disk_did_not_take_is_written_when_there_is_room_again(begun, room):
+    recorder, disk = begun
+    disk.room = room
+    for _ in range(3):
+        recorder.write(SEAT)
+        recorder.flush()
+    assert "no space left" in recorder.fault and "the game goes on" in recorder.fault
+    assert Recording.read(recorder.path).end is None, "half a line is none"
+    disk.room = None
+    recorder.write(END)
+    recorder.close()
+    recording = Recording.read(recorder.path)
+    assert recording.events == [SEAT] * 3 + [END] and recorder.written
+
+
+def test_the_end_of_a_game_is_written_though_the_disk_was_full_when_it_came(begun, monkeypatch):
+    recorder, disk = begun
+
+    def pause(seconds):
+        disk.room = None
+
+    monkeypatch.setattr(module.time, "sleep", pause)
+    recorder.write(SEAT)
+    recorder.write(END)
+    recorder.close()
+    recorder._end.join()
+    assert Recording.read(recorder.path).events == [SEAT, END]
+
+
+def test_a_disk_that_stays_full_ends_the_recording_and_not_the_game(begun, caplog):
+    recorder, _ = begun
+    for _ in range(module._PATIENCE + 2):
+        recorder.write(SEAT)
+        recorder.flush()
+    assert "breaks off" in recorder.fault and "no space left" in recorder.fault
+    recorder._end.join()
+    assert "a.jsonl lacks its end" in caplog.text
+    assert Recording.read(recorder.path).events == []
+
+
+def test_a_long_past_is_written_little_by_little_and_wholly_at_the_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "_ONE_FLUSH", 300)
+    recorder = Recorder(tmp_path / "a.jsonl", header(CONFIG, 1, "ring"))
+    for _ in range(100):
+        recorder.write(SEAT)
+    recorder.flush()
+    assert 0 < len(Recording.read(recorder.path).events) < 20
+    assert not recorder.written
+    recorder.close()
+    recorder._end.join()
+    assert recorder.written and len(Recording.read(recorder.path).events) == 100
+
+
+def test_file_and_folder_are_on_the_disk_when_a_game_has_ended_and_no_event_loop_waits(tmp_path, monkeypatch):
+    synced = []
+
+    def sync(file):
+        status = os.fstat(file)
+        synced.append((status.st_ino, threading.current_thread() is threading.main_thread()))
+
+    monkeypatch.setattr(module.os, "fsync", sync)
+    recorder = Recorder(tmp_path / "a.jsonl", header(CONFIG, 1, "ring"))
+    recorder.write(SEAT)
+    recorder.flush()
+    assert not synced
+    recorder.write(END)
+    recorder.close()
+    recorder._end.join()
+    assert synced == [(path.stat().st_ino, False) for path in (recorder.path, tmp_path)]
+
+
+def test_a_game_is_not_written_over_a_link(tmp_path):
+    (tmp_path / "a.jsonl").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(FileExistsError):
+        Recorder(tmp_path / "a.jsonl", header(CONFIG, 1, "ring"))
+    with pytest.raises(RecordingError):
+        Recording.read(tmp_path / "a.jsonl")

@@ -1,0 +1,324 @@
+"""Forged and damaged recordings: none verifies, and each is named; with the chain as it was, and made anew."""
+
+import asyncio
+import base64
+import copy
+import json
+
+import numpy as np
+import pytest
+
+from swarm_pz.errors import RecordingError
+from swarm_pz.play import protocol
+from swarm_pz.play.frames import decode_frame, encode_frame
+from swarm_pz.play.game import TableConfig
+from swarm_pz.play.recordings.format import Origin, Recording
+from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.server.live_session import Moment
+from tests.play.recordings.test_format import plain_lines, record, write_as_version_1, write_chained
+from tests.play.server.test_room import CALM, Client, Workers, opened, read, until
+
+STROKE = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.25), (0.7, 0.75)])
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    """Give the file of a whole game: a person who draws, against a policy."""
+    folder = tmp_path_factory.mktemp("games")
+
+    async def play():
+        with opened(folder, Workers(), CALM, speed=2.0, time_limit=3.0, red=3, blue=3) as room:
+            red = Client()
+            red.client = protocol.ClientInfo(viewport=(360, 640))
+            room.sit(red, "red", "P1")
+            room.place_policy("blue", "ring")
+            room.ready(red, True)
+            for number, second in enumerate((0.1, 0.2, 1.2), 1):
+                await until(lambda second=second: room.session.game.tick > 30 * second)
+                timing = protocol.Timing(input_ms=1.0, sent_ms=2.0, drawing_ms=300.0)
+                room.command(red, protocol.CommandMessage(number, strokes=[STROKE] * number, timing=timing))
+                room.painted(red, protocol.Painted(number, 1234.0))
+            room.visibility(red, True)
+            room.visibility(red, False)
+            await until(lambda: room.phase == "over")
+            return read(room)
+
+    recording = asyncio.run(play())
+    assert recording.end.outcome == "draw"
+    return folder / recording.name
+
+
+def fault_of(path):
+    """Return what is wrong with a recording; empty if it verifies."""
+    try:
+        found = Playback(Recording.read(path)).verify()
+    except RecordingError as error:
+        return str(error)
+    if found.verified and found.finished:
+        return ""
+    unfinished = "" if found.finished else "unfinished"
+    return f"{found.faults} differs at {found.first_difference} {unfinished}"
+
+
+def place_of(lines, kind, nth=0, **fields):
+    """Return where the nth line of a kind stands."""
+    fits = [i for i, line in enumerate(lines) if line["type"] == kind and fields.items() <= line.items()]
+    return fits[nth]
+
+
+def test_an_honest_game_verifies(played):
+    assert fault_of(played) == ""
+    lines = plain_lines(played)
+    assert [line["tick"] for line in lines if line["type"] == "in_force" and line["team"] == 0][1] % 3 == 0
+    assert sum(line["type"] == "command" and line["team"] == 0 for line in lines) == 3
+
+
+def test_an_honest_game_of_version_1_verifies(played, tmp_path):
+    write_as_version_1(tmp_path / "a.jsonl", plain_lines(played))
+    assert fault_of(tmp_path / "a.jsonl") == ""
+
+
+# --- with the chain as it was ---------------------------------------------------------------------
+
+
+def leaves(value, path=()):
+    """Yield the paths of all numbers, texts and truths in nested plain values."""
+    if isinstance(value, dict | list):
+        for key, entry in value.items() if isinstance(value, dict) else enumerate(value[:1]):
+            yield from leaves(entry, (*path, key))
+    elif path != ("chain",):
+        yield path
+
+
+def other_than(value):
+    if isinstance(value, bool) or value is None:
+        return not value
+    if isinstance(value, str):
+        return value[:-1] + ("B" if value.endswith("A") else "A")
+    return value + 1
+
+
+def changed(line, path):
+    line = copy.deepcopy(line)
+    place = line
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = other_than(place[path[-1]])
+    return line
+
+
+def test_every_field_that_is_changed_once_is_named_with_its_line(played, tmp_path):
+    lines = [json.loads(line) for line in played.read_text().splitlines()]
+    kinds, forged = set(), 0
+    for place, line in enumerate(lines):
+        if line["type"] in kinds:
+            continue
+        kinds.add(line["type"])
+        for path in leaves(line):
+            other = [*lines[:place], changed(line, path), *lines[place + 1 :]]
+            text = "\n".join(json.dumps(one, separators=(",", ":")) for one in other) + "\n"
+            (tmp_path / "a.jsonl").write_text(text)
+            said = fault_of(tmp_path / "a.jsonl")
+            assert f"line {place + 1} of" in said or (place == 0 and "a.jsonl" in said), (line["type"], path, said)
+            forged += 1
+    assert kinds >= {"game", "command", "in_force", "painted", "frame", "seat", "end"} and forged > 60
+
+
+@pytest.mark.parametrize(
+    ("damage", "named"),
+    [
+        (lambda lines: lines[:9] + lines[10:], "line 10 of"),
+        (lambda lines: lines[:10] + lines[9:], "line 11 of"),
+        (lambda lines: [*lines[:9], lines[10], lines[9], *lines[11:]], "line 10 of"),
+        (lambda lines: lines[:5] + lines[-1:], "line 6 of"),
+        (lambda lines: lines[:1] + lines[2:], "line 2 of"),
+        (lambda lines: lines[1:], "first line"),
+        (lambda lines: lines + lines, "first line"),
+        (lambda lines: lines + lines[-1:], "line"),
+        (lambda lines: lines[:-1], "unfinished"),
+        (lambda lines: lines[: len(lines) // 10], "unfinished"),
+        (lambda lines: lines[:1], "unfinished"),
+        (lambda lines: [*lines[:9], lines[9][:-20], *lines[10:]], "line 10 of"),
+        (lambda lines: [*lines[:9], b"\x00" * len(lines[9]), *lines[10:]], "line 10 of"),
+        (lambda lines: [*lines[:9], b"", *lines[9:]], "line 10 of"),
+        (lambda lines: [*lines[:9], lines[9].replace(b":", b": ", 1), *lines[10:]], "line 10 of"),
+        (lambda lines: [line[:-28] + b"}" for line in lines], "line 1 of"),
+    ],
+)
+def test_lines_that_are_cut_doubled_swapped_or_torn_are_named(damage, named, played, tmp_path):
+    (tmp_path / "a.jsonl").write_bytes(b"\n".join([*damage(played.read_bytes().splitlines()), b""]))
+    assert named in fault_of(tmp_path / "a.jsonl")
+
+
+# --- with the chain made anew ---------------------------------------------------------------------
+
+
+def given(kind, nth=0, *, of=None, **values):
+    """Return a forger who gives fields of a line other values."""
+
+    def forge(lines):
+        lines[place_of(lines, kind, nth, **(of or {}))].update(values)
+        return lines
+
+    return forge
+
+
+def without(kind, keep=0):
+    """Return a forger who cuts out all but some lines of a kind."""
+
+    def forge(lines):
+        kept = [line for line in lines if line["type"] == kind][:keep]
+        return [line for line in lines if line["type"] != kind or any(line is one for one in kept)]
+
+    return forge
+
+
+def with_line(line, kind, nth=0):
+    """Return a forger who puts a line in before another."""
+
+    def forge(lines):
+        lines.insert(place_of(lines, kind, nth), line)
+        return lines
+
+    return forge
+
+
+def thinned(lines):
+    frames = [line for line in lines if line["type"] == "frame"]
+    return [line for line in lines if line["type"] != "frame" or frames.index(line) % 10 == 0]
+
+
+def shifted(lines):
+    place = place_of(lines, "frame", 5)
+    frame = decode_frame(base64.b64decode(lines[place]["data"]))
+    frame.positions[0] = 1.0 - frame.positions[0]
+    lines[place]["data"] = base64.b64encode(encode_frame(frame)).decode()
+    return lines
+
+
+def speaking_when_away(lines):
+    seat = {"type": "seat", "team": 0, "event": "disconnected", "ms": 1.0}
+    lines.insert(place_of(lines, "command", 0, team=0), seat)
+    return lines
+
+
+def in_force_dropped(lines):
+    del lines[place_of(lines, "in_force", -1, team=0)]
+    return lines
+
+
+def counted_twice(lines):
+    place = place_of(lines, "command", 1, team=1)
+    lines.insert(place, lines[place] | {"number": 1})
+    return lines
+
+
+def as_another_seat(lines):
+    lines[0]["red"], lines[0]["blue"] = lines[0]["blue"], lines[0]["red"]
+    return lines
+
+
+@pytest.mark.parametrize(
+    ("forge", "named"),
+    [
+        (given("end", outcome="red"), "draw"),
+        (given("end", outcome="blue", ended_by="capture"), "draw"),
+        (given("end", outcome="stopped", ended_by="server"), "draw"),
+        (given("end", ended_by="capture"), "ended by 'time', not by 'capture'"),
+        (given("end", ended_by="left"), "ended by 'time', not by 'left'"),
+        (given("end", ended_by=None), "ended by 'time'"),
+        (given("end", sizes=[6, 0]), "3 to 3"),
+        (given("end", tick=91), "differs at 91"),
+        (given("game", seed=1), "differs at 0"),
+        (given("game", config_hash="0" * 16), "hash"),
+        (given("game", rules_hash="0" * 16), "hash"),
+        (given("game", red={"kind": "policy", "policy": "uniform"}), "draws nothing"),
+        (given("game", red={"kind": "free"}), "red (free)"),
+        (given("game", blue={"kind": "person", "label": "P2"}), "blue (person)"),
+        (as_another_seat, "red (policy)"),
+        (given("game", origin={"recording": "b.jsonl", "tick": 0, "lines": 100_000}), "origin.lines"),
+        (without("frame"), "differs at 0"),
+        (without("frame", keep=1), "differs at 3"),
+        (thinned, "differs at 3"),
+        (shifted, "differs at 15"),
+        (without("in_force"), "had to come into force"),
+        (in_force_dropped, "command 3 of red had to come into force"),
+        (given("in_force", -1, of={"team": 0}, number=2), "command 3 of red had to come into force"),
+        (given("in_force", 0, team=1, of={"team": 0}), "of red had to come into force"),
+        (given("command", 0, of={"team": 0}, density=np.eye(10).tolist()), "not that of its strokes"),
+        (given("command", 0, of={"team": 0}, strokes=[]), "not that of its strokes"),
+        (given("command", 0, of={"team": 1}, density=np.eye(10).tolist()), "differs at"),
+        (given("command", 0, of={"team": 1}, timing={"input_ms": 1.0, "sent_ms": 2.0}), "has no clock"),
+        (counted_twice, "count up"),
+        (given("command", 2, of={"team": 0}, tick=2), "tick must be"),
+        (given("command", 0, of={"team": 0}, tick=None), "must tell the tick"),
+        (speaking_when_away, "was not there"),
+        (with_line({"type": "captured", "tick": 30, "drone": 0, "team": 1}, "frame", 10), "differs at 30"),
+        (with_line({"type": "captured", "tick": 30, "drone": 6, "team": 1}, "frame", 10), "drone must be below 6"),
+        (with_line({"type": "captured", "tick": 12, "drone": 0, "team": 1}, "frame", 10), "tick must be"),
+        (with_line({"type": "seat", "team": 1, "event": "hidden", "ms": 1.0}, "frame", 10), "blue (policy)"),
+        (with_line({"type": "seat", "team": 0, "event": "failed", "ms": 1.0}, "frame", 10), "red (person)"),
+        (with_line({"type": "painted", "team": 1, "number": 1, "ms": 1.0}, "frame", 10), "blue (policy)"),
+        (with_line({"type": "seat", "team": 0, "event": "disconnected", "ms": 9e9}, "end"), "ended by 'left'"),
+    ],
+)
+def test_what_does_not_follow_from_commands_and_start_is_named_though_the_chain_was_made_anew(
+    forge, named, played, tmp_path
+):
+    lines = plain_lines(played)
+    forged = forge(copy.deepcopy(lines))
+    assert forged != lines
+    write_chained(tmp_path / "a.jsonl", forged)
+    assert named in fault_of(tmp_path / "a.jsonl")
+
+
+def test_other_rules_with_their_own_hashes_play_another_game(played, tmp_path):
+    lines = plain_lines(played)
+    table = TableConfig.from_dict(lines[0]["table"])
+    for forged in (
+        table.replace(game=table.game.replace(controller=table.game.controller.replace(max_acceleration=0.5))),
+        table.replace(game=table.game.replace(time_limit=2.0)),
+        table.replace(game=table.game.replace(time_limit=4.0)),
+        table.replace(min_command_interval=2.0),
+        table.replace(mapping="paper"),
+    ):
+        told = {"table": forged.to_dict(), "config_hash": forged.hash, "rules_hash": forged.game.rules_hash}
+        write_chained(tmp_path / "a.jsonl", [lines[0] | told, *lines[1:]])
+        assert fault_of(tmp_path / "a.jsonl"), told
+
+
+def test_a_chain_cannot_be_shed_by_saying_an_earlier_version(played, tmp_path):
+    text = played.read_bytes().replace(b'"version":2', b'"version":1', 1)
+    (tmp_path / "a.jsonl").write_bytes(text)
+    assert "which version 1 does not have" in fault_of(tmp_path / "a.jsonl")
+
+
+@pytest.mark.parametrize("version", [1, 2])
+@pytest.mark.parametrize("tick", [9, 10, 45])
+def test_a_game_that_was_taken_over_verifies_with_its_past(version, tick, tmp_path):
+    record(tmp_path / "a.jsonl", ticks=60, config=TableConfig(game=CALM.game))
+    lines = plain_lines(tmp_path / "a.jsonl")
+    # A command that still waits when the game is taken over is forgotten.
+    waiting = lines[place_of(lines, "command")] | {"number": 7, "tick": 5}
+    lines.insert(place_of(lines, "frame", 2), waiting)
+    (write_as_version_1 if version == 1 else write_chained)(tmp_path / "a.jsonl", lines)
+
+    async def play():
+        moment = Playback(Recording.read(tmp_path / "a.jsonl"))
+        moment.seek(tick)
+        past = moment.recording.until(tick)
+        origin = Origin(recording="a.jsonl", tick=tick, lines=len(past))
+        seed = moment.recording.header.seed
+        taken = Moment(game=moment.game, seed=seed, sizes=[(4, 4)], origin=origin, past=past)
+        with opened(tmp_path / "new", table=CALM, moment=taken) as room:
+            red = Client()
+            room.sit(red, "red", "P1")
+            room.place_policy("blue", "ring")
+            room.ready(red, True)
+            room.command(red, protocol.CommandMessage(1, density=np.eye(10).tolist()))
+            await until(lambda: room.session.game.tick > tick + 25)
+            room.stop()
+            return read(room)
+
+    verification = Playback(asyncio.run(play())).verify()
+    assert verification.verified and verification.finished, verification
