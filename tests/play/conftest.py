@@ -33,7 +33,7 @@ class Table:
     def __init__(self, folder, *options):
         self.folder = folder
         self.process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-c", COMMAND, "play", "--port", "0", "--out", str(folder), *options],
+            [sys.executable, "-c", COMMAND, "play", "--port", "0", "--countdown", "0", "--out", str(folder), *options],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

@@ -154,7 +154,7 @@ class ClientHandler:
                     lobby.check_policy(name)
                 self._enter(lobby.open_room(message.settings), message.seat, message.label, policies)
             case protocol.Join():
-                room = lobby.rooms.get(message.room)
+                room = lobby.rooms.get(message.room.upper())
                 if room is None:
                     raise RefusedError("unknown", f"there is no room {message.room}")
                 self._enter(room, message.seat, message.label, {})

@@ -85,7 +85,7 @@ class Lobby:
         """End a room's game and forget it."""
         self.rooms.pop(room.code, None)
         try:
-            room.stop()
+            room.close()
         except Exception:  # whatever is wrong with one room is not the others' affair
             log.exception("room %s did not close well", room.code)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import secrets
 from dataclasses import dataclass
 from typing import Literal
@@ -9,6 +10,7 @@ from typing import Literal
 from swarm_pz.config import RED
 from swarm_pz.play import protocol
 from swarm_pz.play.server.connection import Connection
+from swarm_pz.play.server.policy_workers import PolicySeat
 
 
 @dataclass
@@ -27,16 +29,36 @@ class Seat:
     """Its player gave it up in the middle of a game."""
     target: bytes = b""
     """The target of its latest command, as its side is shown it."""
+    place: PolicySeat | None = None
+    """Where its policy is loaded."""
+    loading: asyncio.Task[None] | None = None
+    policy_state: Literal["loading", "loaded", "failed"] | None = None
+    reason: str = ""
+    """Why its policy could not be loaded."""
 
     def take(self, connection: Connection, label: str) -> None:
         """Give it to a client, who may come back to it with its new token."""
         self.kind, self.label, self.ready = connection.kind, label, False
         self.token, self.connection = secrets.token_hex(16), connection
 
+    def give(self, place: PolicySeat) -> None:
+        """Give it to a policy, which is about to be loaded."""
+        self.kind, self.policy, self.ready = "policy", place.policy, True
+        self.place, self.policy_state = place, "loading"
+
     def free(self) -> None:
         """Make it anybody's."""
+        if self.loading is not None:
+            self.loading.cancel()
         self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
         self.connection, self.gone = None, False
+        self.place = self.loading = self.policy_state = None
+        self.reason = ""
+
+    @property
+    def can_play(self) -> bool:
+        """Whether it is ready, and whoever has it is here, or loaded."""
+        return self.ready and (self.policy_state == "loaded" if self.kind == "policy" else self.connection is not None)
 
     @property
     def side(self) -> protocol.Side:
@@ -51,4 +73,6 @@ class Seat:
             label=self.label,
             connected=self.kind == "policy" or self.connection is not None,
             ready=self.ready,
+            policy_state=self.policy_state,
+            reason=self.reason,
         )

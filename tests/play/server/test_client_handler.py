@@ -12,7 +12,7 @@ from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.replay_session import LoadedRecording
 from tests.play.recordings.test_format import record
 from tests.play.recordings.test_playback import CALM
-from tests.play.server.test_room import Client, Workers, read, until
+from tests.play.server.test_room import Client, Workers, playing, read, until
 
 
 class Guest(Client):
@@ -51,7 +51,7 @@ class Hall(Lobby):
     def __init__(self, folder):
         workers = Workers()
         workers.close = lambda: None
-        super().__init__(ServerContext(folder=folder, workers=workers), {"ring": "", "uniform": ""})
+        super().__init__(ServerContext(folder=folder, workers=workers, countdown_s=0.0), {"ring": "", "uniform": ""})
 
     def room(self):
         """Return the only room."""
@@ -102,6 +102,7 @@ def test_what_a_client_says_reaches_its_room_and_its_connection(tmp_path):
         red.say(protocol.Ready(ready=False))
         assert blue.say(protocol.Ready()) is None and room.phase == "waiting"
         red.say(protocol.Ready())
+        await playing(room)
         assert red.say(protocol.Painted(3, 1.0)) is None and red.say(protocol.Visibility(hidden=True)) is None
         red.patience = False
         assert red.say(protocol.Visibility(hidden=False)) == "too_many"
