@@ -43,9 +43,11 @@ def play(
     _need_play()
     from swarm_pz import policies
     from swarm_pz.play.game import TableConfig
+    from swarm_pz.play.server.live_session import check_folder
     from swarm_pz.play.server.serve import serve
 
     check_count(port, "port", 0, 65535)
+    check_folder(out)
     check_number(countdown, "countdown", 0.0, 60.0)
     installed = known()
     if opponent is not None and opponent != "none":

@@ -283,6 +283,8 @@ class Refused(_Message, tag="refused"):
     code: Reason
     reason: str
     about: str = ""
+    recording: str | None = None
+    """To a hello whose token's seat is gone: the game that was played there."""
 
 
 class Notice(_Message, tag="notice"):

@@ -126,3 +126,9 @@ def test_a_study_writes_tables_and_says_what_it_left_out(options, tmp_path, caps
     assert json.loads(Path("tables/schema.json").read_text())["command"].startswith(f"swarm-pz study {tmp_path}")
     if not options:
         assert len(list(csv.DictReader(Path("tables/seats.csv").read_text().splitlines()))) == 4
+
+
+def test_a_folder_that_takes_no_recordings_is_an_error_before_anybody_plays(served, tmp_path, capsys):
+    (tmp_path / "games").write_text("no folder")
+    assert "games cannot be recorded in" in refused(capsys, "play", "--out", str(tmp_path / "games"))
+    assert not served

@@ -10,10 +10,12 @@ import contextlib
 import datetime
 import importlib.metadata
 import logging
+import tempfile
 import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -21,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import TICKS_PER_SECOND
+from swarm_pz.errors import OutputError
 from swarm_pz.play.game import Captured, Command, InForce, LiveGame, TableConfig
 from swarm_pz.play.protocol import StrokeMessage, Timing
 from swarm_pz.play.recordings.format import (
@@ -40,6 +43,7 @@ from swarm_pz.play.recordings.format import (
     frame_line,
 )
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
+from swarm_pz.play.server.seat_index import SeatIndex
 from swarm_pz.play.server.thinkers import Thinkers
 from swarm_pz.play.server.views import frame_of
 
@@ -54,6 +58,24 @@ _CATCH_UP = 2
 """Ticks that a late game makes up for at once; beyond that its time slips."""
 log = logging.getLogger("swarm_pz.play")
 _SOFTWARE = f"swarm-pz {importlib.metadata.version('swarm-pz')}"
+
+
+def check_folder(folder: Path) -> None:
+    """Check that games can be recorded in a folder, which is made if it is not there.
+
+    Raises
+    ------
+    OutputError
+        If not, and why.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OutputError(
+            f"games cannot be recorded in {folder}: {error.strerror}; choose a folder that can be written to (--out)"
+        ) from error
 
 
 @dataclass
@@ -77,6 +99,11 @@ class ServerContext:
     countdown_s: float = COUNTDOWN_S
     punctuality: Punctuality = field(default_factory=Punctuality)
     began: float = field(default_factory=time.monotonic)
+
+    @cached_property
+    def seat_index(self) -> SeatIndex:
+        """Which recordings seats' tokens lead to."""
+        return SeatIndex(self.folder)
 
     def now_ms(self) -> float:
         """Return the server's clock."""

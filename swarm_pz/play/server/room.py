@@ -36,11 +36,13 @@ class RefusedError(SwarmError, ValueError):
     ----------
     code : str
         One of those of the protocol's `Refused`.
+    recording : str or None
+        The recorded game that there is instead.
     """
 
-    def __init__(self, code: protocol.Reason, reason: str) -> None:
+    def __init__(self, code: protocol.Reason, reason: str, recording: str | None = None) -> None:
         super().__init__(reason)
-        self.code = code
+        self.code, self.recording = code, recording
 
 
 class Room:
@@ -369,6 +371,8 @@ class Room:
         self._is_called_for = False
         for seat in self.seats:
             seat.ready = seat.kind == "policy"
+            if seat.token and self.session is not None:
+                self._context.seat_index.note(seat.token, self.session.recorder.path.name)
             if seat.connection is not None:
                 self._note(seat, "connected")
         self._changed()

@@ -125,6 +125,7 @@ def serve(
     port = listening.getsockname()[1]
     names = names_of(host, port)
     context = ServerContext(folder=folder, workers=PolicyWorkers(loader), table=table, countdown_s=countdown_s)
+    _ = context.seat_index  # read before anybody waits for it
     app = Server(Lobby(context, policies)).app(names)
     is_open = host not in LOOPBACK
     listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104

@@ -260,3 +260,32 @@ def test_who_watches_a_recorded_game_has_left_their_room_and_who_could_not_has_n
         assert not hall.rooms
 
     visiting(tmp_path, script)
+
+
+def test_a_folder_that_takes_no_recordings_is_found_when_a_room_is_opened(tmp_path):
+    folder = tmp_path / "games"
+    folder.write_text("no folder")
+
+    async def play():
+        hall = Hall(folder)
+        guest = Guest(hall)
+        assert guest.say(protocol.Create()) == "not_valid" and not hall.rooms
+        assert str(folder) not in guest.heard(protocol.Refused)[0].reason
+        folder.unlink()
+        assert guest.say(protocol.Create()) is None
+        assert folder.is_dir() and not list(folder.iterdir())
+        hall.close()
+
+    asyncio.run(play())
+
+
+def test_a_code_is_understood_in_small_letters(tmp_path):
+    async def play():
+        hall = Hall(tmp_path)
+        host, guest = Guest(hall), Guest(hall)
+        host.say(protocol.Create())
+        assert guest.say(protocol.Join(hall.room().code.lower(), "blue")) is None
+        assert guest.heard(protocol.Seated)[0].room == hall.room().code
+        hall.close()
+
+    asyncio.run(play())
