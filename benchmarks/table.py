@@ -34,6 +34,7 @@ from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, decode_frame
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, Recording
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.server.policy_workers import MOST_PROCESSES
 from swarm_pz.policies import names
 
 ACKNOWLEDGE_EVERY = 4
@@ -42,10 +43,10 @@ FLAGS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking", "--
 
 
 @contextlib.contextmanager
-def server(folder: Path, **environment: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """Start a server, and give its address and process."""
+def server(folder: Path, countdown_s: float = 0.0, **environment: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """Start a server, whose games begin at once unless told otherwise, and give its address and process."""
     command = [sys.executable, "-u", "-c", "from swarm_pz.cli import main; main()"]
-    command += ["play", "--port", "0", "--out", str(folder)]
+    command += ["play", "--port", "0", "--countdown", str(countdown_s), "--out", str(folder)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | environment) as process:  # noqa: S603
         printed = process.stdout or sys.stdin
         try:
@@ -173,8 +174,10 @@ async def soak(seconds: float, rooms: int = 10) -> dict[str, Any]:
     """Play rooms with clients that drop, return, flood and send garbage; return what became of them."""
     with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, _):
         stop = asyncio.Event()
-        _, tasks = await fill(address, stop, ["uniform"])
-        await asyncio.sleep(3.0)  # a first game starts what then stays: the process in which policies think
+        first = min(rooms, MOST_PROCESSES)
+        _, tasks = await fill(address, stop, ["uniform"] * first)
+        while (await asyncio.to_thread(status, address))["playing"] < first:
+            await asyncio.sleep(0.5)  # first games start what then stays: the processes in which policies think
         idle = await _end(stop, tasks, address)
         stop = asyncio.Event()
         clients, tasks = await fill(address, stop, (["uniform", None] * rooms)[:rooms])
@@ -282,7 +285,7 @@ async def begin() -> None:
     """Begin a game of every policy, with an empty kernel cache; print when their first commands counted."""
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as cache:
         began = time.monotonic()
-        with server(Path(folder), NUMBA_CACHE_DIR=cache) as (address, _):
+        with server(Path(folder), 3.0, NUMBA_CACHE_DIR=cache) as (address, _):
             print(f"the server was there after {time.monotonic() - began:.1f} s")
             for policy in names():
                 loading_s, recording = await _begin(address, policy)

@@ -43,7 +43,7 @@ def play(
     _need_play()
     from swarm_pz import policies
     from swarm_pz.play.game import TableConfig
-    from swarm_pz.play.server.live_session import check_folder
+    from swarm_pz.play.server.games_folder import check_folder
     from swarm_pz.play.server.serve import serve
 
     check_count(port, "port", 0, 65535)

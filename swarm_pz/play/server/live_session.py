@@ -10,7 +10,6 @@ import contextlib
 import datetime
 import importlib.metadata
 import logging
-import tempfile
 import time
 from collections import deque
 from collections.abc import Callable
@@ -23,7 +22,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import TICKS_PER_SECOND
-from swarm_pz.errors import OutputError
 from swarm_pz.play.game import Captured, Command, InForce, LiveGame, TableConfig
 from swarm_pz.play.protocol import StrokeMessage, Timing
 from swarm_pz.play.recordings.format import (
@@ -42,8 +40,8 @@ from swarm_pz.play.recordings.format import (
     SeatLine,
     frame_line,
 )
+from swarm_pz.play.server.games_folder import SeatIndex
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
-from swarm_pz.play.server.seat_index import SeatIndex
 from swarm_pz.play.server.thinkers import Thinkers
 from swarm_pz.play.server.views import frame_of
 
@@ -58,24 +56,6 @@ _CATCH_UP = 2
 """Ticks that a late game makes up for at once; beyond that its time slips."""
 log = logging.getLogger("swarm_pz.play")
 _SOFTWARE = f"swarm-pz {importlib.metadata.version('swarm-pz')}"
-
-
-def check_folder(folder: Path) -> None:
-    """Check that games can be recorded in a folder, which is made if it is not there.
-
-    Raises
-    ------
-    OutputError
-        If not, and why.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise OutputError(
-            f"games cannot be recorded in {folder}: {error.strerror}; choose a folder that can be written to (--out)"
-        ) from error
 
 
 @dataclass

@@ -13,7 +13,8 @@ from pathlib import Path
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import checked_name
-from swarm_pz.play.server.live_session import Moment, ServerContext, check_folder
+from swarm_pz.play.server.games_folder import check_folder
+from swarm_pz.play.server.live_session import Moment, ServerContext
 from swarm_pz.play.server.replay_session import LoadedRecording
 from swarm_pz.play.server.room import RefusedError, Room
 from swarm_pz.play.server.seat import Seat

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 import itertools
-import logging
 import secrets
 import time
 from typing import Literal
@@ -26,7 +24,6 @@ from swarm_pz.simulator.commands import make_target
 
 AWAY_S = 60.0
 """Seconds that a seat waits between games for who has left without saying so."""
-log = logging.getLogger("swarm_pz.play")
 
 
 class RefusedError(SwarmError, ValueError):
@@ -136,7 +133,7 @@ class Room:
 
     def watch(self, connection: Connection) -> None:
         """Let somebody look on who has no seat here."""
-        if any(seat.connection is connection for seat in self.seats):
+        if any(own.connection is connection for own in self.seats):
             raise RefusedError("out_of_turn", "you have a seat in this room and see its games; leave it first to watch")
         self.watchers.add(connection)
         self._welcome(connection)
@@ -162,35 +159,19 @@ class Room:
         if self.phase in ("starting", "playing"):
             raise RefusedError("out_of_turn", "seats change between games")
         self._check_side(seat)
-        self._clear(seat)
+        seat.free()
         if policy is not None:
             key = self.code, seat.team, next(self._places)
-            seat.give(PolicySeat(key=key, policy=policy, game=self.config.game, team=seat.team))
-            seat.loading = asyncio.create_task(self._load(seat))
+            place = PolicySeat(key=key, policy=policy, game=self.config.game, team=seat.team)
+            seat.give(place, self._context.workers, self._go_on)
         self._changed()
 
-    async def _load(self, seat: Seat) -> None:
-        """Load a seat's policy while the room waits, and go on with what waited for it."""
-        assert seat.place is not None  # noqa: S101
-        try:
-            await self._context.workers.load(seat.place)
-        except SwarmError as error:
-            seat.policy_state, seat.reason = "failed", str(error)[:500]
-        except Exception:
-            log.exception("a policy was not loaded")
-            seat.policy_state, seat.reason = "failed", "it could not be loaded"
-        else:
-            seat.policy_state = "loaded"
+    def _go_on(self) -> None:
+        """Begin what waited for a policy, if that can play now."""
         try:
             self._begin_if_ready()
         except RefusedError as error:
             self.tell(protocol.Notice(text=str(error)))
-
-    def _clear(self, seat: Seat) -> None:
-        """Free a seat, and let its policy go."""
-        if seat.place is not None:
-            self._context.workers.forget(seat.place)
-        seat.free()
 
     def ready(self, connection: Connection, ready: bool) -> None:
         """Mark a seat as ready; the game begins when both can play. Whoever is here begins one of two policies."""
@@ -395,7 +376,7 @@ class Room:
         self.stop()
         for seat in self.seats:
             if seat.place is not None:
-                self._clear(seat)
+                seat.free()
 
     def _show(self, frame: bytes, sequence: int) -> None:
         for connection in self.connections:

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import secrets
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 from swarm_pz.config import RED
+from swarm_pz.errors import SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.connection import Connection
-from swarm_pz.play.server.policy_workers import PolicySeat
+from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
+
+log = logging.getLogger("swarm_pz.play")
 
 
 @dataclass
@@ -31,6 +36,8 @@ class Seat:
     """The target of its latest command, as its side is shown it."""
     place: PolicySeat | None = None
     """Where its policy is loaded."""
+    workers: PolicyWorkers | None = None
+    """Who loads it."""
     loading: asyncio.Task[None] | None = None
     policy_state: Literal["loading", "loaded", "failed"] | None = None
     reason: str = ""
@@ -41,18 +48,33 @@ class Seat:
         self.kind, self.label, self.ready = connection.kind, label, False
         self.token, self.connection = secrets.token_hex(16), connection
 
-    def give(self, place: PolicySeat) -> None:
-        """Give it to a policy, which is about to be loaded."""
+    def give(self, place: PolicySeat, workers: PolicyWorkers, told: Callable[[], None]) -> None:
+        """Give it to a policy, and load that; who is told when it is loaded, or has failed, need not wait."""
         self.kind, self.policy, self.ready = "policy", place.policy, True
-        self.place, self.policy_state = place, "loading"
+        self.place, self.workers, self.policy_state = place, workers, "loading"
+        self.loading = asyncio.create_task(self._load(place, workers, told))
+
+    async def _load(self, place: PolicySeat, workers: PolicyWorkers, told: Callable[[], None]) -> None:
+        try:
+            await workers.load(place)
+        except SwarmError as error:
+            self.policy_state, self.reason = "failed", str(error)[:500]
+        except Exception:
+            log.exception("a policy was not loaded")
+            self.policy_state, self.reason = "failed", "it could not be loaded"
+        else:
+            self.policy_state = "loaded"
+        told()
 
     def free(self) -> None:
-        """Make it anybody's."""
+        """Make it anybody's; a policy that had it is let go."""
         if self.loading is not None:
             self.loading.cancel()
+        if self.workers is not None and self.place is not None:
+            self.workers.forget(self.place)
         self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
         self.connection, self.gone = None, False
-        self.place = self.loading = self.policy_state = None
+        self.place = self.workers = self.loading = self.policy_state = None
         self.reason = ""
 
     @property

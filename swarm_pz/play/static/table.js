@@ -110,9 +110,11 @@ export class Table {
     at("sit").hidden = own !== null || free.length === 0 || RUNNING.includes(room.phase);
     at("recording").hidden = room.phase !== "over";
     at("recording").href = `#replay=${room.recording}`;
+    const failed = SIDES.find((side) => room[side].policy_state === "failed");
     const waiting = free.length
       ? `Room ${room.code}: send this code, or the address of this page, to whom you want to play.`
-      : ["red", "blue"].some((side) => room[side].policy_state === "loading") ? "The policy is being loaded."
+      : failed ? `${room[failed].name} cannot play: ${room[failed].reason}`
+      : SIDES.some((side) => room[side].policy_state === "loading") ? "The policy is being loaded."
       : own?.ready ? "Waiting for the other side to be ready." : "Both sides are here.";
     const text = room.phase === "over" ? this.result() : waiting;
     requestAnimationFrame(() => { at("cover-text").textContent = text; }); // said once it is shown

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from swarm_pz.play import protocol
-from swarm_pz.play.server.seat_index import NAME, SeatIndex
+from swarm_pz.play.server.games_folder import NAME, SeatIndex
 from tests.play.server.test_client_handler import Guest, Hall
 from tests.play.server.test_room import playing
 

@@ -1,7 +1,8 @@
-"""Which recorded game a seat's token leads to, kept beside the recordings: a server that starts anew knows it.
+"""The folder of the recordings: whether it takes any, and which of them a seat's token leads to.
 
-Recordings are for everybody here, and a token is a key to its seat. So tokens stand in neither: a digest of each
-does, in the file ``.seats``, a line for each person's or program's seat in each game.
+The latter is kept beside the recordings, so that a server that starts anew knows it. Recordings are for everybody
+here, and a token is a key to its seat: so tokens stand in neither. A digest of each does, in the file ``.seats``, a
+line for each person's or program's seat in each game.
 """
 
 from __future__ import annotations
@@ -9,11 +10,32 @@ from __future__ import annotations
 import hashlib
 import logging
 import re
+import tempfile
 from pathlib import Path
+
+from swarm_pz.errors import OutputError
 
 NAME = ".seats"
 _LINE = re.compile(r"([0-9a-f]{32}) (\S+)")
 log = logging.getLogger("swarm_pz.play")
+
+
+def check_folder(folder: Path) -> None:
+    """Check that games can be recorded in a folder, which is made if it is not there.
+
+    Raises
+    ------
+    OutputError
+        If not, and why.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OutputError(
+            f"games cannot be recorded in {folder}: {error.strerror}; choose a folder that can be written to (--out)"
+        ) from error
 
 
 def _digest(token: str) -> str:
