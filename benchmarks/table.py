@@ -73,9 +73,9 @@ class Client:
         self.address = address
         self.token: str | None = None
         self.room = ""
+        self.seat: protocol.Side | None = None
         self.frames = 0
         self.ages: list[float] = []
-        self.games = 0
         self.socket: Any = None
 
     def connection(self) -> Any:
@@ -110,11 +110,11 @@ class Client:
                 if isinstance(message, protocol.Displaced):
                     return
                 if isinstance(message, protocol.Seated):
-                    self.token, self.room = message.token, message.room
+                    self.token, self.room, self.seat = message.token, message.room, message.seat
                 elif isinstance(message, protocol.RoomState):
                     self.room = message.code
-                    if message.phase == "over":
-                        self.games += 1
+                    own = {"red": message.red, "blue": message.blue}[self.seat] if self.seat is not None else None
+                    if own is not None and not own.ready and message.phase in ("waiting", "over"):
                         await socket.send(protocol.encode(protocol.Ready()))
             elif data[0] == FRAME:
                 self.frames += 1

@@ -35,7 +35,7 @@ Loader = Callable[[str, GameConfig], Player]
 LOADING_S = 180.0
 """Seconds that a policy may take to be loaded and tried out: libraries, and compilers where nothing is stored yet."""
 MOST_PROCESSES = max(4, os.cpu_count() or 1)
-"""Processes at most, of 150 MB each, or 400 MB with PyTorch in it. With four on two cores both seats of a room
+"""Processes at most, of 190 MB each, or 380 MB with PyTorch in it. With four on two cores both seats of a room
 play and another room's load; more would only wait for a core."""
 _GRACE_S = 2.0
 """Seconds after which a process that does not even say that it is late is ended."""
