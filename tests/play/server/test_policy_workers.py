@@ -178,9 +178,11 @@ def test_a_policy_that_nobody_waits_for_any_more_does_not_keep_its_process(snaps
         loading = asyncio.create_task(workers.load(given_up))
         while workers._processes[0]._loading is None:
             await asyncio.sleep(0.01)
+        busy = workers._processes[0]._process
         loading.cancel()
         workers.forget(given_up)
         await workers.load(seat("one"))
+        assert workers._processes[0]._process is not busy
         return await workers.ask(seat("one"), snapshot, SEED, begins=True)
 
     try:
