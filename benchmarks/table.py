@@ -4,6 +4,7 @@ python -m benchmarks.table load --seconds 60          30 rooms, two clients each
 python -m benchmarks.table latency --sends 200        a page: from pointer-up to what is seen
 python -m benchmarks.table smooth --drones 100        a page: gaps between paintings
 python -m benchmarks.table soak --seconds 3600        10 rooms with clients that drop, return, flood and send garbage
+python -m benchmarks.table begin                      every policy: how long it loads, and its first command
 python -m benchmarks.table rings --games 20           a page: draws rings as slowly as a person, against uniform
 """
 
@@ -13,6 +14,7 @@ import argparse
 import asyncio
 import contextlib
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -30,8 +32,10 @@ from websockets.asyncio.client import connect
 
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, decode_frame
-from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.recordings.format import CommandLine, InForceLine, Recording
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.server.policy_workers import MOST_PROCESSES
+from swarm_pz.policies import names
 
 ACKNOWLEDGE_EVERY = 4
 CHANCE = np.random.default_rng(0)
@@ -39,11 +43,11 @@ FLAGS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking", "--
 
 
 @contextlib.contextmanager
-def server(folder: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """Start a server, and give its address and process."""
+def server(folder: Path, countdown_s: float = 0.0, **environment: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """Start a server, whose games begin at once unless told otherwise, and give its address and process."""
     command = [sys.executable, "-u", "-c", "from swarm_pz.cli import main; main()"]
-    command += ["play", "--port", "0", "--out", str(folder)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
+    command += ["play", "--port", "0", "--countdown", str(countdown_s), "--out", str(folder)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | environment) as process:  # noqa: S603
         printed = process.stdout or sys.stdin
         try:
             said = next(line for line in printed if "http://" in line)
@@ -69,9 +73,9 @@ class Client:
         self.address = address
         self.token: str | None = None
         self.room = ""
+        self.seat: protocol.Side | None = None
         self.frames = 0
         self.ages: list[float] = []
-        self.games = 0
         self.socket: Any = None
 
     def connection(self) -> Any:
@@ -106,11 +110,11 @@ class Client:
                 if isinstance(message, protocol.Displaced):
                     return
                 if isinstance(message, protocol.Seated):
-                    self.token, self.room = message.token, message.room
+                    self.token, self.room, self.seat = message.token, message.room, message.seat
                 elif isinstance(message, protocol.RoomState):
                     self.room = message.code
-                    if message.phase == "over":
-                        self.games += 1
+                    own = {"red": message.red, "blue": message.blue}[self.seat] if self.seat is not None else None
+                    if own is not None and not own.ready and message.phase in ("waiting", "over"):
                         await socket.send(protocol.encode(protocol.Ready()))
             elif data[0] == FRAME:
                 self.frames += 1
@@ -170,8 +174,10 @@ async def soak(seconds: float, rooms: int = 10) -> dict[str, Any]:
     """Play rooms with clients that drop, return, flood and send garbage; return what became of them."""
     with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, _):
         stop = asyncio.Event()
-        _, tasks = await fill(address, stop, ["uniform"])
-        await asyncio.sleep(3.0)  # a first game starts what then stays: the process in which policies think
+        first = min(rooms, MOST_PROCESSES)
+        _, tasks = await fill(address, stop, ["uniform"] * first)
+        while (await asyncio.to_thread(status, address))["playing"] < first:
+            await asyncio.sleep(0.5)  # first games start what then stays: the processes in which policies think
         idle = await _end(stop, tasks, address)
         stop = asyncio.Event()
         clients, tasks = await fill(address, stop, (["uniform", None] * rooms)[:rooms])
@@ -242,6 +248,55 @@ async def _misbehave(victim: Client) -> None:
         elif what == "oversized":
             await socket.send("x" * 100_000)
         await asyncio.sleep(0.5)
+
+
+# --- beginnings -------------------------------------------------------------------------------------
+
+
+async def _begin(address: str, policy: str) -> tuple[float, str]:
+    """Watch a policy against itself for two seconds; return for how long it loaded, and the game's recording."""
+    loading_s = 0.0
+    async with Client(address).connection() as socket:
+        settings = protocol.Settings(time_limit=2.0)
+        for message in (
+            protocol.Hello(),
+            protocol.Create(settings=settings, seat="watch", player=policy, opponent=policy),
+            protocol.Ready(),
+        ):
+            await socket.send(protocol.encode(message))
+        began = time.monotonic()
+        async for data in socket:
+            if isinstance(data, bytes):
+                await socket.send(protocol.encode(protocol.Acknowledge(decode_frame(data).sequence)))
+                continue
+            room = protocol.decode_server(data)
+            if not isinstance(room, protocol.RoomState):
+                continue
+            if "failed" in (room.red.policy_state, room.blue.policy_state):
+                raise SystemExit(f"{policy} was not loaded: {room.red.reason or room.blue.reason}")
+            if room.phase == "starting" and not loading_s:
+                loading_s = time.monotonic() - began
+            if room.recording is not None:
+                return loading_s, room.recording
+    raise SystemExit("the table closed the connection")
+
+
+async def begin() -> None:
+    """Begin a game of every policy, with an empty kernel cache; print when their first commands counted."""
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as cache:
+        began = time.monotonic()
+        with server(Path(folder), 3.0, NUMBA_CACHE_DIR=cache) as (address, _):
+            print(f"the server was there after {time.monotonic() - began:.1f} s")
+            for policy in names():
+                loading_s, recording = await _begin(address, policy)
+                read = Recording.read(Path(folder) / recording)
+                sent = {line.team: line.received_ms for line in reversed(read.of(CommandLine))}
+                ticks = {line.team: line.tick for line in reversed(read.of(InForceLine))}
+                print(
+                    f"{policy:12}  both loaded after {loading_s:5.1f} s; first commands given at {sent[0]:6.0f} and "
+                    f"{sent[1]:6.0f} ms of the game's clock, in force at ticks {ticks[0]} and {ticks[1]}",
+                    flush=True,
+                )
 
 
 # --- a page -----------------------------------------------------------------------------------------
@@ -397,7 +452,7 @@ def rings(games: int) -> None:
 def main() -> None:
     """Measure."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["load", "latency", "smooth", "soak", "rings"])
+    parser.add_argument("what", choices=["load", "latency", "smooth", "soak", "begin", "rings"])
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--sends", type=int, default=200)
     parser.add_argument("--drones", type=int, default=10, help="a team")
@@ -408,6 +463,8 @@ def main() -> None:
         asyncio.run(load(options.seconds, options.learned))
     elif options.what == "soak":
         print(json.dumps(asyncio.run(soak(options.seconds)), indent=2))
+    elif options.what == "begin":
+        asyncio.run(begin())
     elif options.what == "latency":
         latency(options.sends)
     elif options.what == "smooth":

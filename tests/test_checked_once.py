@@ -171,10 +171,13 @@ class Client:
 class PolicyWorkers:
     """Gives densities as processes do, which have checked them."""
 
-    async def ask(self, place, games):
+    async def load(self, place):
+        pass
+
+    async def ask(self, place, games, seed, *, begins):
         return GOOD
 
-    def forget(self, place):
+    def pause(self, place):
         pass
 
 
@@ -183,11 +186,14 @@ def test_a_room_checks_what_people_ask_for_once_and_what_policies_answer_not_aga
     asked_for = [{"density": GOOD.tolist()}, {"strokes": drawing}]
 
     async def play():
-        room = Room("ABCD", protocol.Settings(time_limit=None), ServerContext(folder=tmp_path, workers=PolicyWorkers()))
+        context = ServerContext(folder=tmp_path, workers=PolicyWorkers(), countdown_s=0.0)
+        room = Room("ABCD", protocol.Settings(time_limit=None), context)
         client = Client()
         room.sit(client, "red", "")
         room.place_policy("blue", "constant")
         room.ready(client, True)
+        while room.phase != "playing":
+            await asyncio.sleep(0.02)
         for number, how in enumerate(asked_for, start=1):
             room.command(client, protocol.CommandMessage(number=number, **how))
             while number not in client.in_force:

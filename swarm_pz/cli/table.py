@@ -14,7 +14,7 @@ from swarm_pz.cli import printing as tables
 from swarm_pz.cli.player_options import known
 from swarm_pz.cli.report import command, filming, print_rules
 from swarm_pz.config import GameConfig
-from swarm_pz.config.base import check, check_count
+from swarm_pz.config.base import check, check_count, check_number
 from swarm_pz.errors import SwarmError, require_extra
 from swarm_pz.policy import about
 
@@ -24,6 +24,7 @@ def play(
     host: str = "127.0.0.1",
     port: int = 8000,
     min_command_interval: float = 0.5,
+    countdown: float = 3.0,
     out: Path = Path("runs/games"),
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
@@ -35,15 +36,19 @@ def play(
         host: Where to listen; 0.0.0.0 lets the local network in.
         port: Port to listen at; 0 takes any that is free.
         min_command_interval: Seconds of game between two commands of a team, whoever gives them.
+        countdown: Seconds for which the start of a game is shown before it begins.
         out: Folder of the recordings.
         game: The rules; sizes and time limit are each room's own.
     """
     _need_play()
     from swarm_pz import policies
     from swarm_pz.play.game import TableConfig
+    from swarm_pz.play.server.games_folder import check_folder
     from swarm_pz.play.server.serve import serve
 
     check_count(port, "port", 0, 65535)
+    check_folder(out)
+    check_number(countdown, "countdown", 0.0, 60.0)
     installed = known()
     if opponent is not None and opponent != "none":
         policies.load(opponent, game)
@@ -58,6 +63,7 @@ def play(
         port=port,
         folder=out,
         page=page,
+        countdown_s=countdown,
         table=TableConfig(game=game, min_command_interval=min_command_interval),
         say=say,
         draw_code=_draw_code,

@@ -63,7 +63,9 @@ def play(
                 if isinstance(message, protocol.Refused) and message.code != "too_many":
                     raise PolicyError(f"the table refused {message.about or 'a message'}: {message.reason}")
                 if isinstance(message, protocol.RoomState):
-                    has_begun |= message.phase == "playing"
+                    if message.phase == "starting":
+                        next_tick = 0  # commands count from the countdown on, and anew in each
+                    has_begun |= message.phase in ("starting", "playing")
                     if has_begun and message.outcome is not None:
                         return message.outcome
             elif data[0] == FRAME:

@@ -162,6 +162,10 @@ class LiveGame:
         self._waiting[team] = command
         return command
 
+    def withdraw(self) -> None:
+        """Forget the commands that wait."""
+        self._waiting = [None, None]
+
     def put_in_force(self, command: Command) -> None:
         """Let a team follow a command from the next solve on, however young its last one is."""
         self.simulator.command_checked(command.team, command.density[None], np.zeros(1, np.int64))

@@ -23,7 +23,7 @@ Side = Literal["red", "blue"]
 Milliseconds = Annotated[float, Meta(ge=-1e15, le=1e15)]
 Count = Annotated[int, Meta(ge=0, lt=2**32)]
 Reason = Literal["malformed", "too_many", "out_of_turn", "not_valid", "taken", "unknown", "full"]
-Code = Annotated[str, Meta(pattern="^[A-Z0-9]{4,8}$")]
+Code = Annotated[str, Meta(pattern="^[A-Za-z0-9]{4,8}$")]
 Token = Annotated[str, Meta(pattern="^[0-9a-f]{32}$")]
 Name = Annotated[str, Meta(min_length=1, max_length=200)]
 # One line of text: no control characters (of terminals, too), no line ends, nothing that turns its direction.
@@ -93,7 +93,10 @@ class Invite(_Message, tag="invite"):
 
 
 class Ready(_Message, tag="ready"):
-    """Say that one is ready, or not yet; also for the next game after one, and for two policies that one watches."""
+    """Say that one is ready, or not; also for the next game after one, and for two policies that one watches.
+
+    Who is not ready any more while a game counts down calls it off.
+    """
 
     ready: bool = True
 
@@ -233,13 +236,18 @@ class SeatState(_Message):
     label: str = ""
     connected: bool = False
     ready: bool = False
+    policy_state: Literal["loading", "loaded", "failed"] | None = None
+    """Of a policy: a game waits until it is loaded, and one that failed does not play."""
+    reason: str = ""
+    """Why a policy failed to load."""
 
 
 class RoomState(_Message, tag="room"):
     """A room, sent whenever anything of it changes."""
 
     code: str
-    phase: Literal["waiting", "playing", "over", "replay"]
+    phase: Literal["waiting", "starting", "playing", "over", "replay"]
+    """While a game starts, it counts down: its start is shown, and commands are taken for its first tick."""
     settings: Settings
     red: SeatState
     blue: SeatState
@@ -252,6 +260,8 @@ class RoomState(_Message, tag="room"):
     """Of the game that is over, or that is watched."""
     last_tick: int | None = None
     """Of a recorded game."""
+    starts_ms: float | None = None
+    """When the countdown is over, on the server's clock; the first tick waits for policies' first commands, too."""
     verified: bool | None = None
     """Whether the recorded game plays here as it did; else it cannot be taken over."""
 
@@ -278,6 +288,8 @@ class Refused(_Message, tag="refused"):
     code: Reason
     reason: str
     about: str = ""
+    recording: str | None = None
+    """To a hello whose token's seat is gone: the game that was played there."""
 
 
 class Notice(_Message, tag="notice"):

@@ -35,11 +35,13 @@ def refused(capsys, *arguments):
 
 def test_the_table_is_served_as_it_was_asked_for(served, capsys):
     options = ["--host", "127.0.0.2", "--port", "0", "--min-command-interval", "0.75", "--out", "games"]
+    options += ["--countdown", "1.5"]
     main(["play", "--opponent", "ring", *options, "--game.command-period", "2"])
     ((loader, policies, how),) = served
     game = GameConfig(command_period=2.0)
     assert loader is load and policies == {"uniform": "everywhere", "ring": about("ring")}
     assert (how["host"], how["port"], how["folder"], how["page"]) == ("127.0.0.2", 0, Path("games"), "play=ring")
+    assert how["countdown_s"] == 1.5
     assert how["table"].game == game and how["table"].min_command_interval == 0.75
     assert "█" in how["draw_code"]("http://127.0.0.2:8000/")
     how["say"]("it is there")
@@ -141,3 +143,9 @@ def test_a_study_writes_tables_and_says_what_it_left_out(options, tmp_path, caps
     assert json.loads(Path("tables/schema.json").read_text())["command"].startswith(f"swarm-pz study {tmp_path}")
     if not options:
         assert len(list(csv.DictReader(Path("tables/seats.csv").read_text().splitlines()))) == 4
+
+
+def test_a_folder_that_takes_no_recordings_is_an_error_before_anybody_plays(served, tmp_path, capsys):
+    (tmp_path / "games").write_text("no folder")
+    assert "games cannot be recorded in" in refused(capsys, "play", "--out", str(tmp_path / "games"))
+    assert not served

@@ -30,10 +30,11 @@ class Table:
         Of its recordings.
     """
 
-    def __init__(self, folder, *options):
+    def __init__(self, folder, *options, countdown="0"):
         self.folder = folder
+        options = ("--countdown", countdown, "--out", str(folder), *options)
         self.process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-c", COMMAND, "play", "--port", "0", "--out", str(folder), *options],
+            [sys.executable, "-c", COMMAND, "play", "--port", "0", *options],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

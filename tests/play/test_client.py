@@ -74,6 +74,15 @@ def test_a_program_says_who_it_is_commands_once_a_period_and_returns_who_won():
     assert acknowledged == list(range(103, 161, 4)), "after every fourth frame"
 
 
+def test_a_program_commands_in_the_countdown_and_anew_in_the_next_one():
+    answers = [room("starting"), frame(0), room("waiting"), room("starting"), frame(0), room("playing"), frame(1)]
+    with stand_in(*answers, room("over", "red")) as (address, said, heard_all):
+        assert play(address, lambda frame, team: np.eye(10), seat="red") == "red"
+        assert heard_all.wait(30)
+    commands = [message.number for message in said if isinstance(message, protocol.CommandMessage)]
+    assert commands == [1, 2], "one for each start"
+
+
 def test_a_program_joins_the_room_that_it_is_told():
     with (
         stand_in(protocol.Refused("taken", "that seat is taken", "join")) as (address, said, _),

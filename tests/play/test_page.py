@@ -16,6 +16,7 @@ import swarm_pz.play
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import CommandLine, PaintedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
+from tests.play.conftest import Table
 from tests.play.test_frames import GOLDEN, GOLDEN_TARGET
 
 pytestmark = pytest.mark.browser
@@ -377,6 +378,50 @@ def test_two_people_play_each_other_to_the_end(open_page, table):
     recording = Recording.read(recordings(table, room)[0])
     assert recording.end.outcome in ("red", "blue", "draw") and Playback(recording).verify().verified
     assert {line.team for line in recording.of(CommandLine)} == {0, 1}
+
+
+def test_a_game_counts_down_with_its_start_in_view_and_one_may_draw(chromium, tmp_path):
+    patient = Table(tmp_path, countdown="60")
+    page = chromium.new_page(viewport={"width": 1000, "height": 700})
+    try:
+        page.goto(f"http://{patient.address}/")
+        page.wait_for_selector("#opponent option", state="attached")
+        begin(page)
+        expect(page.locator("#time")).to_have_text(re.compile(r"in \d+"))
+        expect(page.locator("#arena")).to_have_attribute("data-tick", "0")
+        Hand(page).draw((0.3, 0.5), (0.7, 0.5))
+        page.click("#send")
+        expect(page.locator("#arena")).to_have_attribute("data-target", "1")
+        page.click("#leave")
+        eventually(page, lambda: not list(tmp_path.glob("*.jsonl")))
+    finally:
+        page.close()
+        patient.end()
+
+
+def test_who_comes_back_after_a_restart_sees_their_game(chromium, tmp_path):
+    first = Table(tmp_path)
+    page = chromium.new_page(viewport={"width": 1000, "height": 700})
+    try:
+        page.goto(f"http://{first.address}/#play=uniform")
+        page.wait_for_selector("#send:not([disabled])")
+        expect(page.locator("#time")).to_have_text(re.compile("0:0[1-9]"))  # a second is in the file
+        room = room_of(page)
+        (recording,) = recordings(first, room)
+        seat = page.evaluate("localStorage.getItem('swarm-pz.seat')")
+        first.kill()
+        again = Table(tmp_path)
+        try:
+            page.goto(f"http://{again.address}/")
+            page.evaluate("seat => localStorage.setItem('swarm-pz.seat', seat)", seat)
+            page.goto(f"http://{again.address}/?#room={room}")
+            page.wait_for_selector("#scrubber", state="visible")
+            assert page.url.endswith(f"#replay={recording.name}")
+            expect(page.locator("#says")).to_contain_text("recorded as")
+        finally:
+            again.end()
+    finally:
+        page.close()
 
 
 def test_a_page_that_was_closed_returns_to_its_seat(open_page, table):

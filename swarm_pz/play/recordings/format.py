@@ -305,7 +305,7 @@ class Recording:
         for line in self.events:
             if isinstance(line, InForceLine) and line.tick >= tick:
                 break
-            if isinstance(line, CapturedLine | FrameLine) and line.tick > tick:
+            if isinstance(line, CommandLine | CapturedLine | FrameLine) and (line.tick or 0) > tick:
                 break
             if isinstance(line, CommandLine | InForceLine | CapturedLine | FrameLine):
                 kept.append(line)

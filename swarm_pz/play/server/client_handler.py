@@ -55,7 +55,7 @@ class ClientHandler:
         except ProtocolError as error:
             self._refuse("malformed", str(error), about_)
         except RefusedError as error:
-            self._refuse(error.code, str(error), about_)
+            self._refuse(error.code, str(error), about_, error.recording)
         except PolicyError as error:
             self._refuse("unknown", str(error), about_)
         except SwarmError as error:
@@ -67,8 +67,8 @@ class ClientHandler:
             return True
         return False
 
-    def _refuse(self, code: protocol.Reason, reason: str, about_: str) -> None:
-        self._connection.send(protocol.Refused(code=code, reason=reason[:500], about=about_))
+    def _refuse(self, code: protocol.Reason, reason: str, about_: str, recording: str | None = None) -> None:
+        self._connection.send(protocol.Refused(code=code, reason=reason[:500], about=about_, recording=recording))
 
     def end(self) -> None:
         """Note that the client is gone."""
@@ -156,7 +156,7 @@ class ClientHandler:
                 opened.lesson = message.lesson
                 self._enter(opened, message.seat, message.label, policies)
             case protocol.Join():
-                room = lobby.rooms.get(message.room)
+                room = lobby.rooms.get(message.room.upper())
                 if room is None:
                     raise RefusedError("unknown", f"there is no room {message.room}")
                 self._enter(room, message.seat, message.label, {})
@@ -195,7 +195,11 @@ class ClientHandler:
         if message.token is not None:
             place = self._lobby.seat_of(message.token)
             if place is None:
-                raise RefusedError("unknown", "that seat is gone: its room was closed, or it was given up")
+                recording = self._lobby.recording_of(message.token)
+                reason = "that seat is gone: its room was closed, or it was given up"
+                if recording is not None:
+                    reason = f"that seat is gone with its room; its game is recorded as {recording}"
+                raise RefusedError("unknown", reason, recording)
             self._room, seat = place
             self._room.resume(connection, seat)
 

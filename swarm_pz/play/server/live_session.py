@@ -1,4 +1,4 @@
-"""A game in real time: its clock, what it shows, and its recording.
+"""A game in real time: its countdown, its clock, what it shows, and its recording.
 
 Everything here runs on the event loop's thread and never waits for a policy or a client.
 """
@@ -6,6 +6,7 @@ Everything here runs on the event loop's thread and never waits for a policy or 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import datetime
 import importlib.metadata
 import logging
@@ -13,13 +14,13 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import TICKS_PER_SECOND
-from swarm_pz.errors import SwarmError
 from swarm_pz.play.game import Captured, Command, InForce, LiveGame, TableConfig
 from swarm_pz.play.protocol import StrokeMessage, Timing
 from swarm_pz.play.recordings.folder import SUFFIX
@@ -41,9 +42,14 @@ from swarm_pz.play.recordings.format import (
     reason_of_end,
 )
 from swarm_pz.play.recordings.recorder import Recorder
+from swarm_pz.play.server.games_folder import SeatIndex
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
+from swarm_pz.play.server.thinkers import Thinkers
 from swarm_pz.play.server.views import frame_of
 
+COUNTDOWN_S = 3.0
+"""Seconds for which the start is shown before the clock begins: time to find one's drones and to draw, and more than
+a policy may take for a command."""
 _FIELD_TICKS = 3
 """Ticks between two frames that show capture fields."""
 _FLUSH_TICKS = 15
@@ -71,8 +77,14 @@ class ServerContext:
     workers: PolicyWorkers
     table: TableConfig = field(default_factory=TableConfig)
     """What rooms start from; their settings replace parts of it."""
+    countdown_s: float = COUNTDOWN_S
     punctuality: Punctuality = field(default_factory=Punctuality)
     began: float = field(default_factory=time.monotonic)
+
+    @cached_property
+    def seat_index(self) -> SeatIndex:
+        """Which recordings seats' tokens lead to."""
+        return SeatIndex(self.folder)
 
     def now_ms(self) -> float:
         """Return the server's clock."""
@@ -110,6 +122,8 @@ class Callbacks:
 
     Attributes
     ----------
+    began : callable
+        The clock runs, and the recording with it.
     show : callable
         Every frame and its number, 30 times a second of game.
     in_force : callable
@@ -122,6 +136,7 @@ class Callbacks:
         The outcome; nothing comes after it.
     """
 
+    began: Callable[[], None]
     show: Callable[[bytes, int], None]
     in_force: Callable[[int, int, int], None]
     failed: Callable[[int, str], None]
@@ -130,7 +145,10 @@ class Callbacks:
 
 
 class LiveSession:
-    """A game that runs by the clock from when it is made.
+    """A game that counts down from when it is made, and then runs by the clock.
+
+    Commands count from the countdown on, and policies are asked for their first ones in it: those come into force
+    at the first tick, which is played when the countdown is over and every policy has answered or failed to.
 
     Parameters
     ----------
@@ -140,6 +158,8 @@ class LiveSession:
     seed : int
     seats : (RecordedSeat, RecordedSeat)
         Who plays.
+    policies : (PolicySeat or None, PolicySeat or None)
+        Where the policies among them are loaded.
     context : ServerContext
     tell : Callbacks
     moment : Moment, optional
@@ -153,6 +173,10 @@ class LiveSession:
     recorder : Recorder
     sizes : list of (int, int)
         Drones of red and blue, once a second since the start.
+    starts_ms : float
+        When the countdown is over, on the server's clock.
+    has_begun : bool
+        Whether the clock runs, or ran.
     """
 
     def __init__(
@@ -161,15 +185,17 @@ class LiveSession:
         config: TableConfig,
         seed: int,
         seats: tuple[RecordedSeat, RecordedSeat],
+        policies: tuple[PolicySeat | None, PolicySeat | None],
         context: ServerContext,
         tell: Callbacks,
         moment: Moment | None = None,
         lesson: bool = False,
     ) -> None:
-        self.config, self.seats, self._context, self._tell = config, seats, context, tell
+        self.config, self._context, self._tell = config, context, tell
         self.game = moment.game if moment is not None else LiveGame(config, seed)
         self.sizes = moment.sizes if moment is not None else [self.game.sizes]
-        self._began_ms = context.now_ms()
+        self.starts_ms = self._began_ms = context.now_ms() + 1000.0 * context.countdown_s
+        self.has_begun = False
         started = datetime.datetime.now(datetime.UTC)
         header = Header(
             version=VERSION,
@@ -185,18 +211,10 @@ class LiveSession:
             lesson=lesson,
         )
         self.recorder = Recorder(context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}", header)
-        self._thinking: list[asyncio.Task[None] | None] = [None, None]
-        self._places = [
-            PolicySeat(
-                key=(name, team),
-                policy=seat.policy,
-                game=config.game,
-                team=team,
-                seed=np.random.SeedSequence(seed, spawn_key=(team,)),  # neither the other's nor the start's
-            )
-            for team, seat in enumerate(seats)
-        ]
-        self._numbers = [0, 0]
+        self._early: list[CommandLine | SeatLine] = []
+        """What came in the countdown; its times count from when that should have been over."""
+        self._thinkers = Thinkers(self.game, seed, policies, context.workers, self._take_answer, tell.failed)
+        self._first_tick = self.game.tick
         self._sequence = 0
         self._ended = False
         self._away: set[int] = set()
@@ -209,7 +227,7 @@ class LiveSession:
 
     @property
     def now_ms(self) -> float:
-        """Milliseconds since the game began, on the server's clock."""
+        """Milliseconds since the game began, on the server's clock; negative in the countdown."""
         return self._context.now_ms() - self._began_ms
 
     def since_began(self, server_ms: float) -> float:
@@ -235,10 +253,13 @@ class LiveSession:
         self._write_down(command, strokes, timing)
         return command
 
+    def _take_answer(self, team: int, number: int, density: NDArray[np.float64]) -> None:
+        self._write_down(self.game.submit_checked(team, number, density))
+
     def _write_down(
         self, command: Command, strokes: list[StrokeMessage] | None = None, timing: Timing | None = None
     ) -> None:
-        self.recorder.write(
+        self._write(
             CommandLine(
                 team=command.team,
                 number=command.number,
@@ -256,19 +277,34 @@ class LiveSession:
             self._away.add(line.team)
         elif line.event == "connected":
             self._away.discard(line.team)
-        self.recorder.write(line)
+        self._write(line)
+
+    def _write(self, line: CommandLine | SeatLine) -> None:
+        """Write down what somebody did; what was done in the countdown, once the game has begun."""
+        if self.has_begun:
+            self.recorder.write(line)
+        else:
+            self._early.append(line)
+
+    def call_off(self) -> None:
+        """Take back a game that has not begun, and its file: nothing of it was played."""
+        self._halt()
+        self.game.withdraw()
+        self.recorder.close()
+        with contextlib.suppress(OSError):
+            self.recorder.path.unlink()
+
+    def _halt(self) -> None:
+        self._ended = True
+        if asyncio.current_task() is not self._clock:
+            self._clock.cancel()
+        self._thinkers.stop()
 
     def stop(self, outcome: Outcome = "stopped", ended_by: EndedBy | None = None) -> None:
         """End the game and finish its file; unless said, what ended it follows from the outcome and who was there."""
         if self._ended:
             return
-        self._ended = True
-        if asyncio.current_task() is not self._clock:
-            self._clock.cancel()
-        for task, place in zip(self._thinking, self._places, strict=True):
-            if task is not None:
-                task.cancel()
-            self._context.workers.forget(place)
+        self._halt()
         reason = ended_by or reason_of_end(outcome, bool(self._away))
         self.recorder.write(
             EndLine(outcome=outcome, tick=self.game.tick, sizes=self.game.sizes, ms=self.now_ms, ended_by=reason)
@@ -279,24 +315,11 @@ class LiveSession:
     # --- time -------------------------------------------------------------------------------------
 
     async def _run(self) -> None:
-        loop, punctuality = asyncio.get_running_loop(), self._context.punctuality
-        period = 1.0 / (TICKS_PER_SECOND * self.config.speed)
-        due = loop.time()
         try:
-            while not self.game.over:
-                due += period
-                await asyncio.sleep(max(due - loop.time(), 0.0))
-                late = max(loop.time() - due, 0.0)
-                ticks = 1 + min(int(late / period), _CATCH_UP - 1)
-                punctuality.lateness_ms.append(1000.0 * late)
-                punctuality.most_caught_up = max(punctuality.most_caught_up, ticks)
-                due += (ticks - 1) * period
-                if late > _CATCH_UP * period:
-                    due = loop.time()
-                    punctuality.slipped += 1
-                for _ in range(ticks):
-                    if not self.game.over:
-                        self._tick()
+            self._thinkers.ask()
+            await asyncio.gather(asyncio.sleep(self._context.countdown_s), self._thinkers.answers())
+            self._begin()
+            await self._play()
         except Exception:
             log.exception("a game was stopped")
             self._tell.notice("this game was stopped by a fault of the server")
@@ -304,13 +327,41 @@ class LiveSession:
             return
         self.stop("red" if self.game.outcome == "red" else "blue" if self.game.outcome == "blue" else "draw")
 
+    def _begin(self) -> None:
+        planned, self._began_ms = self._began_ms, self._context.now_ms()
+        self.has_begun = True
+        for line in self._early:
+            if isinstance(line, CommandLine):
+                line.received_ms -= self._began_ms - planned
+            else:
+                line.ms -= self._began_ms - planned
+            self.recorder.write(line)
+        self._early.clear()
+        self._tell.began()
+
+    async def _play(self) -> None:
+        loop, punctuality = asyncio.get_running_loop(), self._context.punctuality
+        period = 1.0 / (TICKS_PER_SECOND * self.config.speed)
+        due = loop.time()
+        while not self.game.over:
+            due += period
+            await asyncio.sleep(max(due - loop.time(), 0.0))
+            late = max(loop.time() - due, 0.0)
+            ticks = 1 + min(int(late / period), _CATCH_UP - 1)
+            punctuality.lateness_ms.append(1000.0 * late)
+            punctuality.most_caught_up = max(punctuality.most_caught_up, ticks)
+            due += (ticks - 1) * period
+            if late > _CATCH_UP * period:
+                due = loop.time()
+                punctuality.slipped += 1
+            for _ in range(ticks):
+                if not self.game.over:
+                    self._tick()
+
     def _tick(self) -> None:
         game = self.game
-        if game.tick % self.config.game.step_ticks == 0:
-            for team, seat in enumerate(self.seats):
-                task = self._thinking[team]
-                if seat.kind == "policy" and (task is None or task.done()):
-                    self._thinking[team] = asyncio.create_task(self._think(team))
+        if game.tick % self.config.game.step_ticks == 0 and game.tick > self._first_tick:
+            self._thinkers.ask()
         for event in game.advance():
             if isinstance(event, Captured):
                 self.recorder.write(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
@@ -326,18 +377,6 @@ class LiveSession:
             if self.recorder.fault:
                 self._tell.notice(self.recorder.fault)
                 self.recorder.fault = ""
-
-    async def _think(self, team: int) -> None:
-        try:
-            density = await self._context.workers.ask(self._places[team], self.game.simulator.snapshot())
-            if not self._ended:
-                self._numbers[team] += 1
-                self._write_down(self.game.submit_checked(team, self._numbers[team], density))
-        except SwarmError as error:
-            self._tell.failed(team, str(error))
-        except Exception:
-            log.exception("a policy was not asked")
-            self._tell.failed(team, "it could not be asked")
 
     def _note_in_force(self, event: InForce) -> None:
         team, number = event.command.team, event.command.number

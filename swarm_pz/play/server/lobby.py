@@ -10,9 +10,10 @@ import time
 from collections.abc import Mapping
 from pathlib import Path
 
-from swarm_pz.errors import ConfigError, RecordingError
+from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings.folder import checked_name, is_regular
+from swarm_pz.play.server.games_folder import check_folder
 from swarm_pz.play.server.live_session import Moment, ServerContext
 from swarm_pz.play.server.replay_session import LoadedRecording
 from swarm_pz.play.server.room import RefusedError, Room
@@ -68,10 +69,15 @@ class Lobby:
         Raises
         ------
         RefusedError
-            If there are too many, or there is no such game.
+            If there are too many, there is no such game, or games cannot be recorded.
         """
         if len(self.rooms) >= MOST_ROOMS:
             raise RefusedError("full", f"this server has {MOST_ROOMS} rooms and no more; try again later")
+        try:
+            check_folder(self.context.folder)
+        except OutputError as error:
+            log.warning("%s", error)
+            raise RefusedError("not_valid", "games cannot be recorded on this server now; tell who runs it") from error
         code = ""
         while not code or code in self.rooms:
             code = "".join(secrets.choice(_LETTERS) for _ in range(4))
@@ -85,7 +91,7 @@ class Lobby:
         """End a room's game and forget it."""
         self.rooms.pop(room.code, None)
         try:
-            room.stop()
+            room.close()
         except Exception:  # whatever is wrong with one room is not the others' affair
             log.exception("room %s did not close well", room.code)
 
@@ -112,6 +118,14 @@ class Lobby:
                 if seat.token and secrets.compare_digest(seat.token, token):
                     return room, seat
         return None
+
+    def recording_of(self, token: str) -> str | None:
+        """Return the recorded game that a token's seat became, if it is over and still there."""
+        name = self.context.seat_index.recording_of(token)
+        try:
+            return self.find_recording(name).name if name is not None else None
+        except RecordingError:
+            return None
 
     def find_recording(self, name: str) -> Path:
         """Return the file of a recorded game that is over: others may not see what a player draws.

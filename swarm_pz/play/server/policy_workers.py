@@ -1,7 +1,9 @@
-"""Where policies think: in processes of their own, so that no thought delays a game.
+"""Where policies load and think: in processes of their own, so that neither delays a game.
 
-A process keeps the policies of its seats, with their states and random streams, and shows each the
-game from its side. One that hangs is ended, and begins anew with the next question.
+A policy is loaded when it is given a seat, apart from those that play, and tried out once, so that what is
+compiled late is compiled before its game begins. A process keeps the policies of its seats, with their states
+and random streams, and shows each the game from its side. One that hangs is ended; its policies are loaded
+anew with their next questions.
 """
 
 from __future__ import annotations
@@ -9,7 +11,10 @@ from __future__ import annotations
 import asyncio
 import multiprocessing
 import multiprocessing.connection
+import os
 import signal
+import threading
+from collections import Counter
 from collections.abc import Callable, Hashable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -27,8 +32,11 @@ from swarm_pz.policy import Player
 from swarm_pz.simulator.spawn import Seed
 
 Loader = Callable[[str, GameConfig], Player]
-LOADING_S = 60.0
-"""Seconds that a policy may take to be made: its libraries load then."""
+LOADING_S = 180.0
+"""Seconds that a policy may take to be loaded and tried out: libraries, and compilers where nothing is stored yet."""
+MOST_PROCESSES = max(4, os.cpu_count() or 1)
+"""Processes at most, of 190 MB each, or 380 MB with PyTorch in it. With four on two cores both seats of a room
+play and another room's load; more would only wait for a core."""
 _GRACE_S = 2.0
 """Seconds after which a process that does not even say that it is late is ended."""
 _ROW = np.zeros(1, np.int64)
@@ -36,7 +44,7 @@ _ROW = np.zeros(1, np.int64)
 
 @dataclass(frozen=True, kw_only=True)
 class PolicySeat:
-    """A policy in a game.
+    """A policy that has a seat, for one game or for many.
 
     Attributes
     ----------
@@ -45,159 +53,245 @@ class PolicySeat:
     policy : str
     game : GameConfig
     team : int
-    seed : int or SeedSequence
-        Of its random stream.
     """
 
     key: Hashable
     policy: str
     game: GameConfig
     team: int
-    seed: Seed
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Question:
+    """A game shown to a policy, perhaps one that begins; no game asks it to load."""
+
+    seat: PolicySeat
+    games: Games | None = None
+    seed: Seed = 0
+    begins: bool = False
+    limit_s: float = 0.0
+
+
+def _load(seat: PolicySeat, loader: Loader) -> tuple[Player, BatchEnv]:
+    with alarm(LOADING_S):
+        policy, batch = loader(seat.policy, seat.game), BatchEnv(seat.game)
+        batch.reset([0])
+        policy.reset([0], _ROW)
+        batch.ask(policy, np.array([seat.team]), _ROW)  # what is compiled is compiled now
+        return policy, batch
 
 
 def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
-    """Answer questions until the other end is closed."""
+    """Answer questions until the other end is closed; a seat by itself is one to be forgotten."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server decides when to end
     prepare_process()
     seats: dict[Hashable, tuple[Player, BatchEnv]] = {}
     while True:
         try:
-            seat, games, limit_s = pipe.recv()
+            asked: _Question | PolicySeat = pipe.recv()
         except EOFError:
             return
-        if games is None:
-            seats.pop(seat.key, None)
+        if isinstance(asked, PolicySeat):
+            seats.pop(asked.key, None)
             continue
+        seat = asked.seat
+        answer: object = None
         try:
             with blame(seat.team, seat.policy):
-                if seat.key not in seats:
-                    with alarm(LOADING_S):
-                        policy, batch = loader(seat.policy, seat.game), BatchEnv(seat.game)
-                        batch.reset([0])
-                        policy.reset([seat.seed], _ROW)
-                        batch.simulator.restore(games)
-                        batch.ask(policy, np.array([seat.team]), _ROW)  # what is compiled is compiled now
-                        policy.reset([seat.seed], _ROW)
-                    seats[seat.key] = policy, batch
-                policy, batch = seats[seat.key]
-                batch.simulator.restore(games)
-                with alarm(limit_s):
-                    answer: object = batch.ask(policy, np.array([seat.team]), _ROW)[0]
+                is_new = seat.key not in seats
+                if is_new:
+                    seats[seat.key] = _load(seat, loader)
+                if asked.games is not None:
+                    policy, batch = seats[seat.key]
+                    batch.simulator.restore(asked.games)
+                    with alarm(asked.limit_s):
+                        if is_new or asked.begins:
+                            policy.reset([asked.seed], _ROW)
+                        answer = batch.ask(policy, np.array([seat.team]), _ROW)[0]
         except FaultError as fault:
             answer = fault
         pipe.send(answer)
 
 
 class _Process:
-    """One process of `PolicyWorkers`, started when it is first needed and after it was ended."""
+    """One process of `PolicyWorkers`, started when it is first needed and after it was ended.
+
+    Attributes
+    ----------
+    known : set of str
+        Policies that were loaded here, or are being: another seat has them soon, since their libraries are there.
+    """
 
     def __init__(self, loader: Loader) -> None:
+        self.known: set[str] = set()
         self._loader = loader
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="thinker")
         self._process: multiprocessing.process.BaseProcess | None = None
-        self._known: set[Hashable] = set()
-        self._closing = False
+        self._loaded: set[Hashable] = set()
+        self._loading: Hashable = None
+        self._lock = threading.Lock()
+        """Held where a process appears or is told to end, so that none appears after the end."""
+        self._killed = self._closing = False
+
+    @property
+    def is_started(self) -> bool:
+        """Whether there is a process."""
+        return self._process is not None
 
     def _start(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._pipe, theirs = context.Pipe()
-        process = context.Process(target=_work, args=(theirs, self._loader), daemon=True)
-        process.start()
-        self._process = process
-        theirs.close()
-        self._known = set()
+        with self._lock:
+            if self._closing:
+                raise PolicyError("the server is ending")
+            context = multiprocessing.get_context("spawn")
+            self._pipe, theirs = context.Pipe()
+            process = context.Process(target=_work, args=(theirs, self._loader), daemon=True)
+            process.start()
+            self._process = process
+            theirs.close()
 
     def _end(self) -> None:
         if self._process is not None:
             self._pipe.close()
             self._process.kill()
             self._process.join()
-            self._process = None
+        self._process, self._killed = None, False
+        self._loaded.clear()
+        self.known.clear()
 
-    def _ask(self, seat: PolicySeat, games: Games, limit_s: float) -> NDArray[np.float64]:
-        if self._closing:
-            raise PolicyError("the server is ending")
-        patience = limit_s + _GRACE_S + (0.0 if seat.key in self._known else LOADING_S)
+    def _kill(self) -> None:
+        """End the process from another thread: the one that waits for it wakes."""
+        with self._lock:
+            if self._process is not None:
+                self._killed = True
+                self._process.kill()
+
+    def _ask(self, asked: _Question) -> NDArray[np.float64] | None:
+        key, name = asked.seat.key, asked.seat.policy
         try:
+            if self._killed:
+                self._end()
             if self._process is None:
                 self._start()
-            self._pipe.send((seat, games, limit_s))
-            if not self._pipe.poll(patience):
+            is_loaded = key in self._loaded
+            self._loading = None if is_loaded else key
+            self._pipe.send(asked)
+            if not self._pipe.poll(asked.limit_s + _GRACE_S + (0.0 if is_loaded else LOADING_S)):
                 raise TimeoutError
             answer = self._pipe.recv()
         except (EOFError, OSError) as error:
             self._end()
             how = "did not answer" if isinstance(error, TimeoutError) else "ended its process"
-            raise PolicyError(f"policy {seat.policy} {how}") from error
-        self._known.add(seat.key)
+            raise PolicyError("the server is ending" if self._closing else f"policy {name} {how}") from error
+        finally:
+            self._loading = None
         if isinstance(answer, FaultError):
             raise PolicyError(str(answer)) from answer
-        return np.asarray(answer)
+        self._loaded.add(key)
+        return None if answer is None else np.asarray(answer)
 
     def _forget(self, seat: PolicySeat) -> None:
-        if self._process is not None and seat.key in self._known:
-            self._known.discard(seat.key)
+        self._loaded.discard(seat.key)
+        if self._process is not None and not self._killed:
             try:
-                self._pipe.send((seat, None, 0.0))
+                self._pipe.send(seat)
             except OSError:
                 self._end()
 
-    async def ask(self, seat: PolicySeat, games: Games, limit_s: float) -> NDArray[np.float64]:
-        return await asyncio.get_running_loop().run_in_executor(self._thread, self._ask, seat, games, limit_s)
+    async def ask(self, asked: _Question) -> NDArray[np.float64] | None:
+        self.known.add(asked.seat.policy)
+        return await asyncio.get_running_loop().run_in_executor(self._thread, self._ask, asked)
 
-    def forget(self, seat: PolicySeat) -> None:
+    def forget(self, seat: PolicySeat, *, was_alone: bool) -> None:
+        if was_alone and self._loading == seat.key:
+            self._kill()  # nobody waits for it any more, and others may need the process
         self._thread.submit(self._forget, seat)
 
     def close(self) -> None:
         self._closing = True
-        process = self._process
-        if process is not None:
-            process.kill()  # a thread that waits for it wakes
+        self._kill()
         self._thread.shutdown(wait=True, cancel_futures=True)
         self._end()
 
 
 class PolicyWorkers:
-    """Processes in which policies think.
+    """Processes in which policies load and think.
+
+    A policy is loaded where nobody plays, as long as there is such a process. The last free one is kept for
+    policies that no process knows yet: another seat for a policy that one of them knows loads in a moment there.
 
     Parameters
     ----------
     loader : callable
         From a name and a game to a policy; found again by its name in other processes.
     processes : int
+        At most; none is started before it is needed.
     limit_s : float
         Seconds that a thought may take.
     """
 
-    def __init__(self, loader: Loader, processes: int = 1, limit_s: float = 2.0) -> None:
+    def __init__(self, loader: Loader, processes: int = MOST_PROCESSES, limit_s: float = 2.0) -> None:
         self._processes = [_Process(loader) for _ in range(processes)]
         self._places: dict[Hashable, _Process] = {}
+        self._playing: set[Hashable] = set()
         self._limit_s = limit_s
 
-    async def ask(self, seat: PolicySeat, games: Games) -> NDArray[np.float64]:
-        """Return what a policy answers to a game.
+    def _place(self, seat: PolicySeat) -> _Process:
+        """Return a seat's process; one is chosen if it has none."""
+        if seat.key not in self._places:
+            seats = Counter(self._places.values())
+            players = Counter(self._places[key] for key in self._playing)
+            free = [process for process in self._processes if not seats[process]]
+            knowing = [process for process in self._processes if seat.policy in process.known]
+            choices = knowing if knowing and len(free) <= 1 else free or self._processes
+            self._places[seat.key] = min(
+                choices, key=lambda p: (players[p], seats[p], seat.policy not in p.known, not p.is_started)
+            )
+        return self._places[seat.key]
+
+    async def load(self, seat: PolicySeat) -> None:
+        """Load a policy for its seat, and try it out.
+
+        Raises
+        ------
+        PolicyError
+            If it cannot be loaded, raises, or answers nonsense.
+        """
+        await self._place(seat).ask(_Question(seat=seat))
+
+    async def ask(self, seat: PolicySeat, games: Games, seed: Seed, *, begins: bool = False) -> NDArray[np.float64]:
+        """Return what a policy answers to a game; one that was not loaded, or whose process was ended, is first.
 
         Parameters
         ----------
         seat : PolicySeat
         games : Games
             A snapshot of its one game.
+        seed : int or SeedSequence
+            Of its random stream in this game.
+        begins : bool
+            Whether its game begins, and with it that stream.
 
         Raises
         ------
         PolicyError
-            If the policy cannot be made, raises, or answers nonsense or too late.
+            If the policy cannot be loaded, raises, or answers nonsense or too late.
         """
-        if seat.key not in self._places:
-            load = list(self._places.values())
-            self._places[seat.key] = min(self._processes, key=load.count)
-        return await self._places[seat.key].ask(seat, games, self._limit_s)
+        process = self._place(seat)
+        self._playing.add(seat.key)
+        asked = _Question(seat=seat, games=games, seed=seed, begins=begins, limit_s=self._limit_s)
+        answer = await process.ask(asked)
+        assert answer is not None  # noqa: S101
+        return answer
+
+    def pause(self, seat: PolicySeat) -> None:
+        """Note that a seat's game is over; its policy stays loaded for the next one."""
+        self._playing.discard(seat.key)
 
     def forget(self, seat: PolicySeat) -> None:
         """Let a seat's policy go."""
+        self._playing.discard(seat.key)
         if (process := self._places.pop(seat.key, None)) is not None:
-            process.forget(seat)
+            process.forget(seat, was_alone=process not in self._places.values())
 
     def close(self) -> None:
         """End the processes."""

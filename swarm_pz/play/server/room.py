@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import secrets
 import time
 from typing import Literal
@@ -14,6 +15,7 @@ from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import Outcome, PaintedLine, RecordedSeat, SeatEvent, SeatLine
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.live_session import Callbacks, LiveSession, Moment, ServerContext
+from swarm_pz.play.server.policy_workers import PolicySeat
 from swarm_pz.play.server.room_settings import table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.views import target_message
@@ -31,11 +33,13 @@ class RefusedError(SwarmError, ValueError):
     ----------
     code : str
         One of those of the protocol's `Refused`.
+    recording : str or None
+        The recorded game that there is instead.
     """
 
-    def __init__(self, code: protocol.Reason, reason: str) -> None:
+    def __init__(self, code: protocol.Reason, reason: str, recording: str | None = None) -> None:
         super().__init__(reason)
-        self.code = code
+        self.code, self.recording = code, recording
 
 
 class Room:
@@ -67,13 +71,22 @@ class Room:
         self.last_used = time.monotonic()
         self.lesson = False
         self._games = 0
+        self._seed: int | None = None
+        """Of the next game: who calls its countdown off is given the same start again."""
+        self._before: tuple[LiveSession | None, Outcome | None] = None, None
+        """The session before the one that starts, and its outcome."""
+        self._places = itertools.count()
+        self._is_called_for = False
+        """Somebody who is here wants two policies to begin."""
 
     @property
-    def phase(self) -> Literal["waiting", "playing", "over"]:
+    def phase(self) -> Literal["waiting", "starting", "playing", "over"]:
         """Where the room is."""
         if self.session is None:
             return "waiting"
-        return "playing" if self.outcome is None else "over"
+        if self.outcome is not None:
+            return "over"
+        return "playing" if self.session.has_begun else "starting"
 
     # --- who is here ------------------------------------------------------------------------------
 
@@ -125,12 +138,17 @@ class Room:
             connection.send_bytes(seat.target)
 
     def watch(self, connection: Connection) -> None:
-        """Let somebody look on."""
+        """Let somebody look on who has no seat here."""
+        if any(own.connection is connection for own in self.seats):
+            raise RefusedError("out_of_turn", "you have a seat in this room and see its games; leave it first to watch")
         self.watchers.add(connection)
         self._welcome(connection)
 
     def _welcome(self, connection: Connection) -> None:
         self.tell_state()
+        if self._moment is not None and self.config.speed != 1.0:
+            text = f"this game goes on as it was played: at {self.config.speed:g} times the speed"
+            connection.send(protocol.Notice(text=text))
         if self.session is not None:
             connection.send_bytes(self.session.frame(keyframe=True))
 
@@ -144,26 +162,42 @@ class Room:
         seat = self.seats[TEAM_NAMES.index(side)]
         if seat.kind not in ("free", "policy"):
             raise RefusedError("taken", f"somebody sits in the {side} seat")
-        if self.phase == "playing":
+        if self.phase in ("starting", "playing"):
             raise RefusedError("out_of_turn", "seats change between games")
         self._check_side(seat)
         seat.free()
         if policy is not None:
-            seat.kind, seat.policy, seat.ready = "policy", policy, True
+            key = self.code, seat.team, next(self._places)
+            place = PolicySeat(key=key, policy=policy, game=self.config.game, team=seat.team)
+            seat.give(place, self._context.workers, self._go_on)
         self._changed()
 
+    def _go_on(self) -> None:
+        """Begin what waited for a policy, if that can play now."""
+        try:
+            self._begin_if_ready()
+        except RefusedError as error:
+            self.tell(protocol.Notice(text=str(error)))
+
     def ready(self, connection: Connection, ready: bool) -> None:
-        """Mark a seat as ready; the game begins when both are. Whoever is here begins one of two policies."""
-        playing = [seat for seat in self.seats if self.config.game.team_sizes[seat.team] > 0]
-        own = None if all(seat.kind == "policy" for seat in playing) else self.seat_of(connection)
+        """Mark a seat as ready; the game begins when both can play. Whoever is here begins one of two policies."""
+        own = None if all(seat.kind == "policy" for seat in self._taking_part) else self.seat_of(connection)
         if self.phase == "playing":
             raise RefusedError("out_of_turn", "the game is running")
-        if own is not None:
-            own.ready = ready
-        if all(seat.ready and (seat.kind == "policy" or seat.connection is not None) for seat in playing):
-            self._begin()
+        failed = [seat for seat in self.seats if seat.policy_state == "failed"]
+        if ready and failed:
+            raise RefusedError("not_valid", f"{failed[0].policy} cannot play: {failed[0].reason}; invite another one")
+        if own is None:
+            self._is_called_for = ready
         else:
-            self._changed()
+            own.ready = ready
+        if not ready:
+            self._call_off()
+        self._begin_if_ready()
+
+    @property
+    def _taking_part(self) -> list[Seat]:
+        return [seat for seat in self.seats if self.config.game.team_sizes[seat.team] > 0]
 
     def leave(self, connection: Connection) -> None:
         """Give a seat up; in a game the swarm goes on with its last command."""
@@ -171,6 +205,7 @@ class Room:
         for seat in self.seats:
             if seat.connection is connection:
                 self._note(seat, "disconnected")
+                self._call_off()
                 if self.phase == "playing":
                     seat.connection, seat.token, seat.gone = None, "", True  # nobody may come back to it
                 else:
@@ -187,6 +222,7 @@ class Room:
                 seat.connection, seat.away_since = None, time.monotonic()
                 seat.ready = False
                 self._note(seat, "disconnected")
+                self._call_off()
         self._changed()
 
     def free_absent(self) -> None:
@@ -225,6 +261,7 @@ class Room:
                 outcome=self.outcome,
                 recording=self.session.recorder.path.name if self.session is not None and self.outcome else None,
                 min_command_interval=self.config.min_command_interval,
+                starts_ms=self.session.starts_ms if self.session is not None and self.phase == "starting" else None,
             )
         )
 
@@ -233,7 +270,7 @@ class Room:
     def command(self, connection: Connection, message: protocol.CommandMessage) -> None:
         """Take a command of strokes or a density."""
         seat = self.seat_of(connection)
-        if self.session is None or self.phase != "playing":
+        if self.session is None or self.phase not in ("starting", "playing"):
             raise RefusedError("out_of_turn", "no game is running: commands count once both seats are ready")
         if (message.strokes is None) == (message.density is None):
             raise RefusedError("not_valid", "a command must hold either strokes or a density")
@@ -256,7 +293,7 @@ class Room:
     def painted(self, connection: Connection, message: protocol.Painted) -> None:
         """Note when a command's effect was first seen."""
         seat = self.seat_of(connection)
-        if self.session is not None:
+        if self.session is not None and self.phase == "playing":
             ms = self.session.since_began(message.painted_ms)
             self.session.recorder.write(PaintedLine(team=seat.team, number=message.number, ms=ms))
 
@@ -268,16 +305,29 @@ class Room:
 
     # --- games ------------------------------------------------------------------------------------
 
+    def _begin_if_ready(self) -> None:
+        """Begin to count down if everybody can play; tell how the room stands."""
+        of_policies = all(seat.kind == "policy" for seat in self._taking_part)
+        can_begin = all(seat.can_play for seat in self._taking_part) and (self._is_called_for or not of_policies)
+        if can_begin and self.phase in ("waiting", "over"):
+            self._begin()
+        else:
+            self._changed()
+
     def _begin(self) -> None:
         recorded = [RecordedSeat(kind=seat.kind, policy=seat.policy, label=seat.label) for seat in self.seats]
+        if self._seed is None:
+            self._seed = self._moment.seed if self._moment is not None else secrets.randbelow(2**32)
         try:
-            self.session = LiveSession(
+            session = LiveSession(
                 f"{self.code}-{self._games + 1}",
                 self.config,
-                self._moment.seed if self._moment is not None else secrets.randbelow(2**32),
+                self._seed,
                 (recorded[0], recorded[1]),
+                (self.seats[0].place, self.seats[1].place),
                 self._context,
                 Callbacks(
+                    began=self._began,
                     show=self._show,
                     in_force=self._in_force,
                     failed=self._failed,
@@ -289,26 +339,51 @@ class Room:
             )
         except OSError as error:
             raise RefusedError("not_valid", f"the game cannot be recorded: {error.strerror}") from error
-        self._games += 1
-        self.outcome = self._moment = None
+        self._before = self.session, self.outcome
+        self.session, self.outcome = session, None
         for seat in self.seats:
-            seat.ready = seat.kind == "policy"
-            coefficients = self.session.game.simulator.games.coefficients[0, seat.team]
+            coefficients = session.game.simulator.games.coefficients[0, seat.team]
             seat.target = target_message(seat.team, 0, coefficients)
             if seat.connection is not None:
-                self._note(seat, "connected")
+                self._note(seat, "connected")  # before all that is done in the countdown
         self._changed()
-        keyframe = self.session.frame(keyframe=True)
+        keyframe = session.frame(keyframe=True)
         for connection in self.connections:
             connection.send_bytes(keyframe)
         for seat in self.seats:
             if seat.connection is not None:
                 seat.connection.send_bytes(seat.target)
 
+    def _began(self) -> None:
+        self._games += 1
+        self._seed = self._moment = None
+        self._before = None, None
+        self._is_called_for = False
+        for seat in self.seats:
+            seat.ready = seat.kind == "policy"
+            if seat.token and self.session is not None:
+                self._context.seat_index.note(seat.token, self.session.recorder.path.name)
+        self._changed()
+
+    def _call_off(self) -> None:
+        """Take back a game that counts down, if there is one."""
+        if self.session is not None and self.phase == "starting":
+            self.session.call_off()
+            self.session, self.outcome = self._before
+            self._is_called_for = False
+
     def stop(self) -> None:
         """End the game, if one is running, and finish its file."""
+        self._call_off()
         if self.session is not None:
             self.session.stop()
+
+    def close(self) -> None:
+        """End the game, and let the seats' policies go."""
+        self.stop()
+        for seat in self.seats:
+            if seat.place is not None:
+                seat.free()
 
     def _show(self, frame: bytes, sequence: int) -> None:
         for connection in self.connections:
@@ -338,7 +413,7 @@ class Room:
         event: SeatEvent,
         reason: str = "",
     ) -> None:
-        if self.session is not None and self.phase == "playing":
+        if self.session is not None and (self.phase in ("starting", "playing") or event == "failed"):
             client = seat.connection.client if event == "connected" and seat.connection is not None else None
             self.session.note(
                 SeatLine(team=seat.team, event=event, ms=self.session.now_ms, client=client, reason=reason[:500])

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
+import logging
 import secrets
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
 from swarm_pz.config import RED
+from swarm_pz.errors import SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.connection import Connection
+from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
+
+log = logging.getLogger("swarm_pz.play")
 
 
 @dataclass
@@ -27,16 +34,53 @@ class Seat:
     """Its player gave it up in the middle of a game."""
     target: bytes = b""
     """The target of its latest command, as its side is shown it."""
+    place: PolicySeat | None = None
+    """Where its policy is loaded."""
+    workers: PolicyWorkers | None = None
+    """Who loads it."""
+    loading: asyncio.Task[None] | None = None
+    policy_state: Literal["loading", "loaded", "failed"] | None = None
+    reason: str = ""
+    """Why its policy could not be loaded."""
 
     def take(self, connection: Connection, label: str) -> None:
         """Give it to a client, who may come back to it with its new token."""
         self.kind, self.label, self.ready = connection.kind, label, False
         self.token, self.connection = secrets.token_hex(16), connection
 
+    def give(self, place: PolicySeat, workers: PolicyWorkers, told: Callable[[], None]) -> None:
+        """Give it to a policy, and load that; who is told when it is loaded, or has failed, need not wait."""
+        self.kind, self.policy, self.ready = "policy", place.policy, True
+        self.place, self.workers, self.policy_state = place, workers, "loading"
+        self.loading = asyncio.create_task(self._load(place, workers, told))
+
+    async def _load(self, place: PolicySeat, workers: PolicyWorkers, told: Callable[[], None]) -> None:
+        try:
+            await workers.load(place)
+        except SwarmError as error:
+            self.policy_state, self.reason = "failed", str(error)[:500]
+        except Exception:
+            log.exception("a policy was not loaded")
+            self.policy_state, self.reason = "failed", "it could not be loaded"
+        else:
+            self.policy_state = "loaded"
+        told()
+
     def free(self) -> None:
-        """Make it anybody's."""
+        """Make it anybody's; a policy that had it is let go."""
+        if self.loading is not None:
+            self.loading.cancel()
+        if self.workers is not None and self.place is not None:
+            self.workers.forget(self.place)
         self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
         self.connection, self.gone = None, False
+        self.place = self.workers = self.loading = self.policy_state = None
+        self.reason = ""
+
+    @property
+    def can_play(self) -> bool:
+        """Whether it is ready, and whoever has it is here, or loaded."""
+        return self.ready and (self.policy_state == "loaded" if self.kind == "policy" else self.connection is not None)
 
     @property
     def side(self) -> protocol.Side:
@@ -51,4 +95,6 @@ class Seat:
             label=self.label,
             connected=self.kind == "policy" or self.connection is not None,
             ready=self.ready,
+            policy_state=self.policy_state,
+            reason=self.reason,
         )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ipaddress
-import os
 import socket
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -15,7 +14,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import LiveGame, TableConfig
 from swarm_pz.play.server.app import Server
-from swarm_pz.play.server.live_session import ServerContext
+from swarm_pz.play.server.live_session import COUNTDOWN_S, ServerContext
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.policy_workers import Loader, PolicyWorkers
 from swarm_pz.play.server.views import capture_fields, target_message
@@ -80,6 +79,7 @@ def serve(
     port: int = 8000,
     folder: Path = Path("runs/games"),
     page: str = "",
+    countdown_s: float = COUNTDOWN_S,
     table: TableConfig = TableConfig(),  # noqa: B008  (frozen)
     say: Callable[[str], None] = print,
     draw_code: Callable[[str], str] | None = None,
@@ -98,6 +98,8 @@ def serve(
         0 takes any free one.
     folder : Path
         Of the recordings.
+    countdown_s : float
+        Seconds for which a start is shown before its game begins.
     table : TableConfig
         What rooms start from; their settings replace parts of it.
     page : str
@@ -122,8 +124,8 @@ def serve(
         raise CommandError(f"cannot listen at {host}, port {port}: {error.strerror}; try another --port") from error
     port = listening.getsockname()[1]
     names = names_of(host, port)
-    workers = PolicyWorkers(loader, processes=max(1, (os.cpu_count() or 2) - 1))
-    context = ServerContext(folder=folder, workers=workers, table=table)
+    context = ServerContext(folder=folder, workers=PolicyWorkers(loader), table=table, countdown_s=countdown_s)
+    _ = context.seat_index  # read before anybody waits for it
     app = Server(Lobby(context, policies)).app(names)
     is_open = host not in LOOPBACK
     listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104

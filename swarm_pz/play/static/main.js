@@ -86,9 +86,10 @@ link.addEventListener("closed", () => say(link.quiet
 link.addEventListener("notice", ({ detail }) => say(detail.text));
 link.addEventListener("refused", ({ detail }) => {
   ready = false;
-  if (detail.about === "hello") { // the seat is gone: look on, if its room is still there
+  if (detail.about === "hello") { // the seat is gone: see what became of it, or look on, if its room is still there
     link.seat = null;
-    show();
+    if (detail.recording) go(`replay=${detail.recording}`);
+    else show();
   } else if (["join", "create", "open_replay"].includes(detail.about) && !table.room) go("");
   say(detail.reason);
 });

@@ -10,6 +10,7 @@ const at = (id) => document.getElementById(id);
 const SIDES = ["red", "blue"];
 const BRUSHES = ["attract", "repel", "erase"];
 const MOST_PIXELS = 900;
+const RUNNING = ["starting", "playing"]; // commands count from the countdown on
 
 export class Table {
   constructor(link, { left }) {
@@ -20,7 +21,7 @@ export class Table {
     this.pen = new Pen(at("arena"), at("ink"), {
       lifted: () => { if (at("on-lift").checked) this.send(); },
       changed: () => this.showButtons(),
-      mayDraw: () => this.seat !== null && this.room?.phase === "playing",
+      mayDraw: () => this.seat !== null && RUNNING.includes(this.room?.phase),
     });
     this.room = null;
     this.seat = null;
@@ -67,7 +68,7 @@ export class Table {
   // --- the room ---------------------------------------------------------------------------------------
 
   setRoom(room) {
-    const began = room.phase === "playing" && this.room?.phase !== "playing";
+    const began = RUNNING.includes(room.phase) && !RUNNING.includes(this.room?.phase);
     const ended = room.phase === "over" && this.room?.phase === "playing";
     const place = room.phase === "replay" ? room.recording : room.code;
     const entered = this.place !== place;
@@ -102,15 +103,18 @@ export class Table {
   showCover() {
     const { room } = this, own = this.seat === null ? null : room[SIDES[this.seat]];
     const free = SIDES.filter((side) => room[side].kind === "free" && room.settings[side] > 0);
-    at("cover").hidden = room.phase === "playing" || room.phase === "replay";
+    at("cover").hidden = RUNNING.includes(room.phase) || room.phase === "replay";
     const onlyPolicies = SIDES.every((side) => room[side].kind === "policy" || room.settings[side] === 0);
     at("ready").hidden = own ? own.ready : !onlyPolicies;
     at("ready").textContent = room.phase === "over" ? "Play again" : onlyPolicies ? "Begin" : "I am ready";
-    at("sit").hidden = own !== null || free.length === 0 || room.phase === "playing";
+    at("sit").hidden = own !== null || free.length === 0 || RUNNING.includes(room.phase);
     at("recording").hidden = room.phase !== "over";
     at("recording").href = `#replay=${room.recording}`;
+    const failed = SIDES.find((side) => room[side].policy_state === "failed");
     const waiting = free.length
       ? `Room ${room.code}: send this code, or the address of this page, to whom you want to play.`
+      : failed ? `${room[failed].name} cannot play: ${room[failed].reason}`
+      : SIDES.some((side) => room[side].policy_state === "loading") ? "The policy is being loaded."
       : own?.ready ? "Waiting for the other side to be ready." : "Both sides are here.";
     const text = room.phase === "over" ? this.result() : waiting;
     requestAnimationFrame(() => { at("cover-text").textContent = text; }); // said once it is shown
@@ -133,7 +137,7 @@ export class Table {
   }
 
   showButtons() {
-    const mine = this.seat !== null && this.room?.phase === "playing";
+    const mine = this.seat !== null && RUNNING.includes(this.room?.phase);
     at("send").disabled = !mine;
     at("clear").disabled = this.pen.strokes.length === 0;
     at("undo").disabled = this.pen.before.length === 0;
@@ -182,7 +186,7 @@ export class Table {
   }
 
   send() {
-    if (this.seat === null || this.room?.phase !== "playing") return;
+    if (this.seat === null || !RUNNING.includes(this.room?.phase)) return;
     const input = performance.now(), { strokes, drawingMs } = this.pen.take();
     const sent = this.link.send({
       type: "command", number: this.number + 1, strokes,
@@ -211,6 +215,9 @@ export class Table {
   paint() {
     this.pen.paint();
     const shown = this.arena.paint(), told = at("arena").dataset;
+    if (this.room?.phase === "starting") {
+      at("time").textContent = `in ${Math.max(Math.ceil((this.room.starts_ms - this.link.now()) / 1000) || 0, 0)}`;
+    }
     if (this.arena.shownTarget !== undefined) told.target = this.arena.shownTarget;
     if (!shown || shown === this.shown) return;
     this.shown = shown;
@@ -219,7 +226,7 @@ export class Table {
     const blue = shown.teams.reduce((sum, team) => sum + team, 0);
     at("red-size").textContent = shown.teams.length - blue;
     at("blue-size").textContent = blue;
-    at("time").textContent = clock(shown.tick);
+    if (this.room?.phase !== "starting") at("time").textContent = clock(shown.tick);
     this.chart.add(shown.tick, shown.teams.length - blue, blue);
     while (this.unseen.length && shown.tick > this.unseen[0].tick) {
       const { number, seat } = this.unseen.shift();

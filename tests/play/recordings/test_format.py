@@ -321,6 +321,8 @@ def test_the_past_of_a_moment_is_what_the_game_itself_did_before_its_solve():
     assert recording.until(5) == [first, begins, taken]
     assert recording.until(6) == [first, begins, taken, retaken, shown, second]
     assert recording.until(9) == [first, begins, taken, retaken, shown, second, follows, after]
+    second.tick = 7  # it arrived after the moment, and waits for the next solve
+    assert recording.until(6) == [first, begins, taken, retaken, shown]
 
 
 def test_a_client_that_counts_from_the_start_again_is_followed_in_order():

@@ -16,7 +16,7 @@ from swarm_pz.play.recordings.format import Origin, Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server.live_session import Moment
 from tests.play.recordings.test_format import plain_lines, record, write_as_version_1, write_chained
-from tests.play.server.test_room import CALM, Client, Workers, opened, read, until
+from tests.play.server.test_room import CALM, Client, Workers, opened, playing, read, until
 
 STROKE = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.25), (0.7, 0.75)])
 
@@ -33,6 +33,7 @@ def played(tmp_path_factory):
             room.sit(red, "red", "P1")
             room.place_policy("blue", "ring")
             room.ready(red, True)
+            await playing(room)
             for number, second in enumerate((0.1, 0.2, 1.2), 1):
                 await until(lambda second=second: room.session.game.tick > 30 * second)
                 timing = protocol.Timing(input_ms=1.0, sent_ms=2.0, drawing_ms=300.0)
@@ -315,6 +316,7 @@ def test_a_game_that_was_taken_over_verifies_with_its_past(version, tick, tmp_pa
             room.sit(red, "red", "P1")
             room.place_policy("blue", "ring")
             room.ready(red, True)
+            await playing(room)
             room.command(red, protocol.CommandMessage(1, density=np.eye(10).tolist()))
             await until(lambda: room.session.game.tick > tick + 25)
             room.stop()

@@ -12,7 +12,7 @@ from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.replay_session import LoadedRecording
 from tests.play.recordings.test_format import record
 from tests.play.recordings.test_playback import CALM
-from tests.play.server.test_room import Client, Workers, read, until
+from tests.play.server.test_room import Client, Workers, playing, read, until
 
 
 class Guest(Client):
@@ -51,7 +51,7 @@ class Hall(Lobby):
     def __init__(self, folder):
         workers = Workers()
         workers.close = lambda: None
-        super().__init__(ServerContext(folder=folder, workers=workers), {"ring": "", "uniform": ""})
+        super().__init__(ServerContext(folder=folder, workers=workers, countdown_s=0.0), {"ring": "", "uniform": ""})
 
     def room(self):
         """Return the only room."""
@@ -103,6 +103,7 @@ def test_what_a_client_says_reaches_its_room_and_its_connection(tmp_path):
         red.say(protocol.Ready(ready=False))
         assert blue.say(protocol.Ready()) is None and room.phase == "waiting"
         red.say(protocol.Ready())
+        await playing(room)
         assert red.say(protocol.Painted(3, 1.0)) is None and red.say(protocol.Visibility(hidden=True)) is None
         red.patience = False
         assert red.say(protocol.Visibility(hidden=False)) == "too_many"
@@ -260,3 +261,32 @@ def test_who_watches_a_recorded_game_has_left_their_room_and_who_could_not_has_n
         assert not hall.rooms
 
     visiting(tmp_path, script)
+
+
+def test_a_folder_that_takes_no_recordings_is_found_when_a_room_is_opened(tmp_path):
+    folder = tmp_path / "games"
+    folder.write_text("no folder")
+
+    async def play():
+        hall = Hall(folder)
+        guest = Guest(hall)
+        assert guest.say(protocol.Create()) == "not_valid" and not hall.rooms
+        assert str(folder) not in guest.heard(protocol.Refused)[0].reason
+        folder.unlink()
+        assert guest.say(protocol.Create()) is None
+        assert folder.is_dir() and not list(folder.iterdir())
+        hall.close()
+
+    asyncio.run(play())
+
+
+def test_a_code_is_understood_in_small_letters(tmp_path):
+    async def play():
+        hall = Hall(tmp_path)
+        host, guest = Guest(hall), Guest(hall)
+        host.say(protocol.Create())
+        assert guest.say(protocol.Join(hall.room().code.lower(), "blue")) is None
+        assert guest.heard(protocol.Seated)[0].room == hall.room().code
+        hall.close()
+
+    asyncio.run(play())

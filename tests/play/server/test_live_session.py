@@ -12,7 +12,7 @@ from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import CommandLine, FrameLine, Recording
 from swarm_pz.play.recordings.playback import Playback
-from tests.play.server.test_room import Client, Workers, opened, read, running, seated, until
+from tests.play.server.test_room import Client, Workers, opened, playing, read, running, seated, starting, until
 
 
 def watched(room):
@@ -30,7 +30,7 @@ def test_policies_are_asked_once_a_command_period_and_only_when_they_have_answer
         answered = asyncio.Event()
 
         async def answer(seat):
-            if seat.team == RED:
+            if seat.team == RED and periods(RED)[-1] > 0:
                 await answered.wait()
             return np.full((10, 10), 1.0) + np.eye(10) * seat.team / 3
 
@@ -40,23 +40,23 @@ def test_policies_are_asked_once_a_command_period_and_only_when_they_have_answer
         workers, table = Workers(answer), TableConfig(game=GameConfig(command_period=0.5))
         with opened(tmp_path, workers, table, speed=2.0, time_limit=None) as room:
             watched(room)
-            await until(lambda: len(periods(BLUE)) == 3)
-            assert periods(RED) == [0] and periods(BLUE) == [0, 1, 2]
+            await until(lambda: len(periods(BLUE)) == 4)
+            assert periods(RED) == [0, 1] and periods(BLUE) == [0, 1, 2, 3]
             answered.set()
-            await until(lambda: len(read(room).of(CommandLine)) >= 6)
-            assert periods(RED) == [0, 3] and periods(BLUE) == [0, 1, 2, 3]
+            await until(lambda: len(read(room).of(CommandLine)) >= 8)
+            assert periods(RED) == [0, 1, 4] and periods(BLUE) == [0, 1, 2, 3, 4]
             config, seed = room.config, read(room).header.seed
             lines = read(room).of(CommandLine)
         return config, seed, workers, lines
 
     config, seed, workers, lines = asyncio.run(play())
-    assert {(line.team, line.number) for line in lines} == {(0, 1), (0, 2), (1, 1), (1, 2), (1, 3), (1, 4)}
+    assert {(line.team, line.number) for line in lines} == {(0, 1), (0, 2), (0, 3), *((1, n) for n in range(1, 6))}
     assert all(line.density[0][0] == (1.0 if line.team == RED else 1.3333) for line in lines)
     for seat, _ in workers.asked:
         assert (seat.policy, seat.game) == (("one", "two")[seat.team], config.game)
-        assert seat.seed.entropy == seed
-    assert sorted(workers.forgotten) == sorted({seat.key for seat, _ in workers.asked}), "both, once, at the end"
-    assert len(set(workers.forgotten)) == 2
+    assert {(stream.entropy, stream.spawn_key) for stream in workers.seeds.values()} == {(seed, (0,)), (seed, (1,))}
+    both = sorted({seat.key for seat, _ in workers.asked})
+    assert len(both) == 2 and sorted(workers.paused) == sorted(workers.forgotten) == both, "both, once, at the end"
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_a_policy_that_cannot_be_asked_is_told_of(fault, reason, tmp_path):
         with opened(tmp_path, Workers(answer), time_limit=None) as room:
             client = watched(room)
             await until(lambda: len(client.heard(protocol.Notice)) == 2)
-            assert room.phase == "playing"
+            await playing(room)
             return [message.text for message in client.heard(protocol.Notice)]
 
     notices = asyncio.run(play())
@@ -82,26 +82,28 @@ def test_an_answer_after_the_end_is_nobodys(tmp_path):
         late = asyncio.Event()
 
         async def answer(seat):
-            try:
-                await asyncio.sleep(60)
-            finally:
-                late.set()
+            if len(room._context.workers.asked) > 2:
+                try:
+                    await asyncio.sleep(60)
+                finally:
+                    late.set()
+            return np.ones((10, 10))
 
-        with opened(tmp_path, Workers(answer), time_limit=None) as room:
+        with opened(tmp_path, Workers(answer), speed=2.0, time_limit=None) as room:
             watched(room)
-            await until(lambda: len(room._context.workers.asked) == 2)
+            await until(lambda: len(room._context.workers.asked) == 4)
             room.stop()
             await asyncio.wait_for(late.wait(), 30)
             return read(room)
 
     recording = asyncio.run(play())
-    assert not recording.of(CommandLine) and recording.end.outcome == "stopped"
+    assert len(recording.of(CommandLine)) == 2 and recording.end.outcome == "stopped"
 
 
 def test_a_game_runs_to_its_last_tick_and_its_end_is_the_end(tmp_path):
     async def play():
         with opened(tmp_path, time_limit=1.0, speed=2.0) as room:
-            red, _ = running(room)
+            red, _ = await running(room)
             await until(lambda: room.phase == "over")
             room.stop()
             shown = len(red.frames)
@@ -136,7 +138,7 @@ def meddle(room, tick, change):
 def test_who_has_every_drone_has_won_the_game(team, outcome, tmp_path):
     async def play():
         with opened(tmp_path, table=TableConfig(), red=4, blue=6, speed=2.0, time_limit=None) as room:
-            red, _ = running(room)
+            red, _ = starting(room)
             meddle(room, 1, lambda teams: teams.fill(team))
             await until(lambda: room.phase == "over")
             return read(room), room.outcome, decode_frame(red.frames[-1][0])
@@ -151,7 +153,7 @@ def test_who_has_every_drone_has_won_the_game(team, outcome, tmp_path):
 def test_sizes_are_told_once_a_second(tmp_path):
     async def play():
         with opened(tmp_path, red=4, blue=6, speed=2.0, time_limit=None) as room:
-            running(room)
+            await running(room)
             meddle(room, 30, lambda teams: np.copyto(teams, [RED] * 3 + [BLUE] * 7))
             await until(lambda: len(room.session.sizes) == 2)
             return room.session.sizes
@@ -162,7 +164,7 @@ def test_sizes_are_told_once_a_second(tmp_path):
 def test_a_stopped_game_shows_and_writes_nothing_more(tmp_path):
     async def play():
         with opened(tmp_path, time_limit=None) as room:
-            red, _ = running(room)
+            red, _ = await running(room)
             await until(lambda: len(red.frames) > 3)
             room.stop()
             shown = len(red.frames)
@@ -177,7 +179,7 @@ def test_a_stopped_game_shows_and_writes_nothing_more(tmp_path):
 def test_a_fault_of_the_server_stops_the_game_and_is_told(tmp_path):
     async def play():
         with opened(tmp_path, time_limit=None) as room:
-            red, _ = running(room)
+            red, _ = await running(room)
             room.session.game.advance = None
             await until(lambda: room.phase == "over")
             assert [message.text for message in red.heard(protocol.Notice)] == [
@@ -195,6 +197,7 @@ def test_a_recording_that_breaks_off_is_told_of_once_and_the_game_goes_on(tmp_pa
             (red,) = seated(room, "red")
             room.place_policy("blue", "one")
             room.ready(red, True)
+            await playing(room)
             room.session.recorder.fault = "the recording breaks off: No space left on device"
             await until(lambda: room.session.game.tick > 45)
             return [message.text for message in red.heard(protocol.Notice)]
@@ -205,7 +208,7 @@ def test_a_recording_that_breaks_off_is_told_of_once_and_the_game_goes_on(tmp_pa
 def test_what_was_played_is_in_the_file_after_half_a_second(tmp_path):
     async def play():
         with opened(tmp_path, speed=2.0, time_limit=None) as room:
-            running(room)
+            await running(room)
             await until(lambda: room.session.game.tick > 16)
             return Recording.read(room.session.recorder.path)
 
@@ -225,7 +228,7 @@ def test_what_was_played_is_in_the_file_after_half_a_second(tmp_path):
 def test_a_game_that_somebody_left_is_not_ended_by_time(happens, ended_by, tmp_path):
     async def play():
         with opened(tmp_path, time_limit=1.0, speed=2.0) as room:
-            red, blue = running(room)
+            red, blue = await running(room)
             happens(room, red, blue)
             await until(lambda: room.phase == "over")
             return read(room)
@@ -238,7 +241,7 @@ def test_a_game_that_somebody_left_is_not_ended_by_time(happens, ended_by, tmp_p
 def test_a_room_that_is_closed_when_its_players_have_gone_was_left(tmp_path):
     async def play():
         with opened(tmp_path, time_limit=None) as room:
-            red, blue = running(room)
+            red, blue = await running(room)
             room.leave(red)
             room.leave(blue)
             room.stop()
@@ -253,7 +256,7 @@ def test_games_of_a_lesson_say_that_they_are(tmp_path):
     async def play(lesson):
         with opened(tmp_path / str(lesson), time_limit=None) as room:
             room.lesson = lesson
-            running(room)
+            await running(room)
             return read(room).header.lesson
 
     assert [asyncio.run(play(lesson)) for lesson in (True, False)] == [True, False]
@@ -262,7 +265,7 @@ def test_games_of_a_lesson_say_that_they_are(tmp_path):
 def test_a_command_tells_the_tick_at_which_it_arrived(tmp_path):
     async def play():
         with opened(tmp_path, speed=2.0, time_limit=None) as room:
-            red, _ = running(room)
+            red, _ = await running(room)
             ticks = []
             for number in (1, 2, 3):
                 await until(lambda number=number: room.session.game.tick > 7 * number)

@@ -47,7 +47,7 @@ class Client:
 
 
 def context(tmp_path):
-    return ServerContext(folder=tmp_path, workers=PolicyWorkers(loader))
+    return ServerContext(folder=tmp_path, workers=PolicyWorkers(loader), countdown_s=0.0)
 
 
 CALM = TableConfig(game=GameConfig(capture=CaptureConfig(enabled=False)))
@@ -56,26 +56,38 @@ CALM = TableConfig(game=GameConfig(capture=CaptureConfig(enabled=False)))
 class Workers:
     """Answers at once, or as it is told, in place of processes; keeps what it was asked."""
 
-    def __init__(self, answer=None):
-        self.asked, self.forgotten, self.answer = [], [], answer
+    def __init__(self, answer=None, loading=None):
+        self.loaded, self.asked, self.seeds, self.paused, self.forgotten = [], [], {}, [], []
+        self.answer, self.loading = answer, loading
 
-    async def ask(self, seat, games):
+    async def load(self, seat):
+        if self.loading is not None:
+            await self.loading(seat)
+        self.loaded.append(seat.key)
+
+    async def ask(self, seat, games, seed, *, begins=False):
+        assert seat.key in self.loaded
+        assert begins == (seed is not self.seeds.get(seat.key)), "once, with a new stream"
+        self.seeds[seat.key] = seed
         self.asked.append((seat, int(games.ticks[0])))
         return np.ones((10, 10)) if self.answer is None else await self.answer(seat)
+
+    def pause(self, seat):
+        self.paused.append(seat.key)
 
     def forget(self, seat):
         self.forgotten.append(seat.key)
 
 
 @contextlib.contextmanager
-def opened(tmp_path, workers=None, table=None, moment=None, **settings):
+def opened(tmp_path, workers=None, table=None, moment=None, countdown_s=0.0, **settings):
     """Give a room that no process thinks for, and in which nobody is captured; what runs in it ends with it."""
-    shared = ServerContext(folder=tmp_path, workers=workers or Workers(), table=table or CALM)
+    shared = ServerContext(folder=tmp_path, workers=workers or Workers(), table=table or CALM, countdown_s=countdown_s)
     room = Room("ABCD", protocol.Settings(**settings), shared, moment)
     try:
         yield room
     finally:
-        room.stop()
+        room.close()
 
 
 def seated(room, *sides):
@@ -86,13 +98,25 @@ def seated(room, *sides):
     return clients
 
 
-def running(room):
-    """Begin a game of two people, and return them."""
+def starting(room):
+    """Let a game of two people count down, and return them."""
     red, blue = seated(room, "red", "blue")
     room.ready(red, True)
     room.ready(blue, True)
-    assert room.phase == "playing"
+    assert room.phase == "starting"
     return red, blue
+
+
+async def running(room):
+    """Begin a game of two people, and return them."""
+    players = starting(room)
+    await playing(room)
+    return players
+
+
+async def playing(room):
+    """Wait until a room's game runs."""
+    await until(lambda: room.phase == "playing")
 
 
 def code_of(act, *what):
@@ -149,6 +173,7 @@ def test_a_table_without_people_plays_on(tmp_path):
         room.sit(client, "red", "")
         room.place_policy("blue", "ring")
         room.ready(client, True)
+        await playing(room)
         room.leave(client)
         assert room.seats[0].gone and not room.connections
         await until(lambda: room.phase == "over")
@@ -165,9 +190,9 @@ def test_two_policies_at_a_table_have_streams_of_their_own(tmp_path, monkeypatch
         shared, seeds, answers = context(tmp_path), {}, {}
         ask = shared.workers.ask
 
-        async def noting(place, games):
-            seeds[place.team] = place.seed
-            answers[place.team] = await ask(place, games)
+        async def noting(place, games, seed, **how):
+            seeds[place.team] = seed
+            answers[place.team] = await ask(place, games, seed, **how)
             return answers[place.team]
 
         monkeypatch.setattr(shared.workers, "ask", noting)
@@ -279,6 +304,7 @@ def test_a_rematch_after_a_take_over_is_a_game_of_its_own(tmp_path):
         paths = []
         for _ in range(3):
             room.ready(client, True)
+            await playing(room)
             paths.append(room.session.recorder.path)
             room.stop()
             assert room.phase == "over"
@@ -297,16 +323,20 @@ def test_a_rematch_after_a_take_over_is_a_game_of_its_own(tmp_path):
 
 
 def test_a_seat_that_is_given_up_keeps_nothing_of_who_had_it(tmp_path):
-    with opened(tmp_path) as room:
-        (red,) = seated(room, "red")
-        assert room.seats[0].label == "label of red" and len(room.seats[0].token) == 32
-        room.ready(red, True)
-        room.leave(red)
-        assert room.seats[0] == Seat(0) and room.abandoned
-        room.place_policy("red", "ring")
-        assert room.seats[0].state() == protocol.SeatState("policy", "ring", "", connected=True, ready=True)
-        room.place_policy("red", None)
-        assert room.seats[0] == Seat(0)
+    async def play():
+        with opened(tmp_path) as room:
+            (red,) = seated(room, "red")
+            assert room.seats[0].label == "label of red" and len(room.seats[0].token) == 32
+            room.ready(red, True)
+            room.leave(red)
+            assert room.seats[0] == Seat(0) and room.abandoned
+            room.place_policy("red", "ring")
+            state = protocol.SeatState("policy", "ring", connected=True, ready=True, policy_state="loading")
+            assert room.seats[0].state() == state
+            room.place_policy("red", None)
+            assert room.seats[0] == Seat(0)
+
+    asyncio.run(play())
 
 
 def test_who_sits_down_no_longer_watches_and_has_one_seat(tmp_path):
@@ -326,7 +356,7 @@ def test_who_sits_down_no_longer_watches_and_has_one_seat(tmp_path):
 def test_a_seat_taken_back_is_said_to_have_changed_hands(tmp_path):
     async def play():
         with opened(tmp_path) as room:
-            red, blue = running(room)
+            red, blue = await running(room)
             new, seat = Client(), room.seats[0]
             room.resume(red, seat)
             assert not red.heard(protocol.Displaced), "it is its own"
@@ -348,7 +378,7 @@ def test_a_seat_taken_back_is_said_to_have_changed_hands(tmp_path):
 def test_who_enters_a_running_game_is_shown_all_of_it(tmp_path):
     async def play():
         with opened(tmp_path, red=3, blue=5) as room:
-            red, _ = running(room)
+            red, _ = await running(room)
             first = decode_frame(red.bytes[0])
             assert first.tick == 0 and first.altitudes is not None and first.fields is not None
             watcher = Client()
@@ -372,6 +402,7 @@ def test_seats_change_between_games_and_not_in_them(tmp_path):
             assert code_of(room.invite, Client(), "blue", None) == "out_of_turn"
             assert code_of(room.invite, red, "red", "ring") == "taken"
             room.ready(red, True)
+            await playing(room)
             assert code_of(room.ready, red, True) == "out_of_turn"
             assert code_of(room.invite, red, "blue", None) == "out_of_turn"
             room.stop()
@@ -392,7 +423,7 @@ def test_who_takes_back_that_they_are_ready_is_waited_for(tmp_path):
             room.ready(blue, True)
             assert room.phase == "waiting" and not room.seats[0].ready
             room.ready(red, True)
-            assert room.phase == "playing"
+            await playing(room)
             assert [seat.ready for seat in room.seats] == [False, False], "for the next game, one says so again"
             room.stop()
             room.ready(red, True)
@@ -404,7 +435,7 @@ def test_who_takes_back_that_they_are_ready_is_waited_for(tmp_path):
 def test_nobody_comes_back_to_a_seat_that_was_given_up_in_a_game(tmp_path):
     async def play():
         with opened(tmp_path) as room:
-            red, blue = running(room)
+            red, blue = await running(room)
             room.disconnect(blue)
             assert room.seats[1].token and not room.abandoned, "that is a lost connection"
             room.leave(red)
@@ -448,7 +479,7 @@ def test_seats_of_those_who_stay_away_are_freed_between_games(kind, tmp_path, mo
 def test_a_game_waits_for_its_players(tmp_path):
     async def play():
         with opened(tmp_path) as room:
-            red, _ = running(room)
+            red, _ = await running(room)
             room.disconnect(red)
             room.seats[0].away_since -= 10 * AWAY_S
             room.free_absent()
@@ -477,6 +508,7 @@ def test_what_players_do_is_written_as_it_was_done(tmp_path):
             room.sit(blue, "blue", "bot")
             room.ready(red, True)
             room.ready(blue, True)
+            await playing(room)
             assert red.messages[-1].min_command_interval == 0.25
             room.command(red, protocol.CommandMessage(7, strokes=[stroke], timing=timing))
             room.command(blue, protocol.CommandMessage(3, density=np.eye(10).tolist()))
@@ -549,7 +581,7 @@ def test_a_room_that_goes_on_from_a_moment_has_its_table(tmp_path):
         replay.close()
         with opened(tmp_path, moment=moment) as room:
             assert room.config == recording.config
-            running(room)
+            await running(room)
             return read(room)
 
     taken = asyncio.run(play())
