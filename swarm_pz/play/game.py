@@ -30,6 +30,15 @@ _DECIMALS = 4
 """Digits of a density at the table, so that recordings hold exactly what was played, and are short."""
 
 
+def as_followed(density: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a checked density (A, A) as it is followed and written down at the table: its largest value 1, rounded.
+
+    An image and its double are the same, however faint: only what stands beside its largest value counts.
+    """
+    largest = density.max(initial=0.0)
+    return np.round(density / largest if largest > 0.0 else density, _DECIMALS)
+
+
 @dataclass(frozen=True, kw_only=True)
 class TableConfig(Config):
     """What everybody at a table shares.
@@ -158,7 +167,7 @@ class LiveGame:
 
     def submit_checked(self, team: int, number: int, density: NDArray[np.float64]) -> Command:
         """As `submit`, for who has checked team and density (A, A) already."""
-        command = Command(team, number, np.round(density, _DECIMALS))
+        command = Command(team, number, as_followed(density))
         self._waiting[team] = command
         return command
 

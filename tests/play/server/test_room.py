@@ -10,7 +10,7 @@ import pytest
 from swarm_pz.config import TICKS_PER_SECOND, CaptureConfig, GameConfig
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import decode_frame
-from swarm_pz.play.game import TableConfig
+from swarm_pz.play.game import TableConfig, as_followed
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, PaintedLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server import room as module
@@ -507,7 +507,7 @@ def test_what_players_do_is_written_as_it_was_done(tmp_path):
     assert (drawn.team, drawn.number, drawn.strokes, drawn.timing) == (0, 7, [stroke], timing)
     assert (given.team, given.number, given.strokes, given.timing) == (1, 3, None, None)
     strokes = [Stroke(brush="attract", width=0.1, points=((0.85, 0.15),))]
-    np.testing.assert_allclose(drawn.density, density_of(strokes, 10, "paper"), atol=5e-5)
+    np.testing.assert_array_equal(drawn.density, as_followed(density_of(strokes, 10, "paper")))
     np.testing.assert_array_equal(given.density, np.eye(10))
     assert 0.0 <= drawn.received_ms <= given.received_ms < 60_000.0
     for line in recording.of(InForceLine):
