@@ -7,20 +7,30 @@ import importlib.metadata
 import logging
 import secrets
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from swarm_pz.errors import ConfigError, RecordingError
 from swarm_pz.play import protocol
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import checked_name
 from swarm_pz.play.server.live_session import Moment, ServerContext
-from swarm_pz.play.server.replay_session import LoadedRecording
-from swarm_pz.play.server.room import RefusedError, Room
+from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
+from swarm_pz.play.server.room import AWAY_S, RefusedError, Room
 from swarm_pz.play.server.seat import Seat
+from swarm_pz.play.strokes import Stroke, density_of
 
 MOST_ROOMS = 100
-_IDLE_S = 600.0
-"""Seconds after which a room without anybody is closed."""
+MOST_ROOMS_OF_ADDRESS = 40
+"""Of these: a class behind one address has enough, and others some left. Of more, one without anybody gives way."""
+MOST_REPLAYS = 30
+"""Recorded games that are watched at once: each keeps its frames and moments in memory."""
+EMPTY_S = 30.0
+"""Seconds after which a room is closed that nobody is in, or has a seat to come back to."""
 _LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 log = logging.getLogger("swarm_pz.play")
 
@@ -38,12 +48,21 @@ class Lobby:
     ----------
     rooms : dict of str to Room
         By code.
+    watched : set of ReplaySession
+        Recorded games that somebody watches.
+    replaying : Executor
+        The thread in which they are simulated.
     """
 
     def __init__(self, context: ServerContext, policies: Mapping[str, str]) -> None:
         self.context = context
         self.rooms: dict[str, Room] = {}
-        self._reading = asyncio.Lock()
+        self.watched: set[ReplaySession] = set()
+        # Of one thread each, so that what is asked for waits in line, and is no more than a core's work in all. A
+        # thread reads on when nobody waits any more; the next one begins after it.
+        self._reading = ThreadPoolExecutor(1, "reading")
+        self.replaying = ThreadPoolExecutor(1, "replaying")
+        self._painting = ThreadPoolExecutor(1, "painting")
         self._policies = [protocol.PolicyInfo(name=name, about=text) for name, text in policies.items()]
 
     def welcome(self) -> protocol.Welcome:
@@ -62,21 +81,29 @@ class Lobby:
             raise RefusedError("unknown", f"there is no policy {name[:80]!r} here")
         return name
 
-    def open_room(self, settings: protocol.Settings, moment: Moment | None = None) -> Room:
+    def open_room(self, settings: protocol.Settings, moment: Moment | None = None, address: str = "") -> Room:
         """Return a new room, perhaps one in which a recorded game goes on.
 
         Raises
         ------
         RefusedError
-            If there are too many, or there is no such game.
+            If there are too many, in all or of who opens it, or there is no such game.
         """
+        own = [room for room in self.rooms.values() if room.address == address]
+        empty = [room for room in own if not room.connections]
+        if empty and len(own) >= MOST_ROOMS_OF_ADDRESS:
+            self.close_room(min(empty, key=lambda room: room.last_used))
+        elif len(own) >= MOST_ROOMS_OF_ADDRESS:
+            raise RefusedError(
+                "full", f"your network has {MOST_ROOMS_OF_ADDRESS} rooms open and no more; leave one, or join one"
+            )
         if len(self.rooms) >= MOST_ROOMS:
-            raise RefusedError("full", f"this server has {MOST_ROOMS} rooms and no more; try again later")
+            raise RefusedError("full", f"this server has {MOST_ROOMS} rooms and no more; try again later, or join one")
         code = ""
         while not code or code in self.rooms:
             code = "".join(secrets.choice(_LETTERS) for _ in range(4))
         try:
-            self.rooms[code] = Room(code, settings, self.context, moment)
+            self.rooms[code] = Room(code, settings, self.context, moment, address)
         except ConfigError as error:
             raise RefusedError("not_valid", str(error)) from error
         return self.rooms[code]
@@ -96,7 +123,7 @@ class Lobby:
             room.free_absent()
             if room.connections:
                 room.last_used = now
-            if room.abandoned or now - room.last_used > _IDLE_S:
+            if now - room.last_used > (EMPTY_S if room.abandoned else AWAY_S):
                 self.close_room(room)
 
     def close(self) -> None:
@@ -104,6 +131,8 @@ class Lobby:
         for room in list(self.rooms.values()):
             self.close_room(room)
         self.context.workers.close()
+        for thread in (self._reading, self.replaying, self._painting):
+            thread.shutdown(wait=False, cancel_futures=True)
 
     def seat_of(self, token: str) -> tuple[Room, Seat] | None:
         """Return the seat that a token opens."""
@@ -127,6 +156,11 @@ class Lobby:
             raise RecordingError(f"there is no recording {name} here")
         return path
 
+    def check_replays(self) -> None:
+        """Refuse to show one more recorded game where too many are shown."""
+        if len(self.watched) >= MOST_REPLAYS:
+            raise RefusedError("full", f"{MOST_REPLAYS} recorded games are watched here and no more; try again later")
+
     async def read(self, name: str) -> LoadedRecording:
         """Return a recorded game, played through; one at a time, since it takes a core.
 
@@ -136,5 +170,19 @@ class Lobby:
             If there is none of that name, or it cannot be read.
         """
         path = self.find_recording(name)
-        async with self._reading:
-            return await asyncio.to_thread(LoadedRecording.read, path)
+        return await asyncio.get_running_loop().run_in_executor(self._reading, LoadedRecording.read, path)
+
+    async def draw(self, strokes: Sequence[protocol.StrokeMessage], config: TableConfig) -> NDArray[np.float64]:
+        """Return the density that strokes ask for at a table.
+
+        Raises
+        ------
+        CommandError
+            If they cannot be drawn.
+        """
+        return await asyncio.get_running_loop().run_in_executor(self._painting, _drawn, strokes, config)
+
+
+def _drawn(messages: Sequence[protocol.StrokeMessage], config: TableConfig) -> NDArray[np.float64]:
+    strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in messages]
+    return density_of(strokes, config.game.command_cells, config.mapping)
