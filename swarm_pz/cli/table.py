@@ -23,6 +23,7 @@ def play(
     opponent: Annotated[str | None, tyro.conf.arg(metavar="PLAYER")] = None,
     host: str = "127.0.0.1",
     port: int = 8000,
+    allowed_hosts: tuple[str, ...] = (),
     min_command_interval: float = 0.5,
     out: Path = Path("runs/games"),
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
@@ -34,6 +35,7 @@ def play(
             practice arena without opponents.
         host: Where to listen; 0.0.0.0 lets the local network in.
         port: Port to listen at; 0 takes any that is free.
+        allowed_hosts: Names by which a proxy or tunnel is reached that leads here, such as play.example.org.
         min_command_interval: Seconds of game between two commands of a team, whoever gives them.
         out: Folder of the recordings.
         game: The rules; sizes and time limit are each room's own.
@@ -56,6 +58,7 @@ def play(
         installed,
         host=host,
         port=port,
+        allowed_hosts=allowed_hosts,
         folder=out,
         page=page,
         table=TableConfig(game=game, min_command_interval=min_command_interval),

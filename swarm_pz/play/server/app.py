@@ -47,8 +47,8 @@ class Server:
         self._handlers: set[ClientHandler] = set()
         self._figures: tuple[float, dict[str, Any]] | None = None
 
-    def app(self, hosts: Sequence[str]) -> ASGIApp:
-        """Return the application, for the names (with port) that it is served by."""
+    def app(self, hosts: Sequence[str], allowed_hosts: Sequence[str] = ()) -> ASGIApp:
+        """Return the application, for the names (with port) that it is served by, itself and through a proxy."""
         routes = [
             Route("/", self._page),
             Route("/status", self._status),
@@ -56,7 +56,7 @@ class Server:
             WebSocketRoute("/socket", self._socket),
             Mount("/static", StaticFiles(directory=STATIC)),
         ]
-        return AccessMiddleware(Starlette(routes=routes, lifespan=self._lifespan), hosts)
+        return AccessMiddleware(Starlette(routes=routes, lifespan=self._lifespan), hosts, allowed_hosts)
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
