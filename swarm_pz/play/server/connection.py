@@ -10,6 +10,7 @@ from typing import Literal
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from swarm_pz.play import protocol
+from swarm_pz.play.server.budget import Budget
 
 FRAMES_IN_FLIGHT = 12
 """Frames that a client may leave unacknowledged; then it is sent none until it answers."""
@@ -49,7 +50,7 @@ class Connection:
         self._wake = asyncio.Event()
         self._received: deque[float] = deque(maxlen=protocol.MAX_MESSAGES_PER_SECOND)
         self._refused: deque[float] = deque(maxlen=_MOST_REFUSED)
-        self._bytes = float(_BYTES_PER_SECOND)
+        self._bytes = Budget(_BYTES_PER_SECOND, _BYTES_PER_SECOND, self.last_heard)
         self.closed = False
         self._reason = ""
 
@@ -86,15 +87,8 @@ class Connection:
 
     def may_send(self, size: int) -> bool:
         """Count a message's bytes, and tell whether they are within what a client may send in a second."""
-        now = time.monotonic()
-        self._bytes = min(self._bytes + (now - self.last_heard) * _BYTES_PER_SECOND, _BYTES_PER_SECOND)
-        self.last_heard = now
-        if size <= _SHORT:
-            return True
-        if size > self._bytes:
-            return False
-        self._bytes -= size
-        return True
+        self.last_heard = time.monotonic()
+        return size <= _SHORT or self._bytes.take(size, self.last_heard)
 
     def may_speak(self) -> bool:
         """Count a message, and tell whether it is within what a client may send in a second."""

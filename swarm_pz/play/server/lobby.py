@@ -18,6 +18,7 @@ from swarm_pz.errors import ConfigError, RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import checked_name
+from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.live_session import Moment, ServerContext
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, RefusedError, Room
@@ -26,9 +27,12 @@ from swarm_pz.play.strokes import Stroke, density_of
 
 MOST_ROOMS = 100
 MOST_ROOMS_OF_ADDRESS = 40
-"""Of these: a class behind one address has enough, and others some left. Of more, one without anybody gives way."""
-MOST_REPLAYS = 30
-"""Recorded games that are watched at once: each keeps its frames and moments in memory."""
+"""Of these, at once: a class behind one address has enough, and others some left. So many may be opened one after
+another, too, and then one a second: opening a room and beginning its game is work."""
+MOST_EMPTY_ROOMS_OF_ADDRESS = 10
+"""Beyond these, the one that has been without anybody for longest gives way: games that nobody sees are work, too."""
+MOST_REPLAY_BYTES = 256 * 2**20
+"""Of the files of recorded games that are watched at once: each takes some times as much memory."""
 EMPTY_S = 30.0
 """Seconds after which a room is closed that nobody is in, or has a seat to come back to."""
 _LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
@@ -57,6 +61,7 @@ class Lobby:
     def __init__(self, context: ServerContext, policies: Mapping[str, str]) -> None:
         self.context = context
         self.rooms: dict[str, Room] = {}
+        self._openings: dict[str, Budget] = {}
         self.watched: set[ReplaySession] = set()
         # Of one thread each, so that what is asked for waits in line, and is no more than a core's work in all. A
         # thread reads on when nobody waits any more; the next one begins after it.
@@ -89,14 +94,19 @@ class Lobby:
         RefusedError
             If there are too many, in all or of who opens it, or there is no such game.
         """
+        now = time.monotonic()
         own = [room for room in self.rooms.values() if room.address == address]
         empty = [room for room in own if not room.connections]
-        if empty and len(own) >= MOST_ROOMS_OF_ADDRESS:
-            self.close_room(min(empty, key=lambda room: room.last_used))
-        elif len(own) >= MOST_ROOMS_OF_ADDRESS:
+        gives_way = len(empty) >= MOST_EMPTY_ROOMS_OF_ADDRESS
+        if len(own) - gives_way >= MOST_ROOMS_OF_ADDRESS:
             raise RefusedError(
                 "full", f"your network has {MOST_ROOMS_OF_ADDRESS} rooms open and no more; leave one, or join one"
             )
+        budget = self._openings.setdefault(address, Budget(MOST_ROOMS_OF_ADDRESS, 1.0, now))
+        if not budget.take(1.0, now):
+            raise RefusedError("full", "your network opens rooms too fast; wait for a second, or join one")
+        if gives_way:
+            self.close_room(min(empty, key=lambda room: room.last_used))
         if len(self.rooms) >= MOST_ROOMS:
             raise RefusedError("full", f"this server has {MOST_ROOMS} rooms and no more; try again later, or join one")
         code = ""
@@ -119,6 +129,7 @@ class Lobby:
     def close_idle_rooms(self) -> None:
         """Close rooms that nobody has been in for a while, and give up the seats of who does not come back."""
         now = time.monotonic()
+        self._openings = {where: budget for where, budget in self._openings.items() if not budget.is_full(now)}
         for room in list(self.rooms.values()):
             room.free_absent()
             if room.connections:
@@ -158,8 +169,8 @@ class Lobby:
 
     def check_replays(self) -> None:
         """Refuse to show one more recorded game where too many are shown."""
-        if len(self.watched) >= MOST_REPLAYS:
-            raise RefusedError("full", f"{MOST_REPLAYS} recorded games are watched here and no more; try again later")
+        if sum(replay.size for replay in self.watched) >= MOST_REPLAY_BYTES:
+            raise RefusedError("full", "too many recorded games are watched here; try again later")
 
     async def read(self, name: str) -> LoadedRecording:
         """Return a recorded game, played through; one at a time, since it takes a core.

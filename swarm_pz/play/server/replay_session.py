@@ -45,6 +45,8 @@ class LoadedRecording:
     playback : Playback
     is_verified : bool
         Whether its simulation comes out as recorded.
+    size : int
+        Bytes of its file.
     """
 
     recording: Recording
@@ -52,6 +54,7 @@ class LoadedRecording:
     sizes: list[tuple[int, int]]
     playback: Playback
     is_verified: bool
+    size: int
 
     @classmethod
     def read(cls, path: Path) -> LoadedRecording:
@@ -62,7 +65,7 @@ class LoadedRecording:
         RecordingError
             If it is too long, cannot be read, or shows nothing.
         """
-        if path.stat().st_size > _MOST_BYTES:
+        if (size := path.stat().st_size) > _MOST_BYTES:
             raise RecordingError(
                 f"{path.name} is too long to be watched here; swarm-pz replay --film makes a film of it"
             )
@@ -71,7 +74,7 @@ class LoadedRecording:
         if not frames:
             raise RecordingError(f"{path.name} broke off before anything was to be seen")
         playback = Playback(recording)
-        return cls(recording, frames, sizes_of(frames), playback, playback.verify().verified)
+        return cls(recording, frames, sizes_of(frames), playback, playback.verify().verified, size)
 
 
 def sizes_of(frames: Sequence[Frame]) -> list[tuple[int, int]]:
@@ -96,7 +99,7 @@ class ReplaySession:
 
     def __init__(self, loaded: LoadedRecording, connection: Connection, thread: Executor) -> None:
         self.recording, self.is_verified, self._connection = loaded.recording, loaded.is_verified, connection
-        self._loaded, self._thread = loaded, thread
+        self._loaded, self._thread, self.size = loaded, thread, loaded.size
         self._playback = loaded.playback
         self._ticks = [frame.tick for frame in loaded.frames]
         self._tick = 0

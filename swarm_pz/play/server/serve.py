@@ -156,7 +156,6 @@ def serve(
     shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host
     shown = f"[{shown}]" if ":" in shown else shown
     address = f"http://{shown}:{port}/" + (f"#{page}" if page else "")
-    sys.setswitchinterval(_SWITCH_S)
     _warm_up(table)  # before the address is shown, so that who follows it is answered
     say(f"swarm-pz is at {address}")
     if is_open:
@@ -178,4 +177,9 @@ def serve(
         proxy_headers=bool(allowed_hosts),
         server_header=False,
     )
-    uvicorn.Server(config).run(sockets=[listening])
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(_SWITCH_S)
+    try:
+        uvicorn.Server(config).run(sockets=[listening])
+    finally:
+        sys.setswitchinterval(before)

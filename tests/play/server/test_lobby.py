@@ -12,7 +12,8 @@ from swarm_pz.play.server import lobby as module
 from swarm_pz.play.server.live_session import ServerContext
 from swarm_pz.play.server.lobby import (
     EMPTY_S,
-    MOST_REPLAYS,
+    MOST_EMPTY_ROOMS_OF_ADDRESS,
+    MOST_REPLAY_BYTES,
     MOST_ROOMS_OF_ADDRESS,
     Lobby,
 )
@@ -63,32 +64,71 @@ def test_there_are_no_more_rooms_than_allowed(lobby, monkeypatch):
     assert lobby.open_room(protocol.Settings()).code in lobby.rooms
 
 
-def test_an_address_has_a_share_of_the_rooms_and_one_that_nobody_is_in_gives_way(lobby):
-    def fill(address, count):
-        return [lobby.open_room(protocol.Settings(), address=address) for _ in range(count)]
+@pytest.fixture
+def clock(monkeypatch):
+    """Give a clock that goes on when it is told."""
 
-    (others,) = fill("192.0.2.2", 1)
-    rooms = fill("192.0.2.1", MOST_ROOMS_OF_ADDRESS)
+    class Clock:
+        now = 1000.0
+
+    monkeypatch.setattr(module.time, "monotonic", lambda: Clock.now)
+    return Clock
+
+
+def fill(lobby, address, count, *, watched=False):
+    rooms = []
+    for _ in range(count):
+        rooms.append(lobby.open_room(protocol.Settings(), address=address))
+        if watched:
+            rooms[-1].watch(Client())
+    return rooms
+
+
+def test_an_address_has_a_share_of_the_rooms(lobby, clock):
+    rooms = fill(lobby, "192.0.2.1", MOST_ROOMS_OF_ADDRESS, watched=True)
+    clock.now += 60.0
+    with pytest.raises(RefusedError, match="your network has 40 rooms open and no more; leave one") as refused:
+        fill(lobby, "192.0.2.1", 1)
+    assert refused.value.code == "full"
+    assert fill(lobby, "192.0.2.2", 1), "others have room"
+    lobby.close_room(rooms[-1])
+    assert fill(lobby, "192.0.2.1", 1)
+
+
+def test_of_the_rooms_of_an_address_that_nobody_is_in_the_one_that_was_longest_so_gives_way(lobby, clock):
+    (others,) = fill(lobby, "192.0.2.2", 1)
+    rooms = fill(lobby, "192.0.2.1", MOST_EMPTY_ROOMS_OF_ADDRESS + 1)
+    assert rooms[0].code not in lobby.rooms, "all came at once, so the first"
     rooms[3].watch(Client())
     rooms[5].last_used -= 10.0
     others.last_used = rooms[3].last_used = 0.0
-    rooms += fill("192.0.2.1", 3)
-    assert len(lobby.rooms) == MOST_ROOMS_OF_ADDRESS + 1
-    assert [room for room in rooms if room.code not in lobby.rooms] == [*rooms[:2], rooms[5]], "who was empty longest"
-    for room in lobby.rooms.values():
-        room.watch(Client())
-    with pytest.raises(RefusedError, match="your network has 40 rooms open and no more; leave one") as refused:
-        fill("192.0.2.1", 1)
-    assert refused.value.code == "full"
-    assert fill("192.0.2.2", 1), "others have room"
-    lobby.close_room(rooms[-1])
-    assert fill("192.0.2.1", 1)
+    more = fill(lobby, "192.0.2.1", 3)
+    assert [room for room in rooms if room.code not in lobby.rooms] == [*rooms[:2], rooms[5]]
+    assert {room.code for room in (others, *more)} <= set(lobby.rooms)
 
 
-def test_so_many_recorded_games_are_watched_and_no_more(lobby, monkeypatch):
+def test_an_address_opens_so_many_rooms_at_once_and_then_one_a_second(lobby, clock):
+    fill(lobby, "192.0.2.1", MOST_ROOMS_OF_ADDRESS)
+    with pytest.raises(RefusedError, match="opens rooms too fast; wait for a second") as refused:
+        fill(lobby, "192.0.2.1", 1)
+    assert refused.value.code == "full" and len(lobby.rooms) == MOST_EMPTY_ROOMS_OF_ADDRESS, "and none gave way"
+    fill(lobby, "192.0.2.2", 1)
+    clock.now += 2.0
+    lobby.close_idle_rooms()
+    fill(lobby, "192.0.2.1", 2)
+    with pytest.raises(RefusedError, match="too fast"):
+        fill(lobby, "192.0.2.1", 1)
+
+
+def test_recorded_games_that_are_watched_are_so_large_together_and_no_larger(lobby):
+    class Watched:
+        def __init__(self, size):
+            self.size = size
+
+    lobby.watched = {Watched(MOST_REPLAY_BYTES - 1)}
     lobby.check_replays()
-    lobby.watched = set(range(MOST_REPLAYS))
-    with pytest.raises(RefusedError, match="30 recorded games are watched") as refused:
+    lobby.watched.add(Watched(1))
+    with pytest.raises(RefusedError, match="too many recorded games are watched") as refused:
         lobby.check_replays()
     assert refused.value.code == "full"
 
