@@ -23,6 +23,7 @@ def play(
     opponent: Annotated[str | None, tyro.conf.arg(metavar="PLAYER")] = None,
     host: str = "127.0.0.1",
     port: int = 8000,
+    allowed_hosts: tuple[str, ...] = (),
     min_command_interval: float = 0.5,
     countdown: float = 3.0,
     out: Path = Path("runs/games"),
@@ -35,6 +36,7 @@ def play(
             practice arena without opponents.
         host: Where to listen; 0.0.0.0 lets the local network in.
         port: Port to listen at; 0 takes any that is free.
+        allowed_hosts: Names by which a proxy or tunnel is reached that leads here, such as play.example.org.
         min_command_interval: Seconds of game between two commands of a team, whoever gives them.
         countdown: Seconds for which the start of a game is shown before it begins.
         out: Folder of the recordings.
@@ -61,6 +63,7 @@ def play(
         installed,
         host=host,
         port=port,
+        allowed_hosts=allowed_hosts,
         folder=out,
         page=page,
         countdown_s=countdown,

@@ -29,7 +29,16 @@ def paint(image: NDArray[np.int8], points: NDArray[np.float64], reach: float, va
         dx, dy = bx - ax, by - ay
         length = dx * dx + dy * dy
         for row in range(max(0, int(min(ay, by) - reach)), min(side, int(max(ay, by) + reach) + 1)):
-            for column in range(max(0, int(min(ax, bx) - reach)), min(side, int(max(ax, bx) + reach) + 1)):
+            # Only the part of the line that is within reach of a row can paint there: work goes with the ink, not
+            # with the rectangle around the line. A pixel more on either side is for rounding.
+            first, last = 0.0, 1.0
+            if dy != 0.0:
+                one, other = (row + 0.5 - reach - ay) / dy, (row + 0.5 + reach - ay) / dy
+                first, last = max(first, min(one, other)), min(last, max(one, other))
+            low, high = min(ax + first * dx, ax + last * dx) - reach, max(ax + first * dx, ax + last * dx) + reach
+            for column in range(max(0, int(low) - 1), min(side, int(high) + 2)):
+                if image[row, column] == value:
+                    continue
                 x, y = column + 0.5 - ax, row + 0.5 - ay
                 share = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
                 x, y = x - share * dx, y - share * dy

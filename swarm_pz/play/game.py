@@ -5,7 +5,7 @@ No clock, network or file in here: who calls `LiveGame.advance` decides how fast
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,6 +21,7 @@ from swarm_pz.config import (
 )
 from swarm_pz.config.base import Config, check, check_number
 from swarm_pz.errors import CommandError
+from swarm_pz.kernels.game import Games
 from swarm_pz.play.strokes import DEFAULT_MAPPING, MAPPINGS
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import check_densities
@@ -28,6 +29,15 @@ from swarm_pz.simulator.spawn import Seed
 
 _DECIMALS = 4
 """Digits of a density at the table, so that recordings hold exactly what was played, and are short."""
+
+
+def as_followed(density: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a checked density (A, A) as it is followed and written down at the table: its largest value 1, rounded.
+
+    An image and its double are the same, however faint: only what stands beside its largest value counts.
+    """
+    largest = density.max(initial=0.0)
+    return np.round(density / largest if largest > 0.0 else density, _DECIMALS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +125,8 @@ class LiveGame:
         self.simulator = Simulator(config.game)
         self.simulator.reset([seed])
         self._waiting: list[Command | None] = [None, None]
-        self._last_in_force = [-config.interval_ticks, -config.interval_ticks]
+        self._never = -config.interval_ticks
+        self._last_in_force = [self._never, self._never]
 
     @property
     def tick(self) -> int:
@@ -158,7 +169,7 @@ class LiveGame:
 
     def submit_checked(self, team: int, number: int, density: NDArray[np.float64]) -> Command:
         """As `submit`, for who has checked team and density (A, A) already."""
-        command = Command(team, number, np.round(density, _DECIMALS))
+        command = Command(team, number, as_followed(density))
         self._waiting[team] = command
         return command
 
@@ -170,6 +181,20 @@ class LiveGame:
         """Let a team follow a command from the next solve on, however young its last one is."""
         self.simulator.command_checked(command.team, command.density[None], np.zeros(1, np.int64))
         self._last_in_force[command.team] = self.tick
+
+    def restore(self, games: Games, last_in_force: Sequence[int | None]) -> None:
+        """Go to a moment that was kept.
+
+        Parameters
+        ----------
+        games : Games
+            A snapshot of this game's simulator.
+        last_in_force : sequence of int or None
+            Ticks at which the last commands of red and blue had come into force before; None if there was none.
+        """
+        self.simulator.restore(games)
+        self._waiting = [None, None]
+        self._last_in_force = [self._never if tick is None else tick for tick in last_in_force]
 
     def advance(self, ticks: int = 1) -> list[Event]:
         """Advance the game, or to its end, and return what happened, in order."""

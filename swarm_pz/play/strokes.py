@@ -25,6 +25,11 @@ NARROWEST, WIDEST = 0.05, 0.30
 """Least and largest width of a brush, in map widths."""
 MOST_POINTS = 4096
 """Points that all strokes of a drawing may have together."""
+MOST_INK = 100.0
+"""Ground that all lines of a drawing may cover together, length times width, in maps: what painting may cost.
+
+A person's drawings have less than 5; the least of these brushes may still go 2,000 times across the map.
+"""
 _PIXELS = 2 * GRID_CELLS
 """Pixels a side of the painted image."""
 
@@ -113,22 +118,32 @@ def density_of(strokes: Sequence[Stroke], cells: int, mapping: str = DEFAULT_MAP
     Raises
     ------
     CommandError
-        If there is no such mapping, or the strokes have too many points together.
+        If there is no such mapping, or the strokes have too many points or too much ink together.
     """
     if mapping not in MAPPINGS:
         raise CommandError(f"there is no mapping {mapping!r}; {nearest(mapping, MAPPINGS)}")
     if (count := sum(len(stroke.points) for stroke in strokes)) > MOST_POINTS:
         raise CommandError(f"a drawing may have {MOST_POINTS} points, got {count}")
     chosen = MAPPINGS[mapping]
+    lines = [np.array(stroke.points, np.float64) for stroke in strokes]
+    ink = sum(stroke.width * _length(line) for stroke, line in zip(strokes, lines, strict=True))
+    if ink > MOST_INK:
+        raise CommandError(
+            f"a drawing's lines may cover the map {MOST_INK:g} times, length times width, got {ink:.1f} times; "
+            "draw shorter or thinner lines, or fewer"
+        )
     painted = np.full((_PIXELS, _PIXELS), BRUSHES.index("erase"), np.int8)
-    for stroke in strokes:
-        points = np.array(stroke.points, np.float64) * _PIXELS
-        paint(painted, points, stroke.width / 2 * _PIXELS, BRUSHES.index(stroke.brush))
+    for stroke, line in zip(strokes, lines, strict=True):
+        paint(painted, line * _PIXELS, stroke.width / 2 * _PIXELS, BRUSHES.index(stroke.brush))
     attracts = painted == BRUSHES.index("attract")
     untouched = chosen.untouched_beside_attract if attracts.any() else chosen.untouched
     image = np.where(attracts, chosen.attract, np.where(painted == BRUSHES.index("repel"), chosen.repel, untouched))
     along = _smoothing_matrix(chosen.smoothing, cells)
     return np.asarray(np.clip(along @ image @ along.T, 0.0, 1.0))
+
+
+def _length(line: NDArray[np.float64]) -> float:
+    return float(np.hypot(*np.diff(line, axis=0).T).sum())
 
 
 @cache

@@ -105,8 +105,20 @@ def test_what_is_followed_is_what_a_recording_can_hold():
     command = game.submit(BLUE, 7, asked)
     (event,) = game.advance()
     assert event.command is command and (command.team, command.number) == (BLUE, 7)
-    np.testing.assert_array_equal(command.density, np.round(asked, 4))
+    np.testing.assert_array_equal(command.density, np.round(asked / asked.max(), 4))
     np.testing.assert_allclose(game.simulator.targets[0, BLUE], command.density / command.density.sum(), rtol=1e-12)
+
+
+@pytest.mark.parametrize("factor", [2.0, 1 / 3, 4e-5, 1e-300])
+def test_an_image_and_its_double_are_the_same_however_faint(factor):
+    asked = np.linspace(0.0, 0.5, 100).reshape(10, 10)
+    first, second = (LiveGame(TableConfig(), seed=0).submit(RED, 1, image).density for image in (asked, factor * asked))
+    np.testing.assert_array_equal(first, second)
+    assert first[0, 0] == 0.0 and first[9, 9] == 1.0
+
+
+def test_a_command_of_nothing_stays_one_of_nothing():
+    assert not LiveGame(TableConfig(), seed=0).submit(RED, 1, np.zeros((10, 10))).density.any()
 
 
 def test_commands_have_the_cells_of_the_game():

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import CommandError
-from swarm_pz.play.strokes import BRUSHES, MAPPINGS, MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
+from swarm_pz.kernels.painting import paint
+from swarm_pz.play.strokes import BRUSHES, MAPPINGS, MOST_INK, MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
 from swarm_pz.simulator.commands import interpolation_matrix
 
 
@@ -115,6 +116,31 @@ def test_unknown_mappings_and_endless_drawings_are_refused():
     long = line(*[(0.5, 0.5)] * MOST_POINTS)
     with pytest.raises(CommandError, match="points"):
         density_of([long, long], 10)
+
+
+@pytest.mark.parametrize("width", [NARROWEST, WIDEST])
+def test_a_drawing_has_so_much_ink_and_no_more(width):
+    across = int(MOST_INK / width / 1.25)  # lines of 1.25, there and back
+    zigzag = line(*[(-0.125 + 1.25 * (k % 2), 0.5) for k in range(across + 1)], width=width)
+    assert density_of([zigzag], 10)[5, 5] > 0.1
+    with pytest.raises(CommandError, match=r"cover the map 100 times, .* draw shorter"):
+        density_of([zigzag, line((0.0, 0.0), (1.0, 1.0), width=width)], 10)
+
+
+@pytest.mark.parametrize("reach", [2.5, 15.0])
+def test_lines_paint_the_pixels_within_their_reach_wherever_they_lie(reach):
+    chance = np.random.default_rng(1)
+    rows, columns = np.mgrid[:40, :40] + 0.5
+    for _ in range(50):
+        ends = np.round(chance.uniform(-20.0, 60.0, (2, 2)))
+        image = chance.integers(0, 3, (40, 40)).astype(np.int8)
+        (ax, ay), (dx, dy) = ends[0], ends[1] - ends[0]
+        share = np.clip(((columns - ax) * dx + (rows - ay) * dy) / max(dx * dx + dy * dy, 1e-9), 0.0, 1.0)
+        distance = np.hypot(columns - ax - share * dx, rows - ay - share * dy)
+        sure = np.abs(distance - reach) > 1e-6
+        expected = np.where(distance < reach, 1, image)
+        paint(image, ends, reach, 1)
+        np.testing.assert_array_equal(image[sure], expected[sure])
 
 
 def test_what_is_at_a_limit_is_drawn():

@@ -6,6 +6,7 @@ elsewhere after some seconds. The recorded frames tell.
 
 from __future__ import annotations
 
+import copy
 from collections import defaultdict
 from collections.abc import Callable
 from itertools import islice
@@ -14,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from swarm_pz.analysis.video import FILM_RATE, open_film
-from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
+from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
 from swarm_pz.play.frames import FASTEST, Frame
 from swarm_pz.play.game import Command, LiveGame
 from swarm_pz.play.recordings.format import FRAME_TICKS, CapturedLine, Recording
@@ -22,10 +23,12 @@ from swarm_pz.play.recordings.verification import Verification, faults_of
 from swarm_pz.rendering.painter import FILM, Painter
 
 _MOST_FAULTS = 10
+_MARK_TICKS = 90
+"""Ticks between the moments that are kept, so that going anywhere is quick; more in a game too long to keep so many."""
+_MARKS_BYTES = 2**24
+"""Memory for the moments that are kept."""
 _POSITION_STEP, _VELOCITY_STEP = 1.0 / 65535, FASTEST / 32767
 """Resolution of a frame."""
-_MARK_TICKS = 900
-"""Ticks between the moments that are kept, so that going back is quick."""
 
 
 class Playback:
@@ -46,16 +49,43 @@ class Playback:
         self._followed = recording.in_force()
         self.game = LiveGame(recording.config, recording.header.seed)
         self._next = 0
-        self._marks = {0: self.game.simulator.snapshot()}
+        start = self.game.simulator.snapshot()
+        self._marks = {0: start}
+        self._mark_ticks = _MARK_TICKS
+        self._most_marks = max(2, _MARKS_BYTES // sum(array.nbytes for array in start))
 
     def seek(self, tick: int) -> None:
         """Go to a tick, before its solve, or to the last one before it that was recorded."""
-        if tick < self.game.tick:
-            mark = max(known for known in self._marks if known <= max(tick, 0))
-            self.game = LiveGame(self.recording.config, self.recording.header.seed)
-            self.game.simulator.restore(self._marks[mark])
-            self._next = sum(when < mark for when, _ in self._followed)
+        tick = max(tick, 0)
+        mark = max(known for known in self._marks if known <= tick)
+        if tick < self.game.tick or self.game.tick < mark:
+            self._go_to_mark(mark)
         self.advance(tick - self.game.tick)
+
+    def fork(self, tick: int) -> Playback:
+        """Return another playback of the recording, at a tick; this one stays where it is."""
+        other = copy.copy(self)
+        other._go_to_mark(0)
+        other.seek(tick)
+        return other
+
+    def _go_to_mark(self, mark: int) -> None:
+        before = [(when, command.team) for when, command in self._followed if when < mark]
+        self.game = LiveGame(self.recording.config, self.recording.header.seed)
+        last = [max((when for when, whose in before if whose == team), default=None) for team in (RED, BLUE)]
+        self.game.restore(self._marks[mark], last)
+        self._next = len(before)
+
+    def _mark(self) -> None:
+        """Keep the present moment; where there are too many, every second one."""
+        if self.game.tick % self._mark_ticks or self.game.tick in self._marks:
+            return
+        if len(self._marks) >= self._most_marks:
+            self._mark_ticks *= 2
+            for tick in [known for known in self._marks if known % self._mark_ticks]:
+                del self._marks[tick]
+        if self.game.tick % self._mark_ticks == 0:
+            self._marks[self.game.tick] = self.game.simulator.snapshot()
 
     def advance(self, ticks: int) -> list[Command]:
         """Go on by some ticks, or to the end of what was recorded, and return what came into force."""
@@ -63,14 +93,13 @@ class Playback:
         end = min(game.tick + ticks, self.recording.last_tick)
         came: list[Command] = []
         while game.tick < end and not game.over:
-            if game.tick % _MARK_TICKS == 0:
-                self._marks.setdefault(game.tick, game.simulator.snapshot())
+            self._mark()
             while self._next < len(self._followed) and self._followed[self._next][0] <= game.tick:
                 came.append(self._followed[self._next][1])
                 game.put_in_force(came[-1])
                 self._next += 1
             until = self._followed[self._next][0] if self._next < len(self._followed) else end
-            mark = (game.tick // _MARK_TICKS + 1) * _MARK_TICKS
+            mark = (game.tick // self._mark_ticks + 1) * self._mark_ticks
             game.simulator.advance(min(until, end, mark) - game.tick)
         return came
 

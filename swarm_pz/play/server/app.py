@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import itertools
+import time
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,8 +29,9 @@ from swarm_pz.play.server.middleware import AccessMiddleware
 STATIC = Path(__file__).parents[1] / "static"
 _STATUS_TICKS = 20_000
 """Latest ticks that the server's figures are taken of."""
-_PATIENCE = 100
-"""Refusals in a row after which a client is shown out."""
+_STATUS_AGE_S = 0.2
+"""For so long the server's figures are not taken again, whoever asks."""
+_SWEEP_S = 5.0
 
 
 class Server:
@@ -42,10 +44,11 @@ class Server:
 
     def __init__(self, lobby: Lobby) -> None:
         self.lobby = lobby
-        self._connections: set[Connection] = set()
+        self._handlers: set[ClientHandler] = set()
+        self._figures: tuple[float, dict[str, Any]] | None = None
 
-    def app(self, hosts: Sequence[str]) -> ASGIApp:
-        """Return the application, for the names (with port) that it is served by."""
+    def app(self, hosts: Sequence[str], allowed_hosts: Sequence[str] = ()) -> ASGIApp:
+        """Return the application, for the names (with port) that it is served by, itself and through a proxy."""
         routes = [
             Route("/", self._page),
             Route("/status", self._status),
@@ -53,7 +56,7 @@ class Server:
             WebSocketRoute("/socket", self._socket),
             Mount("/static", StaticFiles(directory=STATIC)),
         ]
-        return AccessMiddleware(Starlette(routes=routes, lifespan=self._lifespan), hosts)
+        return AccessMiddleware(Starlette(routes=routes, lifespan=self._lifespan), hosts, allowed_hosts)
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
@@ -66,8 +69,14 @@ class Server:
 
     async def _sweep(self) -> None:
         while True:
-            await asyncio.sleep(5.0)
-            self.lobby.close_idle_rooms()
+            await asyncio.sleep(_SWEEP_S)
+            self.sweep(time.monotonic())
+
+    def sweep(self, now: float) -> None:
+        """Close rooms that nobody is in, and connections that say nothing."""
+        self.lobby.close_idle_rooms()
+        for handler in self._handlers:
+            handler.close_if_silent(now)
 
     # --- pages ------------------------------------------------------------------------------------
 
@@ -75,12 +84,18 @@ class Server:
         return FileResponse(STATIC / "index.html")
 
     async def _status(self, _: Request) -> JSONResponse:
+        now = time.monotonic()
+        if self._figures is None or now - self._figures[0] > _STATUS_AGE_S:
+            self._figures = now, self._take_figures()
+        return JSONResponse(self._figures[1])
+
+    def _take_figures(self) -> dict[str, Any]:
         punctuality = self.lobby.context.punctuality
         late = np.array(list(itertools.islice(reversed(punctuality.lateness_ms), _STATUS_TICKS)))
-        figures: dict[str, Any] = {
+        return {
             "rooms": len(self.lobby.rooms),
             "playing": sum(room.phase == "playing" for room in self.lobby.rooms.values()),
-            "connections": len(self._connections),
+            "connections": len(self._handlers),
             "tasks": len(asyncio.all_tasks()),
             "open_files": len(list(Path("/proc/self/fd").iterdir())) if Path("/proc/self/fd").exists() else None,
             "memory_mb": _resident_mb(),
@@ -95,7 +110,6 @@ class Server:
             "most_caught_up": punctuality.most_caught_up,
             "slipped": punctuality.slipped,
         }
-        return JSONResponse(figures)
 
     async def _recording(self, request: Request) -> FileResponse | PlainTextResponse:
         try:
@@ -111,21 +125,20 @@ class Server:
             await socket.close(code=1002, reason=f"expected the subprotocol {protocol.SUBPROTOCOL}")
             return
         await socket.accept(subprotocol=protocol.SUBPROTOCOL)
-        connection = Connection(socket)
+        connection = Connection(socket, socket.client.host if socket.client is not None else "")
         handler = ClientHandler(self.lobby, connection)
-        self._connections.add(connection)
+        self._handlers.add(handler)
         sender = asyncio.create_task(connection.run())
         try:
-            refusals = 0
-            while not connection.closed and refusals < _PATIENCE:
+            while not connection.closed:
                 received = await socket.receive()
                 if received["type"] == "websocket.disconnect":
                     break
-                refusals = 0 if handler.hear(received.get("text")) else refusals + 1
+                handler.hear(received.get("text"))
         except WebSocketDisconnect:
             pass
         finally:
-            self._connections.discard(connection)
+            self._handlers.discard(handler)
             handler.end()
             connection.close()
             # A peer that reads nothing any more would keep it for long.

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import functools
 import logging
+from collections.abc import Awaitable, Callable
 from typing import Literal
 
-from swarm_pz.errors import PolicyError, ProtocolError, SwarmError
+from numpy.typing import ArrayLike
+
+from swarm_pz.errors import PolicyError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.lobby import Lobby
@@ -14,6 +18,10 @@ from swarm_pz.play.server.replay_session import ReplaySession
 from swarm_pz.play.server.room import RefusedError, Room
 from swarm_pz.play.server.room_settings import settings_of
 
+HELLO_S = 10.0
+"""Seconds within which a connection must say hello."""
+SILENT_S = 300.0
+"""Seconds after which who is nowhere and says nothing is closed; pages ask for the clock, hidden ones once a minute."""
 log = logging.getLogger("swarm_pz.play")
 
 
@@ -35,56 +43,92 @@ class ClientHandler:
         self._lobby, self._connection = lobby, connection
         self._room: Room | None = None
         self._replay: ReplaySession | None = None
-        self._opening: asyncio.Task[None] | None = None
+        self._going: asyncio.Task[None] | None = None
+        """What will take the client elsewhere: a recorded game that is read, or taken over."""
+        self._drawing: asyncio.Task[None] | None = None
+        self._command: tuple[Room, protocol.CommandMessage] | None = None
+        """The latest command and where it was given, while an earlier one is being drawn."""
         self._greeted = False
 
-    def hear(self, text: str | None) -> bool:
-        """Obey a message, or refuse it and return False."""
+    def hear(self, text: str | None) -> None:
+        """Obey a message, or refuse it."""
         about_ = ""
         try:
-            if not self._connection.may_speak():
+            if text is None:
+                raise RefusedError("malformed", "messages to the server are text, not binary")
+            if not self._connection.may_send(len(text)):
+                raise RefusedError("too_many", "drawings came too fast after each other; this one is lost")
+            message = protocol.decode_client(text)
+            about_ = str(type(message).__struct_config__.tag)
+            # Acknowledgements are as many as what is on its way: without them nothing more would be sent.
+            is_answer = isinstance(message, protocol.Acknowledge) and self._connection.acknowledge(message.sequence)
+            if not is_answer and not self._connection.may_speak():
                 raise RefusedError(
                     "too_many",
                     f"a client may send {protocol.MAX_MESSAGES_PER_SECOND} messages a second; this one is lost",
                 )
-            if text is None:
-                raise RefusedError("malformed", "messages to the server are text, not binary")
-            message = protocol.decode_client(text)
-            about_ = str(type(message).__struct_config__.tag)
             self._obey(message)
-        except ProtocolError as error:
-            self._refuse("malformed", str(error), about_)
-        except RefusedError as error:
-            self._refuse(error.code, str(error), about_, error.recording)
-        except PolicyError as error:
-            self._refuse("unknown", str(error), about_)
-        except SwarmError as error:
-            self._refuse("not_valid", str(error), about_)
-        except Exception:
-            log.exception("a message was not obeyed")
-            self._refuse("not_valid", "the server could not do that", about_)
-        else:
-            return True
-        return False
+        except Exception as error:  # whatever it is, it is refused to this client alone
+            self._refuse(error, about_)
 
-    def _refuse(self, code: protocol.Reason, reason: str, about_: str, recording: str | None = None) -> None:
-        self._connection.send(protocol.Refused(code=code, reason=reason[:500], about=about_, recording=recording))
+    def _refuse(self, error: Exception, about_: str) -> None:
+        code: protocol.Reason = "not_valid"
+        reason, recording = str(error), None
+        if isinstance(error, RefusedError):
+            code, recording = error.code, error.recording
+        elif isinstance(error, ProtocolError):
+            code = "malformed"
+        elif isinstance(error, PolicyError):
+            code = "unknown"
+        elif not isinstance(error, SwarmError):
+            log.error("a message was not obeyed", exc_info=error)
+            reason = "the server could not do that"
+        self._connection.refuse(protocol.Refused(code=code, reason=reason[:500], about=about_, recording=recording))
 
     def end(self) -> None:
         """Note that the client is gone."""
         if self._room is not None:
             self._room.disconnect(self._connection)
-        if self._opening is not None:
-            self._opening.cancel()
+        self._stop_going()
         self._stop_watching()
+
+    def close_if_silent(self, now: float) -> None:
+        """Close a connection that has not even said hello, or that is nowhere and says nothing."""
+        silent_s = now - self._connection.last_heard
+        if not self._greeted and silent_s > HELLO_S:
+            self._connection.close(f"no hello came within {HELLO_S:g} seconds")
+        elif self._room is None and self._replay is None and silent_s > SILENT_S:
+            self._connection.close(f"nothing was said for {SILENT_S:g} seconds, outside of any room")
+
+    # --- where the client is ----------------------------------------------------------------------
 
     def _stop_watching(self) -> None:
         if self._replay is not None:
             self._replay.close()
+            self._lobby.watched.discard(self._replay)
         self._replay = None
 
-    def _go_out(self) -> None:
+    def _go(self, about_: str, there: Callable[[], Awaitable[None]]) -> None:
+        """Begin to take the client elsewhere, in place of what was begun before."""
+        self._stop_going()
+
+        async def go() -> None:
+            try:
+                await there()
+            except Exception as error:
+                self._refuse(error, about_)
+
+        self._going = asyncio.create_task(go())
+
+    def _stop_going(self) -> None:
+        """Whoever has gone somewhere is not taken elsewhere by what was begun before."""
+        going, self._going = self._going, None
+        if going is not None and going is not asyncio.current_task():
+            going.cancel()
+
+    def _leave(self) -> None:
         """Leave the room or the recorded game that one is in."""
+        self._stop_going()
         self._leave_room()
         self._stop_watching()
 
@@ -99,14 +143,13 @@ class ClientHandler:
         """Show a recorded game, once it has been played through to see that it comes out as recorded."""
         try:
             loaded = await self._lobby.read(name)
-            self._leave_room()
-            self._stop_watching()
-            self._replay = ReplaySession(loaded, self._connection)
-        except SwarmError as error:
-            self._refuse("unknown", str(error).replace(f"{self._lobby.context.folder}/", ""), "open_replay")
-        except Exception:
-            log.exception("a recorded game was not shown")
-            self._refuse("not_valid", "the server could not do that", "open_replay")
+        except RecordingError as error:
+            raise RefusedError("unknown", str(error).replace(f"{self._lobby.context.folder}/", "")) from error
+        if self._replay is None:
+            self._lobby.check_replays()
+        self._leave()
+        self._replay = ReplaySession(loaded, self._connection, self._lobby.replaying)
+        self._lobby.watched.add(self._replay)
 
     def _watched(self) -> ReplaySession:
         if self._replay is None:
@@ -122,13 +165,47 @@ class ClientHandler:
             opponent = other.policy or None
         if opponent is not None:
             self._lobby.check_policy(opponent)
-        moment = replay.moment()
-        if moment is None:
+        if not replay.is_verified:
             raise RefusedError("not_valid", "this game plays differently on this machine, and cannot be gone on with")
-        if moment.game.over:
-            raise RefusedError("not_valid", "the game is over at this moment; go back to an earlier one")
-        room = self._lobby.open_room(settings_of(moment.game.config), moment)
-        self._enter(room, message.seat, "", {_facing(message.seat): opponent})
+
+        async def go_on() -> None:
+            moment = await replay.moment()
+            if moment.game.over:
+                raise RefusedError("not_valid", "the game is over at this moment; go back to an earlier one")
+            room = self._lobby.open_room(settings_of(moment.game.config), moment, self._connection.address)
+            self._enter(room, message.seat, "", {_facing(message.seat): opponent})
+
+        self._go("take_over", go_on)
+
+    # --- what the client does there ---------------------------------------------------------------
+
+    def _give_command(self, message: protocol.CommandMessage) -> None:
+        """Hand in a command; while a drawing becomes a density, elsewhere, the latest one waits."""
+        room = self._in_room()
+        if (message.strokes is None) == (message.density is None):
+            raise RefusedError("not_valid", "a command must hold either strokes or a density")
+        if self._drawing is not None:
+            self._command = room, message
+        elif message.density is not None:
+            room.command(self._connection, message, message.density)
+        else:
+            self._command = room, message
+            self._drawing = asyncio.create_task(self._draw())
+
+    async def _draw(self) -> None:
+        while self._command is not None:
+            (room, message), self._command = self._command, None
+            try:
+                if room is not self._room:
+                    continue
+                density: ArrayLike | None = message.density
+                if density is None:
+                    density = await self._lobby.draw(message.strokes or [], room.config)
+                if room is self._room:
+                    room.command(self._connection, message, density)
+            except Exception as error:
+                self._refuse(error, "command")
+        self._drawing = None
 
     def _in_room(self) -> Room:
         if self._room is None:
@@ -145,14 +222,14 @@ class ClientHandler:
             case protocol.Ping():
                 connection.send(protocol.Pong(sent_ms=message.sent_ms, server_ms=lobby.context.now_ms()))
             case protocol.Acknowledge():
-                connection.acknowledge(message.sequence)
+                pass  # it was heard before
             case protocol.Create():
                 if message.player is not None and message.seat != "watch":
                     raise RefusedError("not_valid", "a player besides oneself has a seat only if one watches")
                 policies = {"red": message.player, _facing(message.seat): message.opponent}
                 for name in filter(None, policies.values()):
                     lobby.check_policy(name)
-                opened = lobby.open_room(message.settings)
+                opened = lobby.open_room(message.settings, address=connection.address)
                 opened.lesson = message.lesson
                 self._enter(opened, message.seat, message.label, policies)
             case protocol.Join():
@@ -166,18 +243,18 @@ class ClientHandler:
             case protocol.Ready():
                 self._in_room().ready(connection, message.ready)
             case protocol.CommandMessage():
-                self._in_room().command(connection, message)
+                self._give_command(message)
             case protocol.Painted():
                 self._in_room().painted(connection, message)
             case protocol.Visibility():
                 if self._room is not None:
                     self._room.visibility(connection, message.hidden)
             case protocol.Leave():
-                self._go_out()
+                self._leave()
             case protocol.OpenReplay():
-                if self._opening is not None:
-                    self._opening.cancel()
-                self._opening = asyncio.create_task(self._open(message.recording))
+                if self._replay is None:
+                    lobby.check_replays()
+                self._go("open_replay", functools.partial(self._open, message.recording))
             case protocol.Seek():
                 self._watched().seek(message.tick)
             case protocol.Pace():
@@ -221,5 +298,6 @@ class ClientHandler:
             raise
         if room is not self._room:
             self._leave_room()
+        self._stop_going()
         self._stop_watching()
         self._room = room

@@ -10,11 +10,18 @@ from typing import Literal
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from swarm_pz.play import protocol
+from swarm_pz.play.server.budget import Budget
 
 FRAMES_IN_FLIGHT = 12
 """Frames that a client may leave unacknowledged; then it is sent none until it answers."""
 _MOST_WAITING = 256
 """Messages that may wait for a client before it is given up."""
+_BYTES_PER_SECOND = 2 * protocol.MAX_MESSAGE_BYTES
+"""What a client may say in a second, and at once: reading, painting and writing down go with it."""
+_SHORT = 256
+"""Bytes of a message that is not counted by its bytes: so no acknowledgement is lost to a drawing."""
+_MOST_REFUSED, _PATIENCE_S = 100, 10.0
+"""So many refusals in so many seconds, and a client is shown out."""
 
 
 class Connection:
@@ -27,9 +34,13 @@ class Connection:
     ----------
     socket : WebSocket
         Accepted.
+    address : str
+        Where it is.
     """
 
-    def __init__(self, socket: WebSocket) -> None:
+    def __init__(self, socket: WebSocket, address: str = "") -> None:
+        self.address = address
+        self.last_heard = time.monotonic()
         self.kind: Literal["person", "program"] = "program"
         self.client: protocol.ClientInfo | None = None
         self._socket = socket
@@ -38,7 +49,10 @@ class Connection:
         self._in_flight: deque[int] = deque()
         self._wake = asyncio.Event()
         self._received: deque[float] = deque(maxlen=protocol.MAX_MESSAGES_PER_SECOND)
+        self._refused: deque[float] = deque(maxlen=_MOST_REFUSED)
+        self._bytes = Budget(_BYTES_PER_SECOND, _BYTES_PER_SECOND, self.last_heard)
         self.closed = False
+        self._reason = ""
 
     def send(self, message: protocol.ServerMessage) -> None:
         """Send a message."""
@@ -50,7 +64,7 @@ class Connection:
 
     def _put(self, data: str | bytes) -> None:
         if len(self._waiting) >= _MOST_WAITING:
-            self.close()
+            self.close(f"too slow: {_MOST_WAITING} messages wait to be received")
         if not self.closed:
             self._waiting.append(data)
             self._wake.set()
@@ -62,12 +76,19 @@ class Connection:
             if len(self._in_flight) < FRAMES_IN_FLIGHT:
                 self._wake.set()
 
-    def acknowledge(self, sequence: int) -> None:
-        """Note that this frame, and so all that were sent before it, has arrived."""
+    def acknowledge(self, sequence: int) -> bool:
+        """Note that this frame, and so all that were sent before it, has arrived; tell whether that was news."""
+        is_news = sequence in self._in_flight
         while sequence in self._in_flight:
             self._in_flight.popleft()
         if self._frame is not None:
             self._wake.set()
+        return is_news
+
+    def may_send(self, size: int) -> bool:
+        """Count a message's bytes, and tell whether they are within what a client may send in a second."""
+        self.last_heard = time.monotonic()
+        return size <= _SHORT or self._bytes.take(size, self.last_heard)
 
     def may_speak(self) -> bool:
         """Count a message, and tell whether it is within what a client may send in a second."""
@@ -77,8 +98,17 @@ class Connection:
         self._received.append(now)
         return True
 
-    def close(self) -> None:
-        """Send nothing more; what waits is dropped."""
+    def refuse(self, refusal: protocol.Refused) -> None:
+        """Send a refusal; who does not stop is shown out."""
+        self.send(refusal)
+        now = time.monotonic()
+        self._refused.append(now)
+        if len(self._refused) == _MOST_REFUSED and now - self._refused[0] < _PATIENCE_S:
+            self.close(f"{_MOST_REFUSED} messages were refused within {_PATIENCE_S:g} seconds")
+
+    def close(self, reason: str = "") -> None:
+        """Send nothing more, and say why; what waits is dropped."""
+        self._reason = self._reason or reason
         self.closed = True
         self._waiting.clear()
         self._frame = None
@@ -98,6 +128,6 @@ class Connection:
                     self._frame = None
                     self._in_flight.append(sequence)
                     await self._socket.send_bytes(frame)
-            await self._socket.close(code=1008, reason="too slow, or taken over")
+            await self._socket.close(code=1008, reason=self._reason)
         except (WebSocketDisconnect, RuntimeError, OSError):
             self.closed = True

@@ -7,21 +7,35 @@ import importlib.metadata
 import logging
 import secrets
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play import protocol
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.folder import checked_name, is_regular
+from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.games_folder import check_folder
 from swarm_pz.play.server.live_session import Moment, ServerContext
-from swarm_pz.play.server.replay_session import LoadedRecording
-from swarm_pz.play.server.room import RefusedError, Room
+from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
+from swarm_pz.play.server.room import AWAY_S, RefusedError, Room
 from swarm_pz.play.server.seat import Seat
+from swarm_pz.play.strokes import Stroke, density_of
 
 MOST_ROOMS = 100
-_IDLE_S = 600.0
-"""Seconds after which a room without anybody is closed."""
+MOST_ROOMS_OF_ADDRESS = 40
+"""Of these, at once: a class behind one address has enough, and others some left. So many may be opened one after
+another, too, and then one a second: opening a room and beginning its game is work."""
+MOST_EMPTY_ROOMS_OF_ADDRESS = 10
+"""Beyond these, the one that has been without anybody for longest gives way: games that nobody sees are work, too."""
+MOST_REPLAY_BYTES = 256 * 2**20
+"""Of the files of recorded games that are watched at once: each takes some times as much memory."""
+EMPTY_S = 30.0
+"""Seconds after which a room is closed that nobody is in, or has a seat to come back to."""
 _LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 log = logging.getLogger("swarm_pz.play")
 
@@ -39,12 +53,22 @@ class Lobby:
     ----------
     rooms : dict of str to Room
         By code.
+    watched : set of ReplaySession
+        Recorded games that somebody watches.
+    replaying : Executor
+        The thread in which they are simulated.
     """
 
     def __init__(self, context: ServerContext, policies: Mapping[str, str]) -> None:
         self.context = context
         self.rooms: dict[str, Room] = {}
-        self._reading = asyncio.Lock()
+        self._openings: dict[str, Budget] = {}
+        self.watched: set[ReplaySession] = set()
+        # Of one thread each, so that what is asked for waits in line, and is no more than a core's work in all. A
+        # thread reads on when nobody waits any more; the next one begins after it.
+        self._reading = ThreadPoolExecutor(1, "reading")
+        self.replaying = ThreadPoolExecutor(1, "replaying")
+        self._painting = ThreadPoolExecutor(1, "painting")
         self._policies = [protocol.PolicyInfo(name=name, about=text) for name, text in policies.items()]
 
     def welcome(self) -> protocol.Welcome:
@@ -63,16 +87,29 @@ class Lobby:
             raise RefusedError("unknown", f"there is no policy {name[:80]!r} here")
         return name
 
-    def open_room(self, settings: protocol.Settings, moment: Moment | None = None) -> Room:
+    def open_room(self, settings: protocol.Settings, moment: Moment | None = None, address: str = "") -> Room:
         """Return a new room, perhaps one in which a recorded game goes on.
 
         Raises
         ------
         RefusedError
-            If there are too many, there is no such game, or games cannot be recorded.
+            If there are too many, in all or of who opens it, there is no such game, or games cannot be recorded.
         """
+        now = time.monotonic()
+        own = [room for room in self.rooms.values() if room.address == address]
+        empty = [room for room in own if not room.connections]
+        gives_way = len(empty) >= MOST_EMPTY_ROOMS_OF_ADDRESS
+        if len(own) - gives_way >= MOST_ROOMS_OF_ADDRESS:
+            raise RefusedError(
+                "full", f"your network has {MOST_ROOMS_OF_ADDRESS} rooms open and no more; leave one, or join one"
+            )
+        budget = self._openings.setdefault(address, Budget(MOST_ROOMS_OF_ADDRESS, 1.0, now))
+        if not budget.take(1.0, now):
+            raise RefusedError("full", "your network opens rooms too fast; wait for a second, or join one")
+        if gives_way:
+            self.close_room(min(empty, key=lambda room: room.last_used))
         if len(self.rooms) >= MOST_ROOMS:
-            raise RefusedError("full", f"this server has {MOST_ROOMS} rooms and no more; try again later")
+            raise RefusedError("full", f"this server has {MOST_ROOMS} rooms and no more; try again later, or join one")
         try:
             check_folder(self.context.folder)
         except OutputError as error:
@@ -82,7 +119,7 @@ class Lobby:
         while not code or code in self.rooms:
             code = "".join(secrets.choice(_LETTERS) for _ in range(4))
         try:
-            self.rooms[code] = Room(code, settings, self.context, moment)
+            self.rooms[code] = Room(code, settings, self.context, moment, address)
         except ConfigError as error:
             raise RefusedError("not_valid", str(error)) from error
         return self.rooms[code]
@@ -98,11 +135,12 @@ class Lobby:
     def close_idle_rooms(self) -> None:
         """Close rooms that nobody has been in for a while, and give up the seats of who does not come back."""
         now = time.monotonic()
+        self._openings = {where: budget for where, budget in self._openings.items() if not budget.is_full(now)}
         for room in list(self.rooms.values()):
             room.free_absent()
             if room.connections:
                 room.last_used = now
-            if room.abandoned or now - room.last_used > _IDLE_S:
+            if now - room.last_used > (EMPTY_S if room.abandoned else AWAY_S):
                 self.close_room(room)
 
     def close(self) -> None:
@@ -110,6 +148,8 @@ class Lobby:
         for room in list(self.rooms.values()):
             self.close_room(room)
         self.context.workers.close()
+        for thread in (self._reading, self.replaying, self._painting):
+            thread.shutdown(wait=False, cancel_futures=True)
 
     def seat_of(self, token: str) -> tuple[Room, Seat] | None:
         """Return the seat that a token opens."""
@@ -145,6 +185,11 @@ class Lobby:
             raise RecordingError(f"there is no recording {name} here")
         return path
 
+    def check_replays(self) -> None:
+        """Refuse to show one more recorded game where too many are shown."""
+        if sum(replay.size for replay in self.watched) >= MOST_REPLAY_BYTES:
+            raise RefusedError("full", "too many recorded games are watched here; try again later")
+
     async def read(self, name: str) -> LoadedRecording:
         """Return a recorded game, played through; one at a time, since it takes a core.
 
@@ -154,5 +199,19 @@ class Lobby:
             If there is none of that name, or it cannot be read.
         """
         path = self.find_recording(name)
-        async with self._reading:
-            return await asyncio.to_thread(LoadedRecording.read, path)
+        return await asyncio.get_running_loop().run_in_executor(self._reading, LoadedRecording.read, path)
+
+    async def draw(self, strokes: Sequence[protocol.StrokeMessage], config: TableConfig) -> NDArray[np.float64]:
+        """Return the density that strokes ask for at a table.
+
+        Raises
+        ------
+        CommandError
+            If they cannot be drawn.
+        """
+        return await asyncio.get_running_loop().run_in_executor(self._painting, _drawn, strokes, config)
+
+
+def _drawn(messages: Sequence[protocol.StrokeMessage], config: TableConfig) -> NDArray[np.float64]:
+    strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in messages]
+    return density_of(strokes, config.game.command_cells, config.mapping)

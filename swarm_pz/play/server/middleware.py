@@ -29,10 +29,14 @@ class AccessMiddleware:
     app : ASGI application
     hosts : sequence of str
         Names with their port.
+    allowed_hosts : sequence of str
+        Names by which a proxy or a tunnel is reached that leads here; pages there may be encrypted.
     """
 
-    def __init__(self, app: ASGIApp, hosts: Sequence[str]) -> None:
-        self._app, self._hosts = app, {host.lower() for host in hosts}
+    def __init__(self, app: ASGIApp, hosts: Sequence[str], allowed_hosts: Sequence[str] = ()) -> None:
+        own, others = ({host.lower() for host in names} for names in (hosts, allowed_hosts))
+        self._app, self._hosts = app, own | others
+        self._origins = {f"http://{host}" for host in own | others} | {f"https://{host}" for host in others}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request, or refuse it."""
@@ -41,9 +45,7 @@ class AccessMiddleware:
             return
         headers = Headers(scope=scope)
         host, origin = headers.get("host", "").lower(), headers.get("origin")
-        allowed = host in self._hosts and (
-            origin is None or origin.lower() in {f"http://{name}" for name in self._hosts}
-        )
+        allowed = host in self._hosts and (origin is None or origin.lower() in self._origins)
         if not allowed:
             if scope["type"] == "websocket":
                 await WebSocket(scope, receive, send).close(code=1008)

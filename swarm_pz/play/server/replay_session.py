@@ -2,13 +2,18 @@
 
 Where a simulation comes out as recorded, that is what is shown, with capture fields and targets; where
 it does not, because the processor is of another kind, the recorded frames are.
+
+Whatever simulates or reads happens in a thread; the event loop only sends what comes of it.
 """
 
 from __future__ import annotations
 
 import asyncio
 import bisect
+import functools
 import logging
+from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -35,15 +40,21 @@ class LoadedRecording:
     ----------
     recording : Recording
     frames : list of Frame
+    sizes : list of (int, int)
+        Drones of red and blue, once a second since the start.
     playback : Playback
     is_verified : bool
         Whether its simulation comes out as recorded.
+    size : int
+        Bytes of its file.
     """
 
     recording: Recording
     frames: list[Frame]
+    sizes: list[tuple[int, int]]
     playback: Playback
     is_verified: bool
+    size: int
 
     @classmethod
     def read(cls, path: Path) -> LoadedRecording:
@@ -54,7 +65,7 @@ class LoadedRecording:
         RecordingError
             If it is too long, cannot be read, or shows nothing.
         """
-        if path.stat().st_size > _MOST_BYTES:
+        if (size := path.stat().st_size) > _MOST_BYTES:
             raise RecordingError(
                 f"{path.name} is too long to be watched here; swarm-pz replay --film makes a film of it"
             )
@@ -63,7 +74,15 @@ class LoadedRecording:
         if not frames:
             raise RecordingError(f"{path.name} broke off before anything was to be seen")
         playback = Playback(recording)
-        return cls(recording, frames, playback, playback.verify().verified)
+        return cls(recording, frames, sizes_of(frames), playback, playback.verify().verified, size)
+
+
+def sizes_of(frames: Sequence[Frame]) -> list[tuple[int, int]]:
+    """Return the drones of red and blue at the beginning of each second that frames show."""
+    by_second = {frame.tick // TICKS_PER_SECOND: frame for frame in reversed(frames)}
+    blue = {second: int(frame.teams.sum()) for second, frame in by_second.items()}
+    count = len(frames[0].teams)
+    return [(count - blue[second], blue[second]) for second in sorted(blue)]
 
 
 class ReplaySession:
@@ -74,43 +93,42 @@ class ReplaySession:
     loaded : LoadedRecording
         For this replay alone.
     connection : Connection
+    thread : Executor
+        Of one thread, which is the only one to touch what was loaded.
     """
 
-    def __init__(self, loaded: LoadedRecording, connection: Connection) -> None:
+    def __init__(self, loaded: LoadedRecording, connection: Connection, thread: Executor) -> None:
         self.recording, self.is_verified, self._connection = loaded.recording, loaded.is_verified, connection
-        self._frames, self._playback = loaded.frames, loaded.playback
+        self._loaded, self._thread, self.size = loaded, thread, loaded.size
+        self._playback = loaded.playback
         self._ticks = [frame.tick for frame in loaded.frames]
         self._tick = 0
+        self._is_sought = True
         self._speed = 1.0
         self._sequence = 0
         self._tell_state()
         self._clock = asyncio.create_task(self._run())
 
     def seek(self, tick: int) -> None:
-        """Show a moment."""
-        self._tick = min(tick, self.recording.last_tick)
-        if self.is_verified:
-            self._playback.seek(self._tick)
-            for team in (RED, BLUE):
-                self._send_target(team, 0)
-        self._show()
+        """Show a moment soon; of those that are asked for meanwhile, the latest."""
+        self._tick, self._is_sought = min(tick, self.recording.last_tick), True
 
     def pace(self, speed: float) -> None:
         """Play at this many seconds of game a second; 0 holds."""
         self._speed = speed
 
-    def moment(self) -> Moment | None:
-        """Return the moment that is shown, to play on from; None where simulations come out otherwise."""
-        if not self.is_verified:
-            return None
-        playback = Playback(self.recording)
-        playback.seek(self._tick)
-        past = self.recording.until(playback.game.tick)
+    async def moment(self) -> Moment:
+        """Return the moment that is shown, or sought, to play on from; only where the simulation is verified."""
+        return await asyncio.get_running_loop().run_in_executor(self._thread, self._fork, self._tick)
+
+    def _fork(self, tick: int) -> Moment:
+        game = self._playback.fork(tick).game
+        past = self.recording.until(game.tick)
         return Moment(
-            game=playback.game,
+            game=game,
             seed=self.recording.header.seed,
-            sizes=self._sizes()[: self._tick // TICKS_PER_SECOND + 1],
-            origin=Origin(recording=self.recording.name, tick=playback.game.tick, lines=len(past)),
+            sizes=self._loaded.sizes[: game.tick // TICKS_PER_SECOND + 1],
+            origin=Origin(recording=self.recording.name, tick=game.tick, lines=len(past)),
             past=past,
         )
 
@@ -121,43 +139,41 @@ class ReplaySession:
     async def _run(self) -> None:
         owed = 0.0
         try:
-            self.seek(0)
             while True:
+                before, ticks, owed = self._tick, int(owed), owed - int(owed)
+                is_sought, self._is_sought = self._is_sought, False
+                if not is_sought:
+                    self._tick = min(before + ticks, self.recording.last_tick)
+                if is_sought or self._tick > before:
+                    await self._show(is_sought)
                 await asyncio.sleep(1.0 / TICKS_PER_SECOND)
                 owed = min(owed + self._speed, 8.0)
-                ticks = min(int(owed), self.recording.last_tick - self._tick)
-                owed -= int(owed)
-                if ticks > 0:
-                    self._tick += ticks
-                    self._go_on(ticks)
-                    self._show()
         except Exception:
             log.exception("a recorded game was not shown to its end")
             self._connection.send(protocol.Notice(text="this recorded game cannot be shown any further"))
 
-    def _go_on(self, ticks: int) -> None:
-        if self.is_verified:
-            for command in self._playback.advance(ticks):
-                self._send_target(command.team, command.number)
-
-    def _send_target(self, team: int, number: int) -> None:
-        coefficients = self._playback.game.simulator.games.coefficients[0, team]
-        self._connection.send_bytes(target_message(team, number, coefficients))
-
-    def _show(self) -> None:
+    async def _show(self, is_sought: bool) -> None:
         self._sequence += 1
-        if self.is_verified:
-            shown = frame_of(self._playback.game.simulator, self._sequence, 0.0, fields=True)
-        else:
-            frame = self._frames[max(bisect.bisect_right(self._ticks, self._tick) - 1, 0)]
-            shown = encode_frame(replace(frame, sequence=self._sequence, server_ms=0.0))
-        self._connection.show(shown, self._sequence)
+        work = functools.partial(self._picture, self._tick, self._sequence, is_sought)
+        targets, frame = await asyncio.get_running_loop().run_in_executor(self._thread, work)
+        for target in targets:
+            self._connection.send_bytes(target)
+        self._connection.show(frame, self._sequence)
 
-    def _sizes(self) -> list[tuple[int, int]]:
-        by_second = {frame.tick // TICKS_PER_SECOND: frame for frame in reversed(self._frames)}
-        blue = {second: int(frame.teams.sum()) for second, frame in by_second.items()}
-        count = len(self._frames[0].teams)
-        return [(count - blue[second], blue[second]) for second in sorted(blue)]
+    def _picture(self, tick: int, sequence: int, is_sought: bool) -> tuple[list[bytes], bytes]:
+        """Go to a tick; return targets, all or those that came into force on the way, and the frame."""
+        if not self.is_verified:
+            frame = self._loaded.frames[max(bisect.bisect_right(self._ticks, tick) - 1, 0)]
+            return [], encode_frame(replace(frame, sequence=sequence, server_ms=0.0))
+        playback = self._playback
+        if is_sought:
+            playback.seek(tick)
+            came = [(team, 0) for team in (RED, BLUE)]
+        else:
+            came = [(command.team, command.number) for command in playback.advance(tick - playback.game.tick)]
+        simulator = playback.game.simulator
+        targets = [target_message(team, number, simulator.games.coefficients[0, team]) for team, number in came]
+        return targets, frame_of(simulator, sequence, 0.0, fields=True)
 
     def _tell_state(self) -> None:
         header, end = self.recording.header, self.recording.end
@@ -178,7 +194,7 @@ class ReplaySession:
                 red=seats[0],
                 blue=seats[1],
                 watchers=1,
-                sizes=self._sizes(),
+                sizes=self._loaded.sizes,
                 min_command_interval=self.recording.config.min_command_interval,
                 outcome=end.outcome if end is not None else None,
                 recording=self.recording.name,

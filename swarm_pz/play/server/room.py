@@ -19,7 +19,6 @@ from swarm_pz.play.server.policy_workers import PolicySeat
 from swarm_pz.play.server.room_settings import table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.views import target_message
-from swarm_pz.play.strokes import Stroke, density_of
 from swarm_pz.simulator.commands import make_target
 
 AWAY_S = 60.0
@@ -52,6 +51,8 @@ class Room:
     context : ServerContext
     moment : Moment, optional
         Of a recorded game, that the first game here goes on from.
+    address : str
+        Where who opened it is.
 
     Attributes
     ----------
@@ -60,9 +61,15 @@ class Room:
     """
 
     def __init__(
-        self, code: str, settings: protocol.Settings, context: ServerContext, moment: Moment | None = None
+        self,
+        code: str,
+        settings: protocol.Settings,
+        context: ServerContext,
+        moment: Moment | None = None,
+        address: str = "",
     ) -> None:
         self.code, self.settings, self._context, self._moment = code, settings, context, moment
+        self.address = address
         self.config = moment.game.config if moment is not None else table_config(settings, context.table)
         self.seats = (Seat(0), Seat(1))
         self.watchers: set[Connection] = set()
@@ -267,21 +274,12 @@ class Room:
 
     # --- what players do --------------------------------------------------------------------------
 
-    def command(self, connection: Connection, message: protocol.CommandMessage) -> None:
-        """Take a command of strokes or a density."""
+    def command(self, connection: Connection, message: protocol.CommandMessage, density: ArrayLike) -> None:
+        """Take a command, as a density; its message may hold the strokes that the density was drawn by."""
         seat = self.seat_of(connection)
         if self.session is None or self.phase not in ("starting", "playing"):
             raise RefusedError("out_of_turn", "no game is running: commands count once both seats are ready")
-        if (message.strokes is None) == (message.density is None):
-            raise RefusedError("not_valid", "a command must hold either strokes or a density")
         try:
-            density: ArrayLike
-            if message.density is not None:
-                density = message.density
-            else:
-                drawn = message.strokes or []
-                strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in drawn]
-                density = density_of(strokes, self.config.game.command_cells, self.config.mapping)
             command = self.session.submit(seat.team, message.number, density, message.strokes, message.timing)
         except (CommandError, ValueError) as error:
             raise RefusedError("not_valid", str(error)) from error

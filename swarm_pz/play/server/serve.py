@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ipaddress
+import re
 import socket
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import uvicorn
@@ -22,6 +24,9 @@ from swarm_pz.play.strokes import WIDEST, Stroke, density_of
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _END_S = 3
+_PING_S = 20.0
+_SWITCH_S = 0.0005
+"""Seconds after which a thread gives way to another; a recorded game that is read takes many thousand steps."""
 
 
 def names_of(host: str, port: int) -> list[str]:
@@ -32,20 +37,36 @@ def names_of(host: str, port: int) -> list[str]:
     CommandError
         If there is no such address.
     """
-    names = {host} - {"0.0.0.0", "::"}  # noqa: S104  (left out)
     if host in LOOPBACK:
-        names |= set(LOOPBACK)
+        names = set(LOOPBACK)
     else:
         try:
             own = socket.gethostname()
-            addresses = {entry[4][0] for entry in socket.getaddrinfo(host, port)}
+            addresses = {str(entry[4][0]) for entry in socket.getaddrinfo(host, port)}
             if any(ipaddress.ip_address(address).is_unspecified for address in addresses):
-                names |= set(LOOPBACK) | {own, f"{own}.local"} | _own_addresses()
-            names |= {str(address) for address in addresses}
+                names = set(LOOPBACK) | {own, f"{own}.local"} | _own_addresses()  # nobody is called 0.0.0.0
+            else:
+                names = {host} | addresses
         except OSError as error:
             raise CommandError(f"there is no host {host!r} here: {error.strerror}") from error
     hosts = [f"[{name}]" if ":" in name else name for name in sorted(names)]
     return [f"{name}:{port}" for name in hosts] + (hosts if port == 80 else [])
+
+
+def check_allowed(names: Sequence[str]) -> None:
+    """Refuse what is no name, perhaps with a port, that a browser sends as Host.
+
+    Raises
+    ------
+    CommandError
+        If one holds anything else.
+    """
+    for name in names:
+        if not re.fullmatch(r"[A-Za-z0-9._-]+(:[0-9]{1,5})?|\[[0-9A-Fa-f:.]+\](:[0-9]{1,5})?", name):
+            raise CommandError(
+                f"--allowed-hosts takes names as browsers ask for them, such as play.example.org or box.local:8443, "
+                f"got {name!r}"
+            )
 
 
 def _own_addresses() -> set[str]:
@@ -77,6 +98,7 @@ def serve(
     *,
     host: str = "127.0.0.1",
     port: int = 8000,
+    allowed_hosts: Sequence[str] = (),
     folder: Path = Path("runs/games"),
     page: str = "",
     countdown_s: float = COUNTDOWN_S,
@@ -96,6 +118,9 @@ def serve(
         Where to listen; loopback is this machine alone.
     port : int
         0 takes any free one.
+    allowed_hosts : sequence of str
+        Names by which a proxy or a tunnel on this machine is reached that leads here. With one, the address of who
+        comes through it is what it says (X-Forwarded-For).
     folder : Path
         Of the recordings.
     countdown_s : float
@@ -112,8 +137,9 @@ def serve(
     Raises
     ------
     CommandError
-        If it cannot listen there.
+        If it cannot listen there, or an allowed host is none.
     """
+    check_allowed(allowed_hosts)
     listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
@@ -126,7 +152,7 @@ def serve(
     names = names_of(host, port)
     context = ServerContext(folder=folder, workers=PolicyWorkers(loader), table=table, countdown_s=countdown_s)
     _ = context.seat_index  # read before anybody waits for it
-    app = Server(Lobby(context, policies)).app(names)
+    app = Server(Lobby(context, policies)).app(names, allowed_hosts)
     is_open = host not in LOOPBACK
     listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104
     shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host
@@ -146,6 +172,16 @@ def serve(
         ws_max_queue=32,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=_END_S,
+        # A peer that is gone, and answers no ping, is closed.
+        ws_ping_interval=_PING_S,
+        ws_ping_timeout=_PING_S,
+        # Nobody may choose where they are said to be; a proxy on this machine may say where others are.
+        proxy_headers=bool(allowed_hosts),
         server_header=False,
     )
-    uvicorn.Server(config).run(sockets=[listening])
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(_SWITCH_S)
+    try:
+        uvicorn.Server(config).run(sockets=[listening])
+    finally:
+        sys.setswitchinterval(before)

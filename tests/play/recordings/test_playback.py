@@ -14,6 +14,7 @@ from swarm_pz.play.frames import FASTEST, encode_frame
 from swarm_pz.play.recordings import playback as module
 from swarm_pz.play.recordings.format import CapturedLine, FrameLine, Recording, frame_line
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.simulator import Simulator
 from tests.play.recordings.test_format import CONFIG, record
 
 CALM = CONFIG.replace(game=CONFIG.game.replace(capture=CaptureConfig(enabled=False)))
@@ -100,6 +101,30 @@ def test_drones_too_fast_for_a_frame_are_shown_at_its_fastest_and_verify(tmp_pat
     recording = Recording.read(tmp_path / "a.jsonl")
     assert max(np.abs(frame.velocities).max() for frame in recording.frames()) == FASTEST
     assert Playback(recording).verify().verified
+
+
+def test_a_seek_begins_at_the_nearest_moment_that_is_kept_and_their_memory_is_bounded(tmp_path, monkeypatch):
+    record(tmp_path / "a.jsonl", ticks=600, config=CALM)
+    recording = Recording.read(tmp_path / "a.jsonl")
+    straight = Playback(recording)
+    straight.seek(500)
+    advanced, advance = [], Simulator.advance
+    monkeypatch.setattr(Simulator, "advance", lambda s, ticks, *a: (advanced.append(ticks), advance(s, ticks, *a)))
+    one = sum(array.nbytes for array in straight.game.simulator.snapshot())
+    for most, kept in ((1000, range(0, 600, 90)), (4, range(0, 600, 180)), (3, range(0, 600, 360))):
+        monkeypatch.setattr(module, "_MARKS_BYTES", most * one)
+        playback = Playback(recording)
+        playback.seek(599)
+        assert sorted(playback._marks) == list(kept)
+        advanced.clear()
+        fork = playback.fork(500)
+        assert sum(advanced) == 500 - max(tick for tick in kept if tick <= 500)
+        assert playback.game.tick == 599, "and this one stays where it is"
+        np.testing.assert_array_equal(fork.game.simulator.positions, straight.game.simulator.positions)
+        fork.game.submit(0, 99, np.eye(10))
+        straight_on = straight.fork(500).game
+        straight_on.submit(0, 99, np.eye(10))
+        assert fork.game.advance(30) == straight_on.advance(30), "a command waits for the one before it"
 
 
 def test_all_that_came_into_force_on_the_way_is_told(tmp_path):

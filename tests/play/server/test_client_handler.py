@@ -1,15 +1,18 @@
 """What one client does, message by message, without a network."""
 
 import asyncio
+import threading
 
+import numpy as np
 import pytest
 
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import PaintedLine, SeatLine
-from swarm_pz.play.server.client_handler import ClientHandler
+from swarm_pz.play.server import lobby
+from swarm_pz.play.server.client_handler import HELLO_S, SILENT_S, ClientHandler
 from swarm_pz.play.server.live_session import ServerContext
 from swarm_pz.play.server.lobby import Lobby
-from swarm_pz.play.server.replay_session import LoadedRecording
+from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from tests.play.recordings.test_format import record
 from tests.play.recordings.test_playback import CALM
 from tests.play.server.test_room import Client, Workers, playing, read, until
@@ -27,14 +30,22 @@ class Guest(Client):
     def may_speak(self):
         return self.patience
 
+    def may_send(self, size):
+        return True
+
     def acknowledge(self, sequence):
         self.acknowledged.append(sequence)
+        return True
+
+    def refuse(self, refusal):
+        self.messages.append(refusal)
 
     def say(self, message):
         """Say something; return the code by which it is refused, or None."""
-        if self.handler.hear(protocol.encode(message)):
-            return None
-        return self.heard(protocol.Refused)[-1].code
+        before = len(self.heard(protocol.Refused))
+        self.handler.hear(protocol.encode(message))
+        refused = self.heard(protocol.Refused)[before:]
+        return refused[-1].code if refused else None
 
     async def watch(self, recording):
         """Open a recorded game and wait until it is shown."""
@@ -155,7 +166,9 @@ def test_a_take_over_is_against_whoever_sat_there(tmp_path):
             await guest.watch("a.jsonl")
             guest.say(protocol.Seek(45))
             assert guest.say(message) is None
+            await until(lambda: hall.rooms)
             room = hall.room()
+            assert room._moment.origin.tick == 45
             assert [seat.policy for seat in room.seats] == policies and room.config == CALM
             assert room.seats[("red", "blue").index(message.seat)].connection is guest
             assert guest.say(protocol.Seek(3)) == "out_of_turn", "what was watched is over"
@@ -176,7 +189,8 @@ def test_what_cannot_be_gone_on_with_is_refused(tmp_path, monkeypatch):
         assert guest.say(protocol.TakeOver("red")) == "unknown"
         await guest_watches(guest, "over.jsonl")
         guest.say(protocol.Seek(30))
-        assert guest.say(protocol.TakeOver("red")) == "not_valid"
+        assert guest.say(protocol.TakeOver("red")) is None
+        await until(lambda: guest.heard(protocol.Refused))
         assert "over at this moment" in guest.heard(protocol.Refused)[-1].reason
         monkeypatch.setattr("swarm_pz.play.recordings.playback.Verification.verified", False)
         await guest_watches(guest, "over.jsonl")
@@ -218,6 +232,160 @@ def test_of_games_that_are_opened_only_the_last_is_shown(tmp_path, monkeypatch):
         assert [state.recording for state in guest.heard(protocol.RoomState)] == ["b.jsonl"]
         await asyncio.sleep(0.1)
         assert list(loaded) == ["b.jsonl"] and not gone.heard(protocol.RoomState)
+
+    visiting(tmp_path, script)
+
+
+@pytest.mark.parametrize("goes", [protocol.Create(opponent="ring"), protocol.Leave(), None])
+@pytest.mark.parametrize("what", ["open", "take over"])
+def test_who_has_gone_elsewhere_meanwhile_stays_there(goes, what, tmp_path, monkeypatch):
+    record(tmp_path / "a.jsonl", ticks=30, config=CALM)
+
+    async def script(hall):
+        gate, asked = asyncio.Event(), []
+        read, moment = hall.read, ReplaySession.moment
+
+        async def slowly(there, *how):
+            asked.append(how)
+            await gate.wait()
+            return await there(*how)
+
+        guest, other = Guest(hall), Guest(hall)
+        other.say(protocol.Create())
+        if what == "open":
+            monkeypatch.setattr(hall, "read", lambda name: slowly(read, name))
+            guest.say(protocol.OpenReplay("a.jsonl"))
+        else:
+            await guest.watch("a.jsonl")
+            monkeypatch.setattr(ReplaySession, "moment", lambda replay: slowly(moment, replay))
+            guest.say(protocol.TakeOver("red"))
+        await until(lambda: asked)
+        joins = protocol.Join(hall.room().code, "blue")
+        assert guest.say(goes or joins) is None
+        rooms = list(hall.rooms.values())
+        guest.messages.clear()
+        gate.set()
+        await asyncio.sleep(0.2)
+        assert list(hall.rooms.values()) == rooms and not hall.watched
+        assert {state.phase for state in guest.heard(protocol.RoomState)} <= {"waiting"}, "a policy has loaded"
+        assert not guest.heard(protocol.Seated) and not guest.heard(protocol.Refused)
+
+    visiting(tmp_path, script)
+
+
+def test_who_could_not_go_elsewhere_is_still_taken_where_they_wanted(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=30, config=CALM)
+
+    async def script(hall):
+        guest = Guest(hall)
+        guest.say(protocol.OpenReplay("a.jsonl"))
+        assert guest.say(protocol.Join("ZZZZ")) == "unknown"
+        await until(lambda: guest.heard(protocol.RoomState))
+        assert guest.heard(protocol.RoomState)[0].phase == "replay" and len(hall.watched) == 1
+        guest.handler.end()
+        assert not hall.watched
+
+    visiting(tmp_path, script)
+
+
+def dot(number):
+    return protocol.CommandMessage(number, strokes=[protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])])
+
+
+def even(number):
+    return protocol.CommandMessage(number, density=[[1.0] * 10] * 10)
+
+
+def test_a_drawing_is_painted_elsewhere_one_at_a_time_and_the_latest_command_waits(tmp_path, monkeypatch):
+    async def script(hall):
+        painted, gate, threads = [], threading.Event(), set()
+
+        def slowly(strokes, config):
+            threads.add(threading.current_thread())
+            painted.append(len(strokes))
+            assert gate.wait(60)
+            return np.ones((10, 10))
+
+        monkeypatch.setattr(lobby, "_drawn", slowly)
+        guest = Guest(hall)
+        guest.say(protocol.Create(settings=protocol.Settings(blue=0)))
+        guest.say(protocol.Ready())
+        guest.say(dot(1))
+        await until(lambda: painted)
+        for message in (dot(2), even(3), dot(4), even(5)):
+            assert guest.say(message) is None
+        assert not guest.heard(protocol.Received)
+        gate.set()
+        await until(lambda: len(guest.heard(protocol.Received)) == 2)
+        assert [message.number for message in guest.heard(protocol.Received)] == [1, 5], "none comes before an earlier"
+        guest.say(even(6))
+        assert guest.heard(protocol.Received)[-1].number == 6, "nothing is in its way"
+        guest.say(dot(7))
+        await until(lambda: len(guest.heard(protocol.Received)) == 4)
+        assert painted == [1, 1] and threading.current_thread() not in threads and len(threads) == 1
+        assert not guest.heard(protocol.Refused)
+
+    visiting(tmp_path, script)
+
+
+def test_what_cannot_be_drawn_is_refused_and_a_room_that_was_left_hears_of_no_drawing(tmp_path):
+    async def script(hall):
+        guest = Guest(hall)
+        guest.say(protocol.Create(settings=protocol.Settings(blue=0)))
+        guest.say(protocol.Ready())
+        guest.say(protocol.CommandMessage(1, strokes=[protocol.StrokeMessage("attract", 0.9, [(0.5, 0.5)])]))
+        await until(lambda: guest.heard(protocol.Refused))
+        refused = guest.heard(protocol.Refused)[0]
+        assert (refused.code, refused.about) == ("not_valid", "command") and "0.05 to 0.3" in refused.reason
+        assert guest.say(protocol.CommandMessage(2)) == "not_valid"
+        guest.say(dot(3))
+        guest.say(protocol.Leave())
+        guest.say(protocol.Create(settings=protocol.Settings(blue=0)))
+        guest.messages.clear()
+        await asyncio.sleep(0.2)
+        assert not guest.messages
+
+    visiting(tmp_path, script)
+
+
+def test_acknowledgements_count_only_if_they_are_none(tmp_path):
+    async def script(hall):
+        guest, news = Guest(hall), True
+        guest.acknowledge = lambda sequence: news
+        guest.patience = False
+        assert guest.say(protocol.Ping(0.0)) == "too_many"
+        assert guest.say(protocol.Acknowledge(1)) is None, "or frames would stop for good"
+        news = False
+        assert guest.say(protocol.Acknowledge(1)) == "too_many"
+        guest.patience, guest.may_send = True, lambda size: False
+        assert guest.say(protocol.Ping(0.0)) == "too_many"
+
+    visiting(tmp_path, script)
+
+
+def test_who_says_nothing_is_closed_unless_they_are_somewhere(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=30, config=CALM)
+
+    async def script(hall):
+        closed = []
+
+        def guest(name):
+            made = Guest(hall)
+            made.close = lambda reason: closed.append((name, reason))
+            return made
+
+        player, watcher, idler = guest("player"), guest("watcher"), guest("idler")
+        player.say(protocol.Create())
+        await watcher.watch("a.jsonl")
+        dumb = guest("dumb")
+        dumb.handler = ClientHandler(hall, dumb)
+        everybody = (player, watcher, idler, dumb)
+        for now in (HELLO_S - 1, HELLO_S + 1, SILENT_S - 1, SILENT_S + 1):
+            for one in everybody:
+                one.handler.close_if_silent(now)
+        assert closed[0] == ("dumb", "no hello came within 10 seconds")
+        assert {name for name, _ in closed} == {"dumb", "idler"}
+        assert ("idler", "nothing was said for 300 seconds, outside of any room") in closed
 
     visiting(tmp_path, script)
 

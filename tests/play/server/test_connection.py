@@ -25,7 +25,7 @@ class Socket:
         self.sent.append(data)
 
     async def close(self, code, reason):
-        self.closed = code
+        self.closed, self.reason = code, reason
 
 
 def talk(script, fault=None):
@@ -78,11 +78,11 @@ def test_twelve_frames_are_on_their_way_and_an_answer_makes_room_for_the_newest(
         connection.send(pong(1))
         await settle()
         assert sent[12:] == [pong(1)], "messages are sent even so, and frames are not"
-        connection.acknowledge(99)
-        connection.acknowledge(0)
+        assert not connection.acknowledge(99) and not connection.acknowledge(0)
         await settle()
         assert sent[13:] == [], "nor for an answer to a frame that is not on its way"
-        connection.acknowledge(4)  # and so the four of them
+        assert connection.acknowledge(4)  # and so the four of them
+        assert not connection.acknowledge(4)
         await settle()
         assert sent[13:] == [b"15"]
         await show(16, 20)
@@ -115,6 +115,44 @@ def test_a_socket_that_is_gone_closes_its_connection(fault):
         assert connection.closed
 
     assert talk(script, fault).closed is None
+
+
+def test_what_is_said_in_a_second_has_so_many_bytes_and_short_messages_none(monkeypatch):
+    now = 100.0
+    monkeypatch.setattr(module.time, "monotonic", lambda: now)
+    connection = Connection(None)
+    assert [connection.may_send(protocol.MAX_MESSAGE_BYTES) for _ in range(4)] == [True, True, False, False]
+    assert all(connection.may_send(200) for _ in range(100))
+    now += 0.5
+    assert [connection.may_send(protocol.MAX_MESSAGE_BYTES) for _ in range(2)] == [True, False]
+    now += 60.0
+    assert [connection.may_send(protocol.MAX_MESSAGE_BYTES) for _ in range(3)] == [True, True, False]
+
+
+def test_who_is_refused_again_and_again_is_shown_out_and_told_why(monkeypatch):
+    now = 100.0
+    monkeypatch.setattr(module.time, "monotonic", lambda: now)
+    refusal = protocol.Refused(code="too_many", reason="")
+    patient, hasty = Connection(Socket()), Connection(Socket())
+    for _ in range(150):
+        patient.refuse(refusal)
+        patient._waiting.clear()  # it was sent
+        now += 0.2
+    assert not patient.closed
+    for count in range(100):
+        assert not hasty.closed, count
+        hasty.refuse(refusal)
+    assert hasty.closed
+    asyncio.run(hasty.run())
+    assert hasty._socket.reason == "100 messages were refused within 10 seconds"
+
+
+def test_a_client_is_told_that_it_is_slow_only_if_it_is():
+    async def script(connection, sent, settle):
+        for number in range(257):
+            connection.send(pong(number))
+
+    assert talk(script).reason == "too slow: 256 messages wait to be received"
 
 
 def test_twenty_messages_a_second_are_heard_and_those_that_were_not_count_for_nothing(monkeypatch):

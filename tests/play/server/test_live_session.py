@@ -51,7 +51,7 @@ def test_policies_are_asked_once_a_command_period_and_only_when_they_have_answer
 
     config, seed, workers, lines = asyncio.run(play())
     assert {(line.team, line.number) for line in lines} == {(0, 1), (0, 2), (0, 3), *((1, n) for n in range(1, 6))}
-    assert all(line.density[0][0] == (1.0 if line.team == RED else 1.3333) for line in lines)
+    assert all(line.density[0][1] == (1.0 if line.team == RED else 0.75) for line in lines)
     for seat, _ in workers.asked:
         assert (seat.policy, seat.game) == (("one", "two")[seat.team], config.game)
     assert {(stream.entropy, stream.spawn_key) for stream in workers.seeds.values()} == {(seed, (0,)), (seed, (1,))}
@@ -270,7 +270,7 @@ def test_a_command_tells_the_tick_at_which_it_arrived(tmp_path):
             for number in (1, 2, 3):
                 await until(lambda number=number: room.session.game.tick > 7 * number)
                 ticks.append(room.session.game.tick)
-                room.command(red, protocol.CommandMessage(number, density=np.eye(10).tolist()))
+                room.command(red, protocol.CommandMessage(number, density=np.eye(10).tolist()), np.eye(10))
             room.stop()
             return ticks, read(room)
 

@@ -1,6 +1,8 @@
 """The lobby: rooms by code, seats by token, and rooms that are closed when nobody is there."""
 
+import asyncio
 import os
+import threading
 import time
 
 import pytest
@@ -9,9 +11,15 @@ from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.server import lobby as module
 from swarm_pz.play.server.live_session import ServerContext
-from swarm_pz.play.server.lobby import Lobby
+from swarm_pz.play.server.lobby import (
+    EMPTY_S,
+    MOST_EMPTY_ROOMS_OF_ADDRESS,
+    MOST_REPLAY_BYTES,
+    MOST_ROOMS_OF_ADDRESS,
+    Lobby,
+)
 from swarm_pz.play.server.policy_workers import PolicyWorkers
-from swarm_pz.play.server.room import RefusedError
+from swarm_pz.play.server.room import AWAY_S, RefusedError
 from tests.play.faulty import loader
 from tests.play.server.test_room import Client
 
@@ -25,16 +33,15 @@ def lobby(tmp_path):
 
 
 def test_rooms_in_which_nobody_has_been_for_long_are_closed_and_no_others(lobby):
-    watched, empty, new = (lobby.open_room(protocol.Settings()) for _ in range(3))
+    watched, empty, away, reloading, new = (lobby.open_room(protocol.Settings()) for _ in range(5))
     watched.watch(Client())
-    long_ago = time.monotonic() - 2 * module._IDLE_S
-    for room in (watched, empty):
-        room.last_used = long_ago
-    for room in (empty, new):
+    for room in (away, reloading):
         room.seats[0].token = "0" * 32  # somebody may come back
+    for room, seconds in ((watched, 1000), (empty, EMPTY_S + 1), (away, AWAY_S + 1), (reloading, AWAY_S - 10)):
+        room.last_used = time.monotonic() - seconds
     lobby.close_idle_rooms()
-    assert list(lobby.rooms.values()) == [watched, new]
-    assert watched.last_used > long_ago
+    assert list(lobby.rooms.values()) == [watched, reloading, new]
+    assert watched.last_used > time.monotonic() - 10
 
 
 def test_rooms_are_found_by_code_and_seats_by_token(lobby):
@@ -56,6 +63,103 @@ def test_there_are_no_more_rooms_than_allowed(lobby, monkeypatch):
         lobby.open_room(protocol.Settings())
     lobby.close_room(last)
     assert lobby.open_room(protocol.Settings()).code in lobby.rooms
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Give a clock that goes on when it is told."""
+
+    class Clock:
+        now = 1000.0
+
+    monkeypatch.setattr(module.time, "monotonic", lambda: Clock.now)
+    return Clock
+
+
+def fill(lobby, address, count, *, watched=False):
+    rooms = []
+    for _ in range(count):
+        rooms.append(lobby.open_room(protocol.Settings(), address=address))
+        if watched:
+            rooms[-1].watch(Client())
+    return rooms
+
+
+def test_an_address_has_a_share_of_the_rooms(lobby, clock):
+    rooms = fill(lobby, "192.0.2.1", MOST_ROOMS_OF_ADDRESS, watched=True)
+    clock.now += 60.0
+    with pytest.raises(RefusedError, match="your network has 40 rooms open and no more; leave one") as refused:
+        fill(lobby, "192.0.2.1", 1)
+    assert refused.value.code == "full"
+    assert fill(lobby, "192.0.2.2", 1), "others have room"
+    lobby.close_room(rooms[-1])
+    assert fill(lobby, "192.0.2.1", 1)
+
+
+def test_of_the_rooms_of_an_address_that_nobody_is_in_the_one_that_was_longest_so_gives_way(lobby, clock):
+    (others,) = fill(lobby, "192.0.2.2", 1)
+    rooms = fill(lobby, "192.0.2.1", MOST_EMPTY_ROOMS_OF_ADDRESS + 1)
+    assert rooms[0].code not in lobby.rooms, "all came at once, so the first"
+    rooms[3].watch(Client())
+    rooms[5].last_used -= 10.0
+    others.last_used = rooms[3].last_used = 0.0
+    more = fill(lobby, "192.0.2.1", 3)
+    assert [room for room in rooms if room.code not in lobby.rooms] == [*rooms[:2], rooms[5]]
+    assert {room.code for room in (others, *more)} <= set(lobby.rooms)
+
+
+def test_an_address_opens_so_many_rooms_at_once_and_then_one_a_second(lobby, clock):
+    fill(lobby, "192.0.2.1", MOST_ROOMS_OF_ADDRESS)
+    with pytest.raises(RefusedError, match="opens rooms too fast; wait for a second") as refused:
+        fill(lobby, "192.0.2.1", 1)
+    assert refused.value.code == "full" and len(lobby.rooms) == MOST_EMPTY_ROOMS_OF_ADDRESS, "and none gave way"
+    fill(lobby, "192.0.2.2", 1)
+    clock.now += 2.0
+    lobby.close_idle_rooms()
+    fill(lobby, "192.0.2.1", 2)
+    with pytest.raises(RefusedError, match="too fast"):
+        fill(lobby, "192.0.2.1", 1)
+
+
+def test_recorded_games_that_are_watched_are_so_large_together_and_no_larger(lobby):
+    class Watched:
+        def __init__(self, size):
+            self.size = size
+
+    lobby.watched = {Watched(MOST_REPLAY_BYTES - 1)}
+    lobby.check_replays()
+    lobby.watched.add(Watched(1))
+    with pytest.raises(RefusedError, match="too many recorded games are watched") as refused:
+        lobby.check_replays()
+    assert refused.value.code == "full"
+
+
+def test_a_recording_that_nobody_waits_for_any_more_is_read_to_its_end_before_the_next_is(lobby, tmp_path, monkeypatch):
+    for name in "abc":
+        (tmp_path / f"{name}.jsonl").touch()
+    gate, reading, most, read = threading.Event(), [], [], []
+
+    def slowly(path):
+        reading.append(path)
+        most.append(len(reading))
+        gate.wait(60)
+        reading.remove(path)
+        read.append(path.stem)
+
+    monkeypatch.setattr(module.LoadedRecording, "read", slowly)
+
+    async def visit():
+        first, second, third = (asyncio.create_task(lobby.read(f"{name}.jsonl")) for name in "abc")
+        while not reading:
+            await asyncio.sleep(0.01)
+        first.cancel()
+        second.cancel()
+        await asyncio.sleep(0.1)
+        gate.set()
+        await third
+
+    asyncio.run(visit())
+    assert read == ["a", "c"] and max(most) == 1, "and who has not begun never begins"
 
 
 def test_policies_and_recordings_that_are_not_here_are_refused(lobby):

@@ -11,7 +11,7 @@ from swarm_pz.play.server import middleware
 )
 
 
-def ask(kind, hosts=("Here.example:80", "[::1]:80"), **headers):
+def ask(kind, hosts=("Here.example:80", "[::1]:80"), allowed=(), **headers):
     """Return the messages by which a request, or a socket, is answered."""
     answers = []
 
@@ -26,7 +26,7 @@ def ask(kind, hosts=("Here.example:80", "[::1]:80"), **headers):
         return {"type": "websocket.connect"}
 
     scope = {"type": kind, "headers": [(name.encode(), value.encode()) for name, value in headers.items()]}
-    asyncio.run(Access(inner, hosts)(scope, receive, send))
+    asyncio.run(Access(inner, hosts, allowed)(scope, receive, send))
     return answers
 
 
@@ -52,6 +52,14 @@ def test_others_are_refused_before_anything_is_done(headers):
     assert start["status"] == 403 and b"not known by that name" in body["body"]
     (closed,) = ask("websocket", **headers)
     assert (closed["type"], closed["code"]) == ("websocket.close", 1008)
+
+
+@pytest.mark.parametrize("scheme", ["http", "https"])
+@pytest.mark.parametrize("host", ["play.example.org", "PLAY.example.org", "here.example:80"])
+def test_a_proxy_may_ask_by_its_name_or_ours_for_its_encrypted_pages(scheme, host):
+    origin = f"{scheme}://play.example.org"
+    assert ask("http", allowed=["Play.example.org"], host=host, origin=origin)[0]["status"] == 200
+    assert ask("http", host=host, origin=origin)[0]["status"] == 403
 
 
 def test_every_page_goes_out_with_headers_that_keep_it_to_itself():

@@ -1,6 +1,7 @@
 """Recorded games that are watched, and played on from the moment that is shown."""
 
 import asyncio
+from concurrent.futures import Executor, Future
 from dataclasses import replace
 
 import numpy as np
@@ -13,11 +14,11 @@ from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server import replay_session as module
-from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
+from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession, sizes_of
 from swarm_pz.play.server.room_settings import settings_of
 from tests.play.recordings.test_format import record
 from tests.play.recordings.test_playback import CALM
-from tests.play.server.test_room import Client, until
+from tests.play.server.test_room import THREAD, Client, until
 
 
 @pytest.mark.parametrize("tick", [0, 59, 60, 75])
@@ -26,9 +27,9 @@ def test_what_is_taken_over_has_the_sizes_of_the_whole_seconds_that_were_played(
     record(path, ticks=120)
 
     async def watch():
-        replay = ReplaySession(LoadedRecording.read(path), Client())
+        replay = ReplaySession(LoadedRecording.read(path), Client(), THREAD)
         replay.seek(tick)
-        moment = replay.moment()
+        moment = await replay.moment()
         replay.close()
         return moment
 
@@ -48,7 +49,7 @@ def watch(path, script, is_verified=True):
         client = Client()
         loaded = LoadedRecording.read(path)
         assert loaded.is_verified
-        replay = ReplaySession(replace(loaded, is_verified=is_verified), client)
+        replay = ReplaySession(replace(loaded, is_verified=is_verified), client, THREAD)
         replay.pace(0.0)
         await until(lambda: client.frames)  # the start is shown first
         await script(replay, client)
@@ -99,15 +100,18 @@ def test_a_recorded_game_is_told_of_as_it_was(tmp_path):
 def test_sizes_of_a_second_are_those_at_its_beginning(tmp_path):
     record(tmp_path / "a.jsonl", ticks=60, config=CALM)
     loaded = LoadedRecording.read(tmp_path / "a.jsonl")
+    assert loaded.sizes == [(4, 4)] * 3
     for frame in loaded.frames:
         frame.teams[:] = np.arange(8) < frame.tick // 10
+    assert sizes_of(loaded.frames) == [(8, 0), (5, 3), (2, 6)]
 
-    async def watched():
-        client = Client()
-        ReplaySession(loaded, client).close()
-        return client.messages[0].sizes
 
-    assert asyncio.run(watched()) == [(8, 0), (5, 3), (2, 6)]
+async def see(replay, client, tick):
+    """Seek a moment, and return the frame that shows it."""
+    before = len(client.frames)
+    replay.seek(tick)
+    await until(lambda: len(client.frames) > before)
+    return shown(client)
 
 
 def test_a_moment_is_shown_with_fields_and_targets_and_none_lies_beyond_the_end(tmp_path):
@@ -116,19 +120,29 @@ def test_a_moment_is_shown_with_fields_and_targets_and_none_lies_beyond_the_end(
     async def script(replay, client):
         told(client)
         for asked, tick in ((70, 70), (1_000_000, 100), (4, 4)):
-            replay.seek(asked)
-            frame = shown(client)
+            frame = await see(replay, client, asked)
             assert frame.tick == tick and frame.fields is not None
             assert told(client) == [(0, 0), (1, 0)]
-            moment = replay.moment()
+            moment = await replay.moment()
             assert moment.game.tick == tick
             np.testing.assert_allclose(frame.positions, moment.game.simulator.positions[0], atol=1e-5)
             moment.game.advance(9)
-            replay.seek(tick)
-            assert shown(client).tick == tick, "what is taken over is no longer this game"
+            assert (await see(replay, client, tick)).tick == tick, "what is taken over is no longer this game"
             told(client)
 
     watch(tmp_path / "a.jsonl", script)
+
+
+class AtOnce(Executor):
+    """Does what it is given before it says so, and counts it."""
+
+    count = 0
+
+    def submit(self, work, *what):
+        self.count += 1
+        done = Future()
+        done.set_result(work(*what))
+        return done
 
 
 @pytest.mark.parametrize("speed", [0.5, 2.0])
@@ -148,7 +162,7 @@ def test_a_recorded_game_goes_on_at_its_pace_to_its_end(speed, tmp_path, monkeyp
         monkeypatch.setattr(module.asyncio, "sleep", sleep)
         client.frames.clear()
         client.bytes.clear()
-        replay = ReplaySession(LoadedRecording.read(tmp_path / "a.jsonl"), client)
+        replay = ReplaySession(LoadedRecording.read(tmp_path / "a.jsonl"), client, AtOnce())
         replay.pace(speed)
         for _ in range(500):
             await nap(0)
@@ -164,14 +178,32 @@ def test_a_recorded_game_goes_on_at_its_pace_to_its_end(speed, tmp_path, monkeyp
     watch(tmp_path / "a.jsonl", script)
 
 
+def test_of_moments_that_are_sought_meanwhile_the_latest_is_shown(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=100, config=CALM)
+
+    async def script(replay, client):
+        replay.close()
+        thread = AtOnce()
+        replay = ReplaySession(LoadedRecording.read(tmp_path / "a.jsonl"), client, thread)
+        replay.pace(0.0)
+        for tick in range(90):
+            replay.seek(tick)
+        assert thread.count == 0, "nothing is simulated where everybody waits"
+        client.frames.clear()
+        await until(lambda: client.frames)
+        replay.close()
+        assert decode_frame(client.frames[0][0]).tick == 89 and thread.count == 1
+
+    watch(tmp_path / "a.jsonl", script)
+
+
 def test_where_a_game_plays_differently_the_recorded_frames_are_shown(tmp_path):
     record(tmp_path / "a.jsonl", ticks=100, config=CALM)
 
     async def script(replay, client):
-        assert client.messages[0].verified is False and replay.moment() is None
+        assert client.messages[0].verified is False
         for asked, tick in ((50, 48), (51, 51), (52, 51), (0, 0), (10_000, 99)):
-            replay.seek(asked)
-            assert shown(client).tick == tick
+            assert (await see(replay, client, asked)).tick == tick
         assert not client.bytes, "nobody knows the targets"
 
     watch(tmp_path / "a.jsonl", script, is_verified=False)
@@ -196,7 +228,7 @@ def test_a_game_that_cannot_be_shown_any_further_says_so(shown_before, tmp_path)
 
     async def play():
         client = Client()
-        replay = ReplaySession(LoadedRecording.read(tmp_path / "a.jsonl"), client)
+        replay = ReplaySession(LoadedRecording.read(tmp_path / "a.jsonl"), client, THREAD)
         await until(lambda: len(client.frames) >= shown_before)
         client.show = None
         await until(lambda: client.heard(protocol.Notice))

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from swarm_pz.config import TICKS_PER_SECOND, CaptureConfig, GameConfig
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import decode_frame
-from swarm_pz.play.game import TableConfig
+from swarm_pz.play.game import TableConfig, as_followed
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, PaintedLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server import room as module
@@ -27,7 +28,7 @@ from tests.play.recordings.test_format import record
 class Client:
     """Keeps what it is sent."""
 
-    kind, client = "person", None
+    kind, client, address, last_heard = "person", None, "", 0.0
 
     def __init__(self):
         self.messages, self.bytes, self.frames = [], [], []
@@ -50,6 +51,8 @@ def context(tmp_path):
     return ServerContext(folder=tmp_path, workers=PolicyWorkers(loader), countdown_s=0.0)
 
 
+THREAD = ThreadPoolExecutor(1)
+"""In which recorded games are simulated."""
 CALM = TableConfig(game=GameConfig(capture=CaptureConfig(enabled=False)))
 
 
@@ -294,9 +297,9 @@ def test_a_rematch_after_a_take_over_is_a_game_of_its_own(tmp_path):
 
     async def play():
         shared, client = context(tmp_path), Client()
-        replay = ReplaySession(LoadedRecording.read(old), client)
+        replay = ReplaySession(LoadedRecording.read(old), client, THREAD)
         replay.seek(60)
-        moment = replay.moment()
+        moment = await replay.moment()
         replay.close()
         room = Room("ABCD", settings_of(moment.game.config), shared, moment)
         room.sit(client, "red", "")
@@ -510,8 +513,9 @@ def test_what_players_do_is_written_as_it_was_done(tmp_path):
             room.ready(blue, True)
             await playing(room)
             assert red.messages[-1].min_command_interval == 0.25
-            room.command(red, protocol.CommandMessage(7, strokes=[stroke], timing=timing))
-            room.command(blue, protocol.CommandMessage(3, density=np.eye(10).tolist()))
+            drawn = density_of([Stroke(brush="attract", width=0.1, points=((0.85, 0.15),))], 10, "paper")
+            room.command(red, protocol.CommandMessage(7, strokes=[stroke], timing=timing), drawn)
+            room.command(blue, protocol.CommandMessage(3, density=np.eye(10).tolist()), np.eye(10))
             assert [m.number for m in red.heard(protocol.Received)] == [7]
             assert [m.number for m in blue.heard(protocol.Received)] == [3]
             await until(lambda: red.heard(protocol.InForceMessage) and blue.heard(protocol.InForceMessage))
@@ -539,7 +543,7 @@ def test_what_players_do_is_written_as_it_was_done(tmp_path):
     assert (drawn.team, drawn.number, drawn.strokes, drawn.timing) == (0, 7, [stroke], timing)
     assert (given.team, given.number, given.strokes, given.timing) == (1, 3, None, None)
     strokes = [Stroke(brush="attract", width=0.1, points=((0.85, 0.15),))]
-    np.testing.assert_allclose(drawn.density, density_of(strokes, 10, "paper"), atol=5e-5)
+    np.testing.assert_array_equal(drawn.density, as_followed(density_of(strokes, 10, "paper")))
     np.testing.assert_array_equal(given.density, np.eye(10))
     assert 0.0 <= drawn.received_ms <= given.received_ms < 60_000.0
     for line in recording.of(InForceLine):
@@ -575,9 +579,9 @@ def test_a_room_that_goes_on_from_a_moment_has_its_table(tmp_path):
     recording = Recording.read(tmp_path / "old.jsonl")
 
     async def play():
-        replay = ReplaySession(LoadedRecording.read(tmp_path / "old.jsonl"), Client())
+        replay = ReplaySession(LoadedRecording.read(tmp_path / "old.jsonl"), Client(), THREAD)
         replay.seek(45)
-        moment = replay.moment()
+        moment = await replay.moment()
         replay.close()
         with opened(tmp_path, moment=moment) as room:
             assert room.config == recording.config

@@ -101,6 +101,23 @@ def test_a_server_that_is_open_says_so_and_shows_where_it_is(started, tmp_path, 
     assert "OPEN TO THE NETWORK" in warning and code == f"code of {address}"
 
 
+@pytest.mark.parametrize("allowed", [(), ("play.example.org", "box.local:8443")])
+def test_a_proxy_leads_here_by_the_names_that_are_allowed_and_is_believed_only_then(allowed, started, tmp_path):
+    serve(load, {"ring": ""}, port=0, folder=tmp_path, say=lambda line: None, allowed_hosts=allowed)
+    (config,) = started
+    assert config.proxy_headers == bool(allowed)
+    assert config.ws_ping_interval and config.ws_ping_timeout
+    for host in allowed:
+        assert greeted(config.app, host).policies == [protocol.PolicyInfo("ring", "")]
+
+
+@pytest.mark.parametrize("name", ["https://play.example.org", "play.example.org/", "", "*", "a b", "a:b"])
+def test_what_is_no_name_is_not_allowed(name, started, tmp_path):
+    with pytest.raises(CommandError, match=r"--allowed-hosts takes names .*play\.example\.org"):
+        serve(load, {}, port=0, folder=tmp_path, allowed_hosts=[name])
+    assert not started
+
+
 def test_a_place_where_nobody_can_listen_is_an_error(started, tmp_path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -118,7 +135,7 @@ def test_a_server_is_known_by_its_names_and_no_others(monkeypatch):
     monkeypatch.setattr(socket, "gethostname", lambda: "box")
     everywhere = names_of("0.0.0.0", 8000)  # noqa: S104
     others = ("127.0.0.1", "localhost", "[::1]", "box", "box.local", "192.0.2.7", "[2001:db8::7]")
-    assert set(everywhere) >= {f"{name}:8000" for name in others}
+    assert set(everywhere) == {f"{name}:8000" for name in others}, "and not 0.0.0.0"
 
     def fail(*_):
         raise socket.gaierror(-2, "Name or service not known")
