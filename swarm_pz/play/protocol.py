@@ -13,7 +13,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from swarm_pz.errors import ProtocolError
-from swarm_pz.play.strokes import MOST_POINTS, Brush
+from swarm_pz.play.strokes import DEFAULT_MAPPING, MOST_POINTS, Brush, Mapping
 
 SUBPROTOCOL = "swarm-pz.play.v1"
 MAX_MESSAGE_BYTES = 65_536
@@ -58,7 +58,7 @@ class Settings(_Message):
     red: Annotated[int, Meta(ge=0, le=200)] = 10
     blue: Annotated[int, Meta(ge=0, le=200)] = 10
     time_limit: Annotated[float, Meta(ge=1, le=36_000)] | None = 300.0
-    mapping: Literal["bold", "paper"] = "bold"
+    mapping: Mapping = DEFAULT_MAPPING
     speed: Annotated[float, Meta(ge=0.25, le=2)] = 1.0
 
 
