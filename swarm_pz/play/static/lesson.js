@@ -24,7 +24,7 @@ export class Lesson {
           && spread(frame, 0) > SPREAD,
       },
       {
-        text: "Grey is ground that you surround: a blue drone in it changes sides. The dashed line is blue's. "
+        text: "Striped ground is yours: a blue drone on it changes sides. Dotted ground is blue's. "
           + "Draw rings around blue drones until two are yours.",
         done: () => this.taken >= 2,
       },

@@ -34,11 +34,13 @@ function go(hash) {
 // Tell something; it goes away by itself unless it is still so.
 function say(text, stays = false) {
   document.getElementById("says").textContent = text;
+  say.stays = stays;
   clearTimeout(say.later);
   if (text && !stays) say.later = setTimeout(() => say(""), SAYING_MS);
 }
 
 function open(name) {
+  if (document.getElementById(name).hidden && !say.stays) say(""); // what was said was about the other view
   document.getElementById("lobby").hidden = name !== "lobby";
   document.getElementById("table").hidden = name !== "table";
 }
@@ -59,8 +61,10 @@ function show() {
     if (table.room?.code === value) return;
     if (wantedSeat()) link.reopen();
     else link.send({ type: "join", room: value, seat: "watch" });
-  } else if (name === "replay") link.send({ type: "open_replay", recording: value });
-  else if (name === "lesson") {
+  } else if (name === "replay") {
+    table.load(value);
+    link.send({ type: "open_replay", recording: value });
+  } else if (name === "lesson") {
     ready = true;
     table.lesson.start();
   } else go("");
