@@ -111,7 +111,7 @@ export class Arena {
       }
     }
     this.paintDanger(pen, frame, places, side, size);
-    this.paintFlashes(pen, places, side);
+    this.paintFlashes(pen, places, side, size);
   }
 
   // Whether a drone is, or will be at once, where the other team captures it.
@@ -139,16 +139,16 @@ export class Arena {
     }
   }
 
-  paintFlashes(pen, places, side) {
+  paintFlashes(pen, places, side, size) {
     const time = performance.now();
     while (this.flashes.length && time - this.flashes[0].began >= FLASH_MS) this.flashes.shift();
     for (const { drone, team, began } of this.flashes) {
       const grown = (time - began) / FLASH_MS;
       pen.globalAlpha = 1 - grown;
       pen.strokeStyle = COLOURS[team];
-      pen.lineWidth = side * 0.008;
+      pen.lineWidth = 0.6 * size;
       pen.beginPath();
-      pen.arc(places[2 * drone] * side, (1 - places[2 * drone + 1]) * side, side * (0.02 + 0.05 * grown), 0, 7);
+      pen.arc(places[2 * drone] * side, (1 - places[2 * drone + 1]) * side, size * (1.6 + 3.2 * grown), 0, 7);
       pen.stroke();
     }
     pen.globalAlpha = 1;
