@@ -5,6 +5,7 @@ import { Chart } from "./chart.js";
 import { Lesson } from "./lesson.js";
 import { Pen } from "./pen.js";
 import { Replay } from "./replay.js";
+import { freeSides, Waiting } from "./waiting.js";
 
 const at = (id) => document.getElementById(id);
 const SIDES = ["red", "blue"];
@@ -12,7 +13,8 @@ const BRUSHES = ["attract", "repel", "erase"];
 const MOST_PIXELS = 900;
 
 export class Table {
-  constructor(link, { left }) {
+  // left: called to go back to the start; begin: opens a room by a message and begins in it at once.
+  constructor(link, { left, begin }) {
     this.link = link;
     this.left = left;
     this.arena = new Arena(at("ground"), at("drones"), () => link.now());
@@ -20,15 +22,17 @@ export class Table {
     this.pen = new Pen(at("arena"), at("ink"), {
       lifted: () => { if (at("on-lift").checked) this.send(); },
       changed: () => this.showButtons(),
-      mayDraw: () => this.seat !== null && this.room?.phase === "playing",
+      mayDraw: () => this.seat !== null && this.room?.phase === "playing" && !this.lesson.held,
     });
     this.room = null;
     this.seat = null;
+    this.leftPlace = null;
     this.number = 0;
     this.unseen = []; // commands in force whose effect was not painted yet
     at("on-lift").checked = matchMedia("(pointer: coarse)").matches;
     this.replay = new Replay(link);
-    this.lesson = new Lesson(link, () => this.leave());
+    this.lesson = new Lesson(link, { begin, home: left });
+    this.waiting = new Waiting(link);
     this.listen();
     new ResizeObserver(() => this.resize()).observe(at("arena"));
     const paint = () => {
@@ -46,8 +50,7 @@ export class Table {
     on("clear", () => this.pen.clear());
     on("ready", () => this.link.send({ type: "ready" }));
     on("sit", () => this.sit());
-    on("leave", () => this.leave());
-    on("close-replay", () => this.leave());
+    for (const id of ["leave", "close-replay", "go-home"]) on(id, () => this.left());
     at("take-side").addEventListener("change", () => { this.look(at("take-side").selectedIndex); });
     at("width").addEventListener("input", () => { this.pen.width = Number(at("width").value); this.pen.dirty = true; });
     at("keep").addEventListener("change", () => { this.pen.keep = at("keep").checked; });
@@ -69,7 +72,7 @@ export class Table {
   setRoom(room) {
     const began = room.phase === "playing" && this.room?.phase !== "playing";
     const ended = room.phase === "over" && this.room?.phase === "playing";
-    const place = room.phase === "replay" ? room.recording : room.code;
+    const place = placeOf(room);
     const entered = this.place !== place;
     this.place = place;
     if (entered && this.lesson.room !== room.code) this.lesson.stop();
@@ -96,12 +99,13 @@ export class Table {
     this.showCover();
     this.showButtons();
     if (ended) this.lesson.over();
-    if (began || entered) (at("ready").hidden ? at("arena") : at("ready")).focus({ preventScroll: true });
+    if (began || entered) (at("cover").hidden || at("ready").hidden ? at("arena") : at("ready")).focus({ preventScroll: true });
   }
 
   showCover() {
     const { room } = this, own = this.seat === null ? null : room[SIDES[this.seat]];
-    const free = SIDES.filter((side) => room[side].kind === "free" && room.settings[side] > 0);
+    const free = freeSides(room), waiting = this.waiting.show(room, this.seat);
+    at("table").dataset.phase = room.phase;
     at("cover").hidden = room.phase === "playing" || room.phase === "replay";
     const onlyPolicies = SIDES.every((side) => room[side].kind === "policy" || room.settings[side] === 0);
     at("ready").hidden = own ? own.ready : !onlyPolicies;
@@ -109,9 +113,6 @@ export class Table {
     at("sit").hidden = own !== null || free.length === 0 || room.phase === "playing";
     at("recording").hidden = room.phase !== "over";
     at("recording").href = `#replay=${room.recording}`;
-    const waiting = free.length
-      ? `Room ${room.code}: send this code, or the address of this page, to whom you want to play.`
-      : own?.ready ? "Waiting for the other side to be ready." : "Both sides are here.";
     const text = room.phase === "over" ? this.result() : waiting;
     requestAnimationFrame(() => { at("cover-text").textContent = text; }); // said once it is shown
   }
@@ -140,18 +141,39 @@ export class Table {
   }
 
   sit() {
-    const side = SIDES.find((name) => this.room[name].kind === "free" && this.room.settings[name] > 0);
+    const [side] = freeSides(this.room);
     if (side) this.link.send({ type: "join", room: this.room.code, seat: side, label: at("label").value });
   }
 
+  // A game that others would miss one in.
+  get isPlaying() {
+    const { phase, settings } = this.room ?? {};
+    return phase === "playing" && this.seat !== null && settings.red > 0 && settings.blue > 0 && !this.lesson.running;
+  }
+
+  // A recorded game is being read.
+  opens(recording) {
+    this.place = recording;
+    this.leftPlace = null;
+    at("table").dataset.phase = "opening";
+    at("cover").hidden = false;
+    for (const id of ["waiting", "invitation", "ready", "sit", "recording"]) at(id).hidden = true;
+    at("cover-text").textContent = "Opening the recorded game…";
+  }
+
+  // Leave the room or the recorded game, if one is in any.
   leave() {
+    this.lesson.stop();
+    if (!this.place) return;
+    this.leftPlace = this.place; // what is still on its way from there is not shown
     this.link.send({ type: "leave" });
     if (this.seat !== null) this.link.seat = null;
     this.seat = this.room = this.place = null;
     this.arena.own = at("take-side").selectedIndex = 0;
+    at("cover").hidden = true;
+    at("table").dataset.phase = "";
     this.arena.forget();
     this.pen.clear();
-    this.left();
   }
 
   // --- commands ---------------------------------------------------------------------------------------
@@ -182,7 +204,7 @@ export class Table {
   }
 
   send() {
-    if (this.seat === null || this.room?.phase !== "playing") return;
+    if (this.seat === null || this.room?.phase !== "playing" || this.lesson.held) return;
     const input = performance.now(), { strokes, drawingMs } = this.pen.take();
     const sent = this.link.send({
       type: "command", number: this.number + 1, strokes,
@@ -202,6 +224,7 @@ export class Table {
   // --- what is seen -----------------------------------------------------------------------------------
 
   takeFrame(frame) {
+    if (this.lesson.held) return;
     const captured = this.arena.take(frame);
     this.lastTick = frame.tick;
     this.replay.follow(frame.tick);
@@ -234,6 +257,9 @@ export class Table {
     this.chart.resize();
   }
 }
+
+// A room by its code, a recorded game by its name.
+export function placeOf(room) { return room.phase === "replay" ? room.recording : room.code; }
 
 function clock(tick) {
   const seconds = Math.floor(tick / 30);
