@@ -70,6 +70,8 @@ class Create(_Message, tag="create"):
     opponent: Name | None = None
     player: Name | None = None
     label: Label = ""
+    lesson: bool = False
+    """It is to learn the game: the recordings of its games say so, and tables leave them out."""
 
 
 class Join(_Message, tag="join"):
@@ -195,11 +197,24 @@ ClientMessage = (
 # --- what the server says -------------------------------------------------------------------------
 
 
+class Card(_Message):
+    """How good a policy is, and what it looks like at one moment of a game as blue."""
+
+    rating: float
+    """On the ladder; `uniform` is 1000."""
+    target: list[str]
+    """Rows from the bottom up, digits from 0 to 9."""
+    drones: list[tuple[int, int]]
+    """x and y in hundredths of a map width."""
+
+
 class PolicyInfo(_Message):
     """A policy that may take a seat."""
 
     name: str
     about: str
+    card: Card | None = None
+    """Of those that were rated."""
 
 
 class Welcome(_Message, tag="welcome"):
@@ -210,6 +225,10 @@ class Welcome(_Message, tag="welcome"):
     min_command_interval: float
     command_cells: int
     server_ms: float
+    addresses: list[str] = []
+    """Of this page, as other devices in the network reach it; none if only this machine can."""
+    records_labels: bool = False
+    """Whether labels stand in recordings; else only those at the table see them."""
 
 
 class Seated(_Message, tag="seated"):

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import io
 import itertools
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import segno
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, PlainTextResponse
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
@@ -49,7 +51,9 @@ class Server:
         routes = [
             Route("/", self._page),
             Route("/status", self._status),
+            Route("/recordings", self._recordings),
             Route("/recordings/{name}", self._recording),
+            Route("/invitations/{room}.svg", self._invitation),
             WebSocketRoute("/socket", self._socket),
             Mount("/static", StaticFiles(directory=STATIC)),
         ]
@@ -96,6 +100,18 @@ class Server:
             "slipped": punctuality.slipped,
         }
         return JSONResponse(figures)
+
+    async def _recordings(self, _: Request) -> JSONResponse:
+        return JSONResponse(await asyncio.to_thread(self.lobby.recordings))
+
+    async def _invitation(self, request: Request) -> Response:
+        """Answer with the picture of a room's address, at one of the addresses of this page."""
+        room, at = request.path_params["room"], request.query_params.get("at", "")
+        if room not in self.lobby.rooms or at not in {*self.lobby.addresses, str(request.base_url)}:
+            return PlainTextResponse("there is no such room or address here\n", 404)
+        picture = io.BytesIO()
+        segno.make(f"{at}#room={room}", micro=False).save(picture, kind="svg", scale=4, border=2, light="white")
+        return Response(picture.getvalue(), media_type="image/svg+xml")
 
     async def _recording(self, request: Request) -> FileResponse | PlainTextResponse:
         try:

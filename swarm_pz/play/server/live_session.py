@@ -69,6 +69,8 @@ class ServerContext:
     workers: PolicyWorkers
     table: TableConfig = field(default_factory=TableConfig)
     """What rooms start from; their settings replace parts of it."""
+    record_labels: bool = True
+    """Whether recordings hold the players' labels; else only those at the table see them."""
     punctuality: Punctuality = field(default_factory=Punctuality)
     began: float = field(default_factory=time.monotonic)
 

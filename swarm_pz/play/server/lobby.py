@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import importlib.metadata
 import logging
 import secrets
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from swarm_pz.errors import ConfigError, RecordingError
 from swarm_pz.play import protocol
-from swarm_pz.play.recordings.format import checked_name
+from swarm_pz.play.recordings.format import SUFFIX, checked_name
 from swarm_pz.play.server.live_session import Moment, ServerContext
 from swarm_pz.play.server.replay_session import LoadedRecording
 from swarm_pz.play.server.room import RefusedError, Room
@@ -21,6 +22,8 @@ from swarm_pz.play.server.seat import Seat
 MOST_ROOMS = 100
 _IDLE_S = 600.0
 """Seconds after which a room without anybody is closed."""
+_MOST_LISTED = 200
+"""Recorded games that are listed at once."""
 _LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 log = logging.getLogger("swarm_pz.play")
 
@@ -33,6 +36,10 @@ class Lobby:
     context : ServerContext
     policies : mapping of str to str
         What may be given a seat, with a line about each.
+    cards : mapping of str to Card, optional
+        Of those of them that were rated.
+    addresses : sequence of str, optional
+        Of the page, as other devices reach it.
 
     Attributes
     ----------
@@ -40,11 +47,21 @@ class Lobby:
         By code.
     """
 
-    def __init__(self, context: ServerContext, policies: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        context: ServerContext,
+        policies: Mapping[str, str],
+        cards: Mapping[str, protocol.Card] | None = None,
+        addresses: Sequence[str] = (),
+    ) -> None:
         self.context = context
+        self.addresses = list(addresses)
         self.rooms: dict[str, Room] = {}
         self._reading = asyncio.Lock()
-        self._policies = [protocol.PolicyInfo(name=name, about=text) for name, text in policies.items()]
+        known = cards if cards is not None else {}
+        self._policies = [
+            protocol.PolicyInfo(name=name, about=text, card=known.get(name)) for name, text in policies.items()
+        ]
 
     def welcome(self) -> protocol.Welcome:
         """Return what every client is told first."""
@@ -54,6 +71,8 @@ class Lobby:
             min_command_interval=self.context.table.min_command_interval,
             command_cells=self.context.table.game.command_cells,
             server_ms=self.context.now_ms(),
+            addresses=self.addresses,
+            records_labels=self.context.record_labels,
         )
 
     def check_policy(self, name: str) -> str:
@@ -112,6 +131,15 @@ class Lobby:
                 if seat.token and secrets.compare_digest(seat.token, token):
                     return room, seat
         return None
+
+    def recordings(self) -> list[str]:
+        """Return the names of the recorded games that one may watch, the latest first."""
+        found = sorted((path.name for path in self.context.folder.glob(f"*{SUFFIX}")), reverse=True)
+        names = []
+        for name in found[:_MOST_LISTED]:
+            with contextlib.suppress(RecordingError):
+                names.append(self.find_recording(name).name)
+        return names
 
     def find_recording(self, name: str) -> Path:
         """Return the file of a recorded game that is over: others may not see what a player draws.

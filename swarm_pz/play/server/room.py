@@ -263,7 +263,10 @@ class Room:
     # --- games ------------------------------------------------------------------------------------
 
     def _begin(self) -> None:
-        recorded = [RecordedSeat(kind=seat.kind, policy=seat.policy, label=seat.label) for seat in self.seats]
+        recorded = [
+            RecordedSeat(kind=seat.kind, policy=seat.policy, label=seat.label if self._context.record_labels else "")
+            for seat in self.seats
+        ]
         try:
             self.session = LiveSession(
                 f"{self.code}-{self._games + 1}",

@@ -2,86 +2,63 @@
 
 import { Chart, turningPoint } from "./chart.js";
 import { clock } from "./news.js";
+import { freeSides, Waiting } from "./waiting.js";
 
 const at = (id) => document.getElementById(id);
 const SIDES = ["red", "blue"];
 const NAMES = { red: "Red", blue: "Blue" };
 
 export class Cover {
-  constructor(link) {
-    this.link = link;
-    this.waitsFor = null; // what is on its way, in words
-    this.isSwapping = false;
+  // begin: opens a room by a message and begins in it at once.
+  constructor(link, begin) {
+    this.begin = begin;
+    this.waiting = new Waiting(link);
     this.chart = new Chart(at("result-chart"));
     new ResizeObserver(() => this.chart.resize()).observe(at("result-chart"));
     at("swap").addEventListener("click", () => this.swap());
-    link.addEventListener("seated", () => {
-      if (this.isSwapping) link.send({ type: "ready" }); // who asks for it is ready for it
-      this.isSwapping = false;
-    });
-    link.addEventListener("refused", ({ detail }) => { if (detail.about === "create") this.isSwapping = false; });
-    this.wait();
   }
 
-  // Nothing to show yet.
-  wait() {
-    for (const id of ["ready", "sit", "swap", "recording", "turning", "result-chart"]) at(id).hidden = true;
+  // Something is on its way.
+  wait(text) {
+    for (const id of ["waiting", "invitation", "ready", "sit", "swap", "recording", "turning", "result-chart"]) at(id).hidden = true;
     at("cover").hidden = false;
-    at("cover").className = "";
-    this.say(this.waitsFor ?? "One moment…");
+    at("table").dataset.phase = "opening";
+    this.say(text);
   }
 
   show(room, seat, lastTick) {
-    if (this.waitsFor) {
-      this.wait();
-      return;
-    }
     this.room = room;
     this.seat = seat;
     const isOver = room.phase === "over", own = seat === null ? null : room[SIDES[seat]];
     const onlyPolicies = SIDES.every((side) => room[side].kind === "policy" || room.settings[side] === 0);
+    at("table").dataset.phase = room.phase;
     at("cover").hidden = !isOver && room.phase !== "waiting";
-    at("cover").className = isOver ? "over" : "";
     at("ready").hidden = own ? own.ready : !onlyPolicies;
     at("ready").textContent = isOver ? "Play again" : onlyPolicies ? "Begin" : "I am ready";
-    at("sit").hidden = own !== null || this.free.length === 0;
+    at("sit").hidden = own !== null || freeSides(room).length === 0;
     at("swap").hidden = !isOver || own === null || room[this.other].kind !== "policy";
     at("recording").hidden = !isOver;
     at("recording").href = `#replay=${room.recording}`;
     this.showResult(isOver && room.outcome !== "stopped", lastTick);
-    const text = isOver ? this.result(lastTick) : this.waiting();
+    const waiting = this.waiting.show(room, seat), text = isOver ? this.result(lastTick) : `${this.unready ?? waiting}${this.pace}`;
     requestAnimationFrame(() => this.say(text)); // said once it is shown
   }
-
-  get free() { return SIDES.filter((side) => this.room[side].kind === "free" && this.room.settings[side] > 0); }
 
   get other() { return SIDES[1 - this.seat]; }
 
   say(text) { at("cover-text").textContent = text; }
 
-  // Whom, or what, the room waits for.
-  waiting() {
-    const { room, seat } = this, { speed } = room.settings;
-    const loading = SIDES.map((side) => room[side]).find((one) => one.policy_state === "loading");
-    const failed = SIDES.map((side) => room[side]).find((one) => one.policy_state === "failed");
-    const pace = speed === 1 ? "" : ` Time goes ${speed < 1 ? "slowly" : "fast"} here: at ${speed} of its speed.`;
-    return this.whom(room, seat, loading, failed) + pace;
+  // What is to be said of a policy that loads, or cannot.
+  get unready() {
+    const seats = SIDES.map((side) => this.room[side]), failed = seats.find((seat) => seat.policy_state === "failed");
+    if (failed) return `${failed.name} cannot play: ${failed.reason}`;
+    const loading = seats.find((seat) => seat.policy_state === "loading");
+    return loading ? `${loading.name} is getting ready.` : null;
   }
 
-  whom(room, seat, loading, failed) {
-    if (failed) return `${failed.name} cannot play: ${failed.reason}`;
-    if (seat === null) {
-      if (this.free.length) return `Room ${room.code}: the ${this.free.join(" and the ")} seat is free.`;
-      return loading ? `${loading.name} is getting ready.` : "Waiting for the players.";
-    }
-    if (this.free.length) return `Room ${room.code}: send this code, or the address of this page, to whom you want to play.`;
-    const own = room[SIDES[seat]], other = room[this.other];
-    if (room.settings[this.other] === 0) return "You are alone here: draw, and see where your drones go.";
-    if (!own.ready) {
-      if (other.kind === "policy") return `You play against ${other.name}.`;
-      return `${NAMES[this.other]} is ${!other.connected ? "away" : other.ready ? "ready, and waits for you" : "here"}.`;
-    }
-    return loading ? `${loading.name} is getting ready.` : `Waiting for ${this.other} to be ready.`;
+  get pace() {
+    const { speed } = this.room.settings;
+    return speed === 1 ? "" : ` Time goes at ${speed} of its speed here.`;
   }
 
   result(lastTick) {
@@ -113,11 +90,9 @@ export class Cover {
 
   // The same game from the other side, in a room of its own; a room knows no other way.
   swap() {
-    const { room, seat, other } = this;
+    const { room, other } = this;
     const settings = { ...room.settings, red: room.settings.blue, blue: room.settings.red };
-    this.isSwapping = this.link.send({
-      type: "create", settings, seat: other, opponent: room[other].name, label: room[SIDES[seat]].label,
-    });
+    this.begin({ settings, seat: other, opponent: room[other].name });
   }
 
   // The seconds until a game begins.

@@ -8,6 +8,7 @@ import { clock, News } from "./news.js";
 import { Pen } from "./pen.js";
 import { Replay } from "./replay.js";
 import { Sound } from "./sound.js";
+import { freeSides } from "./waiting.js";
 
 const at = (id) => document.getElementById(id);
 const SIDES = ["red", "blue"];
@@ -16,7 +17,8 @@ const MOST_PIXELS = 900;
 const SILENCE_MS = 2000; // without a frame, after which one is told
 
 export class Table {
-  constructor(link, { left }) {
+  // left: called to go back to the start; begin: opens a room by a message and begins in it at once.
+  constructor(link, { left, begin }) {
     this.link = link;
     this.left = left;
     this.arena = new Arena(at("ground"), at("drones"), () => link.now());
@@ -30,12 +32,13 @@ export class Table {
     });
     this.room = null;
     this.seat = null;
+    this.leftPlace = null;
     this.number = 0;
     this.unseen = []; // commands in force whose effect was not painted yet
     this.heardMs = 0; // when the latest frame came
-    this.cover = new Cover(link);
+    this.cover = new Cover(link, begin);
     this.replay = new Replay(link);
-    this.lesson = new Lesson(link, () => this.leave());
+    this.lesson = new Lesson(link, { begin, home: left });
     this.listen();
     new ResizeObserver(() => this.resize()).observe(at("arena"));
     new ResizeObserver(() => this.chart.resize()).observe(at("chart"));
@@ -54,9 +57,7 @@ export class Table {
     on("spread", () => this.spread());
     on("ready", () => this.link.send({ type: "ready" }));
     on("sit", () => this.sit());
-    on("leave", () => this.askToLeave());
-    on("close-replay", () => this.leave());
-    at("leaving").addEventListener("close", () => { if (at("leaving").returnValue === "leave") this.leave(); });
+    for (const id of ["leave", "close-replay", "go-home"]) on(id, () => this.left());
     at("take-side").addEventListener("change", () => this.look(at("take-side").selectedIndex));
     at("width").addEventListener("input", () => this.setWidth());
     at("keep").addEventListener("change", () => { this.pen.keep = at("keep").checked; });
@@ -72,7 +73,6 @@ export class Table {
       if (target.team === this.seat) this.number = Math.max(this.number, target.number); // go on counting after a reload
     });
     hear("in_force", this.setInForce);
-    hear("refused", ({ about }) => { if (about === "open_replay") this.load(null); });
     hear("welcome", () => { this.seat = this.room = null; });
   }
 
@@ -80,21 +80,25 @@ export class Table {
 
   get isRunning() { return isRunning(this.room); }
 
-  get mayPlay() { return this.seat !== null && this.isRunning && !this.cover.waitsFor; }
+  get mayPlay() { return this.seat !== null && this.isRunning && !this.lesson.held; }
 
-  // A recorded game is on its way, which may take a while; null: it is not.
-  load(recording) {
-    this.cover.waitsFor = recording && "Opening the recorded game: it is played through first, which may take a while…";
-    if (!recording && !this.room) return;
-    at("controls").hidden = true;
-    if (recording) this.cover.wait();
-    else this.setRoom(this.room);
+  // A game that others would miss one in.
+  get isPlaying() {
+    const { phase, settings } = this.room ?? {};
+    return phase === "playing" && this.seat !== null && settings.red > 0 && settings.blue > 0 && !this.lesson.running;
+  }
+
+  // A recorded game is being read.
+  opens(recording) {
+    this.place = recording;
+    this.leftPlace = null;
+    this.cover.wait("Opening the recorded game: it is played through first, which may take a while…");
   }
 
   setRoom(room) {
     const began = isRunning(room) && !this.isRunning;
     const ended = room.phase === "over" && this.room?.phase === "playing";
-    const place = room.phase === "replay" ? room.recording : room.code;
+    const place = placeOf(room);
     if (room.phase === "replay") this.giveUpSeat(); // the server has done so
     const entered = this.place !== place;
     this.place = place;
@@ -102,7 +106,6 @@ export class Table {
     if (began || entered) this.forget();
     if (room.phase === "playing" && this.room?.phase !== "playing") this.heardMs = performance.now();
     this.room = room;
-    if (room.phase === "replay") this.cover.waitsFor = null;
     if (room.phase !== "replay") this.arena.look(this.seat ?? 0, this.seat === null ? [0, 1] : [this.seat]);
     else if (entered) this.arena.look(at("take-side").selectedIndex);
     this.arena.isLive = room.phase === "playing";
@@ -170,17 +173,8 @@ export class Table {
   }
 
   sit() {
-    const side = SIDES.find((name) => this.room[name].kind === "free" && this.room.settings[name] > 0);
+    const [side] = freeSides(this.room);
     if (side) this.link.send({ type: "join", room: this.room.code, seat: side, label: at("label").value });
-  }
-
-  // A seat in a game that runs is given up for ever, so that is asked first.
-  askToLeave() {
-    if (!this.mayPlay) this.leave();
-    else if (!at("leaving").open) {
-      at("leaving").returnValue = "";
-      at("leaving").showModal();
-    }
   }
 
   giveUpSeat() {
@@ -188,18 +182,19 @@ export class Table {
     this.seat = null;
   }
 
+  // Leave the room or the recorded game, if one is in any.
   leave() {
-    if (at("leaving").open) at("leaving").close();
+    this.lesson.stop();
+    if (!this.place) return;
+    this.leftPlace = this.place; // what is still on its way from there is not shown
     this.link.send({ type: "leave" });
     this.giveUpSeat();
-    this.room = this.place = this.cover.waitsFor = null;
+    this.room = this.place = null;
     at("take-side").selectedIndex = 0;
-    at("controls").hidden = true;
-    at("silence").textContent = "";
+    at("controls").hidden = at("scrubber").hidden = at("cover").hidden = true;
+    at("table").dataset.phase = "";
     this.arena.look(0);
     this.forget();
-    this.cover.wait();
-    this.left();
   }
 
   // --- commands ---------------------------------------------------------------------------------------
@@ -284,6 +279,7 @@ export class Table {
   takeFrame(frame) {
     if (!this.room) return; // left, and this one was under way
     this.heardMs = performance.now();
+    if (this.lesson.held) return;
     const captured = this.arena.take(frame);
     this.lastTick = frame.tick;
     if (this.room.phase !== "replay") this.news.captures(captured, frame);
@@ -327,6 +323,9 @@ export class Table {
     this.pen.dirty = true;
   }
 }
+
+// A room by its code, a recorded game by its name.
+export function placeOf(room) { return room.phase === "replay" ? room.recording : room.code; }
 
 // A game counts down, in which one may draw already, or is played.
 function isRunning(room) { return room?.phase === "playing" || room?.phase === "starting"; }
