@@ -362,7 +362,7 @@ def test_the_lesson_counts_only_captures_by_a_drawing_of_ones_own(open_page):
         """async () => {
             const { Lesson } = await import("/static/lesson.js");
             const sent = [], link = Object.assign(new EventTarget(), { send: (message) => sent.push(message) });
-            const lesson = new Lesson(link, { begin: (message) => sent.push(message), home: () => {} });
+            const lesson = new Lesson(link, { begin: (message) => sent.push(message) > 0, home: () => {} });
             Object.assign(lesson, { step: 2, held: false, drawn: null });
             const frame = (tick) => ({ tick, teams: Uint8Array.from([0, 0, 1]),
                 positions: Float32Array.from([0.5, 0.5, 0.9, 0.9, 0.1, 0.1]) });
@@ -399,3 +399,29 @@ def test_the_lesson_is_over_before_it_was_done(open_page):
     expect(page.locator("#leaving")).to_be_hidden()
     begin(page)
     expect(page.locator("#lesson")).to_be_hidden()
+
+
+def test_a_step_for_which_there_is_no_room_waits_on(open_page):
+    seen = open_page().evaluate(
+        """async () => {
+            const { Lesson } = await import("/static/lesson.js");
+            const link = new EventTarget(), asked = [];
+            let answers = false;
+            const begin = (message) => asked.push([message.lesson, message.settings.blue]) && answers;
+            const lesson = new Lesson(link, { begin, home: () => {} });
+            const seen = [], look = () => seen.push([lesson.held, asked.length]);
+            lesson.start();
+            lesson.act();                                                   // the table does not answer
+            look();
+            answers = true;
+            lesson.act();
+            look();
+            link.dispatchEvent(new CustomEvent("refused", { detail: { about: "create" } }));
+            look();
+            lesson.act();
+            look();
+            lesson.over();
+            return [...seen, asked.every(([isLesson]) => isLesson), lesson.held];
+        }"""
+    )
+    assert seen == [[True, 1], [False, 2], [True, 2], [False, 3], True, True]

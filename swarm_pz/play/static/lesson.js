@@ -39,6 +39,11 @@ export class Lesson {
   constructor(link, { begin, home }) {
     Object.assign(this, { link, begin, home, step: -1, room: null, held: false });
     link.addEventListener("seated", ({ detail }) => { this.room ??= this.running ? detail.room : null; });
+    link.addEventListener("refused", ({ detail }) => {
+      if (detail.about !== "create" || !this.running) return;
+      this.setting = null;
+      this.go(this.step);
+    });
     at("lesson-next").addEventListener("click", () => this.act());
     at("lesson-leave").addEventListener("click", home);
   }
@@ -87,17 +92,17 @@ export class Lesson {
       return;
     }
     const { room, task } = STEPS[this.step];
-    this.held = false;
+    if (this.setting !== room) {
+      Object.assign(this, { setting: null, room: null });
+      if (!this.begin({ seat: "red", ...room, lesson: true })) return;
+      this.setting = room;
+    } else if (this.isOver) this.link.send({ type: "ready" });
+    this.isOver = this.held = false;
     at("step").hidden = true;
     at("lesson").hidden = false;
     at("chart").hidden = true;
     at("lesson").textContent = `${this.step + 1} of ${STEPS.length}: ${task}`;
     at("arena").focus({ preventScroll: true });
-    if (this.setting !== room) {
-      Object.assign(this, { setting: room, room: null });
-      this.begin({ seat: "red", ...room, lesson: true });
-    } else if (this.isOver) this.link.send({ type: "ready" });
-    this.isOver = false;
   }
 
   // The game ended before the step was done: another one goes on with it.
