@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 
 from swarm_pz.play.recordings.format import CommandLine
@@ -185,6 +186,27 @@ def test_an_address_that_leads_nowhere_leads_to_the_start(open_page, address):
     elif address != "#what":
         expect(page.locator("#says")).not_to_be_empty()
     assert "#" not in page.url.removesuffix("#")
+
+
+def test_axe_finds_nothing_in_a_waiting_room_nor_where_one_is_asked(open_page):
+    def check(page, where):
+        found = Axe().run(page).response
+        violations = [(entry["id"], [node["html"] for node in entry["nodes"]]) for entry in found["violations"]]
+        assert not violations, f"{where}: {violations}"
+
+    page = open_page()
+    page.click("#invite-somebody")
+    page.wait_for_selector("#invitation", state="visible")
+    check(page, "a waiting room")
+    page.click("#go-home")
+    page.click("#quick")
+    is_playing(page)
+    page.click("#leave")
+    page.wait_for_selector("#leaving", state="visible")
+    check(page, "leaving")
+    page = open_page("#room=ZZZZ")
+    page.wait_for_selector("#gone", state="visible")
+    check(page, "a room that is gone")
 
 
 # --- going back -----------------------------------------------------------------------------------
