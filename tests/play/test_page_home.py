@@ -447,3 +447,13 @@ def test_a_step_for_which_there_is_no_room_waits_on(open_page):
         }"""
     )
     assert seen == [[True, 1], [False, 2], [True, 2], [False, 3], True, True]
+
+
+@pytest.mark.parametrize(("width", "height"), [(1366, 768), (390, 844), (360, 640), (800, 500)])
+def test_a_step_of_the_lesson_fits_on_the_board(open_page, width, height):
+    page = open_page("#lesson", width=width, height=height)
+    page.wait_for_selector("#step", state="visible")
+    assert page.locator("#step").evaluate("step => step.scrollHeight <= step.clientHeight")
+    for name in ("lesson-next", "lesson-leave"):
+        box = page.locator(f"#{name}").bounding_box()
+        assert box["y"] >= 0 and box["y"] + box["height"] <= height, name
