@@ -1,6 +1,7 @@
 """Around a game: the start, the lesson, rooms that wait, invitations, keys, and the browser's Back."""
 
 import re
+import urllib.parse
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
@@ -152,15 +153,16 @@ def test_who_wants_to_watch_gets_no_seat(open_page):
     other.context.close()
 
 
-def test_every_address_of_the_machine_can_be_chosen(open_page):
+def test_every_address_of_the_machine_can_be_chosen(open_page, table):
     page = open_page()
     page.click("#invite-somebody")
     room = room_of(page)
-    seen = page.evaluate(
-        """async () => {
+    addresses = [f"https://{table.address}/", f"http://{table.address}/"]  # for which pictures are drawn here
+    first, second, code, has_no_choice = page.evaluate(
+        """async (addresses) => {
             const { Waiting } = await import("/static/waiting.js");
             const waiting = Object.create(Waiting.prototype), at = (id) => document.getElementById(id);
-            waiting.setAddresses(["http://192.0.2.7:8000/", "http://[2001:db8::7]:8000/"]);
+            waiting.setAddresses(addresses);
             waiting.code = location.hash.slice(-4);
             waiting.showInvitation();
             const first = at("invitation-link").value;
@@ -168,10 +170,12 @@ def test_every_address_of_the_machine_can_be_chosen(open_page):
             waiting.showInvitation();
             const code = at("invitation-code").getAttribute("src");
             return [first, at("invitation-link").value, code, at("address-choice").hidden];
-        }"""
+        }""",
+        addresses,
     )
-    assert seen[:2] == [f"http://192.0.2.7:8000/#room={room}", f"http://[2001:db8::7]:8000/#room={room}"]
-    assert seen[2].endswith("?at=http%3A%2F%2F%5B2001%3Adb8%3A%3A7%5D%3A8000%2F") and not seen[3]
+    assert [first, second] == [f"{address}#room={room}" for address in addresses]
+    assert code == f"/invitations/{room}.svg?at={urllib.parse.quote(addresses[1], safe='')}" and not has_no_choice
+    expect(page.locator("#invitation-hint")).to_contain_text("takes the free seat")
 
 
 @pytest.mark.parametrize(
