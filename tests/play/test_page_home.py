@@ -1,8 +1,10 @@
 """Around a game: the start, the lesson, rooms that wait, invitations, keys, and the browser's Back."""
 
 import re
+import urllib.parse
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 
 from swarm_pz.play.recordings.format import CommandLine
@@ -151,15 +153,16 @@ def test_who_wants_to_watch_gets_no_seat(open_page):
     other.context.close()
 
 
-def test_every_address_of_the_machine_can_be_chosen(open_page):
+def test_every_address_of_the_machine_can_be_chosen(open_page, table):
     page = open_page()
     page.click("#invite-somebody")
     room = room_of(page)
-    seen = page.evaluate(
-        """async () => {
+    addresses = [f"https://{table.address}/", f"http://{table.address}/"]  # for which pictures are drawn here
+    first, second, code, has_no_choice = page.evaluate(
+        """async (addresses) => {
             const { Waiting } = await import("/static/waiting.js");
             const waiting = Object.create(Waiting.prototype), at = (id) => document.getElementById(id);
-            waiting.setAddresses(["http://192.0.2.7:8000/", "http://[2001:db8::7]:8000/"]);
+            waiting.setAddresses(addresses);
             waiting.code = location.hash.slice(-4);
             waiting.showInvitation();
             const first = at("invitation-link").value;
@@ -167,10 +170,12 @@ def test_every_address_of_the_machine_can_be_chosen(open_page):
             waiting.showInvitation();
             const code = at("invitation-code").getAttribute("src");
             return [first, at("invitation-link").value, code, at("address-choice").hidden];
-        }"""
+        }""",
+        addresses,
     )
-    assert seen[:2] == [f"http://192.0.2.7:8000/#room={room}", f"http://[2001:db8::7]:8000/#room={room}"]
-    assert seen[2].endswith("?at=http%3A%2F%2F%5B2001%3Adb8%3A%3A7%5D%3A8000%2F") and not seen[3]
+    assert [first, second] == [f"{address}#room={room}" for address in addresses]
+    assert code == f"/invitations/{room}.svg?at={urllib.parse.quote(addresses[1], safe='')}" and not has_no_choice
+    expect(page.locator("#invitation-hint")).to_contain_text("takes the free seat")
 
 
 @pytest.mark.parametrize(
@@ -185,6 +190,27 @@ def test_an_address_that_leads_nowhere_leads_to_the_start(open_page, address):
     elif address != "#what":
         expect(page.locator("#says")).not_to_be_empty()
     assert "#" not in page.url.removesuffix("#")
+
+
+def test_axe_finds_nothing_in_a_waiting_room_nor_where_one_is_asked(open_page):
+    def check(page, where):
+        found = Axe().run(page).response
+        violations = [(entry["id"], [node["html"] for node in entry["nodes"]]) for entry in found["violations"]]
+        assert not violations, f"{where}: {violations}"
+
+    page = open_page()
+    page.click("#invite-somebody")
+    page.wait_for_selector("#invitation", state="visible")
+    check(page, "a waiting room")
+    page.click("#go-home")
+    page.click("#quick")
+    is_playing(page)
+    page.click("#leave")
+    page.wait_for_selector("#leaving", state="visible")
+    check(page, "leaving")
+    page = open_page("#room=ZZZZ")
+    page.wait_for_selector("#gone", state="visible")
+    check(page, "a room that is gone")
 
 
 # --- going back -----------------------------------------------------------------------------------
@@ -362,7 +388,7 @@ def test_the_lesson_counts_only_captures_by_a_drawing_of_ones_own(open_page):
         """async () => {
             const { Lesson } = await import("/static/lesson.js");
             const sent = [], link = Object.assign(new EventTarget(), { send: (message) => sent.push(message) });
-            const lesson = new Lesson(link, { begin: (message) => sent.push(message), home: () => {} });
+            const lesson = new Lesson(link, { begin: (message) => sent.push(message) > 0, home: () => {} });
             Object.assign(lesson, { step: 2, held: false, drawn: null });
             const frame = (tick) => ({ tick, teams: Uint8Array.from([0, 0, 1]),
                 positions: Float32Array.from([0.5, 0.5, 0.9, 0.9, 0.1, 0.1]) });
@@ -399,3 +425,39 @@ def test_the_lesson_is_over_before_it_was_done(open_page):
     expect(page.locator("#leaving")).to_be_hidden()
     begin(page)
     expect(page.locator("#lesson")).to_be_hidden()
+
+
+def test_a_step_for_which_there_is_no_room_waits_on(open_page):
+    seen = open_page().evaluate(
+        """async () => {
+            const { Lesson } = await import("/static/lesson.js");
+            const link = new EventTarget(), asked = [];
+            let answers = false;
+            const begin = (message) => asked.push([message.lesson, message.settings.blue]) && answers;
+            const lesson = new Lesson(link, { begin, home: () => {} });
+            const seen = [], look = () => seen.push([lesson.held, asked.length]);
+            lesson.start();
+            lesson.act();                                                   // the table does not answer
+            look();
+            answers = true;
+            lesson.act();
+            look();
+            link.dispatchEvent(new CustomEvent("refused", { detail: { about: "create" } }));
+            look();
+            lesson.act();
+            look();
+            lesson.over();
+            return [...seen, asked.every(([isLesson]) => isLesson), lesson.held];
+        }"""
+    )
+    assert seen == [[True, 1], [False, 2], [True, 2], [False, 3], True, True]
+
+
+@pytest.mark.parametrize(("width", "height"), [(1366, 768), (390, 844), (360, 640), (800, 500)])
+def test_a_step_of_the_lesson_fits_on_the_board(open_page, width, height):
+    page = open_page("#lesson", width=width, height=height)
+    page.wait_for_selector("#step", state="visible")
+    assert page.locator("#step").evaluate("step => step.scrollHeight <= step.clientHeight")
+    for name in ("lesson-next", "lesson-leave"):
+        box = page.locator(f"#{name}").bounding_box()
+        assert box["y"] >= 0 and box["y"] + box["height"] <= height, name

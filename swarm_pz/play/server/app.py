@@ -107,7 +107,8 @@ class Server:
     async def _invitation(self, request: Request) -> Response:
         """Answer with the picture of a room's address, at one of the addresses of this page."""
         room, at = request.path_params["room"], request.query_params.get("at", "")
-        if room not in self.lobby.rooms or at not in {*self.lobby.addresses, str(request.base_url)}:
+        here = {f"{scheme}://{request.headers.get('host', '')}/" for scheme in ("http", "https")}
+        if room not in self.lobby.rooms or at not in here | {*self.lobby.addresses}:
             return PlainTextResponse("there is no such room or address here\n", 404)
         picture = io.BytesIO()
         segno.make(f"{at}#room={room}", micro=False).save(picture, kind="svg", scale=4, border=2, light="white")

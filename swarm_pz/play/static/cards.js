@@ -76,18 +76,32 @@ function paintUnknown(pen, side) {
 // The picture beside the title: a ring that somebody draws around the opponent, and red drones on it.
 export function paintPoster(canvas, card) {
   paintCard(canvas, card);
-  const pen = canvas.getContext("2d"), side = canvas.width, radius = 0.31 * side;
+  paintDrawing(canvas, RING, 10);
+}
+
+export const RING = arc(0.31, -0.4, 4.9), CIRCLE = arc(0.27, 0, 2 * Math.PI), CORNER = [[0.78, 0.8], [0.84, 0.86], [0.9, 0.9]];
+
+function arc(radius, from, to) {
+  return Array.from({ length: 60 }, (_, k) => {
+    const angle = from + (to - from) * k / 59;
+    return [0.5 + radius * Math.cos(angle), 0.5 - radius * Math.sin(angle)];
+  });
+}
+
+// A drawing, by its points in map widths, and red drones that have followed it.
+export function paintDrawing(canvas, points, drones) {
+  const pen = canvas.getContext("2d"), side = canvas.width;
   pen.strokeStyle = INK;
   pen.globalAlpha = 0.28;
   pen.lineWidth = 0.1 * side;
-  pen.lineCap = "round";
+  pen.lineCap = pen.lineJoin = "round";
   pen.beginPath();
-  pen.arc(side / 2, side / 2, radius, -0.4, 4.9);
+  for (const [x, y] of points) pen.lineTo(x * side, (1 - y) * side);
   pen.stroke();
   pen.globalAlpha = 1;
-  for (let k = 0; k < 10; k++) {
-    const angle = -0.35 + 0.56 * k, reach = radius * (1 + 0.07 * Math.sin(5 * k));
-    shape(pen, 0, side / 2 + reach * Math.cos(angle), side / 2 + reach * Math.sin(angle), side * 0.025);
+  for (let k = 0; k < drones; k++) {
+    const [x, y] = points[Math.floor(k * points.length / drones)], aside = 0.03 * Math.sin(5 * k + 1);
+    shape(pen, 0, (x + aside) * side, (1 - y + aside) * side, side * 0.025);
   }
 }
 

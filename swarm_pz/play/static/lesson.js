@@ -1,5 +1,7 @@
 // The first lesson: three steps. Each waits, with the board held, until one goes on; and again until it is done.
 
+import { CIRCLE, CORNER, paintCard, paintDrawing, RING } from "./cards.js";
+
 const at = (id) => document.getElementById(id);
 const IN_CORNER = 0.35; // map widths from the corner that count as there
 const SPREAD = 0.18; // mean distance of drones from their mean place that is no bunch
@@ -12,6 +14,7 @@ const STEPS = [
   {
     title: "Draw where they should be",
     text: "You are red, the discs. Drag a short stroke in the top right corner and send it: your drones fly there by themselves.",
+    shows: CORNER,
     task: "Draw in the top right corner, and send it.",
     room: ALONE,
     done: (frame) => share(frame, 0, (x, y) => Math.hypot(1 - x, 1 - y) < IN_CORNER) >= 0.6,
@@ -19,6 +22,7 @@ const STEPS = [
   {
     title: "Spread out",
     text: "A bunch holds no more than the ground around itself. Draw a big circle around the middle: your drones spread along it.",
+    shows: CIRCLE,
     task: "Draw a big circle around the middle, and send it.",
     room: ALONE,
     done: (frame) => share(frame, 0, (x, y) => Math.abs(Math.hypot(x - 0.5, y - 0.5) - 0.25) < 0.2) >= 0.6
@@ -28,6 +32,8 @@ const STEPS = [
     title: "Make one change sides",
     text: "Filled ground is yours: around it your drones flew most in the last five seconds. A blue drone on it turns red. "
       + "Blue has such ground, too, and yours turn blue there. Draw a ring around blue drones.",
+    shows: RING,
+    meets: [[44, 52], [55, 42], [53, 60]], // blue drones, in hundredths
     task: "Draw a ring around blue drones, and again as they move, until one turns red there.",
     room: AGAINST,
     done: (frame, captured) => captured.some((drone) => frame.teams[drone] === 0),
@@ -39,6 +45,11 @@ export class Lesson {
   constructor(link, { begin, home }) {
     Object.assign(this, { link, begin, home, step: -1, room: null, held: false });
     link.addEventListener("seated", ({ detail }) => { this.room ??= this.running ? detail.room : null; });
+    link.addEventListener("refused", ({ detail }) => {
+      if (detail.about !== "create" || !this.running) return;
+      this.setting = null;
+      this.go(this.step);
+    });
     at("lesson-next").addEventListener("click", () => this.act());
     at("lesson-leave").addEventListener("click", home);
   }
@@ -74,9 +85,18 @@ export class Lesson {
     at("step").hidden = false;
     at("lesson").hidden = true;
     at("step-title").textContent = title;
+    this.paint(STEPS[this.step]);
     at("lesson-text").textContent = text;
     at("lesson-next").textContent = button;
     at("lesson-next").focus({ preventScroll: true });
+  }
+
+  // What is to be drawn in a step, and what comes of it.
+  paint(step) {
+    at("step-picture").hidden = !step;
+    if (!step) return;
+    paintCard(at("step-picture"), { target: ["0"], drones: step.meets ?? [] });
+    paintDrawing(at("step-picture"), step.shows, step.shows === CORNER ? 3 : 9);
   }
 
   // Let the board go on, in the room that the step needs.
@@ -87,17 +107,17 @@ export class Lesson {
       return;
     }
     const { room, task } = STEPS[this.step];
-    this.held = false;
+    if (this.setting !== room) {
+      Object.assign(this, { setting: null, room: null });
+      if (!this.begin({ seat: "red", ...room, lesson: true })) return;
+      this.setting = room;
+    } else if (this.isOver) this.link.send({ type: "ready" });
+    this.isOver = this.held = false;
     at("step").hidden = true;
     at("lesson").hidden = false;
     at("chart").hidden = true;
     at("lesson").textContent = `${this.step + 1} of ${STEPS.length}: ${task}`;
     at("arena").focus({ preventScroll: true });
-    if (this.setting !== room) {
-      Object.assign(this, { setting: room, room: null });
-      this.begin({ seat: "red", ...room, lesson: true });
-    } else if (this.isOver) this.link.send({ type: "ready" });
-    this.isOver = false;
   }
 
   // The game ended before the step was done: another one goes on with it.

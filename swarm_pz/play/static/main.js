@@ -76,11 +76,12 @@ function open(name) {
   return isNew;
 }
 
-// Open a room and begin in it at once.
+// Open a room and begin in it at once; tell whether that could be asked for.
 function begin(message) {
-  if (isBeginning) return;
+  if (isBeginning) return false;
   isBeginning = link.send({ type: "create", label: at("label").value, settings: {}, ...message });
   if (!isBeginning) say("The table does not answer yet; try again in a moment.");
+  return isBeginning;
 }
 
 function show() {

@@ -9,6 +9,7 @@ export class Waiting {
     this.addresses = [];
     link.addEventListener("welcome", ({ detail }) => this.setAddresses(detail.addresses));
     at("address").addEventListener("change", () => this.showInvitation());
+    at("invitation-link").addEventListener("focus", () => at("invitation-link").select());
     at("copy").addEventListener("click", () => this.copy());
   }
 

@@ -28,6 +28,7 @@ def test_an_invitation_is_drawn_for_rooms_and_addresses_of_this_table_and_no_oth
     status, headers, text = drawn(room, f"http://{table.address}/")
     assert status == 200 and headers["content-type"].startswith("image/svg+xml")
     assert 'xmlns="http://www.w3.org/2000/svg"' in text and "<path" in text
+    assert drawn(room, f"https://{table.address}/")[0] == 200, "behind a proxy"
     assert drawn("ZZZZ", f"http://{table.address}/")[0] == 404
     assert drawn(room, "http://elsewhere.example/")[0] == drawn(room, "")[0] == 404
     client.close()
