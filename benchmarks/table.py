@@ -598,7 +598,7 @@ def smooth(drones: int, seconds: float) -> None:
     """Watch a game with this many drones a team, stall the page for 20 s, and print gaps and ages."""
     with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, _), page(address, "") as opened:
         opened.wait_for_selector("#opponent option", state="attached")
-        opened.click("summary")
+        opened.click("#more summary")
         opened.fill("#red-drones", str(drones))
         opened.fill("#blue-drones", str(drones))
         opened.click("#create button[type=submit]")

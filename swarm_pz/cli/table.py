@@ -6,7 +6,7 @@ import functools
 import io
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
@@ -18,6 +18,9 @@ from swarm_pz.config.base import check, check_count, check_number
 from swarm_pz.errors import SwarmError, require_extra
 from swarm_pz.policy import about
 
+if TYPE_CHECKING:
+    from swarm_pz.play.protocol import Card
+
 
 def play(
     opponent: Annotated[str | None, tyro.conf.arg(metavar="PLAYER")] = None,
@@ -27,6 +30,7 @@ def play(
     min_command_interval: float = 0.5,
     countdown: float = 3.0,
     out: Path = Path("runs/games"),
+    record_labels: bool = False,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
@@ -40,6 +44,7 @@ def play(
         min_command_interval: Seconds of game between two commands of a team, whoever gives them.
         countdown: Seconds for which the start of a game is shown before it begins.
         out: Folder of the recordings.
+        record_labels: Write into recordings what players call themselves; else only those at the table see it.
         game: The rules; sizes and time limit are each room's own.
     """
     _need_play()
@@ -70,6 +75,8 @@ def play(
         table=TableConfig(game=game, min_command_interval=min_command_interval),
         say=say,
         draw_code=_draw_code,
+        cards=_cards(),
+        record_labels=record_labels,
     )
 
 
@@ -127,7 +134,18 @@ def replay(
         page = f"replay={checked_name(recording.name)}"
         say = functools.partial(print, flush=True)
         folder = recording.parent
-        serve(policies.load, known(), host=host, port=port, folder=folder, page=page, say=say, draw_code=_draw_code)
+        serve(
+            policies.load,
+            known(),
+            host=host,
+            port=port,
+            folder=folder,
+            page=page,
+            say=say,
+            draw_code=_draw_code,
+            cards=_cards(),
+            record_labels=False,
+        )
 
 
 def study(
@@ -165,8 +183,18 @@ def study(
 
 
 def _need_play() -> None:
-    for module in ("msgspec", "starlette", "uvicorn", "websockets"):
+    for module in ("msgspec", "segno", "starlette", "uvicorn", "websockets"):
         require_extra(module, "play")
+
+
+def _cards() -> dict[str, Card]:
+    from swarm_pz.play.protocol import Card
+    from swarm_pz.policies.cards import cards
+
+    return {
+        name: Card(rating=card.rating, target=list(card.target), drones=list(card.drones))
+        for name, card in cards().items()
+    }
 
 
 def _draw_code(address: str) -> str:

@@ -22,7 +22,7 @@ from swarm_pz.config import (
 from swarm_pz.config.base import Config, check, check_number
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.game import Games
-from swarm_pz.play.strokes import DEFAULT_MAPPING, MAPPINGS
+from swarm_pz.play.strokes import DEFAULT_MAPPING, MAPPINGS, Mapping
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import check_densities
 from swarm_pz.simulator.spawn import Seed
@@ -51,7 +51,7 @@ class TableConfig(Config):
     min_command_interval : float
         Seconds of game between two commands of a team that come into force, whoever gives them; of
         those that come sooner, the latest waits.
-    mapping : {"bold", "paper"}
+    mapping : {"firm", "bold", "paper"}
         From strokes to a density; see `swarm_pz.play.strokes`.
     speed : float
         Seconds of game a second.
@@ -59,7 +59,7 @@ class TableConfig(Config):
 
     game: GameConfig = field(default_factory=GameConfig)
     min_command_interval: float = 0.5
-    mapping: str = DEFAULT_MAPPING
+    mapping: Mapping = DEFAULT_MAPPING
     speed: float = 1.0
 
     def __post_init__(self) -> None:

@@ -13,7 +13,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from swarm_pz.errors import ProtocolError
-from swarm_pz.play.strokes import MOST_POINTS, Brush
+from swarm_pz.play.strokes import DEFAULT_MAPPING, MOST_POINTS, Brush, Mapping
 
 SUBPROTOCOL = "swarm-pz.play.v1"
 MAX_MESSAGE_BYTES = 65_536
@@ -61,7 +61,7 @@ class Settings(_Message):
     red: Annotated[int, Meta(ge=0, le=200)] = 10
     blue: Annotated[int, Meta(ge=0, le=200)] = 10
     time_limit: Annotated[float, Meta(ge=1, le=36_000)] | None = 300.0
-    mapping: Literal["bold", "paper"] = "bold"
+    mapping: Mapping = DEFAULT_MAPPING
     speed: Annotated[float, Meta(ge=0.25, le=2)] = 1.0
 
 
@@ -203,11 +203,24 @@ ClientMessage = (
 # --- what the server says -------------------------------------------------------------------------
 
 
+class Card(_Message):
+    """How good a policy is, and what it looks like at one moment of a game as blue."""
+
+    rating: float
+    """On the ladder; `uniform` is 1000."""
+    target: list[str]
+    """Rows from the bottom up, digits from 0 to 9."""
+    drones: list[tuple[int, int]]
+    """x and y in hundredths of a map width."""
+
+
 class PolicyInfo(_Message):
     """A policy that may take a seat."""
 
     name: str
     about: str
+    card: Card | None = None
+    """Of those that were rated."""
 
 
 class Welcome(_Message, tag="welcome"):
@@ -218,6 +231,10 @@ class Welcome(_Message, tag="welcome"):
     min_command_interval: float
     command_cells: int
     server_ms: float
+    addresses: list[str] = []
+    """Of this page, as other devices in the network reach it; none if only this machine can."""
+    records_labels: bool = False
+    """Whether labels stand in recordings; else only those at the table see them."""
 
 
 class Seated(_Message, tag="seated"):

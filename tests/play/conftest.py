@@ -151,7 +151,7 @@ class Client:
 @pytest.fixture(scope="session")
 def table(tmp_path_factory):
     """Give a server that many tests share."""
-    server = Table(tmp_path_factory.mktemp("games"))
+    server = Table(tmp_path_factory.mktemp("games"), "--record-labels")
     yield server
     server.end()
 

@@ -88,7 +88,7 @@ def test_nonsense_is_refused_and_the_game_goes_on():
     assert in_force(game.advance(1)) == [(0, RED, 1)]
     with pytest.raises(ConfigError, match="did you mean 'mapping'"):
         TableConfig(maping="bold")
-    with pytest.raises(ConfigError, match="bold, paper"):
+    with pytest.raises(ConfigError, match="firm, bold, paper"):
         TableConfig(mapping="thin")
 
 

@@ -1,4 +1,4 @@
-"""A drawing becomes a density: both mappings, on hand-drawn scenes."""
+"""A drawing becomes a density: all mappings, on hand-drawn scenes."""
 
 import numpy as np
 import pytest
@@ -65,6 +65,35 @@ def test_untouched_ground_is_wanted_only_where_nothing_attracts():
     assert density_of([away], 10)[9, 9] == pytest.approx(0.5)
     assert density_of([away, line((0.5, 0.5))], 10)[9, 9] == pytest.approx(0.0, abs=1e-9)
     assert density_of([away, line((0.5, 0.5))], 10, "paper")[9, 9] > 0.45
+
+
+def share_in(strokes, mapping, low_x, high_x):
+    """Return the share of the target between two lines of x."""
+    fine = interpolation_matrix(400, 10)
+    target = fine @ density_of(strokes, 10, mapping) @ fine.T
+    return target[:, int(400 * low_x) : int(400 * high_x)].sum() / target.sum()
+
+
+def test_what_is_wanted_beside_ground_that_repels_does_not_flow_into_it():
+    wanted = ring(0.4, 0.5, 0.2)
+    strokes = [wanted, line((0.7, 0.2), (0.7, 0.8), brush="repel", width=0.15)]
+    alone, bold, firm = (
+        share_in(*what, 0.65, 0.75) for what in (([wanted], "bold"), (strokes, "bold"), (strokes, "firm"))
+    )
+    assert firm < 0.45 * bold < 0.45 * alone
+    assert share_in([strokes[1]], "firm", 0.65, 0.75) < share_in([strokes[1]], "bold", 0.65, 0.75)
+
+
+def test_without_ground_that_repels_the_mappings_firm_and_bold_are_one():
+    for strokes in ([], [ring(0.4, 0.6, 0.2)], [line((0.1, 0.1)), line((0.1, 0.1), brush="erase")]):
+        np.testing.assert_array_equal(density_of(strokes, 10, "firm"), density_of(strokes, 10, "bold"))
+
+
+@pytest.mark.parametrize("cells", [5, 10, 7])
+def test_ground_that_repels_is_empty_up_to_its_edge(cells):
+    strokes = [line((0.3, 0.5), (0.7, 0.5), width=0.3), line((0.5, 0.0), (0.5, 1.0), brush="repel", width=0.3)]
+    density = density_of(strokes, cells, "firm")
+    assert density[:, cells // 2].max() < 0.05 < 0.3 < density.max()
 
 
 def test_later_strokes_paint_over_earlier_ones():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import io
 import itertools
 import time
 from collections.abc import AsyncIterator, Sequence
@@ -11,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import segno
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, PlainTextResponse
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
@@ -52,7 +54,9 @@ class Server:
         routes = [
             Route("/", self._page),
             Route("/status", self._status),
+            Route("/recordings", self._recordings),
             Route("/recordings/{name}", self._recording),
+            Route("/invitations/{room}.svg", self._invitation),
             WebSocketRoute("/socket", self._socket),
             Mount("/static", StaticFiles(directory=STATIC)),
         ]
@@ -110,6 +114,19 @@ class Server:
             "most_caught_up": punctuality.most_caught_up,
             "slipped": punctuality.slipped,
         }
+
+    async def _recordings(self, _: Request) -> JSONResponse:
+        return JSONResponse(await asyncio.to_thread(self.lobby.recordings))
+
+    async def _invitation(self, request: Request) -> Response:
+        """Answer with the picture of a room's address, at one of the addresses of this page."""
+        room, at = request.path_params["room"], request.query_params.get("at", "")
+        here = {f"{scheme}://{request.headers.get('host', '')}/" for scheme in ("http", "https")}
+        if room not in self.lobby.rooms or at not in here | {*self.lobby.addresses}:
+            return PlainTextResponse("there is no such room or address here\n", 404)
+        picture = io.BytesIO()
+        segno.make(f"{at}#room={room}", micro=False).save(picture, kind="svg", scale=4, border=2, light="white")
+        return Response(picture.getvalue(), media_type="image/svg+xml")
 
     async def _recording(self, request: Request) -> FileResponse | PlainTextResponse:
         try:

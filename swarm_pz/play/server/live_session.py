@@ -78,6 +78,8 @@ class ServerContext:
     table: TableConfig = field(default_factory=TableConfig)
     """What rooms start from; their settings replace parts of it."""
     countdown_s: float = COUNTDOWN_S
+    record_labels: bool = True
+    """Whether recordings hold the players' labels; else only those at the table see them."""
     punctuality: Punctuality = field(default_factory=Punctuality)
     began: float = field(default_factory=time.monotonic)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import importlib.metadata
 import logging
 import secrets
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings.folder import checked_name, is_regular
+from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.games_folder import check_folder
 from swarm_pz.play.server.live_session import Moment, ServerContext
@@ -36,6 +37,8 @@ MOST_REPLAY_BYTES = 256 * 2**20
 """Of the files of recorded games that are watched at once: each takes some times as much memory."""
 EMPTY_S = 30.0
 """Seconds after which a room is closed that nobody is in, or has a seat to come back to."""
+_MOST_LISTED = 200
+"""Recorded games that are listed at once."""
 _LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 log = logging.getLogger("swarm_pz.play")
 
@@ -48,6 +51,10 @@ class Lobby:
     context : ServerContext
     policies : mapping of str to str
         What may be given a seat, with a line about each.
+    cards : mapping of str to Card, optional
+        Of those of them that were rated.
+    addresses : sequence of str, optional
+        Of the page, as other devices reach it.
 
     Attributes
     ----------
@@ -59,8 +66,15 @@ class Lobby:
         The thread in which they are simulated.
     """
 
-    def __init__(self, context: ServerContext, policies: Mapping[str, str]) -> None:
+    def __init__(
+        self,
+        context: ServerContext,
+        policies: Mapping[str, str],
+        cards: Mapping[str, protocol.Card] | None = None,
+        addresses: Sequence[str] = (),
+    ) -> None:
         self.context = context
+        self.addresses = list(addresses)
         self.rooms: dict[str, Room] = {}
         self._openings: dict[str, Budget] = {}
         self.watched: set[ReplaySession] = set()
@@ -69,7 +83,10 @@ class Lobby:
         self._reading = ThreadPoolExecutor(1, "reading")
         self.replaying = ThreadPoolExecutor(1, "replaying")
         self._painting = ThreadPoolExecutor(1, "painting")
-        self._policies = [protocol.PolicyInfo(name=name, about=text) for name, text in policies.items()]
+        known = cards if cards is not None else {}
+        self._policies = [
+            protocol.PolicyInfo(name=name, about=text, card=known.get(name)) for name, text in policies.items()
+        ]
 
     def welcome(self) -> protocol.Welcome:
         """Return what every client is told first."""
@@ -79,6 +96,8 @@ class Lobby:
             min_command_interval=self.context.table.min_command_interval,
             command_cells=self.context.table.game.command_cells,
             server_ms=self.context.now_ms(),
+            addresses=self.addresses,
+            records_labels=self.context.record_labels,
         )
 
     def check_policy(self, name: str) -> str:
@@ -166,6 +185,15 @@ class Lobby:
             return self.find_recording(name).name if name is not None else None
         except RecordingError:
             return None
+
+    def recordings(self) -> list[str]:
+        """Return the names of the recorded games that one may watch, the latest first."""
+        found = sorted((path.name for path in self.context.folder.glob(f"*{SUFFIX}")), reverse=True)
+        names = []
+        for name in found[:_MOST_LISTED]:
+            with contextlib.suppress(RecordingError):
+                names.append(self.find_recording(name).name)
+        return names
 
     def find_recording(self, name: str) -> Path:
         """Return the file of a recorded game that is over: others may not see what a player draws.

@@ -313,7 +313,10 @@ class Room:
             self._changed()
 
     def _begin(self) -> None:
-        recorded = [RecordedSeat(kind=seat.kind, policy=seat.policy, label=seat.label) for seat in self.seats]
+        recorded = [
+            RecordedSeat(kind=seat.kind, policy=seat.policy, label=seat.label if self._context.record_labels else "")
+            for seat in self.seats
+        ]
         if self._seed is None:
             self._seed = self._moment.seed if self._moment is not None else secrets.randbelow(2**32)
         try:

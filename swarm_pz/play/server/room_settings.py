@@ -35,6 +35,6 @@ def settings_of(config: TableConfig) -> protocol.Settings:
         red=red,
         blue=blue,
         time_limit=limit if limit < _UNTIMED else None,
-        mapping="paper" if config.mapping == "paper" else "bold",
+        mapping=config.mapping,
         speed=config.speed,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ipaddress
 import re
 import socket
@@ -69,9 +70,23 @@ def check_allowed(names: Sequence[str]) -> None:
             )
 
 
+def addresses_of(names: Sequence[str]) -> list[str]:
+    """Return the page's addresses that other devices can follow: numbers first, then names."""
+
+    def is_number(name: str) -> bool:
+        return name.startswith("[") or name.split(":")[0].replace(".", "").isdigit()
+
+    here = ("127.", "[::1]", "localhost")
+    elsewhere = [name for name in names if ":" in name.rsplit("]", 1)[-1] and not name.startswith(here)]
+    return [f"http://{name}/" for name in sorted(elsewhere, key=lambda name: (not is_number(name), "[" in name, name))]
+
+
 def _own_addresses() -> set[str]:
-    """Return this machine's addresses on its networks, as far as its routes tell."""
+    """Return this machine's addresses on its networks, as far as its routes and its name tell."""
     addresses = set()
+    with contextlib.suppress(OSError):
+        found = {str(entry[4][0]) for entry in socket.getaddrinfo(socket.gethostname(), None)}
+        addresses |= {address for address in found if "%" not in address and not _is_here(address)}
     for family, elsewhere in ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1")):
         try:
             with socket.socket(family, socket.SOCK_DGRAM) as probe:
@@ -80,6 +95,10 @@ def _own_addresses() -> set[str]:
         except OSError:
             continue
     return addresses
+
+
+def _is_here(address: str) -> bool:
+    return ipaddress.ip_address(address).is_loopback
 
 
 def _warm_up(table: TableConfig) -> None:
@@ -105,6 +124,8 @@ def serve(
     table: TableConfig = TableConfig(),  # noqa: B008  (frozen)
     say: Callable[[str], None] = print,
     draw_code: Callable[[str], str] | None = None,
+    cards: Mapping[str, protocol.Card] | None = None,
+    record_labels: bool = True,
 ) -> None:
     """Serve the table until the process is told to end.
 
@@ -133,6 +154,10 @@ def serve(
         Where lines go.
     draw_code : callable, optional
         From an address to a picture of it in text, shown if the server is open to a network.
+    cards : mapping of str to Card, optional
+        Of those of the policies that were rated.
+    record_labels : bool
+        Whether recordings hold what players call themselves.
 
     Raises
     ------
@@ -150,9 +175,15 @@ def serve(
         raise CommandError(f"cannot listen at {host}, port {port}: {error.strerror}; try another --port") from error
     port = listening.getsockname()[1]
     names = names_of(host, port)
-    context = ServerContext(folder=folder, workers=PolicyWorkers(loader), table=table, countdown_s=countdown_s)
+    context = ServerContext(
+        folder=folder,
+        workers=PolicyWorkers(loader),
+        table=table,
+        countdown_s=countdown_s,
+        record_labels=record_labels,
+    )
     _ = context.seat_index  # read before anybody waits for it
-    app = Server(Lobby(context, policies)).app(names, allowed_hosts)
+    app = Server(Lobby(context, policies, cards, addresses_of(names))).app(names, allowed_hosts)
     is_open = host not in LOOPBACK
     listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104
     shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host

@@ -1,16 +1,21 @@
-// Team sizes over time: red from below, blue from above, told apart by hatching, too.
+// Team sizes over time: red from below, blue from above, each with its team's sign.
 
-import { COLOURS } from "./arena.js";
+import { hatch } from "./ground.js";
+
+const SHORTEST_S = 30;
+const SWING_S = 5;
 
 export class Chart {
   constructor(canvas) {
     this.canvas = canvas;
     this.sizes = [];
+    this.marked = null; // a second to point out
   }
 
   // Sizes of red and blue, one entry a second.
-  set(sizes) {
+  set(sizes, marked = null) {
     this.sizes = sizes.map((entry) => [...entry]);
+    this.marked = marked;
     this.paint();
   }
 
@@ -24,8 +29,11 @@ export class Chart {
   }
 
   resize() {
-    this.canvas.width = this.canvas.clientWidth * Math.min(devicePixelRatio, 2);
-    this.canvas.height = this.canvas.clientHeight * Math.min(devicePixelRatio, 2);
+    const scale = Math.min(devicePixelRatio, 2);
+    const [width, height] = [this.canvas.clientWidth * scale, this.canvas.clientHeight * scale].map(Math.round);
+    if (width === this.canvas.width && height === this.canvas.height) return;
+    Object.assign(this.canvas, { width, height });
+    this.hatches = null;
     this.paint();
   }
 
@@ -34,28 +42,59 @@ export class Chart {
     pen.fillStyle = "#eef0f2";
     pen.fillRect(0, 0, width, height);
     if (!sizes.length || !width) return;
-    const span = Math.max(sizes.length, 30), step = width / span;
-    const area = (share) => {
+    this.hatches ??= [0, 1].map((team) => hatch(pen, team, width / (canvas.clientWidth || width)));
+    const step = width / Math.max(sizes.length, SHORTEST_S), edge = ([red, blue]) => height * (1 - red / (red + blue || 1));
+    for (const [team, from] of [[0, height], [1, 0]]) {
+      pen.fillStyle = this.hatches[team];
       pen.beginPath();
-      sizes.forEach(([red, blue], i) => {
-        const y = height * (1 - red / (red + blue || 1));
-        pen.rect(i * step, share ? y : 0, step + 0.5, share ? height - y : y);
-      });
-    };
-    pen.fillStyle = COLOURS[0];
-    area(true);
-    pen.fill();
-    pen.fillStyle = COLOURS[1];
-    area(false);
-    pen.fill();
-    pen.strokeStyle = "#fff";
-    pen.setLineDash([3, 3]);
+      sizes.forEach((entry, i) => pen.rect(i * step, Math.min(edge(entry), from), step + 0.5, Math.abs(from - edge(entry))));
+      pen.fill();
+    }
+    pen.strokeStyle = "#1b1f24";
+    pen.lineWidth = Math.max(height / 40, 1.5);
     pen.beginPath();
-    pen.moveTo(0, height / 2);
-    pen.lineTo(width, height / 2);
+    sizes.forEach((entry, i) => { pen.lineTo(i * step, edge(entry)); pen.lineTo((i + 1) * step, edge(entry)); });
     pen.stroke();
-    pen.setLineDash([]);
+    this.paintLine(pen, [0, height / 2], [width, height / 2], [3, 3]);
+    if (this.marked !== null) this.paintMark(pen, (this.marked + 0.5) * step, edge(sizes[this.marked]), height);
     const [red, blue] = sizes.at(-1);
     canvas.setAttribute("aria-label", `Team sizes over time: now red ${red}, blue ${blue}`);
   }
+
+  paintLine(pen, from, to, dash) {
+    pen.strokeStyle = "#1b1f24";
+    pen.lineWidth = 1;
+    pen.setLineDash(dash);
+    pen.beginPath();
+    pen.moveTo(...from);
+    pen.lineTo(...to);
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+
+  paintMark(pen, x, y, height) {
+    this.paintLine(pen, [x, 0], [x, height], []);
+    for (const [colour, radius] of [["#fff", 0.11], ["#111", 0.07]]) {
+      pen.fillStyle = colour;
+      pen.beginPath();
+      pen.arc(x, y, radius * height, 0, 7);
+      pen.fill();
+    }
+  }
+}
+
+// The second that decided, of sizes of red and blue, one entry a second: from it on, who has more at the end was never
+// behind again; of a lead from the start, its greatest gain. Null if nothing happened.
+export function turningPoint(sizes) {
+  const leads = sizes.map(([red, blue]) => red - blue), sign = Math.sign(leads.at(-1) ?? 0);
+  if (sign !== 0) {
+    const behind = leads.findLastIndex((lead) => lead * sign <= 0);
+    if (behind > 0) return { second: Math.min(behind + 1, leads.length - 1), kind: "lead" };
+  }
+  let best = 0, second = null;
+  for (let i = 1; i < leads.length; i++) {
+    const swing = leads[i] - leads[Math.max(i - SWING_S, 0)], gain = sign === 0 ? Math.abs(swing) : sign * swing;
+    if (gain > best) [best, second] = [gain, i];
+  }
+  return second === null ? null : { second, kind: "swing" };
 }

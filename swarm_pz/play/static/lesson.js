@@ -1,82 +1,143 @@
-// The first lesson: a game at half speed in which one thing after the other is tried.
+// The first lesson: three steps. Each waits, with the board held, until one goes on; and again until it is done.
+
+import { CIRCLE, CORNER, paintCard, paintDrawing, RING } from "./cards.js";
 
 const at = (id) => document.getElementById(id);
 const IN_CORNER = 0.35; // map widths from the corner that count as there
 const SPREAD = 0.18; // mean distance of drones from their mean place that is no bunch
+const NEAR = 0.2; // map widths from what was drawn within which a capture is the drawing's
+const EFFECT_TICKS = 30; // after which a drawing can have had an effect
+const ALONE = { settings: { red: 12, blue: 0, time_limit: null } };
+const AGAINST = { opponent: "uniform", settings: { red: 12, blue: 5, speed: 0.5, time_limit: null } };
+
+const STEPS = [
+  {
+    title: "Draw where they should be",
+    text: "You are red, the discs. Drag a short stroke in the top right corner and send it: your drones fly there by themselves.",
+    shows: CORNER,
+    task: "Draw in the top right corner, and send it.",
+    room: ALONE,
+    done: (frame) => share(frame, 0, (x, y) => Math.hypot(1 - x, 1 - y) < IN_CORNER) >= 0.6,
+  },
+  {
+    title: "Spread out",
+    text: "A bunch holds no more than the ground around itself. Draw a big circle around the middle: your drones spread along it.",
+    shows: CIRCLE,
+    task: "Draw a big circle around the middle, and send it.",
+    room: ALONE,
+    done: (frame) => share(frame, 0, (x, y) => Math.abs(Math.hypot(x - 0.5, y - 0.5) - 0.25) < 0.2) >= 0.6
+      && spread(frame, 0) > SPREAD,
+  },
+  {
+    title: "Make one change sides",
+    text: "Filled ground is yours: around it your drones flew most in the last five seconds. A blue drone on it turns red. "
+      + "Blue has such ground, too, and yours turn blue there. Draw a ring around blue drones.",
+    shows: RING,
+    meets: [[44, 52], [55, 42], [53, 60]], // blue drones, in hundredths
+    task: "Draw a ring around blue drones, and again as they move, until one turns red there.",
+    room: AGAINST,
+    done: (frame, captured) => captured.some((drone) => frame.teams[drone] === 0),
+  },
+];
 
 export class Lesson {
-  constructor(link, leave) {
-    Object.assign(this, { link, step: -1, room: null });
+  // begin: opens a room by a message and begins in it at once; home: leads back to the start.
+  constructor(link, { begin, home }) {
+    Object.assign(this, { link, begin, home, step: -1, room: null, held: false });
     link.addEventListener("seated", ({ detail }) => { this.room ??= this.running ? detail.room : null; });
-    link.addEventListener("refused", ({ detail }) => { if (detail.about === "create") this.stop(); });
-    at("lesson-next").addEventListener("click", leave);
-  }
-
-  steps() {
-    return [
-      {
-        text: "You are red. Draw a short stroke in the top right corner and press Send: your drones go there.",
-        done: (frame) => this.wasSent && share(frame, 0, (x, y) => Math.hypot(1 - x, 1 - y) < IN_CORNER) >= 0.6,
-      },
-      {
-        text: "But a bunch is easy prey. Draw a big circle around the middle and send it: your drones spread along it.",
-        done: (frame) => this.wasSent && share(frame, 0, (x, y) => Math.abs(Math.hypot(x - 0.5, y - 0.5) - 0.25) < 0.2) >= 0.6
-          && spread(frame, 0) > SPREAD,
-      },
-      {
-        text: "Grey is ground that you surround: a blue drone in it changes sides. The dashed line is blue's. "
-          + "Draw rings around blue drones until two are yours.",
-        done: () => this.taken >= 2,
-      },
-      {
-        text: "That is all: draw, send, surround, and don't bunch up. Now play a game.",
-        last: true,
-        done: () => false,
-      },
-    ];
+    link.addEventListener("refused", ({ detail }) => {
+      if (detail.about !== "create" || !this.running) return;
+      this.setting = null;
+      this.go(this.step);
+    });
+    at("lesson-next").addEventListener("click", () => this.act());
+    at("lesson-leave").addEventListener("click", home);
   }
 
   get running() { return this.step >= 0; }
 
+  get isLast() { return this.step === STEPS.length; }
+
   start() {
     if (this.running) return;
-    this.plan = this.steps();
-    this.taken = 0;
-    this.room = null;
+    Object.assign(this, { room: null, setting: null, isOver: false });
     this.go(0);
-    this.link.send({
-      type: "create", lesson: true, seat: "red", opponent: "uniform",
-      settings: { red: 12, blue: 5, speed: 0.5, time_limit: null },
-    });
   }
 
   stop() {
-    this.step = -1;
-    at("lesson").hidden = true;
+    Object.assign(this, { step: -1, held: false });
+    at("lesson").hidden = at("step").hidden = true;
     at("chart").hidden = false;
   }
 
+  // Hold the board, and say what comes next.
   go(step) {
     this.step = step;
-    this.wasSent = false;
-    const { text, last } = this.plan[step];
-    at("lesson").hidden = false;
-    at("chart").hidden = true;
-    at("lesson-text").textContent = `${step + 1} of ${this.plan.length}: ${text}`;
-    at("lesson-next").hidden = !last;
+    const { title, text } = STEPS[step] ?? {
+      title: "That is the game",
+      text: "Draw, send, look, and draw anew. Who owns every drone wins; after five minutes it is a draw.",
+    };
+    this.hold(this.isLast ? title : `${step + 1} of ${STEPS.length}: ${title}`, text, this.isLast ? "Play a game" : "Try it");
   }
 
-  // The game ended before the lesson did: another one goes on with it.
-  over() { if (this.running && !this.plan[this.step].last) this.link.send({ type: "ready" }); }
+  hold(title, text, button) {
+    Object.assign(this, { held: true, drawn: null });
+    at("step").hidden = false;
+    at("lesson").hidden = true;
+    at("step-title").textContent = title;
+    this.paint(STEPS[this.step]);
+    at("lesson-text").textContent = text;
+    at("lesson-next").textContent = button;
+    at("lesson-next").focus({ preventScroll: true });
+  }
 
-  sent(strokes) { if (this.running && strokes.length) this.wasSent = true; }
+  // What is to be drawn in a step, and what comes of it.
+  paint(step) {
+    at("step-picture").hidden = !step;
+    if (!step) return;
+    paintCard(at("step-picture"), { target: ["0"], drones: step.meets ?? [] });
+    paintDrawing(at("step-picture"), step.shows, step.shows === CORNER ? 3 : 9);
+  }
 
+  // Let the board go on, in the room that the step needs.
+  act() {
+    if (this.isLast) {
+      this.stop();
+      this.begin({ seat: "red", opponent: "uniform" });
+      return;
+    }
+    const { room, task } = STEPS[this.step];
+    if (this.setting !== room) {
+      Object.assign(this, { setting: null, room: null });
+      if (!this.begin({ seat: "red", ...room, lesson: true })) return;
+      this.setting = room;
+    } else if (this.isOver) this.link.send({ type: "ready" });
+    this.isOver = this.held = false;
+    at("step").hidden = true;
+    at("lesson").hidden = false;
+    at("chart").hidden = true;
+    at("lesson").textContent = `${this.step + 1} of ${STEPS.length}: ${task}`;
+    at("arena").focus({ preventScroll: true });
+  }
+
+  // The game ended before the step was done: another one goes on with it.
+  over() {
+    if (!this.running || this.isLast) return;
+    this.isOver = true;
+    this.hold("Once more", "All drones are on one side, and not by a drawing of yours. Try it again.", "Try it");
+  }
+
+  sent(strokes) { if (this.running && strokes.length) this.drawn = { points: strokes.flatMap(({ points }) => points), tick: null }; }
+
+  // Look whether the step is done, by what was drawn and not by chance.
   watch(frame, captured, seat) {
-    if (!this.running || seat === null) return;
-    this.taken += captured.filter((drone) => frame.teams[drone] === seat).length;
-    const blue = frame.teams.reduce((sum, team) => sum + team, 0);
-    if (blue === 0 && !this.plan[this.step].last) this.go(this.plan.length - 1);
-    else if (this.plan[this.step].done(frame)) this.go(this.step + 1);
+    if (!this.running || this.held || seat === null || !this.drawn) return;
+    this.drawn.tick ??= frame.tick;
+    if (frame.tick - this.drawn.tick < EFFECT_TICKS) return;
+    const there = captured.filter((drone) => this.drawn.points.some(
+      ([x, y]) => Math.hypot(frame.positions[2 * drone] - x, frame.positions[2 * drone + 1] - y) < NEAR,
+    ));
+    if (STEPS[this.step].done(frame, there)) this.go(this.step + 1);
   }
 }
 

@@ -19,6 +19,7 @@ export class Link extends EventTarget {
     this.greeted = false;
     this.pings = [];
     this.quiet = false; // another tab has our seat
+    this.restarted = false; // the server is another one than before
     this.open();
     setInterval(() => this.ping(), 2000);
     document.addEventListener("visibilitychange", () => this.send({ type: "visibility", hidden: document.hidden }));
@@ -88,6 +89,9 @@ export class Link extends EventTarget {
     }
     const message = JSON.parse(data);
     if (message.type === "pong") this.setClock(message);
+    if (message.type === "welcome") {
+      this.restarted = this.roundTripMs > 0 && performance.now() + this.offsetMs > message.server_ms + 1000;
+    }
     if (message.type === "seated") this.seat = { room: message.room, token: message.token, seat: message.seat };
     if (message.type === "displaced") {
       this.quiet = true;

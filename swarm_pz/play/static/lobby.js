@@ -1,26 +1,52 @@
-// The lobby: open a room, join one, go back to one's seat, or take the lesson.
+// The start: play at once, learn it, open a room or join one, go back to one's seat, watch what was recorded.
+
+import { levelElement, levelsOf, paintPoster } from "./cards.js";
+import { listGames } from "./games.js";
 
 const at = (id) => document.getElementById(id);
+const STORE_NAME = "swarm-pz.name", STORE_OPPONENT = "swarm-pz.opponent";
+const FIRST = "uniform"; // whom a newcomer meets
 
 export class Lobby {
-  constructor(link) {
-    this.link = link;
+  // begin: opens a room by a message and begins in it at once; go: changes the address.
+  constructor(link, { begin, go }) {
+    Object.assign(this, { link, begin, go });
+    const on = (id, act) => at(id).addEventListener("click", act);
+    on("quick", () => this.play(this.next));
+    on("start-lesson", () => go("lesson"));
+    on("invite-somebody", () => link.send({ type: "create", seat: "red", label: at("label").value }));
+    on("return", () => go(`room=${link.lastSeat.room}`));
+    on("all-opponents", () => this.showAll(!at("opponents").classList.contains("all")));
+    on("all-games", () => { at("recorded").open = true; at("recorded").scrollIntoView(); });
+    on("look-on", () => { if (at("code").reportValidity()) go(`watch=${at("code").value.toUpperCase()}`); });
+    at("recorded").addEventListener("toggle", () => { if (at("recorded").open) listGames(at("games")); });
     at("create").addEventListener("submit", (event) => this.create(event));
-    at("join").addEventListener("submit", (event) => this.join(event));
+    at("join").addEventListener("submit", (event) => {
+      event.preventDefault();
+      go(`room=${at("code").value.toUpperCase()}`);
+    });
     at("opponent").addEventListener("change", () => this.describe());
     at("side").addEventListener("change", () => { at("red-player").hidden = at("side").value !== "watch"; });
-    at("start-lesson").addEventListener("click", () => { location.hash = "lesson"; });
-    at("return").addEventListener("click", () => {
-      location.hash = `room=${link.lastSeat.room}`;
-    });
+    at("label").value = recall(STORE_NAME);
+    at("label").addEventListener("input", () => remember(STORE_NAME, at("label").value));
   }
 
   show(welcome) {
     const seat = this.link.lastSeat;
     at("return").hidden = !seat;
     if (seat) at("return").textContent = `Return to your seat in room ${seat.room}`;
-    if (!welcome || at("opponent").options.length) return;
+    at("quick").classList.toggle("primary", !seat);
+    if (at("recorded").open) listGames(at("games"));
+    if (!welcome) return;
+    at("quick").disabled = at("invite-somebody").disabled = false;
+    this.suggest(welcome.policies);
+    at("label-hint").textContent = welcome.records_labels
+      ? "This host records it with your games." : "It stays in this browser; those at your table see it.";
+    if (at("opponent").options.length) return;
     this.policies = welcome.policies;
+    const levels = levelsOf(welcome.policies);
+    at("opponents").replaceChildren(...levels.map((level) => levelElement(level, (name) => this.play(name))));
+    at("all-opponents").hidden = !at("opponents").querySelector(".rest");
     const players = () => [
       new Option("a person, in another window or on another device", ""),
       ...welcome.policies.map(({ name }) => new Option(name, name)),
@@ -28,13 +54,45 @@ export class Lobby {
     at("opponent").append(...players());
     at("opponent").add(new Option("nobody: practise alone", "none"), 1);
     at("player").append(...players());
-    at("opponent").value = "uniform";
+    at("opponent").value = FIRST;
     this.describe();
+  }
+
+  // Whom the first button plays: the one of last time, or whom a newcomer meets.
+  suggest(policies) {
+    const find = (wanted) => policies.find(({ name }) => name === wanted);
+    const policy = find(recall(STORE_OPPONENT)) ?? find(FIRST) ?? policies[0];
+    this.next = policy?.name;
+    at("quick").hidden = !policy;
+    at("quick").textContent = `Play against ${this.next}`;
+    paintPoster(at("poster"), policy?.card);
+  }
+
+  showAll(all) {
+    at("opponents").classList.toggle("all", all);
+    at("all-opponents").setAttribute("aria-expanded", String(all));
+    at("all-opponents").textContent = all ? "Fewer opponents" : "All opponents";
   }
 
   describe() {
     const policy = this.policies.find(({ name }) => name === at("opponent").value);
     at("opponent-about").textContent = policy?.about ?? "";
+  }
+
+  // Say that a room is no more, and lead to what was played in it.
+  async gone(room, restarted) {
+    at("gone").hidden = false;
+    const what = restarted ? `The table was started anew, and room ${room} is gone with it.` : `There is no room ${room} any more.`;
+    at("gone-text").textContent = what;
+    const count = await listGames(at("gone-games"), room);
+    at("gone-text").textContent = count ? `${what} What was played in it is recorded:` : what;
+  }
+
+  forgive() { at("gone").hidden = true; }
+
+  play(opponent) {
+    remember(STORE_OPPONENT, opponent);
+    this.begin({ seat: "red", opponent });
   }
 
   create(event) {
@@ -54,10 +112,12 @@ export class Lobby {
       ...(isPolicy ? { opponent } : {}), ...(player ? { player } : {}),
     });
   }
+}
 
-  join(event) {
-    event.preventDefault();
-    const room = at("code").value.toUpperCase(), seat = at("join-side").value;
-    this.link.send({ type: "join", room, seat, label: at("label").value });
-  }
+function recall(key) {
+  try { return localStorage.getItem(key) ?? ""; } catch { return ""; }
+}
+
+function remember(key, value) {
+  try { localStorage.setItem(key, value); } catch { /* a page without storage forgets */ }
 }

@@ -1,22 +1,36 @@
 // The page: which view is shown, and what its address asks for.
-//   #play=ring   straight into a game against a policy      #room=ABCD   to a room
-//   #replay=FILE a recorded game                            #lesson      the first lesson
+//   #room=ABCD   to a room: to one's seat there, or the free one, or to look on
+//   #watch=ABCD  to a room, to look on               #play=ring   straight into a game against a policy
+//   #replay=FILE a recorded game                     #lesson      the first lesson
 
 import { Link } from "./link.js";
 import { Lobby } from "./lobby.js";
-import { Table } from "./table.js";
+import { placeOf, Table } from "./table.js";
+import { freeSides } from "./waiting.js";
+
+const at = (id) => document.getElementById(id);
+const SAYING_MS = 6000;
+const CODE = /^[A-Z0-9]{4,8}$/;
+const ROOMS = ["room", "watch"];
 
 const link = new Link(wantedSeat);
-const lobby = new Lobby(link);
-const table = new Table(link, { left: () => go("") });
+const lobby = new Lobby(link, { begin, go });
+// Before the table hears it: what is hidden takes no focus, and what one has left is not shown.
+link.addEventListener("room", (event) => {
+  if (placeOf(event.detail) === table.leftPlace) event.stopImmediatePropagation();
+  else arrive(event.detail);
+});
+const table = new Table(link, { left: () => go(""), begin });
 let welcomed = null;
-let ready = false; // who comes for a game at once is ready as soon as they sit
-const SAYING_MS = 6000;
+let isBeginning = false; // who comes for a game at once is ready as soon as they sit
+let wantsSeat = ""; // the room that an address led to, in which one has no seat yet
+let goal = ""; // where to, once a running game may be left
 
+// What the address asks for; codes of rooms in whatever case.
 function wanted() {
   try {
     const [name, value = ""] = decodeURIComponent(location.hash.slice(1)).split("=", 2);
-    return { name, value };
+    return { name, value: ROOMS.includes(name) ? value.toUpperCase() : value };
   } catch { return { name: "", value: "" }; }
 }
 
@@ -26,71 +40,152 @@ function wantedSeat() {
   return name === "room" ? [link.seat, link.lastSeat].find((seat) => seat?.room === value) ?? null : null;
 }
 
+// Set the address: each place that one goes to is a step back in the browser's history.
+function mark(hash, isNew) {
+  if (location.hash === (hash ? `#${hash}` : "")) return;
+  history[isNew ? "pushState" : "replaceState"](null, "", hash ? `#${hash}` : location.pathname);
+}
+
 function go(hash) {
-  history.replaceState(null, "", hash ? `#${hash}` : location.pathname);
+  mark(hash, true);
+  show();
+}
+
+// Go back to the start, from an address that leads nowhere.
+function giveUp() {
+  mark("", false);
   show();
 }
 
 // Tell something; it goes away by itself unless it is still so.
 function say(text, stays = false) {
-  document.getElementById("says").textContent = text;
+  at("says").textContent = text;
+  say.stays = stays;
   clearTimeout(say.later);
   if (text && !stays) say.later = setTimeout(() => say(""), SAYING_MS);
 }
 
 function open(name) {
-  document.getElementById("lobby").hidden = name !== "lobby";
-  document.getElementById("table").hidden = name !== "table";
+  const isNew = at(name).hidden;
+  at("lobby").hidden = name !== "lobby";
+  at("table").hidden = name !== "table";
+  if (isNew) {
+    scrollTo(0, 0);
+    if (!say.stays) say(""); // what was said was about the other view
+  }
+  return isNew;
+}
+
+// Open a room and begin in it at once; tell whether that could be asked for.
+function begin(message) {
+  if (isBeginning) return false;
+  isBeginning = link.send({ type: "create", label: at("label").value, settings: {}, ...message });
+  if (!isBeginning) say("The table does not answer yet; try again in a moment.");
+  return isBeginning;
 }
 
 function show() {
   const { name, value } = wanted();
-  open(name === "" ? "lobby" : "table");
-  if (name === "") {
-    table.lesson.stop();
-    lobby.show(welcomed);
+  const isHere = ROOMS.includes(name) && table.room?.code === value;
+  if (table.isPlaying && !isHere) {
+    ask();
+    return;
   }
-  if (!welcomed || name === "") return;
-  if (name === "play") {
-    ready = true;
-    link.send({ type: "create", seat: "red", ...(value && value !== "none" ? { opponent: value } : {}),
-      settings: value === "none" ? { blue: 0 } : {} });
-  } else if (name === "room") {
-    if (table.room?.code === value) return;
-    if (wantedSeat()) link.reopen();
-    else link.send({ type: "join", room: value, seat: "watch" });
-  } else if (name === "replay") link.send({ type: "open_replay", recording: value });
-  else if (name === "lesson") {
-    ready = true;
+  if (name === "") {
+    table.leave();
+    if (open("lobby")) at("quick").focus({ preventScroll: true });
+    lobby.show(welcomed);
+    return;
+  }
+  open("table");
+  if (!welcomed || isHere) return;
+  if (name === "play") begin({ seat: "red", ...(value && value !== "none" ? { opponent: value } : { settings: { blue: 0 } }) });
+  else if (ROOMS.includes(name)) enter(name, value);
+  else if (name === "replay") {
+    table.leave();
+    table.opens(value);
+    link.send({ type: "open_replay", recording: value });
+  } else if (name === "lesson") {
+    table.leave();
     table.lesson.start();
-  } else go("");
+  } else giveUp();
 }
 
+function enter(name, code) {
+  table.leave();
+  table.leftPlace = null;
+  if (!CODE.test(code)) {
+    giveUp();
+    say("A room's code has four letters and digits.");
+  } else if (wantedSeat()) link.reopen();
+  else {
+    wantsSeat = name === "room" ? code : "";
+    link.send({ type: "join", room: code, seat: "watch" });
+  }
+}
+
+// A room's state has come: show it, and sit down if that is what one came for.
+function arrive(room) {
+  const [side] = wantsSeat === room.code && table.seat === null ? freeSides(room) : [];
+  if (room.phase !== "replay") {
+    const how = table.seat !== null || side ? "room" : "watch";
+    mark(`${how}=${room.code}`, ["", "replay"].includes(wanted().name));
+  }
+  lobby.forgive();
+  open("table");
+  wantsSeat = "";
+  if (side) link.send({ type: "join", room: room.code, seat: side, label: at("label").value });
+}
+
+// A running game is not left by a slip of the hand.
+function ask() {
+  goal = location.hash.slice(1);
+  mark(`room=${table.room.code}`, true);
+  if (!at("leaving").open) at("leaving").showModal();
+}
+
+at("stay").addEventListener("click", () => at("leaving").close());
+at("leave-now").addEventListener("click", () => {
+  at("leaving").close();
+  table.leave();
+  go(goal);
+});
 link.addEventListener("welcome", ({ detail }) => {
   welcomed = detail;
+  isBeginning = false;
   say("");
+  lobby.show(detail);
   if (!wantedSeat()) show(); // else the seat comes by itself
 });
-link.addEventListener("seated", ({ detail }) => {
-  history.replaceState(null, "", `#room=${detail.room}`);
-  if (ready) link.send({ type: "ready" });
-  ready = false;
+link.addEventListener("seated", () => {
+  if (isBeginning) link.send({ type: "ready" });
+  isBeginning = false;
 });
-link.addEventListener("room", ({ detail }) => {
-  if (detail.phase !== "replay") history.replaceState(null, "", `#room=${detail.code}`);
-  open("table");
-});
+link.addEventListener("room", ({ detail }) => { if (detail.phase !== "playing" && at("leaving").open) at("leaving").close(); });
 link.addEventListener("closed", () => say(link.quiet
   ? "This seat was taken over by another window. Close this one, or reload it to take the seat back."
   : "The connection is lost; trying again…", true));
 link.addEventListener("notice", ({ detail }) => say(detail.text));
 link.addEventListener("refused", ({ detail }) => {
-  ready = false;
+  const { name, value } = wanted();
+  isBeginning = false;
   if (detail.about === "hello") { // the seat is gone: see what became of it, or look on, if its room is still there
     link.seat = null;
-    if (detail.recording) go(`replay=${detail.recording}`);
-    else show();
-  } else if (["join", "create", "open_replay"].includes(detail.about) && !table.room) go("");
+    if (detail.recording) {
+      go(`replay=${detail.recording}`);
+      say(detail.reason);
+    } else show();
+    return;
+  }
+  if (!table.room && name !== "") {
+    wantsSeat = "";
+    table.lesson.stop();
+    giveUp();
+    if (ROOMS.includes(name)) {
+      lobby.gone(value, link.restarted);
+      return;
+    }
+  }
   say(detail.reason);
 });
 addEventListener("hashchange", show);

@@ -5,16 +5,19 @@ const HATCH = { attract: ["#0b6e4f", "+"], repel: ["#7a4a00", "-"] };
 const CURSOR_STEP = 0.02;
 const MOST_POINTS = 3000, MOST_STROKES = 250; // of what is sent
 const NEAREST = 0.004; // points closer than this, in map widths, say nothing new
+const FADE_MS = 600; // of ink whose command is in force: from then on the target shows what is asked for
+const DRAWN = 0.8, SENT = 0.4; // how strong ink is
 
 export class Pen {
-  // arena: the element that is drawn in; canvas: where the ink goes; lifted: called when the last finger is.
+  // arena: the element that is drawn in; canvas: where the ink goes; lifted: called when the last finger, or key, is.
   constructor(arena, canvas, { lifted, changed, mayDraw }) {
     Object.assign(this, { arena, canvas, lifted, changed, mayDraw });
     this.brush = "attract";
     this.width = 0.1;
     this.strokes = [];
-    this.before = []; // drawings to go back to
+    this.before = []; // drawings to go back to, and whether they were sent
     this.sent = false; // what is here was sent, and the next stroke begins anew
+    this.fadesSince = null; // when what was sent came into force
     this.keep = false;
     this.down = new Map(); // strokes being drawn, by pointer
     this.cursor = { x: 0.5, y: 0.5, shown: false };
@@ -44,16 +47,22 @@ export class Pen {
 
   start(point, startedMs) {
     if (this.down.size === 0) {
-      this.before.push(this.strokes);
-      if (this.before.length > 50) this.before.shift();
-      this.strokes = this.sent && !this.keep ? [] : [...this.strokes];
       if (this.sent || !this.drawingSince) this.drawingSince = startedMs;
-      this.sent = false;
+      this.change(this.sent && !this.keep ? [] : [...this.strokes]);
     }
     const stroke = { brush: this.brush, width: this.width, points: [point] };
     this.strokes.push(stroke);
     this.dirty = true;
     return stroke;
+  }
+
+  // Go over to another drawing, from which undo leads back.
+  change(strokes) {
+    this.before.push({ strokes: this.strokes, sent: this.sent });
+    if (this.before.length > 50) this.before.shift();
+    this.strokes = strokes;
+    this.sent = false;
+    this.fadesSince = null;
   }
 
   move(event) {
@@ -76,7 +85,7 @@ export class Pen {
     this.extend(stroke, this.place(event));
     this.down.delete(event.pointerId);
     this.changed();
-    if (this.down.size === 0) this.lifted(event.pointerType);
+    if (this.down.size === 0) this.lifted();
   }
 
   // The system took the pointer away: what it drew was not meant.
@@ -100,8 +109,10 @@ export class Pen {
       if (stroke) this.extend(stroke, [this.cursor.x, this.cursor.y]);
       this.dirty = true;
     } else if (event.key === " ") {
-      if (this.down.has("keys")) this.endKeyStroke();
-      else if (this.mayDraw()) {
+      if (this.down.has("keys")) {
+        this.endKeyStroke();
+        if (this.down.size === 0) this.lifted();
+      } else if (this.mayDraw()) {
         this.cursor.shown = true;
         this.down.set("keys", this.start([this.cursor.x, this.cursor.y], performance.now()));
       }
@@ -118,19 +129,30 @@ export class Pen {
 
   // --- the drawing ------------------------------------------------------------------------------------
 
+  // Go back a stroke; whether what is undone was sent, so that what is here now has to be sent anew.
   undo() {
     this.down.clear();
-    if (this.before.length) this.strokes = this.before.pop();
-    this.sent = false;
+    const past = this.before.pop(), wasSent = this.sent;
+    if (!past) return false;
+    this.strokes = past.strokes;
+    this.sent = past.sent && !wasSent;
+    this.fadesSince = this.sent ? -Infinity : null;
+    this.refresh();
+    return wasSent;
+  }
+
+  // A drawing of nothing.
+  clear() {
+    this.down.clear();
+    if (this.strokes.length) this.change([]);
     this.refresh();
   }
 
-  clear() {
-    this.down.clear();
-    if (this.strokes.length) this.before.push(this.strokes);
-    this.strokes = [];
+  // Begin with another game.
+  forget() {
+    this.clear();
+    this.before = [];
     this.sent = false;
-    this.refresh();
   }
 
   refresh() {
@@ -157,24 +179,36 @@ export class Pen {
   // It was sent: the next stroke begins another drawing.
   setSent() {
     this.sent = true;
+    this.fadesSince = null;
     this.drawingSince = null;
     this.dirty = true;
   }
 
+  // The swarm follows it: the ink goes.
+  setInForce() {
+    if (this.sent) this.fadesSince ??= performance.now();
+    this.dirty = true;
+  }
+
+  get strength() {
+    if (!this.sent) return DRAWN;
+    const faded = this.fadesSince === null ? 0 : (performance.now() - this.fadesSince) / FADE_MS;
+    return SENT * Math.max(1 - faded, 0);
+  }
+
   paint() {
     if (!this.dirty) return;
-    this.dirty = false;
-    const { canvas } = this, side = canvas.width, pen = canvas.getContext("2d");
+    const { canvas, strength } = this, side = canvas.width, pen = canvas.getContext("2d");
+    this.dirty = this.fadesSince !== null && strength > 0; // goes on fading
     pen.clearRect(0, 0, side, side);
     pen.lineCap = pen.lineJoin = "round";
-    pen.globalAlpha = this.sent ? 0.35 : 0.8;
-    for (const { brush, width, points } of this.strokes) {
+    for (const { brush, width, points } of strength > 0 ? this.strokes : []) {
       pen.globalCompositeOperation = "destination-out"; // later strokes replace earlier ones
       pen.globalAlpha = 1;
       this.line(pen, points, width * side, side, "#000");
       if (brush === "erase") continue;
       pen.globalCompositeOperation = "source-over";
-      pen.globalAlpha = this.sent ? 0.35 : 0.8;
+      pen.globalAlpha = strength;
       this.line(pen, points, width * side, side, this.pattern(pen, brush));
     }
     pen.globalCompositeOperation = "source-over";

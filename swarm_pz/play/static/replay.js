@@ -10,6 +10,7 @@ export class Replay {
     at("hold").addEventListener("click", () => this.hold(!this.held));
     at("moment").addEventListener("input", () => {
       this.hold(true);
+      this.tell();
       this.later ??= setTimeout(() => this.seek(), SEEK_EVERY_MS);
     });
     at("take-over").addEventListener("click", () => link.send({ type: "take_over", seat: at("take-side").value }));
@@ -21,6 +22,7 @@ export class Replay {
     if (!isReplay) return;
     at("moment").max = room.last_tick;
     at("moment").value = 0;
+    this.tell();
     at("take-over").disabled = !room.verified;
     at("take-over").title = room.verified ? "" : "This game plays differently on this machine.";
     this.hold(false);
@@ -41,6 +43,16 @@ export class Replay {
   follow(tick) {
     if (at("scrubber").hidden || this.held) return;
     at("moment").value = tick;
-    at("moment").setAttribute("aria-valuetext", `${Math.floor(tick / 30)} seconds`);
+    this.tell();
   }
+
+  tell() {
+    const { value, max } = at("moment");
+    at("moment").setAttribute("aria-valuetext", `${inWords(value)} of ${inWords(max)}`);
+  }
+}
+
+function inWords(tick) {
+  const seconds = Math.floor(tick / 30), minutes = Math.floor(seconds / 60);
+  return `${minutes ? `${minutes} minutes ` : ""}${seconds % 60} seconds`;
 }

@@ -1,0 +1,57 @@
+"""Write the cards of the policies on the ladder: ratings as docs/ladder.md gives them, pictures from a game each.
+
+python -m benchmarks.policy_cards
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+
+from swarm_pz.config import BLUE, TEAM_NAMES
+from swarm_pz.evaluation.rollout import Rollout, game_number
+from swarm_pz.policies.cards import FILE
+from swarm_pz.simulator.ergodicity import reconstruct
+
+LADDER = Path(__file__).parents[1] / "docs" / "ladder.md"
+CELLS = 10
+SECONDS = 6.0
+"""Into the game: swarms have left their corners, and nobody has won."""
+
+
+def ratings(page: str) -> dict[str, float]:
+    """Return the ratings of the ladder's page by name; only those without an argument, which cards are for."""
+    rows = re.findall(r"^\| \d+ \| `(\w+)` \| \w+ \| (\d+) \|", page, re.MULTILINE)
+    return {name: float(rating) for name, rating in rows}
+
+
+def picture(name: str) -> dict[str, object]:
+    """Return a policy's target and drones in its game against `uniform`, in which it is blue."""
+    rollout = Rollout(name, "uniform", [game_number(0, TEAM_NAMES[BLUE])])
+    rollout.play(SECONDS)
+    simulator = rollout.simulator
+    target = np.maximum(reconstruct(simulator.games.coefficients[0, BLUE], CELLS), 0.0)
+    digits = np.rint(9 * target / target.max()).astype(int)
+    places = simulator.positions[0][simulator.teams[0] == BLUE]
+    rollout.close()
+    return {
+        "target": ["".join(map(str, row)) for row in digits],
+        "drones": np.rint(100 * places).astype(int).tolist(),
+    }
+
+
+def main() -> None:
+    """Write the file."""
+    lines = [
+        f"  {json.dumps(name)}: {json.dumps({'rating': rating} | picture(name))}"
+        for name, rating in sorted(ratings(LADDER.read_text()).items())
+    ]
+    FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n")
+    print(FILE)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,36 @@
+"""What the table shows of a policy before one plays it: its rating, and a picture of what it does."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+FILE = Path(__file__).with_suffix(".json")
+
+
+@dataclass(frozen=True)
+class Card:
+    """One policy's card.
+
+    Attributes
+    ----------
+    rating : float
+        On the ladder, where `uniform` is 1000.
+    target : tuple of str
+        What it asked for at one moment of a game as blue: rows from the bottom up, digits from 0 to 9, its maximum.
+    drones : tuple of (int, int)
+        Where its drones were, x and y in hundredths of a map width.
+    """
+
+    rating: float
+    target: tuple[str, ...]
+    drones: tuple[tuple[int, int], ...]
+
+
+def cards() -> dict[str, Card]:
+    """Return the cards of the policies on the ladder, by name; `python -m benchmarks.policy_cards` makes them."""
+    return {
+        name: Card(rating=card["rating"], target=tuple(card["target"]), drones=tuple((x, y) for x, y in card["drones"]))
+        for name, card in json.loads(FILE.read_text()).items()
+    }

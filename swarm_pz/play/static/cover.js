@@ -1,0 +1,104 @@
+// What lies over the board while no game is played: whom one waits for, the countdown, and the result.
+
+import { Chart, turningPoint } from "./chart.js";
+import { clock } from "./news.js";
+import { freeSides, Waiting } from "./waiting.js";
+
+const at = (id) => document.getElementById(id);
+const SIDES = ["red", "blue"];
+const NAMES = { red: "Red", blue: "Blue" };
+
+export class Cover {
+  // begin: opens a room by a message and begins in it at once.
+  constructor(link, begin) {
+    this.begin = begin;
+    this.waiting = new Waiting(link);
+    this.chart = new Chart(at("result-chart"));
+    new ResizeObserver(() => this.chart.resize()).observe(at("result-chart"));
+    at("swap").addEventListener("click", () => this.swap());
+  }
+
+  // Something is on its way.
+  wait(text) {
+    for (const id of ["waiting", "invitation", "ready", "sit", "swap", "recording", "turning", "result-chart"]) at(id).hidden = true;
+    at("cover").hidden = false;
+    at("table").dataset.phase = "opening";
+    this.say(text);
+  }
+
+  show(room, seat, lastTick) {
+    this.room = room;
+    this.seat = seat;
+    const isOver = room.phase === "over", own = seat === null ? null : room[SIDES[seat]];
+    const onlyPolicies = SIDES.every((side) => room[side].kind === "policy" || room.settings[side] === 0);
+    at("table").dataset.phase = room.phase;
+    at("cover").hidden = !isOver && room.phase !== "waiting";
+    at("ready").hidden = own ? own.ready : !onlyPolicies;
+    at("ready").textContent = isOver ? "Play again" : onlyPolicies ? "Begin" : "I am ready";
+    at("sit").hidden = own !== null || freeSides(room).length === 0;
+    at("swap").hidden = !isOver || own === null || room[this.other].kind !== "policy";
+    at("recording").hidden = !isOver;
+    at("recording").href = `#replay=${room.recording}`;
+    this.showResult(isOver && room.outcome !== "stopped", lastTick);
+    const waiting = this.waiting.show(room, seat), text = isOver ? this.result(lastTick) : `${this.unready ?? waiting}${this.pace}`;
+    requestAnimationFrame(() => this.say(text)); // said once it is shown
+  }
+
+  get other() { return SIDES[1 - this.seat]; }
+
+  say(text) { at("cover-text").textContent = text; }
+
+  // What is to be said of a policy that loads, or cannot.
+  get unready() {
+    const seats = SIDES.map((side) => this.room[side]), failed = seats.find((seat) => seat.policy_state === "failed");
+    if (failed) return `${failed.name} cannot play: ${failed.reason}`;
+    const loading = seats.find((seat) => seat.policy_state === "loading");
+    return loading ? `${loading.name} is getting ready.` : null;
+  }
+
+  get pace() {
+    const { speed } = this.room.settings;
+    return speed === 1 ? "" : ` Time goes at ${speed} of its speed here.`;
+  }
+
+  result(lastTick) {
+    const { outcome, sizes } = this.room, [red, blue] = sizes.at(-1) ?? [0, 0];
+    if (outcome === "draw") return `A draw: red ${red}, blue ${blue} when time was up.`;
+    if (!SIDES.includes(outcome)) return "The game was stopped.";
+    const won = this.seat === null ? `${NAMES[outcome]} won` : SIDES[this.seat] === outcome ? "You won" : "You lost";
+    return `${won} after ${clock(Math.max(lastTick ?? 0, 30 * (sizes.length - 1)))}.`;
+  }
+
+  showResult(isShown, lastTick) {
+    const { sizes, outcome } = this.room, ended = [...sizes];
+    if (SIDES.includes(outcome) && ended.length) { // the last second is not whole
+      const all = ended[0][0] + ended[0][1];
+      ended.push(outcome === "red" ? [all, 0] : [0, all]);
+    }
+    const turn = isShown ? turningPoint(ended) : null;
+    at("result-chart").hidden = !isShown || ended.length < 2;
+    at("turning").hidden = !turn;
+    if (at("result-chart").hidden) return;
+    this.chart.set(ended, turn?.second ?? null);
+    if (!turn) return;
+    const [red, blue] = ended[turn.second], leader = red > blue ? "red" : "blue";
+    const when = clock(Math.min(30 * turn.second, lastTick ?? Infinity));
+    at("turning").textContent = turn.kind === "lead"
+      ? `The turn, at ${when}: from then on ${leader} was ahead.`
+      : `The turn, at ${when}: red ${red}, blue ${blue}.`;
+  }
+
+  // The same game from the other side, in a room of its own; a room knows no other way.
+  swap() {
+    const { room, other } = this;
+    const settings = { ...room.settings, red: room.settings.blue, blue: room.settings.red };
+    this.begin({ settings, seat: other, opponent: room[other].name });
+  }
+
+  // The seconds until a game begins.
+  count(room, now) {
+    const left = room?.phase === "starting" && room.starts_ms ? Math.ceil((room.starts_ms - now) / 1000) : 0;
+    const text = left > 0 ? String(left) : "";
+    if (at("countdown").textContent !== text) at("countdown").textContent = text;
+  }
+}

@@ -1,0 +1,59 @@
+// Sound and vibration at what happens, off by one switch that this browser remembers.
+
+const STORE = "swarm-pz.sound";
+const SHORTEST_MS = 120; // between two sounds
+// Notes in Hz, one after the other, and a vibration in ms.
+const KINDS = {
+  took: { notes: [660, 880], shake: [35] }, lost: { notes: [330, 220], shake: [70, 40, 70] },
+  began: { notes: [440, 660], shake: [] }, won: { notes: [523, 659, 784, 1047], shake: [60, 40, 60, 40, 120] },
+  over: { notes: [392, 330, 262], shake: [150] },
+};
+const NOTE_S = 0.09, LOUDNESS = 0.08;
+
+export class Sound {
+  constructor(button) {
+    this.button = button;
+    this.last = -Infinity;
+    this.context = null;
+    try { this.isOn = localStorage.getItem(STORE) !== "off"; } catch { this.isOn = true; }
+    button.addEventListener("click", () => this.turn(!this.isOn));
+    this.show();
+  }
+
+  turn(on) {
+    this.isOn = on;
+    try { localStorage.setItem(STORE, on ? "on" : "off"); } catch { /* then it is forgotten */ }
+    this.show();
+    if (on) this.play("took");
+  }
+
+  show() { this.button.setAttribute("aria-pressed", String(this.isOn)); }
+
+  play(kind) {
+    const now = performance.now();
+    if (!this.isOn || document.hidden || now - this.last < SHORTEST_MS) return;
+    this.last = now;
+    const { notes, shake } = KINDS[kind];
+    if (shake.length && navigator.userActivation?.hasBeenActive) navigator.vibrate?.(shake);
+    if (!navigator.userActivation || navigator.userActivation.hasBeenActive) this.sound(notes);
+  }
+
+  sound(notes) {
+    try {
+      this.context ??= new AudioContext();
+    } catch { return; } // no sound on this machine
+    const { context } = this, loudness = context.createGain();
+    context.resume?.();
+    loudness.connect(context.destination);
+    notes.forEach((hertz, i) => {
+      const note = context.createOscillator(), begins = context.currentTime + i * NOTE_S;
+      note.type = "triangle";
+      note.frequency.value = hertz;
+      loudness.gain.setValueAtTime(LOUDNESS, begins);
+      loudness.gain.exponentialRampToValueAtTime(0.001, begins + 0.95 * NOTE_S);
+      note.connect(loudness);
+      note.start(begins);
+      note.stop(begins + NOTE_S);
+    });
+  }
+}

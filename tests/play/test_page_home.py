@@ -1,0 +1,461 @@
+"""Around a game: the start, the lesson, rooms that wait, invitations, keys, and the browser's Back."""
+
+import re
+import urllib.parse
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import expect
+
+from swarm_pz.play.recordings.format import CommandLine
+from tests.play.conftest import Table
+from tests.play.test_page import INK, SLOW_MS, Hand, begin, choose_time_limit, eventually, latest, open_form, room_of
+
+pytestmark = pytest.mark.browser
+FOCUSED = "document.activeElement.id || document.activeElement.dataset.opponent || document.activeElement.tagName"
+
+
+def focused(page):
+    return page.evaluate(FOCUSED)
+
+
+def is_playing(page):
+    page.wait_for_selector("#cover", state="hidden", timeout=SLOW_MS)
+    page.wait_for_selector("#send:not([disabled])", timeout=SLOW_MS)
+
+
+def guest(page, address):
+    """Give somebody else's page, on another device."""
+    context = page.context.browser.new_context(viewport={"width": 360, "height": 640})
+    other = context.new_page()
+    other.goto(address)
+    return other
+
+
+# --- the start ------------------------------------------------------------------------------------
+
+
+def test_one_click_plays_the_opponent_on_a_card(open_page):
+    page = open_page(width=1366, height=768)
+    titles = page.locator("#opponents h3").all_inner_texts()
+    assert titles == ["Easy", "Fair", "Hard"]
+    assert page.locator(".card:visible").count() == 9
+    page.click("#all-opponents")
+    assert page.locator(".card:visible").count() > 9
+    page.click("[data-opponent=centre]")
+    is_playing(page)
+    expect(page.locator("#blue-who")).to_have_text("centre")
+    expect(page.locator("#red-who")).to_contain_text("(you)")
+    page.goto(page.url.split("#")[0])
+    expect(page.locator("#quick")).to_have_text("Play against centre")
+
+
+def test_levels_come_from_ratings_and_who_has_none_is_on_no_level(open_page):
+    levels = open_page().evaluate(
+        """async () => {
+            const { levelsOf } = await import("/static/cards.js");
+            const rated = [["a", 899], ["b", 900], ["c", 1299], ["d", 1300], ["e", 2000]];
+            const policies = rated.map(([name, rating]) => ({ name, card: { rating } }));
+            policies.push({ name: "mine", card: null });
+            return levelsOf(policies).map(({ title, policies }) => [title, policies.map(({ name }) => name)]);
+        }"""
+    )
+    assert levels == [["Easy", ["a"]], ["Fair", ["c", "b"]], ["Hard", ["e", "d"]], ["Not rated", ["mine"]]]
+
+
+@pytest.mark.parametrize(("width", "height"), [(1366, 768), (1024, 1366), (390, 844), (320, 640), (800, 500)])
+def test_the_start_and_a_waiting_room_overflow_on_no_screen(open_page, width, height):
+    page = open_page(width=width, height=height)
+    wide = "document.documentElement.scrollWidth"
+    open_form(page)
+    page.click("#all-opponents")
+    assert page.evaluate(wide) == width
+    box = page.locator("#quick").bounding_box()
+    assert box["y"] + box["height"] <= height, "what begins a game is seen at once"
+    page.click("#invite-somebody")
+    page.wait_for_selector("#invitation", state="visible")
+    cover = page.locator("#cover")
+    assert cover.evaluate("cover => cover.scrollWidth <= cover.clientWidth")
+    for name in ("ready", "copy", "go-home"):
+        page.locator(f"#{name}").scroll_into_view_if_needed()
+        box = page.locator(f"#{name}").bounding_box()
+        assert box["x"] >= 0 and box["x"] + box["width"] <= width and box["height"] >= 44, name
+
+
+def test_a_name_stays_in_the_browser_and_is_seen_at_the_table(open_page, own_table):
+    page = open_page()
+    expect(page.locator("#label-hint")).to_contain_text("records")
+    page.goto(f"http://{own_table.address}/")
+    expect(page.locator("#label-hint")).to_contain_text("stays in this browser")
+    page.fill("#label", "Ann")
+    page.reload()
+    expect(page.locator("#label")).to_have_value("Ann")
+    page.click("#invite-somebody")
+    expect(page.locator("#red-seat")).to_contain_text("Ann (you)")
+    room = room_of(page)
+    other = guest(page, page.url)
+    expect(other.locator("#red-seat")).to_have_text("red: Ann, not ready yet")
+    for one in (page, other):
+        one.click("#ready")
+    is_playing(page)
+    other.context.close()
+    assert "Ann" not in own_table.recording(room).read_text()
+
+
+# --- rooms that wait ------------------------------------------------------------------------------
+
+
+def test_a_link_leads_straight_into_the_free_seat_and_both_see_who_is_ready(open_page, table):
+    page = open_page(width=1000, height=700)
+    page.click("#invite-somebody")
+    expect(page.locator("#cover-text")).to_contain_text("The blue seat is free")
+    room = room_of(page)
+    link = page.locator("#invitation-link").input_value()
+    assert link == f"http://{table.address}/#room={room}"
+    eventually(page, lambda: page.locator("#invitation-code").evaluate("image => image.naturalWidth > 0"))
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.click("#copy")
+    expect(page.locator("#copy")).to_have_text("Copied")
+    assert page.evaluate("navigator.clipboard.readText()") == link
+    other = guest(page, link.replace(room, room.lower()))
+    expect(other.locator("#blue-seat")).to_contain_text("you, not ready")
+    expect(other.locator("#cover-text")).to_contain_text("Both are here")
+    expect(other.locator("#invitation")).to_be_hidden()
+    expect(page.locator("#invitation")).to_be_hidden()
+    assert other.url.endswith(f"#room={room}")
+    page.click("#ready")
+    expect(other.locator("#red-seat")).to_have_text("red: a person, ready")
+    expect(other.locator("#cover-text")).to_contain_text("is ready. The game begins when you are")
+    expect(page.locator("#cover-text")).to_have_text("Waiting for a person to be ready.")
+    third = guest(page, link)
+    expect(third.locator("#cover-text")).to_contain_text("You watch")
+    expect(third.locator("#ready")).to_be_hidden()
+    assert third.url.endswith(f"#watch={room}")
+    other.click("#ready")
+    for one in (page, other):
+        is_playing(one)
+        assert focused(one) == "arena"
+    for one in (other, third):
+        one.context.close()
+
+
+def test_who_wants_to_watch_gets_no_seat(open_page):
+    page = open_page()
+    page.click("#invite-somebody")
+    room = room_of(page)
+    other = guest(page, page.url.split("#")[0])
+    other.fill("#code", room.lower())
+    other.click("#look-on")
+    expect(other.locator("#cover-text")).to_contain_text("You watch. The blue seat is free.")
+    expect(page.locator("#blue-seat")).to_have_text("blue: free")
+    other.click("#sit")
+    expect(page.locator("#blue-seat")).to_contain_text("a person")
+    other.context.close()
+
+
+def test_every_address_of_the_machine_can_be_chosen(open_page, table):
+    page = open_page()
+    page.click("#invite-somebody")
+    room = room_of(page)
+    addresses = [f"https://{table.address}/", f"http://{table.address}/"]  # for which pictures are drawn here
+    first, second, code, has_no_choice = page.evaluate(
+        """async (addresses) => {
+            const { Waiting } = await import("/static/waiting.js");
+            const waiting = Object.create(Waiting.prototype), at = (id) => document.getElementById(id);
+            waiting.setAddresses(addresses);
+            waiting.code = location.hash.slice(-4);
+            waiting.showInvitation();
+            const first = at("invitation-link").value;
+            at("address").selectedIndex = 1;
+            waiting.showInvitation();
+            const code = at("invitation-code").getAttribute("src");
+            return [first, at("invitation-link").value, code, at("address-choice").hidden];
+        }""",
+        addresses,
+    )
+    assert [first, second] == [f"{address}#room={room}" for address in addresses]
+    assert code == f"/invitations/{room}.svg?at={urllib.parse.quote(addresses[1], safe='')}" and not has_no_choice
+    expect(page.locator("#invitation-hint")).to_contain_text("takes the free seat")
+
+
+@pytest.mark.parametrize(
+    "address", ["#room=ZZZZ", "#room=zzzz", "#room=!!", "#play=nobody", "#replay=none.jsonl", "#what"]
+)
+def test_an_address_that_leads_nowhere_leads_to_the_start(open_page, address):
+    page = open_page(address)
+    expect(page.locator("#lobby")).to_be_visible()
+    expect(page.locator("#table")).to_be_hidden()
+    if address.endswith(("ZZZZ", "zzzz")):
+        expect(page.locator("#gone-text")).to_contain_text("There is no room ZZZZ any more.")
+    elif address != "#what":
+        expect(page.locator("#says")).not_to_be_empty()
+    assert "#" not in page.url.removesuffix("#")
+
+
+def test_axe_finds_nothing_in_a_waiting_room_nor_where_one_is_asked(open_page):
+    def check(page, where):
+        found = Axe().run(page).response
+        violations = [(entry["id"], [node["html"] for node in entry["nodes"]]) for entry in found["violations"]]
+        assert not violations, f"{where}: {violations}"
+
+    page = open_page()
+    page.click("#invite-somebody")
+    page.wait_for_selector("#invitation", state="visible")
+    check(page, "a waiting room")
+    page.click("#go-home")
+    page.click("#quick")
+    is_playing(page)
+    page.click("#leave")
+    page.wait_for_selector("#leaving", state="visible")
+    check(page, "leaving")
+    page = open_page("#room=ZZZZ")
+    page.wait_for_selector("#gone", state="visible")
+    check(page, "a room that is gone")
+
+
+# --- going back -----------------------------------------------------------------------------------
+
+
+def test_back_asks_before_it_leaves_a_running_game(open_page):
+    page = open_page(width=1000, height=700)
+    page.click("#quick")
+    is_playing(page)
+    room = room_of(page)
+    for stays in (True, False):
+        page.go_back()
+        page.wait_for_selector("#leaving", state="visible")
+        assert room_of(page) == room and focused(page) == "stay"
+        page.click("#stay" if stays else "#leave-now")
+        expect(page.locator("#leaving")).to_be_hidden()
+        expect(page.locator("#table")).to_be_visible(visible=stays)
+    expect(page.locator("#lobby")).to_be_visible()
+    assert focused(page) == "quick"
+
+
+def test_leave_asks_too_and_escape_plays_on(open_page):
+    page = open_page(width=1000, height=700)
+    page.click("#quick")
+    is_playing(page)
+    page.click("#leave")
+    page.wait_for_selector("#leaving", state="visible")
+    page.keyboard.press("Escape")
+    expect(page.locator("#leaving")).to_be_hidden()
+    expect(page.locator("#table")).to_be_visible()
+
+
+def test_back_leads_from_a_room_to_the_start_and_forward_again_into_it_or_what_became_of_it(open_page):
+    page = open_page()
+    page.click("#invite-somebody")
+    room = room_of(page)
+    page.go_back()
+    expect(page.locator("#lobby")).to_be_visible()
+    page.go_forward()
+    expect(page.locator("#gone-text")).to_contain_text(f"There is no room {room} any more.")
+    expect(page.locator("#return")).to_be_hidden()
+
+
+def test_after_the_server_came_back_the_page_leads_to_the_recording(open_page, own_table):
+    page = guest(open_page(), f"http://{own_table.address}/")  # whose console says that it cannot connect
+    page.click("#quick")
+    is_playing(page)
+    room = room_of(page)
+    eventually(page, lambda: page.inner_text("#time") >= "0:02")
+    own_table.kill()
+    expect(page.locator("#says")).to_contain_text("connection is lost")
+    again = Table(own_table.folder, "--port", own_table.address.split(":")[1])
+    try:
+        page.wait_for_selector("#scrubber", state="visible", timeout=SLOW_MS)
+        expect(page.locator("#says")).to_contain_text("recorded as")
+        page.click("#leave")
+        expect(page.locator("#lobby")).to_be_visible()
+        page.click("#recorded summary")
+        expect(page.locator("#games a")).to_have_count(1)
+        expect(page.locator("#games a")).to_contain_text(f"room {room}, game 1")
+    finally:
+        page.context.close()
+        again.end()
+
+
+# --- keys -----------------------------------------------------------------------------------------
+
+
+def test_a_whole_game_by_keys(open_page, table):
+    page = open_page(width=1000, height=700)
+
+    def tab_to(selector):
+        for _ in range(60):
+            if page.evaluate("selector => document.activeElement?.matches(selector)", selector):
+                return
+            page.keyboard.press("Tab")
+        raise AssertionError(f"{selector} cannot be reached by keys")
+
+    tab_to("#more summary")
+    page.keyboard.press("Enter")
+    choose_time_limit(page, "15")
+    tab_to("#opponent")
+    page.keyboard.type("uniform")
+    tab_to("#create button[type=submit]")
+    page.keyboard.press("Enter")
+    room = room_of(page)
+    page.wait_for_selector("#ready", state="visible")
+    assert focused(page) == "ready", "after a room was opened, its button is where one is"
+    page.keyboard.press("Enter")
+    is_playing(page)
+    assert focused(page) == "arena", "at the start of a game one is on the board"
+    for key in ("2", "1", "+", "Shift+ArrowRight", "Space", "Shift+ArrowUp", "Shift+ArrowLeft", "Space", "Enter"):
+        page.keyboard.press(key)
+    page.wait_for_selector("#recording", state="visible", timeout=SLOW_MS)
+    (command,) = [line for line in latest(table, room, CommandLine) if line.team == 0]
+    (stroke,) = command.strokes
+    assert stroke.brush == "attract" and stroke.width == pytest.approx(0.12) and len(stroke.points) == 3
+    page.keyboard.press("r")
+    is_playing(page)
+    assert focused(page) == "arena"
+    page.keyboard.press("Space")
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Space")
+    expect(page.locator("#undo")).to_be_enabled()
+    page.keyboard.press("u")
+    expect(page.locator("#undo")).to_be_disabled()
+
+
+def test_a_card_chosen_by_enter_leads_to_the_board(open_page):
+    page = open_page(width=1000, height=700)
+    page.locator("[data-opponent=lasso]").focus()
+    assert page.locator("[data-opponent=lasso]").evaluate("card => getComputedStyle(card).outlineStyle") == "solid"
+    page.keyboard.press("Enter")
+    is_playing(page)
+    assert focused(page) == "arena"
+    page.keyboard.press("Space")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Space")
+    expect(page.locator("#undo")).to_be_enabled()
+    page.keyboard.press("c")
+    expect(page.locator("#told")).to_have_text("Sent: spread out")
+
+
+# --- the lesson -----------------------------------------------------------------------------------
+
+
+def test_the_lesson_waits_at_each_step_until_it_is_done(open_page, table):
+    page = open_page(width=900, height=700)
+    page.click("#start-lesson")
+    expect(page.locator("#step-title")).to_contain_text("1 of 3")
+    assert focused(page) == "lesson-next" and not page.url.split("#")[1].startswith("room")
+    page.click("#lesson-next")
+    is_playing(page)
+    assert focused(page) == "arena"
+    page.wait_for_timeout(1500)
+    expect(page.locator("#lesson")).to_contain_text("1 of 3")  # nothing goes on by itself
+
+    def do(draw, then):
+        def is_done():
+            if page.locator("#step").is_hidden() and page.locator("#send").is_enabled():
+                draw(Hand(page))
+                page.evaluate("document.getElementById('send').click()")
+                for _ in range(30):  # who draws anew too soon never lets them fly
+                    if page.locator("#step").is_visible():
+                        break
+                    page.wait_for_timeout(200)
+            if page.locator("#step").is_visible() and page.inner_text("#step-title") == "Once more":
+                page.click("#lesson-next")
+            return then in page.inner_text("#step-title")
+
+        eventually(page, is_done)
+
+    do(lambda hand: hand.draw((0.85, 0.85), (0.95, 0.95)), "2 of 3")
+    held, ink = page.locator("#arena").get_attribute("data-tick"), page.evaluate(INK)
+    page.wait_for_timeout(500)
+    assert page.locator("#arena").get_attribute("data-tick") == held, "the board waits"
+    Hand(page).draw((0.1, 0.1), (0.2, 0.1))
+    assert page.evaluate(INK) == ink, "and takes no drawing"
+    page.click("#lesson-next")
+    do(lambda hand: hand.ring(0.5, 0.5, 0.27), "3 of 3")
+    page.click("#lesson-next")
+    is_playing(page)
+    expect(page.locator("#blue-who")).to_have_text("uniform")
+    do(lambda hand: hand.ring(0.5, 0.5, 0.2), "That is the game")
+    page.click("#lesson-next")
+    is_playing(page)
+    expect(page.locator("#lesson")).to_be_hidden()
+    expect(page.locator("#time")).to_have_text(re.compile("0:0"))
+
+
+def test_the_lesson_counts_only_captures_by_a_drawing_of_ones_own(open_page):
+    steps = open_page().evaluate(
+        """async () => {
+            const { Lesson } = await import("/static/lesson.js");
+            const sent = [], link = Object.assign(new EventTarget(), { send: (message) => sent.push(message) });
+            const lesson = new Lesson(link, { begin: (message) => sent.push(message) > 0, home: () => {} });
+            Object.assign(lesson, { step: 2, held: false, drawn: null });
+            const frame = (tick) => ({ tick, teams: Uint8Array.from([0, 0, 1]),
+                positions: Float32Array.from([0.5, 0.5, 0.9, 0.9, 0.1, 0.1]) });
+            const steps = [];
+            const watch = (tick, captured) => {
+                lesson.watch(frame(tick), captured, 0);
+                steps.push(lesson.step);
+            };
+            watch(100, [0]);                                        // by chance, before anything was drawn
+            lesson.sent([]);
+            watch(140, [0]);
+            lesson.sent([{ points: [[0.45, 0.5], [0.55, 0.5]] }]);
+            watch(150, []);
+            watch(153, [0]);                                        // before the drawing can have done it
+            watch(200, [1]);                                        // far from it
+            watch(201, [2]);                                        // one's own drone, lost
+            watch(202, [0]);
+            return steps;
+        }"""
+    )
+    assert steps == [2, 2, 2, 2, 2, 2, 3]
+
+
+def test_the_lesson_is_over_before_it_was_done(open_page):
+    page = open_page(width=900, height=700)
+    page.click("#start-lesson")
+    page.click("#lesson-leave")
+    expect(page.locator("#lobby")).to_be_visible()
+    page.click("#start-lesson")
+    page.click("#lesson-next")
+    is_playing(page)
+    page.click("#leave")
+    expect(page.locator("#lobby")).to_be_visible()
+    expect(page.locator("#leaving")).to_be_hidden()
+    begin(page)
+    expect(page.locator("#lesson")).to_be_hidden()
+
+
+def test_a_step_for_which_there_is_no_room_waits_on(open_page):
+    seen = open_page().evaluate(
+        """async () => {
+            const { Lesson } = await import("/static/lesson.js");
+            const link = new EventTarget(), asked = [];
+            let answers = false;
+            const begin = (message) => asked.push([message.lesson, message.settings.blue]) && answers;
+            const lesson = new Lesson(link, { begin, home: () => {} });
+            const seen = [], look = () => seen.push([lesson.held, asked.length]);
+            lesson.start();
+            lesson.act();                                                   // the table does not answer
+            look();
+            answers = true;
+            lesson.act();
+            look();
+            link.dispatchEvent(new CustomEvent("refused", { detail: { about: "create" } }));
+            look();
+            lesson.act();
+            look();
+            lesson.over();
+            return [...seen, asked.every(([isLesson]) => isLesson), lesson.held];
+        }"""
+    )
+    assert seen == [[True, 1], [False, 2], [True, 2], [False, 3], True, True]
+
+
+@pytest.mark.parametrize(("width", "height"), [(1366, 768), (390, 844), (360, 640), (800, 500)])
+def test_a_step_of_the_lesson_fits_on_the_board(open_page, width, height):
+    page = open_page("#lesson", width=width, height=height)
+    page.wait_for_selector("#step", state="visible")
+    assert page.locator("#step").evaluate("step => step.scrollHeight <= step.clientHeight")
+    for name in ("lesson-next", "lesson-leave"):
+        box = page.locator(f"#{name}").bounding_box()
+        assert box["y"] >= 0 and box["y"] + box["height"] <= height, name
