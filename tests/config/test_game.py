@@ -178,8 +178,8 @@ SAME = [
         "f424b4ccd8c05f1d",
     ),
     (
-        TableConfig(),
-        TableConfig(game=GameConfig(drones_per_team=(10, 10))),
+        TableConfig(mapping="bold"),
+        TableConfig(game=GameConfig(drones_per_team=(10, 10)), mapping="bold"),
         "2391ec2f9fe02031",
         "33a9d518aa276dd9",
     ),

@@ -100,6 +100,7 @@ def test_a_name_stays_in_the_browser_and_is_seen_at_the_table(open_page, own_tab
     is_playing(page)
     other.context.close()
     assert "Ann" not in own_table.recording(room).read_text()
+    page.context.close()  # before its table
 
 
 # --- rooms that wait ------------------------------------------------------------------------------

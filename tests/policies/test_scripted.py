@@ -12,7 +12,7 @@ from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import PolicyError
-from swarm_pz.figures import ensemble_tactic
+from swarm_pz.figures.claims import ensemble_tactic
 from swarm_pz.policies import held_out
 from swarm_pz.policies.scripted import SCRIPTS, View, tactic
 from swarm_pz.policy import Policy
