@@ -454,22 +454,28 @@ def _record_long_game(folder: Path, drones: int) -> str:
         started="",
         table=config.to_dict(),
         config_hash=config.hash,
+        rules_hash=config.game.rules_hash,
         seed=0,
         red=seat,
         blue=seat,
     )
     recorder = Recorder(folder / "long.jsonl", header)
+    recorder.write(frame_line(frame_of(game.simulator, 0, 0.0), 0))
     while not game.over:
         if game.tick % 30 == 0:
-            command = game.submit(0, game.tick, CHANCE.random((10, 10)))
-            recorder.write(CommandLine(0, command.number, command.density.tolist(), 0.0))
+            command = game.submit(0, game.tick + 1, CHANCE.random((10, 10)))
+            recorder.write(CommandLine(0, command.number, command.density.tolist(), 0.0, tick=game.tick))
         for event in game.advance():
             if isinstance(event, InForce):
                 recorder.write(InForceLine(0, event.command.number, event.tick, 0.0))
         if game.tick % FRAME_TICKS == 0:
             recorder.write(frame_line(frame_of(game.simulator, 0, 0.0), game.tick))
-    recorder.write(EndLine("draw", game.tick, game.sizes, 0.0))
+    recorder.write(EndLine("draw", game.tick, game.sizes, 0.0, ended_by="time"))
     recorder.close()
+    while not recorder.written:
+        time.sleep(0.01)
+    found = Playback(Recording.read(recorder.path)).verify()
+    assert found.verified, found  # noqa: S101
     return recorder.path.name
 
 
