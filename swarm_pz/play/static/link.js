@@ -17,6 +17,7 @@ export class Link extends EventTarget {
     this.tries = 0;
     this.frames = 0;
     this.greeted = false;
+    this.asked = null; // the seat that the greeting asked for
     this.pings = [];
     this.quiet = false; // another tab has our seat
     this.restarted = false; // the server is another one than before
@@ -63,7 +64,7 @@ export class Link extends EventTarget {
     const client = {
       viewport: [innerWidth, innerHeight], pixel_ratio: devicePixelRatio, refresh_hz: await refreshRate(),
     };
-    const seat = this.wantedSeat();
+    const seat = this.asked = this.wantedSeat();
     this.greeted = true;
     this.send({ type: "hello", kind: "person", client, ...(seat ? { token: seat.token } : {}) });
     this.ping();

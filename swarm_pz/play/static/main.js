@@ -155,7 +155,8 @@ link.addEventListener("welcome", ({ detail }) => {
   isBeginning = false;
   say("");
   lobby.show(detail);
-  if (!wantedSeat()) show(); // else the seat comes by itself
+  const seat = wantedSeat();
+  if (!seat || seat.token !== link.asked?.token) show(); // else the seat that was asked for comes by itself
 });
 link.addEventListener("seated", () => {
   if (isBeginning) link.send({ type: "ready" });
