@@ -2,7 +2,7 @@
 
 import asyncio
 
-from benchmarks.table import soak
+from benchmarks.table.load import soak
 
 
 def test_nothing_is_lost_and_nothing_is_left():

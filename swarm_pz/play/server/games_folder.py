@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import os
 import re
 import tempfile
 from pathlib import Path
@@ -42,6 +43,11 @@ def _digest(token: str) -> str:
     return hashlib.sha256(token.encode()).hexdigest()[:32]
 
 
+def _open_own(path: str, flags: int) -> int:
+    """Open a file, but none that a link leads to: nothing outside the folder is written to."""
+    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0), 0o666)
+
+
 class SeatIndex:
     """The latest game of every seat that was played in a folder; read once, when it is made.
 
@@ -63,8 +69,8 @@ class SeatIndex:
         digest = _digest(token)
         self._recordings[digest] = recording
         try:
-            with self._path.open("a") as file:
-                file.write(f"{digest} {recording}\n")
+            with open(self._path, "a", opener=_open_own) as file:
+                file.write(f"\n{digest} {recording}\n")  # whatever the line before lacks
         except OSError as error:
             log.warning("%s was not written: %s", self._path, error.strerror)
 

@@ -18,6 +18,8 @@ def test_a_seats_latest_game_is_known_to_the_next_server_and_its_token_is_not(tm
         file.write("half a li")
     again = SeatIndex(tmp_path)
     assert again.recording_of(token) == "b.jsonl" and again.recording_of("f" * 32) is None
+    again.note("e" * 32, "c.jsonl")
+    assert SeatIndex(tmp_path).recording_of("e" * 32) == "c.jsonl", "what broke off before it takes nothing with it"
     assert token not in (tmp_path / NAME).read_text()
 
 
@@ -26,6 +28,17 @@ def test_an_index_that_cannot_be_written_is_no_fault_of_the_game(tmp_path, caplo
     index = SeatIndex(tmp_path)
     index.note("f" * 32, "a.jsonl")
     assert index.recording_of("f" * 32) == "a.jsonl" and "was not written" in caplog.text
+
+
+def test_nothing_is_written_through_a_link(tmp_path, caplog):
+    (tmp_path / "elsewhere").write_text("mine\n")
+    folder = tmp_path / "games"
+    folder.mkdir()
+    (folder / NAME).symlink_to(tmp_path / "elsewhere")
+    index = SeatIndex(folder)
+    index.note("f" * 32, "a.jsonl")
+    assert (tmp_path / "elsewhere").read_text() == "mine\n" and "was not written" in caplog.text
+    assert index.recording_of("f" * 32) == "a.jsonl"
 
 
 @pytest.mark.parametrize("is_kept", [True, False])

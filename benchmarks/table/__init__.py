@@ -1,0 +1,1 @@
+"""The table, measured; see `__main__`."""
