@@ -23,7 +23,7 @@ from tests.reference import ControllerReference, cell_of, move, saturate
 from tests.reference_variants import VariantRules, reconstruction_captures, reconstruction_field
 
 RELEASED = GameConfig.preset("released")
-PUBLISHED = ControllerReference(tau=None, q=1.0, r=1.0, speed_factor=0.8, spectrum="exponential")
+PUBLISHED = ControllerReference(tau=None, q=1.0, r=1.0, speed_factor=0.8, spectrum="exponential", wall_margin=0.01)
 NEAR = 1e-4
 """Values this near the threshold may be decided by rounding."""
 
@@ -176,11 +176,13 @@ def test_what_the_preset_says():
                 trail=None,
                 controller=None,
                 trail_forgotten_on=("capture", "command"),
-                controller_forgotten_on=("capture", "command"),
+                controller_forgotten_on=("capture", "sending"),
             ),
-            controller=ControllerConfig(spectrum="exponential", control_weight=1.0, ergodic_weight=1.0),
+            controller=ControllerConfig(
+                spectrum="exponential", control_weight=1.0, ergodic_weight=1.0, wall_margin=0.01, target_mass=10.0
+            ),
             dynamics=DynamicsConfig(speed_factor=0.8),
-            spawn=SpawnConfig(layout="squares"),
+            spawn=SpawnConfig(layout="squares", speed=0.2),
         )
         == RELEASED
     )
@@ -290,7 +292,13 @@ def test_trails_are_forgotten_as_asked(memory):
 
 @pytest.mark.parametrize("second_thoughts", [False, True])
 def test_a_command_is_a_new_one_if_it_is_new_at_the_solve(second_thoughts):
-    simulator = Simulator(RELEASED.replace(capture=CaptureConfig(enabled=False)))
+    memory = MemoryConfig(
+        trail=None,
+        controller=None,
+        trail_forgotten_on=("capture", "command"),
+        controller_forgotten_on=("capture", "command"),
+    )
+    simulator = Simulator(GameConfig(memory=memory, capture=CaptureConfig(enabled=False)))
     simulator.reset([0])
     first, other = np.random.default_rng(0).random((2, 1, 10, 10))
     simulator.command(0, first)
@@ -342,7 +350,7 @@ def test_the_controllers_memory_is_forgotten_as_asked(tau, forgotten_on):
         ({"controller": SOFT, "dynamics": DynamicsConfig(speed_factor=0.8)}, {"r": 20.0, "speed_factor": 0.8}),
         ({"controller": SOFT, "dynamics": DynamicsConfig(speed_factor=1.7)}, {"r": 20.0, "speed_factor": 1.7}),
         ({"controller": SOFT, "memory": MemoryConfig(controller=None)}, {"r": 20.0, "tau": None}),
-        ({"controller": RELEASED.controller}, {"q": 1.0, "r": 1.0, "spectrum": "exponential"}),
+        ({"controller": RELEASED.controller}, {"q": 1.0, "r": 1.0, "spectrum": "exponential", "wall_margin": 0.01}),
     ],
     ids=["exponential", "slow", "fast", "for ever", "published gains"],
 )
