@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks.mirror_released import Mirrored, play
-from swarm_pz.config import CaptureConfig, ControllerConfig, GameConfig, MemoryConfig, SpawnConfig
+from swarm_pz.config import CaptureConfig, ControllerConfig, GameConfig, MemoryConfig
 from swarm_pz.simulator import Simulator
-from tests.kernels.states import PEACE, SOFT, put, random_state, solved
+from tests.kernels.states import PEACE, SOFT, random_state, solved
 from tests.reference import ControllerReference, saturate, target_coefficients
 from tests.reference_released import ReleasedReference
 
@@ -61,40 +61,6 @@ def test_accelerations_with_other_masses_and_walls_match_the_reference(mass, mar
         np.testing.assert_allclose(accelerations, expected, atol=1e-4 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("layout", ["corners", "squares"])
-def test_drones_start_as_fast_as_asked_each_team_its_own_way(layout):
-    def start(speed):
-        spawn = SpawnConfig(layout=layout, speed=speed)
-        simulator = Simulator(GameConfig(drones_per_team=(8, 12), spawn=spawn), num_games=200)
-        simulator.reset(range(200))
-        return simulator
-
-    moving, resting = start(0.2), start(0.0)
-    assert not resting.velocities.any()
-    for name in ("positions", "altitudes", "teams"):
-        np.testing.assert_array_equal(getattr(moving, name), getattr(resting, name))
-    np.testing.assert_allclose(start(0.4).velocities, 2 * moving.velocities, rtol=1e-6)
-    for velocities in (moving.velocities[:, :8], -moving.velocities[:, 8:]):
-        velocities = velocities.reshape(-1, 2)
-        assert velocities.min() >= 0.0
-        assert velocities.max() <= np.float32(0.2)
-        # Uniform on both axes, each axis by itself and whatever the place.
-        np.testing.assert_allclose(velocities.mean(axis=0), 0.1, atol=0.01)
-        np.testing.assert_allclose(velocities.std(axis=0), 0.2 / np.sqrt(12), rtol=0.06)
-        assert abs(np.corrcoef(velocities.T)[0, 1]) < 0.1
-    for drones, side in ((slice(8), 1), (slice(8, 20), -1)):
-        places = moving.positions[:, drones].reshape(-1, 2)
-        velocities = side * moving.velocities[:, drones].reshape(-1, 2)
-        assert np.abs(np.corrcoef(places.T, velocities.T)[:2, 2:]).max() < 0.1
-
-
-def test_a_scenario_says_how_fast_drones_start():
-    config = GameConfig(drones_per_team=3, spawn=SpawnConfig(speed=0.2))
-    simulator, velocities = Simulator(config), np.arange(12).reshape(6, 2) / 20
-    simulator.reset([0], scenario={"velocities": velocities})
-    np.testing.assert_allclose(simulator.velocities[0], velocities, rtol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("forgotten_on", "left"),
     [
@@ -120,19 +86,6 @@ def test_the_memory_of_the_team_is_emptied_by_what_is_sent_the_same_again_too(fo
         assert simulator.occupancy[0].sum(axis=(1, 2)).tolist() == [10 * ticks, 310]
 
 
-def test_what_is_sent_to_one_game_empties_no_memory_of_another():
-    simulator = Simulator(RELEASED.replace(capture=CaptureConfig(enabled=False, field="reconstruction")), num_games=3)
-    simulator.reset(range(3))
-    density = np.random.default_rng(0).random((10, 10))
-    simulator.command(1, np.repeat(density[None], 3, axis=0))
-    simulator.advance(30)
-    simulator.command(1, density[None], rows=[1])
-    simulator.advance(1)
-    assert simulator.games.memory_weight[:, [0, 10]].tolist() == [[11, 11], [11, 1], [11, 11]]
-    simulator.advance(29)
-    assert simulator.games.memory_weight[:, [0, 10]].tolist() == [[20, 20], [20, 10], [20, 20]]
-
-
 def test_a_step_holds_what_is_in_force_and_sends_anything_else():
     simulator = Simulator(RELEASED.replace(capture=CaptureConfig(enabled=False, field="reconstruction")))
     simulator.reset([0])
@@ -151,16 +104,3 @@ def test_a_step_holds_what_is_in_force_and_sends_anything_else():
         np.testing.assert_array_equal(simulator.games.memory_weight[0], reference.memory_weight)
         np.testing.assert_allclose(simulator.games.coefficients[0], reference.phi, atol=1e-5)
     assert simulator.games.memory_weight[0, [0, 10]].tolist() == [1.0, 7.0]
-
-
-def test_a_sending_is_part_of_a_snapshot():
-    simulator = Simulator(RELEASED.replace(capture=CaptureConfig(enabled=False, field="reconstruction")))
-    state = random_state(np.random.default_rng(0), 20)
-    put(simulator, state)
-    simulator.advance(30)
-    simulator.command(0, state.commands[None, 0])
-    copy = Simulator(simulator.config)
-    copy.restore(simulator.snapshot())
-    for one in (simulator, copy):
-        one.advance(1)
-        assert (one.games.memory_weight[0, one.teams[0] == 0] == 1.0).all()
