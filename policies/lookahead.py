@@ -111,15 +111,16 @@ class Lookahead:
         """Hold each candidate in a copy of the game to the horizon; return what each is worth (n,)."""
         simulator = self._trials.simulator
         simulator.restore(game)
-        simulator.command(team, np.exp(candidates))
+        rows = np.arange(len(candidates))
+        simulator.command_checked(team, np.exp(candidates), rows, holds=True)  # as a step will
         if model is None:
             simulator.advance(self._ticks)
         else:
-            rows, left = np.arange(len(candidates)), self._ticks
+            left = self._ticks
             model.reset([0] * len(rows), rows)
             while left > 0 and len(live := np.flatnonzero(~simulator.decided)):
                 answers = self._trials.ask(model, np.full(len(live), 1 - team), live)
-                simulator.command_checked(1 - team, answers, live)
+                simulator.command_checked(1 - team, answers, live, holds=True)
                 simulator.advance(min(left, self._config.step_ticks))
                 left -= self._config.step_ticks
         return self._worth(team, int(game.ticks[0]))

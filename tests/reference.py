@@ -332,16 +332,18 @@ def wall_gradient(position: NDArray[np.floating], weight: float = 100.0, margin:
     return gradient
 
 
-def target_coefficients(command: NDArray[np.floating], modes: int = 10) -> Floats:
+def target_coefficients(command: NDArray[np.floating], modes: int = 10, mass: float = 1.0) -> Floats:
     """Fourier coefficients phi_k of a command, by quadrature.
 
     The density is the bilinear interpolation of the command's values, which sit at the cell centres (j + 0.5) / A;
-    it is constant beyond the outer centres, and scaled to integrate to 1. A command of zeros means uniform.
+    it is constant beyond the outer centres, and scaled to integrate to `mass`. A command of zeros means uniform.
 
     Parameters
     ----------
     command : (A, A) array
         Non-negative values, row = y, column = x.
+    mass : float
+        What the density integrates to, and so what phi_0 is.
 
     Returns
     -------
@@ -362,7 +364,7 @@ def target_coefficients(command: NDArray[np.floating], modes: int = 10) -> Float
     # np.interp holds the end values outside its range, as wanted beyond the outer centres.
     along_rows = np.array([np.interp(points, centres, row) for row in values])  # (A, points x)
     density = np.array([np.interp(points, centres, column) for column in along_rows.T]).T  # (points y, points x)
-    density /= weights @ density @ weights
+    density *= mass / (weights @ density @ weights)
 
     phi = np.zeros((modes, modes))
     for k1 in range(modes):

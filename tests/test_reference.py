@@ -9,6 +9,7 @@ import pytest
 
 from tests.kernels.states import random_state
 from tests.reference import ControllerReference, RuleReference, basis, move, target_coefficients
+from tests.reference_released import ReleasedReference
 from tests.reference_variants import (
     FlockingReference,
     VariantRules,
@@ -98,6 +99,43 @@ def test_memory_for_ever_counts_every_solve_and_a_failed_drone_has_none():
     assert weights.tolist() == [5.0, 0.0]
     np.testing.assert_allclose(sums[0], 5 * basis(position[0]))
     assert not sums[1].any()
+
+
+def test_a_targets_mass_multiplies_its_coefficients_and_what_a_team_begins_with_has_mass_1():
+    command = np.random.default_rng(3).random((10, 10))
+    of_mass = target_coefficients(command, mass=10.0)
+    assert of_mass[0, 0] == pytest.approx(10.0)
+    np.testing.assert_allclose(of_mass, 10 * target_coefficients(command / 7), atol=1e-12)
+    reference = ReleasedReference([0, 1])
+    position = np.array([[0.3, 0.6], [0.7, 0.2]])
+    reference.command(1, command)
+    reference.solve(position, np.zeros((2, 2)))
+    np.testing.assert_allclose(reference.phi, [lone(0, 0), of_mass], atol=1e-12)
+
+
+def test_what_is_sent_again_empties_memories_and_what_is_new_trails_too():
+    reference = ReleasedReference([0, 1])
+    positions, velocities = np.array([[0.11, 0.11], [0.91, 0.91]], np.float32), np.zeros((2, 2))
+    first, other = np.random.default_rng(4).random((2, 10, 10))
+
+    def period():
+        reference.solve(positions, velocities)
+        for _ in range(3):
+            reference.tick(positions)
+        return reference.memory_weight.tolist(), reference.rules.occupancy.sum(axis=(1, 2)).tolist()
+
+    assert period() == ([1, 1], [3, 3])
+    reference.command(0, np.zeros((10, 10)))  # uniform coverage is what it has: sent, but not new
+    assert period() == ([1, 2], [6, 6])
+    reference.command(0, first)
+    assert period() == ([1, 3], [3, 9])
+    reference.command(0, first / 2)
+    assert period() == ([1, 4], [6, 12])
+    reference.step(0, first / 3)
+    assert period() == ([2, 5], [9, 15])
+    reference.step(0, other)
+    reference.step(0, other)
+    assert period() == ([1, 6], [3, 18])
 
 
 def test_a_speed_factor_slows_motion_and_rollout_alike():

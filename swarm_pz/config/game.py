@@ -193,6 +193,13 @@ class GameConfig(Config):
         return bool(self.memory.trail_forgotten_on) or self.dynamics.failure_rate > 0.0
 
     @property
+    def tells_sending(self) -> bool:
+        """Whether a command that is sent again is another thing than one that is held."""
+        memory = self.memory
+        forgets = "sending" in (*memory.trail_forgotten_on, *memory.controller_forgotten_on)
+        return forgets or self.controller.target_mass != 1.0
+
+    @property
     def trail_ticks(self) -> int:
         """Length of a trail, in ticks."""
         seconds = min(self.time_limit, LONGEST_TRAIL) if self.memory.trail is None else self.memory.trail

@@ -11,16 +11,22 @@ PRESETS: dict[str, dict[str, Any]] = {
     # The authors' published variant, without two slips: its code looks the field up with x and y swapped,
     # and adds a negative minimum instead of subtracting it.
     "released": {
-        "spawn": SpawnConfig(layout="squares"),
+        "spawn": SpawnConfig(layout="squares", speed=0.2),
         "memory": MemoryConfig(
             trail=None,
             controller=None,
             trail_forgotten_on=("capture", "command"),
-            controller_forgotten_on=("capture", "command"),
+            controller_forgotten_on=("capture", "sending"),
         ),
         "capture": CaptureConfig(field="reconstruction"),
-        "controller": ControllerConfig(spectrum="exponential", ergodic_weight=1.0, control_weight=1.0),
+        "controller": ControllerConfig(
+            spectrum="exponential", ergodic_weight=1.0, control_weight=1.0, wall_margin=0.01, target_mass=10.0
+        ),
         "dynamics": DynamicsConfig(speed_factor=0.8),
     },
 }
 """Fields of a `GameConfig` by the preset's name; `GameConfig.preset` makes one."""
+
+FORMER = {"40d557c188646960": "released-1"}
+"""Names of presets as they were before, by their rules hash, for files that hold their games: `released` once had no
+target mass and no speed at the start, a wall margin of 0.05, and forgot on new commands alone."""

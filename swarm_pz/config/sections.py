@@ -24,13 +24,14 @@ from swarm_pz.config.constants import (
 
 Controller = Literal["ergodic", "flocking"]
 """Who can fly a team."""
-Occasion = Literal["capture", "command"]
-"""When something can be forgotten: a drone is captured, or its team gets a new command."""
+Occasion = Literal["capture", "command", "sending"]
+"""When something can be forgotten: a drone is captured, its team follows another command than before, or its team is
+sent one, the same again too."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpawnConfig(Config):
-    """Where drones start, at rest.
+    """Where drones start, and how they move then.
 
     Attributes
     ----------
@@ -43,12 +44,16 @@ class SpawnConfig(Config):
         the lower left, blue at the upper right.
     side : float
         Side of these squares, in map widths.
+    speed : float
+        Red's drones start with velocities drawn evenly from [0, speed] along each axis, blue's from [-speed, 0]; 0:
+        at rest. Drawn after all else, so that the places of a seed's start do not depend on it.
     """
 
     inset: float = 0.1
     radius: float = 0.08
     layout: Literal["corners", "squares"] = later("corners")
     side: float = later(0.1)
+    speed: float = later(0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -56,6 +61,7 @@ class SpawnConfig(Config):
         check_number(self.radius, "spawn.radius", 0.0, self.inset if self.layout == "corners" else 0.5)
         check_choice(self.layout, "spawn.layout", ("corners", "squares"))
         check_number(self.side, "spawn.side", 0.0, 1.0 - self.inset)
+        check_number(self.speed, "spawn.speed", 0.0, 10.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,10 +75,13 @@ class MemoryConfig(Config):
         at most as long as there is room for.
     controller : float, optional
         Time constant tau of the controller's decaying memory, in seconds. None: nothing decays.
-    trail_forgotten_on : tuple of {"capture", "command"}
+    trail_forgotten_on : tuple of {"capture", "command", "sending"}
         When a drone's trail is emptied. What is not forgotten on a capture moves to the new team.
-    controller_forgotten_on : tuple of {"capture", "command"}
-        When the controller's memory of a drone is emptied.
+    controller_forgotten_on : tuple of {"capture", "command", "sending"}
+        When the controller's memory of a drone is emptied. "command": its team's target is another one than at
+        the last solve. "sending": its team was sent a command since then, be it the same one again. Sent is what
+        `Simulator.command` or somebody at the table gives. A step of an environment, and a policy at
+        the table, holds what is in force where it asks for that again, and sends whatever else it asks for.
     """
 
     trail: float | None = 5.0
@@ -148,6 +157,9 @@ class ControllerConfig(Config):
         Drones average over the team-mates within this distance, in map widths; None: over all.
     message_loss : float
         Share of the messages between two drones that are lost, each on its own.
+    target_mass : float
+        What a target that was sent sums to, as the controller sees it: it compares c_k with this times the phi_k
+        of a density. The uniform target of the start, which nobody sent, sums to 1.
     """
 
     modes: int = 10
@@ -160,6 +172,7 @@ class ControllerConfig(Config):
     spectrum: Literal["sobolev", "exponential"] = later("sobolev")
     communication_radius: float | None = later(None)
     message_loss: float = later(0.0)
+    target_mass: float = later(1.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -174,6 +187,7 @@ class ControllerConfig(Config):
         if self.communication_radius is not None:
             check_number(self.communication_radius, "controller.communication_radius", 0.0, 2.0)
         check_number(self.message_loss, "controller.message_loss", 0.0, 1.0)
+        check_number(self.target_mass, "controller.target_mass", 0.0, 1e3, open_low=True)
 
 
 @dataclass(frozen=True, kw_only=True)

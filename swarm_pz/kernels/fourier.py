@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from swarm_pz.kernels import entry_point, kernel
 
 PI = np.float32(math.pi)
+SAME_TARGET = 1e-9
+"""Targets whose cells differ by no more are the same command."""
 _S1, _S3, _S5, _S7, _S9, _S11 = (
     np.float32((-1) ** (n // 2) * math.pi**n / math.factorial(n)) for n in (1, 3, 5, 7, 9, 11)
 )
@@ -99,14 +101,25 @@ def normalise(density: NDArray[np.float64], target: NDArray[np.float64]) -> None
 
 
 @kernel
+def differ(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
+    """Whether two targets (A, A) are different commands. An image and its double make the same target."""
+    most = 0.0
+    for row in range(one.shape[0]):
+        for column in range(one.shape[1]):
+            most = max(most, abs(one[row, column] - other[row, column]))
+    return most > SAME_TARGET
+
+
+@kernel
 def transform(
     target: NDArray[np.float64],
     matrix: NDArray[np.float64],
+    mass: float,
     along_x: NDArray[np.float64],
     sums: NDArray[np.float64],
     coefficients: NDArray[np.float32],
 ) -> None:
-    """Compute the Fourier coefficients (K, K) of a target, phi_0 = 1: matrix' target' matrix, normalised.
+    """Compute the Fourier coefficients (K, K) of a target, phi_0 = mass: matrix' target' matrix, normalised.
 
     `along_x` (A, K) and `sums` (K, K) are scratch.
     """
@@ -120,7 +133,7 @@ def transform(
         for k1 in range(modes):
             for k2 in range(modes):
                 sums[k1, k2] += along_x[row, k1] * matrix[row, k2]
-    scale = 1.0 / sums[0, 0]
+    scale = mass / sums[0, 0]
     for k1 in range(modes):
         for k2 in range(modes):
             coefficients[k1, k2] = sums[k1, k2] * scale
@@ -133,8 +146,11 @@ def make_targets(
     rows: NDArray[np.int64],
     teams: NDArray[np.int64],
     matrix: NDArray[np.float64],
+    mass: float,
+    holds: bool,
     targets: NDArray[np.float64],
     coefficients: NDArray[np.float32],
+    sent: NDArray[np.bool_] | None,
 ) -> None:
     """Turn the densities of some places into targets of the games `rows[place]`.
 
@@ -150,15 +166,27 @@ def make_targets(
         Team of each density of a game.
     matrix : float64 array (A, K)
         Integrals of cos(pi k x) times each cell's interpolation weight.
+    mass : float
+        What targets sum to, as the controller sees them: phi_0.
+    holds : bool
+        Whether a density that asks for what is in force leaves it as it is; only where `sent` is given.
     targets : float64 array (E, 2, A, A)
         Updated; each image sums to 1.
     coefficients : float32 array (E, 2, K, K)
         Updated; indexed `[k1 (x), k2 (y)]`.
+    sent : bool array (E, 2), optional
+        Updated: which teams were sent a target. None where it is all the same.
     """
+    image = np.empty(targets.shape[2:], np.float64)
     along_x = np.empty(matrix.shape, np.float64)
     sums = np.empty((matrix.shape[1], matrix.shape[1]), np.float64)
     for place in places:
         for number in range(teams.shape[0]):
             e, team = rows[place], teams[number]
+            if sent is not None:
+                normalise(densities[place, number], image)
+                if holds and not differ(image, targets[e, team]):
+                    continue
+                sent[e, team] = True
             normalise(densities[place, number], targets[e, team])
-            transform(targets[e, team], matrix, along_x, sums, coefficients[e, team])
+            transform(targets[e, team], matrix, mass, along_x, sums, coefficients[e, team])

@@ -14,13 +14,12 @@ from swarm_pz.kernels.controllers.communication import Communication, ergodic_am
 from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
 from swarm_pz.kernels.controllers.flocking import FlockingParameters, flocking
 from swarm_pz.kernels.dynamics import move
+from swarm_pz.kernels.fourier import differ
 from swarm_pz.kernels.reconstruction import find_captured_by_density, rebuild_field
 from swarm_pz.kernels.rng import FAILURE, draw
 from swarm_pz.kernels.swarm import Swarm, with_teams
 from swarm_pz.kernels.trails import cell_of, extend_trails, forget_trail, hand_over_trail, take_back_newest
 
-SAME_TARGET = 1e-9
-"""Targets whose cells differ by no more are the same command."""
 FLOCKING = NUMBERS["flocking"]
 
 
@@ -52,7 +51,7 @@ class Games(NamedTuple):
     targets: NDArray[np.float64]
     """(E, 2, A, A) each team's command in force, summing to 1."""
     coefficients: NDArray[np.float32]
-    """(E, 2, K, K) Fourier coefficients phi_k of the targets."""
+    """(E, 2, K, K) Fourier coefficients phi_k of the targets, times their mass."""
     capture_ticks: NDArray[np.int64]
     """(E, N) tick of each drone's last capture."""
     captures: NDArray[np.int64]
@@ -68,7 +67,9 @@ class Games(NamedTuple):
     attractors: NDArray[np.float32]
     """(E, 2, 3) x, y and weight of each team's attractor, if anybody flocks."""
     followed: NDArray[np.float64]
-    """(E, 2, A, A) each team's target at the last solve, if new ones make it forget; else (E, 2, 0, 0)."""
+    """(E, 2, A, A) each team's target at the last solve, if commands make it forget; else (E, 2, 0, 0)."""
+    sent: NDArray[np.bool_]
+    """(E, 2) whether each team was sent a command since its last solve, if that makes it forget."""
     reconstruction: NDArray[np.float32]
     """(E, 2, G, G) each team's capture field, if it is made of densities; else (E, 2, 0, 0)."""
 
@@ -99,6 +100,8 @@ class RuleVariants(NamedTuple):
     """Whether a capture empties the drone's trail, and the controller's memory of it."""
     command_forgets: tuple[bool, bool]
     """Whether a new command empties those of the team's drones."""
+    sending_forgets: tuple[bool, bool]
+    """Whether any command does that is sent, the same one again, too."""
     can_fail: bool
     failure_chance: float
     """Of a working drone in a control period."""
@@ -142,18 +145,17 @@ def forget(games: Games, e: int, drone: int, team: int, what: tuple[bool, bool],
 
 @kernel
 def take_up_commands(games: Games, e: int, variants: RuleVariants, boards: Boards) -> None:
-    """Forget what a new command makes a team forget. Targets are compared, so an image and its double are the same."""
+    """Forget what commands since the last solve make a team forget."""
+    on_new, on_any = variants.command_forgets, variants.sending_forgets
     for team in range(2):
-        target, followed = games.targets[e, team], games.followed[e, team]
-        change = 0.0
-        for row in range(target.shape[0]):
-            for column in range(target.shape[1]):
-                change = max(change, abs(target[row, column] - followed[row, column]))
-        if change > SAME_TARGET:
-            followed[:] = target
+        is_new, is_sent = differ(games.targets[e, team], games.followed[e, team]), games.sent[e, team]
+        games.followed[e, team] = games.targets[e, team]
+        games.sent[e, team] = False
+        what = ((is_new and on_new[0]) or (is_sent and on_any[0]), (is_new and on_new[1]) or (is_sent and on_any[1]))
+        if what[0] or what[1]:
             for i in range(games.teams.shape[1]):
                 if games.teams[e, i] == team:
-                    forget(games, e, i, team, variants.command_forgets, boards)
+                    forget(games, e, i, team, what, boards)
             add_up(boards)
 
 
@@ -214,7 +216,7 @@ def solve_with_variants(
     The ergodic controller always runs, since memories and coefficients are kept of whoever is flown by
     another one, too; the others then steer their own drones.
     """
-    if variants.command_forgets[0] or variants.command_forgets[1]:
+    if games.followed.shape[2]:
         take_up_commands(games, e, variants, boards)
     if variants.can_fail:
         fail_and_repair(games, e, variants)

@@ -21,10 +21,11 @@ from swarm_pz.config import (
 )
 from swarm_pz.config.base import Config, check, check_number
 from swarm_pz.errors import CommandError
+from swarm_pz.kernels.fourier import SAME_TARGET
 from swarm_pz.kernels.game import Games
 from swarm_pz.play.strokes import DEFAULT_MAPPING, MAPPINGS, Mapping
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.commands import check_densities
+from swarm_pz.simulator.commands import check_densities, make_target
 from swarm_pz.simulator.spawn import Seed
 
 _DECIMALS = 4
@@ -172,6 +173,19 @@ class LiveGame:
         command = Command(team, number, as_followed(density))
         self._waiting[team] = command
         return command
+
+    def holds(self, team: int, density: NDArray[np.float64]) -> bool:
+        """Whether a checked density (A, A) need not be handed in by who asks for something at every step.
+
+        It asks for what was handed in last, and the rules tell that held from that sent again; see `MemoryConfig`.
+        """
+        game, waiting, last = self.config.game, self._waiting[team], self.simulator.targets[0, team]
+        if not game.tells_sending:
+            return False
+        if waiting is not None:
+            last, _ = make_target(waiting.density, game.controller.modes)
+        asked, _ = make_target(as_followed(density), game.controller.modes)
+        return bool(np.abs(asked - last).max() <= SAME_TARGET)
 
     def withdraw(self) -> None:
         """Forget the commands that wait."""

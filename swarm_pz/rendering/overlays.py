@@ -51,7 +51,7 @@ class Target:
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Shade the target in force."""
-        density = reconstruct(simulator.games.coefficients[row, self.team], _CELLS, smooth=True)
+        density = reconstruct(simulator.target_coefficients[row, self.team], _CELLS, smooth=True)
         arena.lay(TEAM_COLOURS[self.team], mask_of(_shades(density, LEVELS, _STRENGTHS), side))
 
     def explain(self, picture: Any, x: int, y: int) -> None:

@@ -153,7 +153,7 @@ class Painter:
             side = self._layout.arena
             self._ground, self._shown = blank(side, side), shown
             for team, colour in enumerate(TEAM_COLOURS):
-                self._ground.lay(colour, contours(simulator.games.coefficients[row, team], side))
+                self._ground.lay(colour, contours(simulator.target_coefficients[row, team], side))
         return self._ground
 
     def _draw_frame(self) -> Canvas:

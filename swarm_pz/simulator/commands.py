@@ -158,7 +158,7 @@ def _hats(places: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
 
 
 def make_target(density: NDArray[np.float64], modes: int) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-    """Return a density's target and its Fourier coefficients.
+    """Return a density's target and its Fourier coefficients, both of mass 1.
 
     Parameters
     ----------
@@ -177,5 +177,7 @@ def make_target(density: NDArray[np.float64], modes: int) -> tuple[NDArray[np.fl
     targets, coefficients = np.empty((1, 1, *density.shape)), np.empty((1, 1, modes, modes), np.float32)
     only = np.zeros(1, np.int64)
     matrix = coefficient_matrix(modes, density.shape[-1])
-    make_targets(np.ascontiguousarray(density)[None, None], only, only, only, matrix, targets, coefficients)
+    make_targets(
+        np.ascontiguousarray(density)[None, None], only, only, only, matrix, 1.0, False, targets, coefficients, None
+    )
     return targets[0, 0], coefficients[0, 0]

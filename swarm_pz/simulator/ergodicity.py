@@ -202,7 +202,7 @@ class ErgodicMetric:
 
     def value(self) -> NDArray[np.float64]:
         """Return the metric (E,) of every game against the target in force; NaN for a team that had no drones."""
-        phi = self._simulator.games.coefficients[:, self._team]
+        phi = self._simulator.target_coefficients[:, self._team]
         return np.asarray((self._weights * (self.coefficients - phi) ** 2).sum(axis=(1, 2)))
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import get_args
 
 import numpy as np
 
 from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
+from swarm_pz.config.sections import Occasion
 from swarm_pz.kernels.capture import ring_weights
 from swarm_pz.kernels.controllers.communication import communication_parameters
 from swarm_pz.kernels.controllers.flocking import flocking_parameters
@@ -34,13 +36,13 @@ def rule_parameters(config: GameConfig) -> RuleParameters:
 def rule_variants(config: GameConfig) -> RuleVariants | None:
     """Return what differs from the preset `paper` in kind, None if nothing does."""
     memory, dynamics = config.memory, config.dynamics
-    capture_forgets, command_forgets = (
+    capture_forgets, command_forgets, sending_forgets = (
         (occasion in memory.trail_forgotten_on, occasion in memory.controller_forgotten_on)
-        for occasion in ("capture", "command")
+        for occasion in get_args(Occasion)
     )
     reconstructs = config.capture.field == "reconstruction"
     communication = communication_parameters(config)
-    forgets_as_usual = capture_forgets == (False, True) and not any(command_forgets)
+    forgets_as_usual = capture_forgets == (False, True) and not any(command_forgets + sending_forgets)
     all_ergodic = set(config.team_controllers) == {"ergodic"}
     if forgets_as_usual and all_ergodic and not (reconstructs or communication.is_local):
         return None
@@ -48,6 +50,7 @@ def rule_variants(config: GameConfig) -> RuleVariants | None:
         reconstructs=reconstructs,
         capture_forgets=capture_forgets,
         command_forgets=command_forgets,
+        sending_forgets=sending_forgets,
         can_fail=dynamics.failure_rate > 0.0,
         failure_chance=-math.expm1(-dynamics.failure_rate * CONTROL_PERIOD),
         repair_chance=-math.expm1(-dynamics.repair_rate * CONTROL_PERIOD),

@@ -34,7 +34,7 @@ from swarm_pz.simulator.commands import (
     make_target,
 )
 from swarm_pz.simulator.parameters import rule_parameters, rule_variants
-from swarm_pz.simulator.spawn import Seed, check_scenario, check_seed, check_team, random_start
+from swarm_pz.simulator.spawn import Seed, check_scenario, check_seed, check_team, random_start, random_velocities
 
 _NEVER = -(10**9)
 _MOST_GAMES = 10**9
@@ -95,7 +95,8 @@ class Simulator:
         modes = self.config.controller.modes
         side = FRAMED_CELLS if n >= MANY_DRONES else 0
         variants = self._variants
-        followed = cells if variants is not None and any(variants.command_forgets) else 0
+        forgets = variants is not None and any(variants.command_forgets + variants.sending_forgets)
+        followed = cells if forgets else 0
         grid = GRID_CELLS if self._reconstructs else 0
         return Games(
             ticks=np.zeros(e, np.int64),
@@ -119,6 +120,7 @@ class Simulator:
             flown_by=np.zeros((e, 2), np.int8),
             attractors=np.zeros((e, 2, 3), np.float32),
             followed=np.zeros((e, 2, followed, followed), np.float64),
+            sent=np.zeros((e, 2), np.bool_),
             reconstruction=np.zeros((e, 2, grid, grid), np.float32),
         )
 
@@ -176,6 +178,8 @@ class Simulator:
         for row, generator in zip(chosen, generators, strict=True):
             games.positions[row], games.altitudes[row] = random_start(self.config, generator)
             games.seeds[row] = generator.integers(2**64, dtype=np.uint64)
+            if self.config.spawn.speed > 0.0:
+                games.velocities[row] = random_velocities(self.config, generator)
         for name, values in start.items():
             getattr(games, name)[chosen] = values
 
@@ -190,7 +194,7 @@ class Simulator:
     def command(
         self, team: int, commands: ArrayLike | Sequence[FlockingCommand], rows: ArrayLike | None = None
     ) -> None:
-        """Give a team its target from the next solve on.
+        """Give a team its target from the next solve on: a command is sent, be it the one in force again.
 
         Parameters
         ----------
@@ -228,10 +232,15 @@ class Simulator:
         if attractors is not None:
             self.games.attractors[chosen, team] = attractors
 
-    def command_checked(self, team: int, densities: NDArray[np.float64], rows: NDArray[np.int64]) -> None:
-        """As `command`, for who has checked team, rows (n,) and the values of densities (n, A, A) already."""
+    def command_checked(
+        self, team: int, densities: NDArray[np.float64], rows: NDArray[np.int64], *, holds: bool = False
+    ) -> None:
+        """As `command`, for who has checked team, rows (n,) and the values of densities (n, A, A) already.
+
+        With `holds`, as in a step: a density that asks for what is in force holds it, and sends nothing.
+        """
         self._check_form(densities, (len(rows),))
-        self._aim(densities[:, None], np.arange(len(rows)), rows, np.array([team]))
+        self._aim(densities[:, None], np.arange(len(rows)), rows, np.array([team]), holds=holds)
 
     def _check_form(self, densities: NDArray[np.float64], games: tuple[int, ...]) -> None:
         """Refuse what a kernel would read beyond its end, or be compiled again for."""
@@ -247,10 +256,15 @@ class Simulator:
         places: NDArray[np.int64],
         rows: NDArray[np.int64],
         teams: NDArray[np.int64],
+        *,
+        holds: bool,
     ) -> None:
-        games = self.games
+        games, mass = self.games, self.config.controller.target_mass
+        sent = games.sent if self.config.tells_sending else None
         matrix = coefficient_matrix(self.config.controller.modes, self.config.command_cells)
-        make_targets(densities, places, rows, teams, matrix, games.targets, games.coefficients)
+        make_targets(
+            densities, places, rows, teams, matrix, float(mass), holds, games.targets, games.coefficients, sent
+        )
         if "flocking" in self.config.team_controllers:
             make_attractors(places, rows, teams, games.targets, self.config.flocking.migration, games.attractors)
 
@@ -262,8 +276,8 @@ class Simulator:
         ticks : int or array_like of int (E,)
             Ticks of 1/30 s, for all games or for each its own; 0 leaves a game as it is.
         commands : float64 array (E, 2, A, A), optional
-            New commands of red and blue for the games that advance, as `check_densities` returns them:
-            their values are not checked again.
+            What red and blue ask for in the games that advance, as `check_densities` returns it: values are
+            not checked again. What is in force already is held; anything else is sent.
 
         Raises
         ------
@@ -283,7 +297,7 @@ class Simulator:
 
         def work(part: NDArray[np.int64]) -> None:
             if commands is not None:
-                self._aim(commands, part, all_rows, teams)
+                self._aim(commands, part, all_rows, teams, holds=True)
             advance_games(self.games, part, per_game, self._rules, self.controller, self._variants)
 
         self.for_rows(rows, work)
@@ -425,6 +439,12 @@ class Simulator:
     def targets(self) -> NDArray[np.float64]:
         """(E, 2, A, A) each team's command in force, normalised to sum to 1; read-only view."""
         return _read_only(self.games.targets)
+
+    @property
+    def target_coefficients(self) -> NDArray[np.float32]:
+        """(E, 2, K, K) Fourier coefficients phi_k of the targets, as densities: phi_0 = 1."""
+        coefficients = self.games.coefficients
+        return coefficients / coefficients[:, :, :1, :1]
 
     @property
     def time_s(self) -> NDArray[np.float64]:

@@ -68,6 +68,13 @@ def random_start(config: GameConfig, generator: np.random.Generator) -> tuple[ND
     return np.clip(positions, 0.0, 1.0), altitudes
 
 
+def random_velocities(config: GameConfig, generator: np.random.Generator) -> NDArray[np.float64]:
+    """Draw velocities (N, 2) of drones that start moving: red's to the upper right, blue's to the lower left."""
+    velocities = generator.uniform(0.0, config.spawn.speed, (config.num_drones, 2))
+    velocities[config.team_sizes[RED] :] *= -1.0
+    return velocities
+
+
 def _near_corners(config: GameConfig, generator: np.random.Generator) -> NDArray[np.float64]:
     count, spawn = config.num_drones, config.spawn
     corners = np.where(generator.integers(2, size=(count, 2)) == 1, 1.0 - spawn.inset, spawn.inset)

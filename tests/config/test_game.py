@@ -19,10 +19,12 @@ from swarm_pz import (
     RewardConfig,
     SpawnConfig,
 )
+from swarm_pz.config.presets import FORMER, PRESETS
 from swarm_pz.errors import ConfigError
 from swarm_pz.play.game import TableConfig
 from swarm_pz.simulator.parameters import rule_parameters
 from swarm_pz.training.config import LeagueConfig, TrainConfig
+from tests.config.former import CONFIG_HASH, RELEASED_1, RULES_HASH
 
 
 def test_defaults_are_the_preset_paper():
@@ -140,6 +142,9 @@ OPTIONS = [
     GameConfig(controller=ControllerConfig(spectrum="exponential", communication_radius=0.2, message_loss=0.1)),
     GameConfig(dynamics=DynamicsConfig(speed_factor=0.5, failure_rate=0.1, repair_rate=0.2)),
     GameConfig(spawn=SpawnConfig(layout="squares", side=0.3), drones_per_team=(1, 19)),
+    GameConfig(spawn=SpawnConfig(speed=0.2)),
+    GameConfig(controller=ControllerConfig(target_mass=10.0)),
+    GameConfig(memory=MemoryConfig(controller_forgotten_on=("capture", "sending"))),
 ]
 
 
@@ -291,3 +296,20 @@ def test_what_is_compiled_for_endless_trails_does_not_depend_on_sizes():
     released = GameConfig.preset("released")
     rooms = [released.replace(drones_per_team=size, time_limit=limit) for size, limit in ((1, 60.0), (20, 1e6))]
     assert {rule_parameters(room).ring_weights.dtype for room in rooms} == {np.dtype(np.int64)}
+
+
+def test_a_preset_as_it_was_is_known_by_its_hash():
+    config = GameConfig.from_dict(RELEASED_1)
+    assert (config.hash, config.rules_hash) == (CONFIG_HASH, RULES_HASH)
+    assert FORMER == {RULES_HASH: "released-1"} and "released-1" not in PRESETS
+    assert GameConfig.preset("released").rules_hash not in FORMER
+    assert not config.tells_sending
+
+
+def test_only_some_rules_tell_a_command_that_is_sent_again_from_one_that_is_held():
+    assert GameConfig.preset("released").tells_sending
+    assert GameConfig(controller=ControllerConfig(target_mass=2.0)).tells_sending
+    for name in ("trail_forgotten_on", "controller_forgotten_on"):
+        assert GameConfig(memory=MemoryConfig(**{name: ("sending",)})).tells_sending
+        assert not GameConfig(memory=MemoryConfig(**{name: ("capture", "command")})).tells_sending
+    assert not GameConfig().tells_sending

@@ -31,6 +31,7 @@ COUNTS = [
 NUMBERS = [
     (SpawnConfig, "spawn.radius", 0.0, 0.1),
     (SpawnConfig, "spawn.side", 0.0, 0.9),
+    (SpawnConfig, "spawn.speed", 0.0, 10.0),
     (MemoryConfig, "memory.trail", 1 / 30, 600.0),
     (MemoryConfig, "memory.controller", 0.0, 1e6, OPEN),
     (CaptureConfig, "capture.threshold", 0.0, np.nextafter(1.0, 0.0), OPEN),
@@ -41,6 +42,7 @@ NUMBERS = [
     (ControllerConfig, "controller.max_acceleration", 0.0, 100.0, OPEN),
     (ControllerConfig, "controller.communication_radius", 0.0, 2.0),
     (ControllerConfig, "controller.message_loss", 0.0, 1.0),
+    (ControllerConfig, "controller.target_mass", 0.0, 1e3, OPEN),
     (FlockingConfig, "flocking.alignment", 0.0, 1e6),
     (FlockingConfig, "flocking.cohesion", 0.0, 1e6),
     (FlockingConfig, "flocking.separation", 0.0, 1e6),
@@ -160,18 +162,19 @@ def test_times_are_told_in_ticks(changes, trail, step, limit):
 def test_trails_have_gaps_where_drones_fail_or_trails_are_forgotten():
     assert not GameConfig(dynamics=DynamicsConfig(repair_rate=1.0)).trails_have_gaps
     assert GameConfig(dynamics=DynamicsConfig(failure_rate=1e-9)).trails_have_gaps
-    for occasion in ("capture", "command"):
+    for occasion in ("capture", "command", "sending"):
         assert GameConfig(memory=MemoryConfig(trail_forgotten_on=(occasion,))).trails_have_gaps
 
 
 def test_options_are_off_at_rest():
     # No hash of the default game would tell: it leaves out what came later.
     rest = GameConfig().to_dict()
-    assert {name: rest["spawn"][name] for name in ("layout", "side")} == {"layout": "corners", "side": 0.1}
+    spawn = {name: rest["spawn"][name] for name in ("layout", "side", "speed")}
+    assert spawn == {"layout": "corners", "side": 0.1, "speed": 0.0}
     assert rest["memory"]["trail_forgotten_on"] == () and rest["memory"]["controller_forgotten_on"] == ("capture",)
     assert rest["capture"]["field"] == "occupancy"
-    talk = {name: rest["controller"][name] for name in ("spectrum", "communication_radius", "message_loss")}
-    assert talk == {"spectrum": "sobolev", "communication_radius": None, "message_loss": 0.0}
+    later = ("spectrum", "communication_radius", "message_loss", "target_mass")
+    assert [rest["controller"][name] for name in later] == ["sobolev", None, 0.0, 1.0]
     assert rest["controllers"] == "ergodic"
     assert rest["dynamics"] == {"speed_factor": 1.0, "failure_rate": 0.0, "repair_rate": 0.0}
     assert rest["flocking"] == {

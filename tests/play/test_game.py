@@ -135,3 +135,26 @@ def test_a_table_goes_to_its_limits_and_no_further(values):
     for beyond in (value * (0.9 if value < 1 else 1.1), -value, float("nan")):
         with pytest.raises(ConfigError, match=name):
             TableConfig(**{name: beyond})
+
+
+def test_a_command_at_the_table_is_sent_be_it_the_same_again():
+    game = LiveGame(TableConfig(game=GameConfig.preset("released"), min_command_interval=0.0), seed=0)
+    weights = []
+    for number in range(3):
+        game.submit(RED, number, corner(0, 0))
+        game.advance(6)
+        weights.append(game.simulator.games.memory_weight[0, [0, -1]].tolist())
+    assert weights == [[2.0, 2.0], [2.0, 4.0], [2.0, 6.0]]
+
+
+def test_who_asks_at_every_step_hands_in_only_what_is_not_held():
+    evenly, aside = np.full((10, 10), 1 / 3), corner(0, 0)
+    game = LiveGame(TableConfig(game=GameConfig.preset("released")), seed=0)
+    assert game.holds(RED, evenly) and not game.holds(RED, aside)
+    game.submit(RED, 1, aside)
+    assert game.holds(RED, aside / 2) and not game.holds(RED, evenly), "the one that waits will be followed"
+    assert game.holds(BLUE, evenly)
+    game.advance(3)
+    assert game.holds(RED, aside) and not game.holds(RED, evenly)
+    # Where it is all the same, everything is handed in, and recordings tell of it.
+    assert not LiveGame(TableConfig(), seed=0).holds(RED, evenly)

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from swarm_pz.config import CaptureConfig, ObservationConfig
+from swarm_pz.config import CaptureConfig, MemoryConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.policies import load
 from swarm_pz.policies.lookahead import Lookahead
 from swarm_pz.simulator import Simulator
 from tests.policies.test_planner import CONFIG, a_game
@@ -138,6 +139,22 @@ def test_a_candidate_is_worth_what_the_simulator_says():
         game.simulator.advance(60)
         if game.simulator.sizes[0].min() > 0:
             assert worth == pytest.approx(game.simulator.sizes[0, 0] / 8)
+
+
+def test_a_look_ahead_holds_what_is_in_force_already_as_a_step_does():
+    config = CONFIG.replace(memory=MemoryConfig(controller=None, controller_forgotten_on=("sending",)))
+    batch = BatchEnv(config)
+    batch.reset([0])
+    evenly = np.ones((1, 2, 10, 10))
+    batch.step(evenly)
+    lookahead = Lookahead(config, horizon=1.0, drone_steps=3_000, promise=0.0)
+    logs = np.zeros((lookahead.candidates, 10, 10))
+    logs[1, 0, 0] = -4.0
+    for model in (None, load("uniform", config)):
+        lookahead.try_out(batch.simulator.snapshot(), 0, logs, model)
+        weights = lookahead._trials.simulator.games.memory_weight
+        red, blue = weights[:, 0].tolist(), weights[:, -1].tolist()
+        assert red == [20.0, 10.0] + [20.0] * (len(logs) - 2) and set(blue) == {20.0}
 
 
 @pytest.mark.parametrize("team", [0, 1])

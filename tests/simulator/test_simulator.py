@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from swarm_pz.config import BLUE, RED, CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig
+from swarm_pz.config import BLUE, RED, CaptureConfig, ControllerConfig, DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.game import advance_games
 from swarm_pz.simulator import Simulator
@@ -317,6 +317,97 @@ def test_both_teams_start_with_a_uniform_target():
     only_the_mean = np.zeros((10, 10))
     only_the_mean[0, 0] = 1.0
     np.testing.assert_allclose(simulator.games.coefficients, np.broadcast_to(only_the_mean, (2, 2, 10, 10)), atol=1e-6)
+
+
+PEACE = {"drones_per_team": 3, "capture": CaptureConfig(enabled=False)}
+RESENT = GameConfig(memory=MemoryConfig(controller_forgotten_on=("capture", "sending")), **PEACE)
+UNIFORM, RAMP = np.ones((1, 10, 10)), np.arange(1.0, 101.0).reshape(1, 10, 10) / 100
+
+
+def weights(simulator: Simulator, row: int = 0) -> list[float]:
+    """Return how much the memories of a red drone and of a blue one weigh: solves, where nothing fades."""
+    return simulator.games.memory_weight[row, [0, -1]].tolist()
+
+
+def asked(red, blue):
+    return np.concatenate([red, blue])[None]
+
+
+def test_a_command_that_is_sent_empties_the_memory_be_it_the_same_again():
+    simulator = Simulator(RESENT.replace(memory=RESENT.memory.replace(controller=None)), num_games=2)
+    simulator.reset([0, 1])
+    simulator.advance(30)
+    simulator.command(RED, np.repeat(UNIFORM, 2, axis=0))  # which was in force
+    simulator.advance(30)
+    assert weights(simulator) == [10.0, 20.0]
+    simulator.command(BLUE, RAMP, rows=[1])
+    simulator.command(RED, RAMP / 2, rows=[0])
+    simulator.advance(3)
+    assert weights(simulator, 0) == [1.0, 21.0] and weights(simulator, 1) == [11.0, 1.0]
+    simulator.command(RED, RAMP, rows=[0])
+    saved = simulator.snapshot()
+    for _ in range(2):  # a copy knows that something was sent
+        simulator.advance(3)
+        assert weights(simulator, 0) == [1.0, 22.0] and weights(simulator, 1) == [12.0, 2.0]
+        simulator.restore(saved)
+
+
+def test_a_step_that_asks_for_what_is_in_force_holds_it():
+    config = RESENT.replace(memory=RESENT.memory.replace(controller=None))
+    simulator = Simulator(config)
+    simulator.reset([0])
+    expected = [(UNIFORM, [10.0, 10.0]), (UNIFORM / 3, [20.0, 20.0]), (RAMP, [10.0, 30.0]), (RAMP / 2, [20.0, 40.0])]
+    for density, solves in expected:
+        simulator.advance(30, asked(density, UNIFORM))
+        assert weights(simulator) == solves
+    simulator.command_checked(RED, RAMP, np.zeros(1, np.int64), holds=True)
+    simulator.advance(30)
+    assert weights(simulator) == [30.0, 50.0]
+
+
+def test_a_trail_and_a_memory_are_each_forgotten_on_their_own_occasion():
+    for on, kept in (("command", 31), ("sending", 1)):
+        memory = MemoryConfig(controller=None, trail=None, trail_forgotten_on=(on,), controller_forgotten_on=())
+        simulator = Simulator(GameConfig(memory=memory, **PEACE))
+        simulator.reset([0])
+        simulator.advance(30)
+        simulator.command(RED, UNIFORM)
+        simulator.advance(1)
+        assert simulator.occupancy[0].sum(axis=(1, 2)).tolist() == [3 * kept, 3 * 31]
+        assert weights(simulator) == [11.0, 11.0]
+
+
+def test_a_target_that_was_sent_has_its_mass_and_that_of_the_start_has_one():
+    simulator = Simulator(GameConfig(controller=ControllerConfig(target_mass=10.0), **PEACE))
+    plain = Simulator(GameConfig(**PEACE))
+    for one in (simulator, plain):
+        one.reset([0])
+        one.advance(30, asked(UNIFORM, RAMP))
+    # Red holds what nobody sent.
+    np.testing.assert_array_equal(simulator.games.coefficients[0, RED], plain.games.coefficients[0, RED])
+    np.testing.assert_allclose(
+        simulator.games.coefficients[0, BLUE], 10.0 * plain.games.coefficients[0, BLUE], rtol=1e-6
+    )
+    simulator.command(RED, UNIFORM)
+    assert simulator.games.coefficients[0, RED, 0, 0] == np.float32(10.0)
+    # What was asked for, as a density, is the same.
+    np.testing.assert_array_equal(simulator.targets, plain.targets)
+    np.testing.assert_allclose(simulator.target_coefficients, plain.target_coefficients, atol=1e-7)
+    simulator.reset([1])
+    assert simulator.games.coefficients[0, :, 0, 0].tolist() == [1.0, 1.0]
+
+
+def test_where_nothing_tells_sending_from_holding_games_are_the_same():
+    sent, held = Simulator(GameConfig(), num_games=2), Simulator(GameConfig(), num_games=2)
+    for simulator in (sent, held):
+        simulator.reset([0, 1])
+    for density in (RAMP, RAMP, UNIFORM):
+        for team in (RED, BLUE):
+            sent.command(team, np.repeat(density, 2, axis=0))
+        sent.advance(30)
+        held.advance(30, np.repeat(asked(density, density), 2, axis=0))
+    assert_same_game(sent, 0, held, 0)
+    assert_same_game(sent, 1, held, 1)
 
 
 def test_games_without_seeds_are_all_different():

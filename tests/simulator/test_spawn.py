@@ -28,6 +28,32 @@ def test_drones_start_evenly_within_a_radius_of_corner_points(inset, radius):
     assert (simulator.positions[:, :4] > 0.5).mean() == pytest.approx(0.5, abs=0.06)
 
 
+@pytest.mark.parametrize("layout", ["corners", "squares"])
+def test_drones_may_start_moving_from_the_same_places(layout):
+    started = {}
+    for speed in (0.0, 0.2, 0.4):
+        config = GameConfig(drones_per_team=(8, 12), spawn=SpawnConfig(layout=layout, speed=speed))
+        started[speed] = Simulator(config, num_games=100)
+        started[speed].reset(range(100))
+        for name in ("positions", "altitudes", "seeds"):
+            np.testing.assert_array_equal(getattr(started[speed].games, name), getattr(started[0.0].games, name))
+    assert started[0.0].velocities.tobytes() == bytes(started[0.0].velocities.nbytes), "at rest"
+    velocities = started[0.2].velocities
+    np.testing.assert_allclose(started[0.4].velocities, 2.0 * velocities)
+    for along in (velocities[:, :8].reshape(-1, 2), -velocities[:, 8:].reshape(-1, 2)):
+        # Uniform: ends, mean and standard deviation on both axes, each axis by itself.
+        assert along.min() >= 0.0 and along.max() <= 0.2
+        np.testing.assert_allclose(along.mean(axis=0), 0.1, atol=0.01)
+        np.testing.assert_allclose(along.std(axis=0), 0.2 / np.sqrt(12), rtol=0.1)
+        assert abs(np.corrcoef(along.T)[0, 1]) < 0.15
+
+
+def test_a_scenario_says_how_drones_move_whatever_was_drawn():
+    simulator = Simulator(GameConfig(drones_per_team=1, spawn=SpawnConfig(speed=0.2)))
+    simulator.reset([0], scenario={"velocities": [[0.0, 0.0], [0.5, 0.0]]})
+    np.testing.assert_array_equal(simulator.velocities[0], [[0.0, 0.0], [0.5, 0.0]])
+
+
 def test_altitudes_are_all_levels_up_to_one_in_another_order_in_every_game():
     simulator = Simulator(GameConfig(drones_per_team=(3, 5)), num_games=8)
     simulator.reset(range(8))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from swarm_pz.config import PRESETS, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
+from swarm_pz.config.presets import FORMER
 from swarm_pz.play.recordings.format import (
     CapturedLine,
     CommandLine,
@@ -20,7 +21,7 @@ from swarm_pz.play.recordings.format import (
     reason_of_end,
 )
 
-_PRESET_OF = {GameConfig.preset(name).rules_hash: name for name in PRESETS}
+_PRESET_OF = FORMER | {GameConfig.preset(name).rules_hash: name for name in PRESETS}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +34,7 @@ class SeatRow:
     config_hash, rules_hash : str
         Of the table, and of the game that it plays.
     rules : str
-        The preset whose rules these are; empty if it is none.
+        The preset whose rules these are, "released-1" for `released` as it was first; empty if it is none.
     mapping : str
     min_command_interval, speed, time_limit : float
     taken_over : bool

@@ -256,7 +256,8 @@ class LiveSession:
         return command
 
     def _take_answer(self, team: int, number: int, density: NDArray[np.float64]) -> None:
-        self._write_down(self.game.submit_checked(team, number, density))
+        if not self.game.holds(team, density):
+            self._write_down(self.game.submit_checked(team, number, density))
 
     def _write_down(
         self, command: Command, strokes: list[StrokeMessage] | None = None, timing: Timing | None = None

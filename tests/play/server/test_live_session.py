@@ -5,7 +5,7 @@ import asyncio
 import numpy as np
 import pytest
 
-from swarm_pz.config import BLUE, RED, GameConfig
+from swarm_pz.config import BLUE, RED, CaptureConfig, GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import decode_frame
@@ -276,4 +276,24 @@ def test_a_command_tells_the_tick_at_which_it_arrived(tmp_path):
 
     ticks, recording = asyncio.run(play())
     assert [line.tick for line in recording.of(CommandLine)] == ticks
+    assert Playback(recording).verify().verified
+
+
+def test_a_policy_that_answers_the_same_again_holds_its_command(tmp_path):
+    async def play():
+        async def answer(seat):
+            return np.ones((10, 10)) if seat.team == RED else np.eye(10)
+
+        released = GameConfig.preset("released").replace(capture=CaptureConfig(enabled=False), command_period=0.5)
+        workers = Workers(answer)
+        with opened(tmp_path, workers, TableConfig(game=released), speed=2.0, time_limit=None) as room:
+            watched(room)
+            await until(lambda: len(workers.asked) >= 6)
+            weights = room.session.game.simulator.games.memory_weight[0, [0, -1]]
+            solves = -(-room.session.game.tick // 3)
+            return weights.tolist(), solves, read(room)
+
+    weights, solves, recording = asyncio.run(play())
+    assert weights == [solves, solves], "nothing was forgotten"
+    assert [(line.team, line.number) for line in recording.of(CommandLine)] == [(BLUE, 1)]
     assert Playback(recording).verify().verified
