@@ -6,9 +6,7 @@ from swarm_pz.figures.claims import (
     adversary,
     capture_geometry,
     comebacks,
-    communication,
     compactness,
-    dropout,
     ensemble_tactic,
     flocking_comparison,
     permutation_invariance,
@@ -16,6 +14,14 @@ from swarm_pz.figures.claims import (
     team_sizes,
 )
 from swarm_pz.figures.figure import Figure
+from swarm_pz.figures.page import Page
+
+PAGE = Page(
+    "index.md",
+    "The paper's evidence, made again",
+    "What *A Game Benchmark for Real-Time Human-Swarm Control* says of its game, each with its section and in its own "
+    "words, and whether it holds here. What the paper does not say is [on a page of its own](ours.md).",
+)
 
 FIGURES: dict[str, Figure] = {
     module.FIGURE.name: module.FIGURE
@@ -29,8 +35,6 @@ FIGURES: dict[str, Figure] = {
         adversary,
         compactness,
         comebacks,
-        communication,
-        dropout,
     )
 }
 """All figures by name, in the order of the page."""
