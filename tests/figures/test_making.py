@@ -22,7 +22,8 @@ from swarm_pz.figures.style import RC
 
 FIELDS = {
     "name", "title", "claim", "section", "quote", "paper", "rule", "revised", "statistic", "interval", "supported",
-    "parts", "caption", "config_hash", "rules", "rules_hash", "versions", "command", "seed", "seeds", "swarm_pz", "series",
+    "parts", "caption", "config_hash", "rules", "rules_hash", "versions", "command", "seed", "seeds", "swarm_pz",
+    "series",
 }  # fmt: skip
 FOLDERS = (claims, ours)
 
