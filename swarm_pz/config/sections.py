@@ -148,6 +148,9 @@ class ControllerConfig(Config):
         Drones average over the team-mates within this distance, in map widths; None: over all.
     message_loss : float
         Share of the messages between two drones that are lost, each on its own.
+    relay : bool
+        Whether drones pass on at once what they hear, so that each averages over all whom a chain of messages
+        leads from.
     """
 
     modes: int = 10
@@ -160,6 +163,7 @@ class ControllerConfig(Config):
     spectrum: Literal["sobolev", "exponential"] = later("sobolev")
     communication_radius: float | None = later(None)
     message_loss: float = later(0.0)
+    relay: bool = later(False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -174,6 +178,7 @@ class ControllerConfig(Config):
         if self.communication_radius is not None:
             check_number(self.communication_radius, "controller.communication_radius", 0.0, 2.0)
         check_number(self.message_loss, "controller.message_loss", 0.0, 1.0)
+        check(isinstance(self.relay, bool), "controller.relay", self.relay, "True or False")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -93,6 +93,7 @@ def test_numbers_are_taken_up_to_the_ends_of_their_range_and_no_further(section,
         (lambda: MemoryConfig(trail_forgotten_on=("noon",)), "memory.trail_forgotten_on must be a tuple of any of"),
         (lambda: MemoryConfig(controller_forgotten_on="capture"), "memory.controller_forgotten_on must be a tuple"),
         (lambda: CaptureConfig(field="trails"), "capture.field must be 'occupancy' or 'reconstruction'"),
+        (lambda: ControllerConfig(relay=1), "controller.relay must be True or False, got 1"),
         (lambda: ControllerConfig(spectrum="flat"), "controller.spectrum must be 'sobolev' or 'exponential'"),
         (lambda: FlockingConfig(migration=5.0), "flocking.migration must be a pair"),
         (lambda: FlockingConfig(migration=(1.0, 2.0, 3.0)), "flocking.migration must be a pair"),
@@ -170,8 +171,8 @@ def test_options_are_off_at_rest():
     assert {name: rest["spawn"][name] for name in ("layout", "side")} == {"layout": "corners", "side": 0.1}
     assert rest["memory"]["trail_forgotten_on"] == () and rest["memory"]["controller_forgotten_on"] == ("capture",)
     assert rest["capture"]["field"] == "occupancy"
-    talk = {name: rest["controller"][name] for name in ("spectrum", "communication_radius", "message_loss")}
-    assert talk == {"spectrum": "sobolev", "communication_radius": None, "message_loss": 0.0}
+    talk = {name: rest["controller"][name] for name in ("spectrum", "communication_radius", "message_loss", "relay")}
+    assert talk == {"spectrum": "sobolev", "communication_radius": None, "message_loss": 0.0, "relay": False}
     assert rest["controllers"] == "ergodic"
     assert rest["dynamics"] == {"speed_factor": 1.0, "failure_rate": 0.0, "repair_rate": 0.0}
     assert rest["flocking"] == {
