@@ -47,7 +47,7 @@ def flights(monkeypatch, module, values_of):
         flown.append((config, tuple(seeds), np.asarray(command).tobytes()))
         return config, seeds, command
 
-    def metric(flight, seconds=60):
+    def metric(flight, seconds=60, then=None):
         config, seeds, command = flight
         return values_of(config, command, len(seeds), seconds)
 

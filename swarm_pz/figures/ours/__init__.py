@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from swarm_pz.figures.figure import Figure
-from swarm_pz.figures.ours import communication, dropout
+from swarm_pz.figures.ours import communication, dropout, relays, short_memory
 from swarm_pz.figures.page import Page
 
 PAGE = Page(
@@ -13,5 +13,7 @@ PAGE = Page(
     "ours, beside [the paper's](index.md).",
 )
 
-FIGURES: dict[str, Figure] = {module.FIGURE.name: module.FIGURE for module in (communication, dropout)}
+FIGURES: dict[str, Figure] = {
+    module.FIGURE.name: module.FIGURE for module in (communication, short_memory, relays, dropout)
+}
 """All figures by name, in the order of the page."""

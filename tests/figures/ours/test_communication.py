@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import GameConfig
-from swarm_pz.figures import coverage
+from swarm_pz.figures import coverage, talk
 from swarm_pz.figures.ours import communication
 from tests import reference
 from tests.figures.given import SEED, flights
@@ -45,7 +45,7 @@ def test_talk_counts_where_no_step_to_less_of_it_helps_and_silence_is_loneliness
         value = by_radius[radius] if radius in by_radius and loss == 0.0 and radius != WHOLE else by_loss[loss]
         return np.tile((value + NOISE)[:, None], (1, 3)) * [5.0, 7.0, 1.0]
 
-    flights(monkeypatch, communication, values)
+    flights(monkeypatch, talk, values)
     monkeypatch.setattr(
         communication,
         "alone",
@@ -57,15 +57,10 @@ def test_talk_counts_where_no_step_to_less_of_it_helps_and_silence_is_loneliness
     assert finding.statistic[f"lone_drones_over_all_to_all_{target}"] == pytest.approx(lone, rel=0.01)
     assert finding.statistic[f"radius_0_over_lone_drones_{target}"] == pytest.approx(2.0 / lone, rel=0.01)
     assert finding.statistic[f"steps_of_loss_that_fall_{target}"] == int("loss" in changed)
+    assert finding.statistic[f"steps_of_radius_that_fall_{target}"] == int("radius" in changed)
 
 
 WHOLE = GameConfig().controller.communication_radius
-
-
-def test_steps_that_surely_fall_are_counted():
-    means = np.array([1.0, 2.0, 2.0, 1.5, 3.0])
-    noise = np.random.default_rng(0).normal(0.0, 0.01, (20, 5))
-    assert communication.steps_that_fall(means + noise) == 1
 
 
 def test_lone_drones_know_of_nobody_and_are_judged_together(monkeypatch):
