@@ -89,6 +89,12 @@ def measure(seed: int) -> Finding:
         for changes, found in judged.items()
     )
     later = ", ".join(f"{values[:, -1].mean():.5f} ({target})" for target, values in metric[list(CHANGES)[-1]].items())
+    unsure = [
+        f"{target} ({changes}: {interval[0]:.5f} to {interval[1]:.5f})"
+        for changes in parts
+        for target, (_, interval) in judged[changes].items()
+        if interval[1] > COVERED
+    ]
     return Finding(
         statistic={name: mean for name, (mean, _) in named.items()},
         interval={name: interval for name, (_, interval) in named.items()},
@@ -97,8 +103,9 @@ def measure(seed: int) -> Finding:
         parts=parts,
         seen=f"Red's {DRONES} drones follow one command, sent once, blue's {DRONES} cover the square; captured drones "
         "are drawn by lot and handed over as captures do it, so that where a team is stays the controller's doing. "
-        f"The metric of all places where red's drones were, after {JUDGED} s: {said}. It goes on falling while drones "
-        f"change sides each second: after {SECONDS} s it is {later}.",
+        f"The metric of all places where red's drones were, after {JUDGED} s: {said}. After {SECONDS} s with a drone "
+        f"that changes sides each second: {later}."
+        + (f" Not surely at most {COVERED:g}: {', '.join(unsure)}." if unsure else ""),
         configs={"two teams": config},
         seeds=seeds,
         series={target: {changes: over_seeds(metric[changes][target]) for changes in CHANGES} for target in TARGETS},

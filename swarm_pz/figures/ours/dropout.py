@@ -99,8 +99,8 @@ def measure(seed: int) -> Finding:
             f"it: {DRONES // 2} drones that never fail come to {judged[FEWER][0]:.5f}."
         )
         + f" Drones that are captured and come back at the same rates, instead of failing, come to "
-        f"{judged_captured[name_of(HALF_OUT)][0]:.5f} with half of them away: failing is {times:.2f} times as bad "
-        f"({ends[0]:.2f} to {ends[1]:.2f}).",
+        f"{judged_captured[name_of(HALF_OUT)][0]:.5f} with half of them away: the metric of those that fail is "
+        f"{times:.2f} times that ({ends[0]:.2f} to {ends[1]:.2f}).",
         configs=configs,
         seeds=seeds,
         series={
@@ -122,13 +122,13 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     over_time(panels[1], never | series["captured"])
     panels[0].set_title("drones fail where they are, and return to work")
     panels[1].set_title("drones are captured, and come back")
-    panels[0].set_ylabel("ergodic metric E of the team's working drones (no unit)")
+    panels[0].set_ylabel("ergodic metric E of working drones (no unit)")
     style.legend_below(figure, panels[0].get_legend_handles_labels()[0], columns=6)
 
 
 FIGURE = Figure(
     name="dropout",
-    title=f"{DRONES} drones that come and go (means over {SEEDS} seeds, bands 95 %; drones out in the long run)",
+    title=f"{DRONES} drones that come and go (means over {SEEDS} seeds, bands 95 %; shares out in the long run)",
     claim="A team keeps its target while drones fail and return: nobody needs to be told.",
     paper="The paper's drones come and go by [capture](index.md#fluctuation), and its commands do not depend on how "
     "many there are. We know of no picture in it of drones that fail.",

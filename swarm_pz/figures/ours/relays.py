@@ -50,7 +50,7 @@ def measure(seed: int) -> Finding:
         f"times that of drones that hear nobody if they hear only those near them, and {worst[1]:.1f} times with "
         f"relays; {falls[0]} and {falls[1]} of {len(TARGETS) * (len(RADII) - 1)} steps to a smaller radius surely lower"
         f" the metric. Relays help most at a radius of {RADII[place]:g} ({list(TARGETS)[number]}): by a factor of "
-        f"{gains[number, place]:.1f}. They bring nothing where drones are too far apart to be connected.",
+        f"{gains[number, place]:.0f}.",
         configs={name: config for by_radius in configs.values() for name, config in by_radius.items()},
         seeds=seeds,
         series={
