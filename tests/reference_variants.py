@@ -169,6 +169,31 @@ def heard_within(positions: NDArray[np.floating], radius: float) -> Booleans:
     return np.asarray(np.linalg.norm(places[:, None] - places[None], axis=-1) <= radius)
 
 
+def relayed(heard: Booleans, teams: NDArray[np.integer], failed: Booleans | None = None) -> Booleans:
+    """Whether a message of j gets to i, `[i, j]`, if all pass on what they hear: over any number of drones.
+
+    Parameters
+    ----------
+    heard : (N, N) bool array
+        Whether i hears j itself.
+    teams : (N,) int array
+    failed : (N,) bool array, optional
+        Drones that pass nothing on; none if not given.
+    """
+    drones = len(teams)
+    working = np.ones(drones, dtype=np.bool_) if failed is None else ~failed
+    reached = np.eye(drones, dtype=np.bool_)
+    for i in range(drones):
+        asked = [i] if working[i] else []
+        while asked:
+            through = asked.pop()
+            for j in range(drones):
+                if heard[through, j] and teams[j] == teams[i] and working[j] and not reached[i, j]:
+                    reached[i, j] = True
+                    asked.append(j)
+    return reached
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Flocking
 # ---------------------------------------------------------------------------------------------------------------------

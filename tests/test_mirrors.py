@@ -18,7 +18,7 @@ HOMES = {
     "swarm_pz/envs/reward": "envs/test_batch_env",
     "swarm_pz/evaluation/ledger": "evaluation/test_tournament",
     "swarm_pz/figures/*": "figures/test_making",
-    "swarm_pz/figures/claims/*": "figures/test_verdicts",
+    "swarm_pz/figures/claims/flocking_picture": "figures/claims/test_flocking_comparison",
     "swarm_pz/kernels/*": "kernels/test_mirror",
     "swarm_pz/kernels/controllers/ergodic": "kernels/test_mirror",
     "swarm_pz/play/server/budget": "play/server/test_attacks",

@@ -26,23 +26,24 @@ def figures(
     processes: int = 2,
     seed: int = 0,
 ) -> None:
-    """Play the games behind the paper's claims, draw them, and say which claims hold.
+    """Play the games behind the paper's claims and ours, draw them, and say which claims hold.
 
     Args:
-        out: Folder to write: NAME.png and NAME.json for each figure, and a page index.md.
+        out: Folder to write: NAME.png and NAME.json for each figure, and the pages index.md
+            (the paper's claims) and ours.md (ours).
         only: Names of figures to make, all of them if none: capture_geometry, scale_invariance,
             permutation_invariance, ensemble_tactic, team_sizes, flocking_comparison, adversary, compactness,
-            comebacks, communication, dropout.
+            comebacks, fluctuation, communication, short_memory, relays, dropout.
         processes: Processes that share the figures.
         seed: Seed of all games.
     """
     for module in ("matplotlib.figure", "scipy.stats"):
         require_extra(module, "ladder")
-    from swarm_pz.figures import FIGURES, make_all
-    from swarm_pz.figures.page import PAGE
+    from swarm_pz.figures import EVERY, make_all
+    from swarm_pz.figures.claims import PAGE
 
     check_folder(out)
-    total, began = len(set(only)) or len(FIGURES), time.monotonic()
+    total, began = len(set(only)) or len(EVERY), time.monotonic()
     made: list[Made] = []
     try:
         with progress("figures") as show, stops_at_safe_points() as asked:
@@ -56,12 +57,12 @@ def figures(
             show(0, total)
             make_all(only, out, seed=seed, processes=processes, done=done, asked=asked, command=command())
     except KeyboardInterrupt:
-        left = [name for name in dict.fromkeys(only or FIGURES) if name not in {one.name for one in made}]
+        left = [name for name in dict.fromkeys(only or EVERY) if name not in {one.name for one in made}]
         with goes_on_with(_making(left)):
             raise
     print_rules(GameConfig(), "of the default game; those of each figure stand in its NAME.json")
     holding = sum(one.supported for one in made)
-    print(f"{holding} of {len(made)} claims hold; {time.monotonic() - began:.0f} s: {out / PAGE}")
+    print(f"{holding} of {len(made)} claims hold; {time.monotonic() - began:.0f} s: {out / PAGE.file}")
 
 
 def _making(names: Sequence[str]) -> str:

@@ -157,6 +157,9 @@ class ControllerConfig(Config):
         Drones average over the team-mates within this distance, in map widths; None: over all.
     message_loss : float
         Share of the messages between two drones that are lost, each on its own.
+    relay : bool
+        Whether drones pass on at once what they hear, so that each averages over all whom a chain of messages
+        leads from.
     target_mass : float
         What a target that was sent sums to, as the controller sees it: it compares c_k with this times the phi_k
         of a density. The uniform target of the start, which nobody sent, sums to 1.
@@ -172,6 +175,7 @@ class ControllerConfig(Config):
     spectrum: Literal["sobolev", "exponential"] = later("sobolev")
     communication_radius: float | None = later(None)
     message_loss: float = later(0.0)
+    relay: bool = later(False)
     target_mass: float = later(1.0)
 
     def __post_init__(self) -> None:
@@ -187,6 +191,7 @@ class ControllerConfig(Config):
         if self.communication_radius is not None:
             check_number(self.communication_radius, "controller.communication_radius", 0.0, 2.0)
         check_number(self.message_loss, "controller.message_loss", 0.0, 1.0)
+        check(isinstance(self.relay, bool), "controller.relay", self.relay, "True or False")
         check_number(self.target_mass, "controller.target_mass", 0.0, 1e3, open_low=True)
 
 

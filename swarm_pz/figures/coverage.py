@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, CaptureConfig, GameConfig
+from swarm_pz.config import BLUE, RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, CaptureConfig, GameConfig
 from swarm_pz.evaluation.intervals import bootstrap, rounded
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.ergodicity import ErgodicMetric
@@ -71,14 +71,39 @@ def periods(simulator: Simulator, seconds: int, after: Callable[[int], Any]) -> 
         after(number)
 
 
-def metric_over_time(simulator: Simulator, seconds: int = SECONDS) -> Array:
-    """Advance and return the ergodic metric (E, seconds) after each second, over all of the past."""
+def hand_over(simulator: Simulator, drones: NDArray[np.bool_]) -> None:
+    """Let drones (E, N) change sides as captures do: they follow the other team's command, with an empty memory.
+
+    All trails are emptied: no capture field may count a drone for a team that it has left.
+    """
+    games = simulator.snapshot()
+    games.teams[drones] = RED + BLUE - games.teams[drones]
+    np.moveaxis(games.memory, -1, 1)[drones] = 0.0
+    games.memory_weight[drones] = 0.0
+    games.trails[:] = -1
+    games.fields[:] = 0
+    games.occupancy[:] = 0
+    simulator.restore(games)
+
+
+def metric_over_time(simulator: Simulator, seconds: int = SECONDS, then: Callable[[int], Any] | None = None) -> Array:
+    """Advance and return the ergodic metric (E, seconds) after each second, over all of the past.
+
+    Parameters
+    ----------
+    simulator : Simulator
+    seconds : int
+    then : callable, optional
+        Called after each control period, with its number from 1 on: what else happens to the team.
+    """
     metric, values = ErgodicMetric(simulator, RED), []
 
     def observe(number: int) -> None:
         metric.observe()
         if number % 10 == 0:
             values.append(metric.value())
+        if then is not None:
+            then(number)
 
     periods(simulator, seconds, observe)
     return np.stack(values, axis=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from swarm_pz.config import GameConfig
@@ -26,6 +26,8 @@ class Finding:
         How the intervals were made.
     supported : bool
         Whether the claim holds, by the figure's rule.
+    parts : dict of str to bool
+        Of a claim that has several parts, whether each holds, by what it is in words: the claim holds if all do.
     seen : str
         What we see, in sentences.
     configs : dict of str to GameConfig
@@ -43,11 +45,12 @@ class Finding:
     configs: dict[str, GameConfig]
     seeds: list[int]
     series: dict[str, Any]
+    parts: dict[str, bool] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
-    """A claim of the paper, how it is measured, when it holds, and how it is drawn.
+    """A claim of the paper or of ours, how it is measured, when it holds, and how it is drawn.
 
     Attributes
     ----------
@@ -56,9 +59,13 @@ class Figure:
     title : str
         Stands above the picture.
     claim : str
-        The sense of the paper's words.
+        The sense of the paper's words, or what we say.
     paper : str
         What the paper shows.
+    section : str
+        The paper's section that the claim stands in, as "IV-B"; empty for what is ours.
+    quote : str
+        The paper's own words, few of them; empty for what is ours.
     rule : str
         When the claim counts as supported, in words.
     revised : str
@@ -82,6 +89,8 @@ class Figure:
     draw: Callable[[Any, dict[str, Any]], None]
     size: tuple[float, float]
     seconds: float
+    section: str = ""
+    quote: str = ""
     revised: str = ""
 
 

@@ -1,4 +1,4 @@
-"""Makes figures: their pictures, their numbers, and the page of all of them."""
+"""Makes figures: their pictures, their numbers, and the pages of all of them."""
 
 from __future__ import annotations
 
@@ -14,10 +14,13 @@ from swarm_pz.config.base import check_count
 from swarm_pz.errors import CommandError, Stopped, nearest
 from swarm_pz.evaluation.processes import end_processes, prepare_process
 from swarm_pz.evaluation.rollout import play_games
-from swarm_pz.figures.claims import FIGURES
+from swarm_pz.figures import claims, ours
 from swarm_pz.figures.figure import Figure
 from swarm_pz.figures.page import draw, to_dict, write, write_page
 from swarm_pz.simulator.spawn import check_seed
+
+EVERY: dict[str, Figure] = claims.FIGURES | ours.FIGURES
+"""All figures by name: the paper's claims, then what is ours."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,7 @@ def make_all(
     command: str = "",
     asked: Callable[[], bool] = lambda: False,
 ) -> list[Made]:
-    """Make figures, and a page index.md of all that the folder holds.
+    """Make figures, and of all that the folder holds two pages: index.md of the paper's claims, ours.md of ours.
 
     Parameters
     ----------
@@ -91,7 +94,7 @@ def make_all(
     """
     check_count(processes, "processes", 1, 1024)
     check_seed(seed)
-    chosen = [_find(name) for name in dict.fromkeys(names or FIGURES)]
+    chosen = [_find(name) for name in dict.fromkeys(names or EVERY)]
     out.mkdir(parents=True, exist_ok=True)
     # Long ones first, so that no process works alone in the end.
     ordered = [figure.name for figure in sorted(chosen, key=lambda figure: -figure.seconds)]
@@ -126,7 +129,8 @@ def make_all(
             for future in waiting:  # what was begun is made
                 if not future.cancelled():
                     keep(future.result())
-    write_page(list(FIGURES), out)
+    write_page(claims.PAGE, claims.FIGURES, out)
+    write_page(ours.PAGE, ours.FIGURES, out)
     if len(made) < len(ordered):
         raise Stopped(f"{len(made)} of {len(ordered)} figures are in {out}")
     return made
@@ -138,6 +142,6 @@ def _compile(preset: str) -> None:
 
 
 def _find(name: str) -> Figure:
-    if name not in FIGURES:
-        raise CommandError(f"there is no figure {name!r}; {nearest(name, FIGURES)}")
-    return FIGURES[name]
+    if name not in EVERY:
+        raise CommandError(f"there is no figure {name!r}; {nearest(name, EVERY)}")
+    return EVERY[name]

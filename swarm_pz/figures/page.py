@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,14 @@ from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.figures.figure import Figure, Finding
 from swarm_pz.figures.style import DPI, RC
 
-PAGE = "index.md"
+
+@dataclass(frozen=True)
+class Page:
+    """A page that holds figures: the file's name, its heading, and the Markdown that it opens with."""
+
+    file: str
+    title: str
+    opening: str
 
 
 def to_dict(figure: Figure, finding: Finding, seed: int, command: str = "") -> dict[str, Any]:
@@ -25,6 +33,8 @@ def to_dict(figure: Figure, finding: Finding, seed: int, command: str = "") -> d
         "name": figure.name,
         "title": figure.title,
         "claim": figure.claim,
+        "section": figure.section,
+        "quote": figure.quote,
         "paper": figure.paper,
         "rule": figure.rule,
         "revised": figure.revised,
@@ -35,6 +45,7 @@ def to_dict(figure: Figure, finding: Finding, seed: int, command: str = "") -> d
             **{name: [_plain(end) for end in ends] for name, ends in finding.interval.items()},
         },
         "supported": bool(finding.supported),
+        "parts": {name: bool(holds) for name, holds in finding.parts.items()},
         "caption": f"{figure.paper} {finding.seen}",
         "config_hash": {name: config.hash for name, config in finding.configs.items()},
         **provenance(finding.configs, command),
@@ -76,58 +87,75 @@ def draw(figure: Figure, series: dict[str, Any], out: Path) -> None:
     picture.save(out / f"{figure.name}.png", optimize=True, dpi=(DPI, DPI))
 
 
-def write_page(names: Sequence[str], out: Path) -> None:
-    """Write the page of all figures that a folder holds, in the order of `names`."""
+def write_page(page: Page, names: Iterable[str], out: Path) -> None:
+    """Write a page of those figures that a folder holds, in the order of `names`."""
     records = [json.loads(path.read_text()) for name in names if (path := out / f"{name}.json").exists()]
-    (out / PAGE).write_text(to_markdown(records))
+    (out / page.file).write_text(to_markdown(page, records))
 
 
-def to_markdown(records: Sequence[dict[str, Any]]) -> str:
-    """Return the page: a table of verdicts, then each figure with claim, caption and numbers."""
+def to_markdown(page: Page, records: Sequence[dict[str, Any]]) -> str:
+    """Return a page: its opening, a table of verdicts, then each figure with claim, caption and numbers."""
     holding = sum(record["supported"] for record in records)
     versions = sorted({f"seed {record['seed']}, swarm-pz {record['swarm_pz']}" for record in records})
     lines = [
-        "# The paper's evidence, made again",
+        f"# {page.title}",
         "",
         "```bash",
         "swarm-pz figures",
         "```",
         "",
-        "This command plays the games, draws these pictures and decides each claim by a rule that stands in the code. "
+        page.opening,
+        "",
+        "The command plays the games, draws the pictures and decides each claim by a rule that stands in the code. "
         "Rules were fixed before the first look; where one was set right after it, that is said. Of "
         f"{len(records)} claims {holding} hold here; those that do not are discussed. Intervals are 95 %. In the "
         "folder that it writes, NAME.json holds the numbers, the hashes of the rules, the seeds and what is drawn "
         f"({'; '.join(versions)}).",
         "",
-        "| figure | claim | holds |",
-        "|---|---|---|",
-    ]
-    lines += [
-        f"| [{record['name']}](#{record['name']}) | {record['claim']} | {verdict(record)} |" for record in records
+        *_table(records),
     ]
     for record in records:
-        lines += [
-            "",
-            f"## {record['name']}",
-            "",
-            f"**Claim**: {record['claim']} **Holds**: {verdict(record).strip('*')}.",
-            "",
-            f"![{record['title']}]({record['name']}.png)",
-            "",
-            record["caption"],
-            "",
-            f"Rule: {record['rule']}",
-            "",
-            *([f"Set right after the first look: {record['revised']}", ""] if record["revised"] else []),
-            "| number | value | 95 % |",
-            "|---|---|---|",
-        ]
-        for name, value in record["statistic"].items():
-            ends = record["interval"].get(name)
-            spread = f"{_show(ends[0])} to {_show(ends[1])}" if ends else ""
-            lines.append(f"| {name.replace('_', ' ')} | {_show(value)} | {spread} |")
-        lines += ["", f"Intervals: {record['interval']['method']}."]
+        lines += _part(record)
     return "\n".join(lines) + "\n"
+
+
+def _table(records: Sequence[dict[str, Any]]) -> list[str]:
+    """Return a row for each figure; a column of sections where there are any."""
+    with_section = any(record.get("section") for record in records)
+    sections = [f" {record.get('section', '')} |" if with_section else "" for record in records]
+    head, rule = (" section |", "---|") if with_section else ("", "")
+    return [f"| figure |{head} claim | holds |", f"|---|{rule}---|---|"] + [
+        f"| [{record['name']}](#{record['name']}) |{section} {record['claim']} | {verdict(record)} |"
+        for record, section in zip(records, sections, strict=True)
+    ]
+
+
+def _part(record: dict[str, Any]) -> list[str]:
+    """Return a figure's part of the page."""
+    parts = "; ".join(f"{name}: {'yes' if holds else 'no'}" for name, holds in record.get("parts", {}).items())
+    said = f"> \u201c{record['quote']}\u201d (the paper, {record['section']})" if record.get("quote") else ""
+    lines = [
+        "",
+        f"## {record['name']}",
+        "",
+        *([said, ""] if said else []),
+        f"**Claim**: {record['claim']} **Holds**: {verdict(record).strip('*')}{f' ({parts})' if parts else ''}.",
+        "",
+        f"![{record['title']}]({record['name']}.png)",
+        "",
+        record["caption"],
+        "",
+        f"Rule: {record['rule']}",
+        "",
+        *([f"Set right after the first look: {record['revised']}", ""] if record["revised"] else []),
+        "| number | value | 95 % |",
+        "|---|---|---|",
+    ]
+    for name, value in record["statistic"].items():
+        ends = record["interval"].get(name)
+        spread = f"{_show(ends[0])} to {_show(ends[1])}" if ends else ""
+        lines.append(f"| {name.replace('_', ' ')} | {_show(value)} | {spread} |")
+    return [*lines, "", f"Intervals: {record['interval']['method']}."]
 
 
 def verdict(record: dict[str, Any]) -> str:

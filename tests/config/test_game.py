@@ -139,7 +139,9 @@ OPTIONS = [
     GameConfig(controllers="flocking"),
     GameConfig(controllers=("ergodic", "flocking"), flocking=FlockingConfig(migration=(1, 2))),
     GameConfig(memory=MemoryConfig(trail=None, controller=None, trail_forgotten_on=("command",))),
-    GameConfig(controller=ControllerConfig(spectrum="exponential", communication_radius=0.2, message_loss=0.1)),
+    GameConfig(
+        controller=ControllerConfig(spectrum="exponential", communication_radius=0.2, message_loss=0.1, relay=True)
+    ),
     GameConfig(dynamics=DynamicsConfig(speed_factor=0.5, failure_rate=0.1, repair_rate=0.2)),
     GameConfig(spawn=SpawnConfig(layout="squares", side=0.3), drones_per_team=(1, 19)),
     GameConfig(spawn=SpawnConfig(speed=0.2)),

@@ -95,6 +95,7 @@ def test_numbers_are_taken_up_to_the_ends_of_their_range_and_no_further(section,
         (lambda: MemoryConfig(trail_forgotten_on=("noon",)), "memory.trail_forgotten_on must be a tuple of any of"),
         (lambda: MemoryConfig(controller_forgotten_on="capture"), "memory.controller_forgotten_on must be a tuple"),
         (lambda: CaptureConfig(field="trails"), "capture.field must be 'occupancy' or 'reconstruction'"),
+        (lambda: ControllerConfig(relay=1), "controller.relay must be True or False, got 1"),
         (lambda: ControllerConfig(spectrum="flat"), "controller.spectrum must be 'sobolev' or 'exponential'"),
         (lambda: FlockingConfig(migration=5.0), "flocking.migration must be a pair"),
         (lambda: FlockingConfig(migration=(1.0, 2.0, 3.0)), "flocking.migration must be a pair"),
@@ -173,8 +174,8 @@ def test_options_are_off_at_rest():
     assert spawn == {"layout": "corners", "side": 0.1, "speed": 0.0}
     assert rest["memory"]["trail_forgotten_on"] == () and rest["memory"]["controller_forgotten_on"] == ("capture",)
     assert rest["capture"]["field"] == "occupancy"
-    later = ("spectrum", "communication_radius", "message_loss", "target_mass")
-    assert [rest["controller"][name] for name in later] == ["sobolev", None, 0.0, 1.0]
+    later = ("spectrum", "communication_radius", "message_loss", "relay", "target_mass")
+    assert [rest["controller"][name] for name in later] == ["sobolev", None, 0.0, False, 1.0]
     assert rest["controllers"] == "ergodic"
     assert rest["dynamics"] == {"speed_factor": 1.0, "failure_rate": 0.0, "repair_rate": 0.0}
     assert rest["flocking"] == {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import pkgutil
+import re
 
 import matplotlib
 import numpy as np
@@ -15,43 +16,54 @@ import swarm_pz
 from swarm_pz.cli import evidence, main, report
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError, Stopped
-from swarm_pz.figures import FIGURES, Made, claims, make_all, making
-from swarm_pz.figures.page import to_dict, to_markdown
+from swarm_pz.figures import EVERY, FIGURES, OURS, Finding, Made, claims, make_all, making, ours
+from swarm_pz.figures.page import to_dict, to_markdown, write
 from swarm_pz.figures.style import RC
 
 FIELDS = {
-    "name", "title", "claim", "paper", "rule", "revised", "statistic", "interval", "supported", "caption",
-    "config_hash", "rules", "rules_hash", "versions", "command", "seed", "seeds", "swarm_pz", "series",
+    "name", "title", "claim", "section", "quote", "paper", "rule", "revised", "statistic", "interval", "supported",
+    "parts", "caption", "config_hash", "rules", "rules_hash", "versions", "command", "seed", "seeds", "swarm_pz",
+    "series",
 }  # fmt: skip
-SMALL = {
-    "adversary": {"GAMES": 2, "scripts": lambda: ["noise", "ring"]},
-    "comebacks": {"GAMES": 2, "PLAYERS": ("ring",)},
-    "communication": {"SEEDS": 3, "RADII": (1.5, 0.4, 0.0), "LOSSES": (0.0, 1.0)},
-    "compactness": {"GAMES": 2, "PLAYERS": ("centre", "uniform", "ring")},
-    "dropout": {"SEEDS": 2},
-    "ensemble_tactic": {"GAMES": 4},
-    "flocking_comparison": {"SEEDS": 2},
-    "permutation_invariance": {"SEEDS": 2},
-    "scale_invariance": {"SEEDS": 2},
-    "team_sizes": {"GAMES": 3},
-}
-"""What makes each figure quick."""
+FOLDERS = (claims, ours)
 
 
-def test_every_module_with_a_figure_is_registered():
+def in_folder(name):
+    """Return the name of the folder that a figure's module stands in: claims or ours."""
+    return "claims" if name in claims.FIGURES else "ours"
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.__name__.rpartition(".")[2])
+def test_every_module_with_a_figure_is_registered(folder):
     modules = [
-        importlib.import_module(f"swarm_pz.figures.claims.{found.name}")
-        for found in pkgutil.iter_modules(claims.__path__)
+        importlib.import_module(f"{folder.__name__}.{found.name}") for found in pkgutil.iter_modules(folder.__path__)
     ]
     made = {module.__name__.rpartition(".")[2]: module.FIGURE for module in modules if hasattr(module, "FIGURE")}
-    assert made == FIGURES
-    assert all(figure.name == name for name, figure in FIGURES.items())
+    assert made == folder.FIGURES
+    assert all(figure.name == name for name, figure in folder.FIGURES.items())
+
+
+def test_no_figure_is_of_both_pages():
+    assert [*FIGURES, *OURS] == [*EVERY]
+    assert FIGURES is claims.FIGURES and OURS is ours.FIGURES
+
+
+@pytest.mark.parametrize("figure", FIGURES.values())
+def test_a_claim_of_the_paper_stands_with_its_section_and_few_of_its_words(figure):
+    assert re.fullmatch(r"(I|II|III|IV|V)(-[A-C])?", figure.section)
+    assert 20 < len(figure.quote) <= 200
+
+
+@pytest.mark.parametrize("figure", OURS.values())
+def test_what_is_ours_is_not_put_into_the_papers_mouth(figure):
+    assert figure.section == figure.quote == ""
 
 
 def check_record(record):
     assert set(record) == FIELDS
     assert record["swarm_pz"] == swarm_pz.__version__
     assert isinstance(record["supported"], bool)
+    assert not record["parts"] or record["supported"] == all(record["parts"].values())
     assert all(
         record[name] for name in ("title", "claim", "paper", "rule", "caption", "statistic", "config_hash", "series")
     )
@@ -70,19 +82,21 @@ def check_record(record):
     assert all(isinstance(seed, int) for seed in record["seeds"])
 
 
-@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize("name", EVERY)
 def test_a_figure_measures_describes_and_draws_itself(name, monkeypatch):
-    module = importlib.import_module(f"swarm_pz.figures.claims.{name}")
-    for constant, value in SMALL.get(name, {}).items():
+    module = importlib.import_module(f"swarm_pz.figures.{in_folder(name)}.{name}")
+    small = importlib.import_module(f"tests.figures.{in_folder(name)}.test_{name}").SMALL
+    for constant, value in small.items():
         monkeypatch.setattr(module, constant, value)
-    record = to_dict(FIGURES[name], FIGURES[name].measure(0), 0)
+    figure = EVERY[name]
+    record = to_dict(figure, figure.measure(0), 0)
     plain = json.loads(json.dumps(record, allow_nan=False))
     check_record(plain)
     with matplotlib.rc_context(RC):
-        canvas = Canvas(figsize=FIGURES[name].size, layout="constrained")
-        FIGURES[name].draw(canvas, plain["series"])
+        canvas = Canvas(figsize=figure.size, layout="constrained")
+        figure.draw(canvas, plain["series"])
         canvas.draw_without_rendering()
-    assert name in to_markdown([plain])
+    assert name in to_markdown(claims.PAGE, [plain])
 
 
 def test_the_command_writes_picture_numbers_and_page(tmp_path, capsys):
@@ -102,7 +116,7 @@ def test_the_same_seed_writes_the_same_files_in_one_process_and_in_two(tmp_path,
     names = ["capture_geometry", "permutation_invariance"]
     make_all(names, tmp_path / "one", processes=1)
     make_all(names, tmp_path / "two", processes=2)
-    for name in [*(f"{name}.json" for name in names), *(f"{name}.png" for name in names), "index.md"]:
+    for name in [*(f"{name}.json" for name in names), *(f"{name}.png" for name in names), "index.md", "ours.md"]:
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes(), name
 
 
@@ -118,10 +132,48 @@ def test_a_page_says_no_where_a_claim_does_not_hold():
     finding = FIGURES["capture_geometry"].measure(0)
     record = to_dict(FIGURES["capture_geometry"], finding, 0) | {"supported": False}
     record["statistic"]["cells_that_differ"] = None
-    page = to_markdown([record])
+    page = to_markdown(claims.PAGE, [record])
     assert "Of 1 claims 0 hold" in page
     assert "**Holds**: no" in page
     assert "| cells that differ | never |" in page
+
+
+def record_of(name, **changed):
+    """A figure's record as its file would hold it, but for games that were played."""
+    finding = Finding(
+        statistic={"share": 0.5}, interval={"share": (0.4, 0.6)}, method="Wilson", supported=True, seen="Half.",
+        configs={"paper": GameConfig()}, seeds=[0], series={},
+    )  # fmt: skip
+    return to_dict(EVERY[name], finding, 0) | changed
+
+
+def test_a_page_quotes_the_paper_with_its_section_and_says_each_part_of_a_verdict():
+    parts = {"paper, every second": True, "paper, every 3 s": False}
+    page = to_markdown(claims.PAGE, [record_of("adversary", supported=False, parts=parts), record_of("comebacks")])
+    assert page.startswith(f"# {claims.PAGE.title}\n") and claims.PAGE.opening in page
+    figure = FIGURES["adversary"]
+    assert f"> \u201c{figure.quote}\u201d (the paper, {figure.section})" in page
+    assert "| figure | section | claim | holds |\n|---|---|---|---|\n| [adversary](#adversary) | IV-B |" in page
+    assert "**Holds**: no (paper, every second: yes; paper, every 3 s: no)." in page
+    assert "**Holds**: yes.\n" in page
+
+
+def test_ours_is_a_page_without_sections_beside_the_papers(tmp_path):
+    for name in ("comebacks", "dropout"):
+        write(record_of(name), tmp_path)
+    make_all(["capture_geometry"], tmp_path, processes=1)
+    paper, own = ((tmp_path / name).read_text() for name in ("index.md", "ours.md"))
+    assert re.findall("^## (.*)", paper, re.MULTILINE) == ["capture_geometry", "comebacks"]
+    assert re.findall("^## (.*)", own, re.MULTILINE) == ["dropout"]
+    assert "| figure | claim | holds |\n|---|---|---|\n| [dropout](#dropout) |" in own and "the paper," not in own
+    assert "(ours.md)" in paper and "(index.md)" in own
+
+
+def test_a_figure_that_an_older_version_left_in_the_folder_stands_on_the_page(tmp_path):
+    old = record_of("comebacks")
+    for name in ("section", "quote", "parts"):
+        del old[name]
+    assert "**Holds**: yes.\n" in to_markdown(claims.PAGE, [old])
 
 
 def test_figures_that_are_asked_to_stop_leave_what_is_made_on_the_page(tmp_path, monkeypatch):
@@ -159,4 +211,4 @@ def test_help_lists_the_figures(capsys):
     with pytest.raises(SystemExit):
         main(["figures", "--help"])
     printed = capsys.readouterr().out
-    assert all(name in printed for name in FIGURES)
+    assert all(name in printed for name in EVERY)

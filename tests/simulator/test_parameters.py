@@ -54,6 +54,7 @@ VARIANTS = {
     "failures": {"dynamics": DynamicsConfig(failure_rate=0.5)},
     "radius": {"controller": ControllerConfig(communication_radius=2.0)},
     "loss": {"controller": ControllerConfig(message_loss=0.5)},
+    "relays": {"controller": ControllerConfig(message_loss=0.5, relay=True)},
     "red flocks": {"controllers": ("flocking", "ergodic")},
     "blue flocks": {"controllers": ("ergodic", "flocking")},
 }
@@ -62,7 +63,7 @@ VARIANTS = {
 def test_games_of_the_kind_of_the_preset_paper_have_no_variants():
     for changes in (
         {"dynamics": DynamicsConfig(speed_factor=0.5, repair_rate=1.0)},
-        {"controller": ControllerConfig(spectrum="exponential", horizon=3)},
+        {"controller": ControllerConfig(spectrum="exponential", horizon=3, relay=True)},
         {"memory": MemoryConfig(trail=None, controller=None), "reward": RewardConfig(outcome=2.0)},
         {"flocking": FlockingConfig(speed=0.1), "capture": CaptureConfig(enabled=False)},
     ):
@@ -76,9 +77,10 @@ def test_a_variant_is_told_and_no_other(name):
     assert variants.capture_forgets == (name == "trails forgotten on capture", name != "memory never forgotten")
     assert variants.command_forgets == (name == "trails forgotten on command", name == "memory forgotten on command")
     assert variants.can_fail == (name == "failures")
-    assert variants.communication.is_local == (name in ("failures", "radius", "loss"))
+    assert variants.communication.is_local == (name in ("failures", "radius", "loss", "relays"))
     assert variants.communication.radius == (2.0 if name == "radius" else math.inf)
-    assert variants.communication.loss == (0.5 if name == "loss" else 0.0)
+    assert variants.communication.loss == (0.5 if name in ("loss", "relays") else 0.0)
+    assert variants.communication.relays == (name == "relays")
     flocks = (name == "red flocks", name == "blue flocks")
     assert Simulator(GameConfig(**VARIANTS[name])).games.flown_by[0].tolist() == list(flocks)
 

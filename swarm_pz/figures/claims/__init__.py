@@ -6,16 +6,23 @@ from swarm_pz.figures.claims import (
     adversary,
     capture_geometry,
     comebacks,
-    communication,
     compactness,
-    dropout,
     ensemble_tactic,
     flocking_comparison,
+    fluctuation,
     permutation_invariance,
     scale_invariance,
     team_sizes,
 )
 from swarm_pz.figures.figure import Figure
+from swarm_pz.figures.page import Page
+
+PAGE = Page(
+    "index.md",
+    "The paper's evidence, made again",
+    "What *A Game Benchmark for Real-Time Human-Swarm Control* says of its game, each with its section and in its own "
+    "words, and whether it holds here. What the paper does not say is [on a page of its own](ours.md).",
+)
 
 FIGURES: dict[str, Figure] = {
     module.FIGURE.name: module.FIGURE
@@ -23,14 +30,13 @@ FIGURES: dict[str, Figure] = {
         capture_geometry,
         scale_invariance,
         permutation_invariance,
+        fluctuation,
         ensemble_tactic,
         team_sizes,
         flocking_comparison,
         adversary,
         compactness,
         comebacks,
-        communication,
-        dropout,
     )
 }
 """All figures by name, in the order of the page."""

@@ -106,6 +106,9 @@ FIGURE = Figure(
     name="adversary",
     title="Every script against uniform coverage",
     claim="Uniform coverage is a hard adversary for naive tactics.",
+    section="IV-B",
+    quote="an opponent swarm specified by a uniform coverage command across the domain "
+    "— with no changes over time — is a challenging adversary",
     paper="The paper's adversary covers the square uniformly and never changes its command.",
     rule="Under every set of rules, the median script's win rate is below one half, with its whole interval.",
     measure=measure,

@@ -135,6 +135,8 @@ FIGURE = Figure(
     name="capture_geometry",
     title="What standing drones capture",
     claim="A drone is captured where opposing drones surround it; walls help to surround.",
+    section="II-C",
+    quote="surrounded by a swarm, or that are surrounded by a swarm and one or more of the four boundaries",
     paper="The paper's rules average a swarm's occupancy over the outer cells of the 5x5 cells around each cell; its "
     "pictures show Go-like structures, a circle of drones capturing what passes through.",
     rule="In every cell of every scene a drone is captured exactly if the hand-made expectation says so.",

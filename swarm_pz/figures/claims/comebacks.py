@@ -126,6 +126,8 @@ FIGURE = Figure(
     name="comebacks",
     title="From 1 against 19 and 3 against 17",
     claim="A game is not over before the last drone is captured: a team that is far behind can still win.",
+    section="IV-B",
+    quote="One agent, controlled strategically, can be sufficient to build up team size again.",
     paper="The paper's team sizes fluctuate so rapidly that players must reckon with both teams' sizes at every "
     "moment.",
     rule=f"From both handicaps {PLAYERS[-1]}, the strongest on the ladder, wins more than {100 * LEAST:.0f} % of its "

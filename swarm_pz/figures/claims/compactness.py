@@ -164,6 +164,8 @@ FIGURE = Figure(
     name="compactness",
     title="Losses against compactness",
     claim="Bunching up is a risk: a compact team loses more drones.",
+    section="IV-B",
+    quote="simultaneously capture all the agents on the player's team and win the game",
     paper="The paper warns that drones which bunch up are captured together.",
     rule="The rank correlation of spread with the share of drones lost in the next 5 s is negative, with its whole "
     "interval.",

@@ -163,6 +163,9 @@ FIGURE = Figure(
     title="Surround the centre, then the last drone: a game that is won",
     claim="A swarm is played as an ensemble: two commands, a circle around the centre and then one around the last "
     "opposing drone, win the game.",
+    section="IV-A",
+    quote="The red player then specifies their swarm to track the remaining blue agent as it "
+    "circles along the left side of the environment.",
     paper="The paper shows a game whose player circles the centre and then tracks the last opposing drone.",
     rule="The lower end of the win rate's interval against uniform coverage is above 0.5.",
     measure=measure,

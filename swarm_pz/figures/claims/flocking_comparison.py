@@ -88,6 +88,9 @@ FIGURE = Figure(
     name="flocking_comparison",
     title="One target with two modes: ergodic control beside flocking",
     claim="One density does what takes a flock a sequence of commands, and does it sooner.",
+    section="IV-C",
+    quote="Our system enables players to specify both targets at once, while flocking requires "
+    "both targets to be specified in sequence, one at a time",
     paper="The paper compares its control with flocking on a target of two modes: one density against a sequence of "
     "attractors.",
     rule=f"Within {SECONDS} s more than half of the ergodic teams reach E = {REACHED:g} and less than half of the "

@@ -134,6 +134,8 @@ FIGURE = Figure(
     name="permutation_invariance",
     title=f"{DRONES} drones in another order",
     claim="Control is permutation-invariant: it does not matter which drone is which.",
+    section="III-C",
+    quote="If Agent 1, Agent 2, etc. swapped positions, the swarm would still converge to the player's target",
     paper="The paper names permutation invariance beside scale invariance: drones change sides, so that no command "
     "may depend on which drones a team has.",
     rule=f"One control period after a permutation no drone is more than {ROUNDING:g} map widths from its permuted "

@@ -86,6 +86,8 @@ FIGURE = Figure(
     name="scale_invariance",
     title="One command for 6, 12 and 24 drones",
     claim="Control is scale-invariant: the same command makes teams of any size cover the target.",
+    section="III-C",
+    quote="all three swarm sizes converge to the three different target distributions",
     paper="The paper names scale invariance as a trait that control of swarms at high cadence needs, since team sizes "
     "change all the time, and shows that its decentralized ergodic control has it.",
     rule=f"On all three targets and for all three sizes the mean metric after {JUDGED} s is at most {COVERED:g}, with "

@@ -104,6 +104,8 @@ FIGURE = Figure(
     name="team_sizes",
     title=f"Team sizes over {GAMES} games of {RED_PLAYER} against {BLUE_PLAYER}",
     claim="Team sizes fluctuate rapidly: the game is one of high cadence.",
+    section="IV-B",
+    quote="team sizes change rapidly over short periods of time",
     paper="The paper says that its capture rules make team sizes fluctuate rapidly, which is what makes the game's "
     "cadence high.",
     rule=f"At least {LEAST_RATE:g} drones a second change sides (one every 5 s): the lower end of the interval of the "

@@ -36,6 +36,8 @@ class Communication(NamedTuple):
     """Map widths that a message reaches."""
     loss: float
     """Share of the messages that are lost."""
+    relays: bool
+    """Whether drones pass on what they hear."""
 
 
 def communication_parameters(config: GameConfig) -> Communication:
@@ -45,12 +47,13 @@ def communication_parameters(config: GameConfig) -> Communication:
         is_local=radius is not None or loss > 0.0 or config.dynamics.failure_rate > 0.0,
         radius=math.inf if radius is None else float(radius),
         loss=float(loss),
+        relays=config.controller.relay,
     )
 
 
 @kernel
 def hears(i: int, j: int, swarm: Swarm, communication: Communication, seed: np.uint64, tick: int) -> bool:
-    """Whether drone i hears drone j in the solve at this tick; everybody hears oneself."""
+    """Whether drone j's own message reaches drone i in the solve at this tick; everybody hears oneself."""
     positions, teams = swarm.positions, swarm.teams
     if i == j:
         return True
@@ -61,6 +64,27 @@ def hears(i: int, j: int, swarm: Swarm, communication: Communication, seed: np.u
     if away_x * away_x + away_y * away_y > communication.radius * communication.radius:
         return False
     return communication.loss == 0.0 or draw(seed, MESSAGE, tick, i, j) >= communication.loss
+
+
+@kernel
+def who_hears_whom(swarm: Swarm, communication: Communication, seed: np.uint64, tick: int) -> NDArray[np.bool_]:
+    """Return whether drone i hears drone j in the solve at this tick, (N, N) `[i, j]`, also through others.
+
+    With relays, i hears j where a chain of messages leads from j to i: the transitive closure (Warshall, A theorem
+    on boolean matrices, J. ACM 9, 1962).
+    """
+    num_drones = swarm.teams.shape[0]
+    heard = np.empty((num_drones, num_drones), np.bool_)
+    for i in range(num_drones):
+        for j in range(num_drones):
+            heard[i, j] = hears(i, j, swarm, communication, seed, tick)
+    if communication.relays:
+        for between in range(num_drones):
+            for i in range(num_drones):
+                if heard[i, between]:
+                    for j in range(num_drones):
+                        heard[i, j] |= heard[between, j]
+    return heard
 
 
 @kernel
@@ -125,16 +149,15 @@ def ergodic_among_heard(
         sizes[teams[i]] += 1
     for team in range(2):
         scratch.means[team] /= np.float32(max(sizes[team], 1))
+    heard = who_hears_whom(swarm, communication, seed, tick)
     for i in range(num_drones):
         if teams[i] < 0:
             continue
         mean[:] = np.float32(0.0)
-        heard = 0
         for j in range(num_drones):
-            if hears(i, j, swarm, communication, seed, tick):
+            if heard[i, j]:
                 mean += own[j]
-                heard += 1
-        mean /= np.float32(heard)
+        mean /= np.float32(heard[i].sum())
         weigh(mean, target[teams[i]], parameters, scratch)
         some = numbers[i : i + 1]
         look_ahead(some, swarm, parameters, scratch.tables)

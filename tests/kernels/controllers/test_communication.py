@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import CaptureConfig, ControllerConfig, DynamicsConfig, GameConfig
+from swarm_pz.kernels.controllers.communication import communication_parameters, who_hears_whom
+from swarm_pz.kernels.game import swarm_of
 from swarm_pz.simulator import Simulator
 from tests.kernels.states import PEACE, SOFT, assert_mirrored, put, random_state, solved
 from tests.reference import ControllerReference, basis
-from tests.reference_variants import VariantRules, heard_within
+from tests.reference_variants import VariantRules, heard_within, relayed
 
 REFERENCE = ControllerReference(r=20.0)
 """The slow controller with the gains of SOFT."""
@@ -66,6 +68,83 @@ def test_a_radius_of_zero_and_the_loss_of_every_message_leave_each_drone_alone()
             )
             alone = solved(one, controller=SOFT).games.accelerations[0, 0]
             np.testing.assert_allclose(no_reach[i], alone, atol=1e-4 * np.abs(alone).max())
+
+
+# --- messages that are passed on --------------------------------------------------------------------------------------
+
+
+def test_relays_match_the_reference():
+    generator = np.random.default_rng(6)
+    farther = 0
+    for _ in range(30):
+        state = random_state(generator, int(generator.integers(2, 31)))
+        failed = generator.random(len(state.teams)) < 0.2
+        radius = clear_radius(generator, state.positions)
+        simulator = solved(
+            state,
+            failed,
+            controller=communication(communication_radius=radius, relay=True),
+            dynamics=DynamicsConfig(failure_rate=1e-9),
+        )
+        near = heard_within(state.positions, radius)
+        heard = relayed(near, state.teams, failed)
+        assert_mirrored(simulator, state, REFERENCE, heard=heard, failed=failed)
+        farther += int((heard & ~near).sum())
+    assert farther > 100
+
+
+def in_a_row(generator, drones, apart):
+    """Return a state of one team whose drones stand side by side, so far apart, in an order of their own."""
+    along = 0.05 + apart * generator.permutation(drones)
+    return random_state(generator, drones)._replace(
+        positions=np.stack([along, np.full(drones, 0.4)], axis=1).astype(np.float32), teams=np.zeros(drones, np.int8)
+    )
+
+
+def test_a_connected_team_with_relays_is_one_in_which_all_hear_all():
+    generator = np.random.default_rng(7)
+    for drones in (2, 3, 9):
+        state = in_a_row(generator, drones, 0.1)
+        row = solved(state, controller=communication(communication_radius=0.11, relay=True)).games.accelerations
+        everybody = solved(state, controller=SOFT).games.accelerations
+        np.testing.assert_allclose(row, everybody, atol=1e-4 * np.abs(everybody).max())
+
+
+def test_relays_bring_nothing_to_a_drone_that_hears_nobody():
+    generator = np.random.default_rng(8)
+    for options in ({"communication_radius": 0.0}, {"message_loss": 1.0}, {"communication_radius": 0.09}):
+        state = in_a_row(generator, 8, 0.1)
+        silent = solved(state, controller=communication(**options)).games.accelerations
+        relaying = solved(state, controller=communication(**options, relay=True)).games.accelerations
+        np.testing.assert_array_equal(relaying, silent)
+
+
+def test_relays_of_a_team_do_not_pass_through_the_other():
+    state = in_a_row(np.random.default_rng(9), 3, 0.1)
+    between = state.positions[:, 0].argsort()[1]
+    teams = (np.arange(3) == between).astype(np.int8)
+    state = state._replace(teams=teams)
+    radius = {"communication_radius": 0.11}
+    relaying = solved(state, controller=communication(**radius, relay=True)).games.accelerations
+    np.testing.assert_array_equal(relaying, solved(state, controller=communication(**radius)).games.accelerations)
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.6])
+def test_a_relayed_message_is_one_that_a_chain_of_messages_carries(loss):
+    generator = np.random.default_rng(10)
+    for seed in range(10):
+        state = random_state(generator, 20)
+        simulator = Simulator(GameConfig(drones_per_team=(20, 0), capture=PEACE))
+        put(simulator, state)
+        swarm, luck = swarm_of(simulator.games, 0), np.uint64(seed)
+        options = communication(communication_radius=0.3, message_loss=loss)
+        one_hop, closed = (
+            who_hears_whom(swarm, communication_parameters(GameConfig(controller=controller)), luck, 3)
+            for controller in (options, options.replace(relay=True))
+        )
+        np.testing.assert_array_equal(closed, relayed(one_hop, state.teams))
+        if loss == 0.0:  # else who hears me may not be heard by me
+            np.testing.assert_array_equal(closed, closed.T)
 
 
 # --- messages that get lost -------------------------------------------------------------------------------------------
