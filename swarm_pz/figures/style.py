@@ -21,6 +21,8 @@ GREY, PALE = "#868e96", "#dee2e6"
 SERIES = ("#0b7a75", "#d9822b", "#6a4c93", "#4d6b1f")
 """Colours of what belongs to no team; lines differ in their dashes, too."""
 DASHES = ("-", "--", ":", "-.")
+BRUSHES = {"attract": "#0b6e4f", "repel": "#7a4a00"}
+"""Colours of what is drawn at the table."""
 _MARKERS = ("o", "D")
 
 RC = {
