@@ -32,7 +32,7 @@ def figures(
         out: Folder to write: NAME.png and NAME.json for each figure, and the pages index.md
             (the paper's claims) and ours.md (ours).
         only: Names of figures to make, all of them if none: capture_geometry, scale_invariance,
-            permutation_invariance, ensemble_tactic, team_sizes, flocking_comparison, adversary, compactness,
+            permutation_invariance, ensemble_tactic, team_sizes, flocking_comparison, adversary, bunching_up, wavefront,
             comebacks, communication, dropout.
         processes: Processes that share the figures.
         seed: Seed of all games.

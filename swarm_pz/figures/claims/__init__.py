@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from swarm_pz.figures.claims import (
     adversary,
+    bunching_up,
     capture_geometry,
     comebacks,
-    compactness,
     ensemble_tactic,
     flocking_comparison,
     permutation_invariance,
     scale_invariance,
     team_sizes,
+    wavefront,
 )
 from swarm_pz.figures.figure import Figure
 from swarm_pz.figures.page import Page
@@ -33,7 +34,8 @@ FIGURES: dict[str, Figure] = {
         team_sizes,
         flocking_comparison,
         adversary,
-        compactness,
+        bunching_up,
+        wavefront,
         comebacks,
     )
 }
