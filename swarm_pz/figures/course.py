@@ -32,7 +32,7 @@ def lead_taken(sizes: list[int], total: int) -> float:
     """Return the share of a won game after which the winner led for good."""
     lead = np.sign(2 * np.asarray(sizes) - total)
     others = np.flatnonzero(lead != lead[-1])
-    return float((others[-1] + 1) / (len(lead) - 1))
+    return float((others[-1] + 1) / (len(lead) - 1)) if len(others) else 0.0
 
 
 def turns_of_lead(sizes: list[int], total: int) -> int:

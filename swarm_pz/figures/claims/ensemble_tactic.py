@@ -63,7 +63,7 @@ def measure(seed: int) -> Finding:
         interval=interval,
         method=f"Wilson over {GAMES} games; bootstrap over pairs of games from the same start for what is gained",
         supported=all(parts.values()),
-        seen=_describe(series, parts, shown),
+        seen=_describe(series, shown),
         configs=configs,
         seeds=[seed],
         series={"played": series, "shown": shown},
@@ -77,19 +77,24 @@ def _row(name: str, games: list[Game]) -> dict[str, Any]:
     return {"policy": name, "games": len(games), **counts, "win_ci95": wilson(counts["win"], len(games))}
 
 
+def _wins(row: dict[str, Any]) -> str:
+    low, high = row["win_ci95"]
+    return f"wins {'surely more than' if low > 0.5 else 'surely less than' if high < 0.5 else 'about'} half"
+
+
 def _longest_stand(games: list[Game], total: int) -> Game:
     won = [game for game in games if game.outcome == "win"]
     return max(won, key=lambda game: ensemble_moments.last_stand([total - size for size in game.sizes]))
 
 
-def _describe(series: dict[str, Any], parts: dict[str, bool], shown: dict[str, Any] | None) -> str:
+def _describe(series: dict[str, Any], shown: dict[str, Any] | None) -> str:
     text = []
     for variant, rows in series.items():
         standing = {row["policy"]: "-".join(str(row[key]) for key in ("win", "draw", "loss")) for row in rows}
         best = max(rows[2:-1], key=lambda row: row["win"])
         text.append(
             f"Under the rules `{variant}` the tactic as the paper says it stands at {standing[SAID]} (won, drawn, "
-            f"lost) against `{OPPONENT}`: it {'surely wins more than half' if parts[variant] else 'is no sure win'}. "
+            f"lost) against `{OPPONENT}`: it {_wins(rows[0])}. "
             f"Without its second command it stands at {standing[ALONE]}; of other widths the best ({best['policy']}) "
             f"at {standing[best['policy']]}; a ring instead, which is ours, at {standing[rows[-1]['policy']]}."
         )

@@ -88,7 +88,9 @@ def _describe(statistic: dict[str, float], interval: dict[str, tuple[float, floa
     if "lead_taken_after_share_of_game" in statistic:
         text += (
             f" In won games captures are {statistic['captures_at_the_end_over_middle']:.2f} times as frequent in the "
-            "last fifth as in the middle, and in the median the winner leads for good after "
+            "last fifth as in the middle"
+            + (": they do not surely become rarer." if interval["captures_at_the_end_over_middle"][1] >= 1 else ".")
+            + " In the median the winner leads for good after "
             f"{100 * statistic['lead_taken_after_share_of_game']:.0f} % of the game."
         )
     return f"{text} The bold line is the game of median length."

@@ -55,7 +55,7 @@ def measure(seed: int) -> Finding:
         },
         method=f"bootstrap over {GAMES} starts, the same for all players",
         supported=all(parts.values()),
-        seen=_describe(found, gap, parts),
+        seen=_describe(found, gap, gap_low, gap_high),
         configs={"paper": config},
         seeds=[seed],
         series={"players": players, "rates": found.tolist(), "low": low.tolist(), "high": high.tolist()},
@@ -63,12 +63,13 @@ def measure(seed: int) -> Finding:
     )
 
 
-def _describe(found: Any, gap: Any, parts: dict[str, bool]) -> str:
-    surely = ["surely" if holds else "not surely" for holds in parts.values()]
+def _describe(found: Any, gap: Any, low: Any, high: Any) -> str:
+    words = ["surely more" if above else "surely fewer" if below else "not surely more"
+             for above, below in zip(low > 0, high < 0, strict=True)]  # fmt: skip
     return (
         f"Against `{OPPONENT}` the wave takes {found[0, 0]:.0f} drones a minute and loses {found[0, 1]:.0f}; that is "
-        f"{gap[0]:+.0f} and {gap[1]:+.0f} beside the median of {len(OTHERS)} other tactics, so {surely[0]} more "
-        f"than is usual are taken, and {surely[1]} more lost."
+        f"{gap[0]:+.0f} and {gap[1]:+.0f} beside the median of {len(OTHERS)} other tactics: {words[0]} are taken than "
+        f"is usual, and {words[1]} lost."
     )
 
 
@@ -78,7 +79,8 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     found, low, high = (np.array(series[name]) for name in ("rates", "low", "high"))
     most = 1.05 * max(high.max(), 1.0)
     axes.plot([0, most], [0, most], ":", color=style.GREY, linewidth=0.9)
-    axes.text(0.985 * most, 0.985 * most, "as many taken as lost", color=style.GREY, fontsize=8, ha="right", va="top")
+    look = {"ha": "center", "va": "top", "rotation": 45, "rotation_mode": "anchor", "transform_rotates_text": True}
+    axes.text(0.42 * most, 0.41 * most, "as many taken as lost", color=style.GREY, fontsize=8, **look)
     for place, name in enumerate(series["players"]):
         colour = style.SERIES[1] if name == ATTACK else style.SERIES[0]
         taken, lost = found[place]
@@ -86,7 +88,17 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         up = [[taken - low[place, 0]], [high[place, 0] - taken]]
         axes.errorbar(lost, taken, xerr=across, yerr=up, fmt="D" if name == ATTACK else "o", color=colour, capsize=2)
         weight = "bold" if name == ATTACK else "normal"
-        axes.annotate(name, (lost, taken), (6, 6), textcoords="offset points", color=colour, weight=weight, fontsize=8)
+        aside = (-6, 6, "right") if name == "halo" else (6, -12 if name == "ring" else 6, "left")
+        axes.annotate(
+            name,
+            (lost, taken),
+            aside[:2],
+            ha=aside[2],
+            textcoords="offset points",
+            color=colour,
+            weight=weight,
+            fontsize=8,
+        )
     axes.set(xlim=(0, most), ylim=(0, most))
     axes.set(xlabel="drones lost a minute (95 %)", ylabel=f"drones taken a minute from {OPPONENT} (95 %)")
 
