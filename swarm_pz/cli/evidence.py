@@ -33,7 +33,7 @@ def figures(
             (the paper's claims) and ours.md (ours).
         only: Names of figures to make, all of them if none: capture_geometry, scale_invariance,
             permutation_invariance, ensemble_tactic, team_sizes, flocking_comparison, drawing_attention,
-            adversary, compactness, comebacks, communication, dropout.
+            adversary, bunching_up, wavefront, comebacks, communication, dropout.
         processes: Processes that share the figures.
         seed: Seed of all games.
     """

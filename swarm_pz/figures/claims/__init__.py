@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from swarm_pz.figures.claims import (
     adversary,
+    bunching_up,
     capture_geometry,
     comebacks,
-    compactness,
     drawing_attention,
     ensemble_tactic,
     flocking_comparison,
     permutation_invariance,
     scale_invariance,
     team_sizes,
+    wavefront,
 )
 from swarm_pz.figures.figure import Figure
 from swarm_pz.figures.page import Page
@@ -35,7 +36,8 @@ FIGURES: dict[str, Figure] = {
         flocking_comparison,
         drawing_attention,
         adversary,
-        compactness,
+        bunching_up,
+        wavefront,
         comebacks,
     )
 }
