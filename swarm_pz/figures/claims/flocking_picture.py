@@ -55,9 +55,8 @@ def _draw_modes(axes: Any, series: dict[str, Any]) -> None:
             style.whisker(axes, [x], value, low, high, fmt="none", ecolor=style.DARK)
             text = "never there" if reach is None else f"rms {reach:.2f}"
             look = {"color": "white" if value > 0.3 else style.DARK, "fontsize": 8}
-            axes.annotate(
-                text, (x, 0.02 if value > 0.3 else value + 0.02), rotation=90, ha="center", va="bottom", **look
-            )
+            foot = 0.02 if value > 0.3 else max(value, wanted) + 0.02
+            axes.annotate(text, (x, foot), rotation=90, ha="center", va="bottom", **look)
     axes.set_xticks([0, 1], ["diffuse, lower left", "compact, upper right"])
     axes.set(ylabel=f"share of time within {NEAR:g} of a mode", ylim=(0, 1.18))
     axes.set_title("time near each mode; rms: distance from it")
@@ -67,8 +66,9 @@ def _draw_weights(axes: Any, series: dict[str, Any]) -> None:
     found, colour = series["spreads"], style.SERIES[1]
     axes.plot(series["weights"], found["mean"], color=colour, linewidth=1.2)
     style.whisker(axes, series["weights"], found["mean"], found["low"], found["high"], fmt="o", color=colour)
-    for reach, mode in zip(series["asked"]["reach"], ("diffuse", "compact"), strict=True):
-        style.mark(axes, reach, f"asked of the {mode} mode")
+    for reach, mode, side in zip(series["asked"]["reach"], ("diffuse", "compact"), ("bottom", "top"), strict=True):
+        axes.axhline(reach, color=style.GREY, linewidth=0.9)
+        axes.text(max(series["weights"]), reach, f"asked of the {mode} spot", color=style.GREY, ha="right", va=side)
     axes.set(xlabel="weight of the attractor (all that there are)", ylabel="rms distance from it (map widths)")
     axes.set_ylim(0, 1.25 * max(*series["asked"]["reach"], *found["high"]))
     axes.set_title("one flock, one attractor in the middle")

@@ -53,6 +53,12 @@ def test_games_that_end_leave_the_others_their_drawings():
     assert found[0, 0, 0] == 2
 
 
+def test_who_commands_as_seldom_without_looking_away_answers_what_is_seen_then():
+    drawer = drawing_attention.Drawer(Counter(), 3, "send")
+    drawer.reset([0], np.arange(1))
+    assert [drawer.act(np.full(1, step), np.arange(1))[0, 0, 0] for step in range(7)] == [0, 0, 0, 3, 3, 3, 6]
+
+
 @pytest.mark.parametrize(
     ("more", "apart", "holds"),
     [((3.0, 3.0), 1.0, True), ((3.0, -0.5), 1.0, False), ((-3.0, 3.0), 1.0, False), ((0.4, 3.0), 9.0, False)],
@@ -60,11 +66,15 @@ def test_games_that_end_leave_the_others_their_drawings():
 def test_drawing_costs_drones_where_more_are_surely_lost_against_both(monkeypatch, more, apart, holds):
     asked = []
 
-    def tally(seconds, opponent, seed):
-        asked.append((seconds, opponent, seed))
+    def tally(seconds, opponent, seed, looks="begin"):
+        asked.append((seconds, opponent, seed, looks))
         lost = np.full(100, 10.0)
         if seconds == drawing_attention.JUDGED:
-            lost += more[drawing_attention.OPPONENTS.index(opponent)] + apart * np.where(np.arange(100) % 2, 1, -1)
+            lost += 1.0
+        if seconds == drawing_attention.JUDGED and looks == "begin":
+            lost += (
+                more[drawing_attention.OPPONENTS.index(opponent)] + apart * np.where(np.arange(100) % 2, 1, -1) - 1.0
+            )
         return np.stack([lost, np.full(100, 30.0), np.full(100, 0.4)], axis=1)
 
     monkeypatch.setattr(drawing_attention, "tally", tally)
@@ -73,9 +83,10 @@ def test_drawing_costs_drones_where_more_are_surely_lost_against_both(monkeypatc
     surely = [gain > 0.2 * apart for gain in more]
     assert finding.parts == dict(zip(("against ring", "against uniform"), surely, strict=True))
     for name, gain in zip(drawing_attention.OPPONENTS, more, strict=True):
-        assert finding.statistic[f"more_lost_a_minute_by_3_s_of_drawing_against_{name}"] == pytest.approx(2 * gain)
-        assert finding.statistic[f"lost_a_minute_at_once_against_{name}"] == pytest.approx(20.0)
-    assert asked == [(seconds, name, SEED) for name in ("ring", "uniform") for seconds in (0, 1, 2, 3, 5, 8)]
+        statistic = finding.statistic
+        assert statistic[f"more_lost_a_minute_by_3_s_of_drawing_against_{name}"] == pytest.approx(2 * gain)
+        assert statistic[f"more_lost_a_minute_by_looking_away_for_3_s_against_{name}"] == pytest.approx(2 * gain - 2)
+    assert len(asked) == len(set(asked)) == 22 and {seed for _, _, seed, _ in asked} == {SEED}
 
 
 def test_of_games_the_drones_that_the_other_side_took_are_counted(monkeypatch):
@@ -91,7 +102,7 @@ def test_of_games_the_drones_that_the_other_side_took_are_counted(monkeypatch):
     monkeypatch.setattr(drawing_attention, "Rollout", Kept)
     lost, seconds, share = drawing_attention.tally(3, "ring", SEED).T
     (rollout,) = played
-    assert rollout.names() == ("drawer-3", "ring") and rollout.config == GameConfig()
+    assert rollout.names() == ("drawer-3-begin", "ring") and rollout.config == GameConfig()
     taken = rollout.simulator.games.captures
     assert lost.tolist() == taken[:, 1].tolist() and (lost + taken[:, 0]).sum() > 0
     assert (20 * share).tolist() == pytest.approx((10 + taken[:, 0] - taken[:, 1]).tolist())
