@@ -32,8 +32,9 @@ def figures(
         out: Folder to write: NAME.png and NAME.json for each figure, and the pages index.md
             (the paper's claims) and ours.md (ours).
         only: Names of figures to make, all of them if none: capture_geometry, scale_invariance,
-            permutation_invariance, ensemble_tactic, team_sizes, flocking_comparison, adversary, compactness,
-            comebacks, fluctuation, communication, short_memory, relays, dropout.
+            permutation_invariance, ensemble_tactic, team_sizes, flocking_comparison, drawing_attention,
+            adversary, bunching_up, wavefront, comebacks, fluctuation, communication, short_memory,
+            relays, dropout.
         processes: Processes that share the figures.
         seed: Seed of all games.
     """

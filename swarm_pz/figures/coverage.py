@@ -109,6 +109,47 @@ def metric_over_time(simulator: Simulator, seconds: int = SECONDS, then: Callabl
     return np.stack(values, axis=1)
 
 
+class Flight:
+    """What a team did in all games.
+
+    Parameters
+    ----------
+    simulator : Simulator
+        Games that have just begun.
+    each_second : callable, optional
+        Called with the second, from 1 on, that is over.
+
+    Attributes
+    ----------
+    config : GameConfig
+    metric : float64 array (seeds, seconds)
+        Ergodic metric over all of the past, after each second.
+    places : float64 array (seeds, control periods, drones, 2)
+    """
+
+    def __init__(self, simulator: Simulator, each_second: Callable[[int], None] | None = None) -> None:
+        self.config = simulator.config
+        metric, values, places = ErgodicMetric(simulator, RED), [], []
+
+        def observe(number: int) -> None:
+            metric.observe()
+            places.append(simulator.positions.astype(np.float64))
+            if number % 10 == 0:
+                values.append(metric.value())
+                if each_second is not None:
+                    each_second(number // 10)
+
+        periods(simulator, SECONDS, observe)
+        self.metric, self.places = np.stack(values, axis=1), np.stack(places, axis=1)
+
+    def maps(self, cells: int) -> Array:
+        """Return the time-averaged trajectories (seeds, cells, cells): the share of all drones' time in each cell."""
+        columns, rows = np.moveaxis(np.minimum((cells * self.places).astype(np.int64), cells - 1), -1, 0)
+        flat = (rows * cells + columns).reshape(len(rows), -1)
+        counts = np.stack([np.bincount(game, minlength=cells**2) for game in flat])
+        return np.asarray(counts.reshape(-1, cells, cells) / flat.shape[1])
+
+
 def over_seeds(values: Array) -> dict[str, Any]:
     """Return the mean (T,) over seeds of values (seeds, T), and the ends of its interval, as plain lists."""
     mean, low, high = bootstrap(values)

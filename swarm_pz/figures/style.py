@@ -21,6 +21,8 @@ GREY, PALE = "#868e96", "#dee2e6"
 SERIES = ("#0b7a75", "#d9822b", "#6a4c93", "#4d6b1f")
 """Colours of what belongs to no team; lines differ in their dashes, too."""
 DASHES = ("-", "--", ":", "-.")
+BRUSHES = {"attract": "#0b6e4f", "repel": "#7a4a00"}
+"""Colours of what is drawn at the table."""
 _MARKERS = ("o", "D")
 
 RC = {
@@ -55,6 +57,25 @@ def whisker(axes: Any, x: Any, value: Any, low: Any, high: Any, *, sideways: boo
     reach = [np.maximum(np.subtract(value, low), 0), np.maximum(np.subtract(high, value), 0)]
     places = (value, x) if sideways else (x, value)
     axes.errorbar(*places, **{"xerr" if sideways else "yerr": np.reshape(reach, (2, -1))}, capsize=3, **look)
+
+
+def bars(axes: Any, rows: list[dict[str, Any]]) -> None:
+    """Draw won, drawn and lost games of each player, the first at the top, with the win rate's interval.
+
+    A row holds `policy`, `games`, `win`, `draw`, `loss` and `win_ci95`.
+    """
+    places, left = np.arange(len(rows))[::-1], np.zeros(len(rows))
+    for key, label, colour in (("win", "won", SERIES[0]), ("draw", "drawn", PALE), ("loss", "lost", SERIES[1])):
+        share: NDArray[np.float64] = np.array([row[key] / row["games"] for row in rows])
+        axes.barh(places, share, left=left, color=colour, height=0.7, label=label)
+        left += share
+    rates = np.array([row["win"] / row["games"] for row in rows])
+    low, high = np.array([row["win_ci95"] for row in rows]).T
+    whisker(axes, places, rates, low, high, sideways=True, fmt="none", ecolor=DARK, label="won, 95 %")
+    axes.set_yticks(places, [row["policy"] for row in rows])
+    axes.set(xlim=(0, 1))
+    axes.grid(visible=False)
+    mark(axes, 0.5, "half", upright=True)
 
 
 def mark(axes: Any, value: float, text: str, *, upright: bool = False, at: float = 0.995) -> None:

@@ -1,4 +1,4 @@
-"""What a picture of the board is made of: ground, contours of targets, trails, drones and texts.
+"""What a picture of the board is made of: a canvas, ground, contours of targets and texts.
 
 Every layer is a mask, laid with a colour over three planes of a byte a pixel: Pillow does that several
 times faster than over one image of three bytes a pixel. Row 0 of every grid is at the bottom.
@@ -6,9 +6,8 @@ times faster than over one image of three bytes a pixel. Row 0 of every grid is 
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from functools import cache, lru_cache
 from typing import Any
 
@@ -27,20 +26,10 @@ SHADE_COLOURS: tuple[Colour, Colour] = ((84, 8, 22), (8, 30, 84))
 INK: Colour = (33, 37, 41)
 LEVELS = (0.5, 1.2, 2.0, 4.0, 8.0)
 """Densities at which shades change and lines run, in multiples of uniform coverage; uniform coverage is between two."""
-LONGEST_LINE = 300
-"""Ticks of a trail that are drawn at most: lines of a whole game would hide it."""
 _FAINT, _PLAIN, _HATCHED = 89, 178, 242
 """Strengths, of 255: of ground just below capture, and between and on the lines of ground that captures."""
-_DRONE = 6.5 / 600
-"""A drone's radius, in map widths."""
 _FINE = 2
 """Trails and arrows are drawn so many times as large and averaged, which smooths edges."""
-_PHASES = 4
-"""Places within a pixel, along each axis, at which drones are drawn."""
-_BANDS = 8
-"""Strengths of a trail."""
-_ROUNDING = 15
-"""A trail knows cells, not points: averaging over so many ticks rounds its corners."""
 
 
 class Canvas:
@@ -178,95 +167,12 @@ def mask_of(strength: NDArray[np.floating[Any]], side: int) -> Any:
     return mask.resize((side, side), image_module.Resampling.BICUBIC)
 
 
-# --- drones ---------------------------------------------------------------------------------------
-
-
-def paint_trails(arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
-    """Draw every drone's trail as a line that fades with age."""
-    paths = _paths(simulator, row)
-    if not len(paths):
-        return
-    with ExitStack() as stack:
-        given = [stack.enter_context(smoothly(arena, colour, side)) for colour in TEAM_COLOURS]
-        _draw_trails([pen for pen, _ in given], simulator.teams[row].tolist(), paths, side * _FINE)
-
-
-def _draw_trails(pens: list[Any], teams: list[int], paths: NDArray[np.float64], side: int) -> None:
-    every = max(1, (len(paths) - 1) // (3 * _BANDS))
-    points = paths[(len(paths) - 1) % every :: every] * [side, -side] + [0.0, side]
-    begins = np.isnan(points[..., 0]).sum(axis=0).tolist()
-    ends = np.linspace(0, len(points) - 1, _BANDS + 1).astype(int).tolist()
-    courses = points.transpose(1, 0, 2).reshape(len(teams), -1).tolist()
-    # The oldest of all drones first, so that no old line hides a new one.
-    for band, (first, last) in enumerate(itertools.pairwise(ends)):
-        strength = round(150 * ((band + 1) / _BANDS) ** 1.5)
-        for team, course, begin in zip(teams, courses, begins, strict=True):
-            if last > max(first, begin):
-                course_now = course[2 * max(first, begin) : 2 * last + 2]
-                pens[team].line(course_now, fill=strength, width=round(side / 300))
-
-
-def _paths(simulator: Simulator, row: int) -> NDArray[np.float64]:
-    """Return where drones were (points, N, 2), the oldest first; NaN where a trail does not reach."""
-    trails, tick = simulator.games.trails[row], int(simulator.games.ticks[row])
-    ages = np.arange(min(tick, len(trails), LONGEST_LINE))[::-1]
-    cells = trails[(tick - 1 - ages) % len(trails)].astype(np.int64)
-    window = min(_ROUNDING, len(cells))
-    if not window:
-        return np.empty((0, simulator.config.num_drones, 2))
-    gaps = cells < 0  # what was forgotten, or left while the drone had failed
-    places = (np.stack([cells % GRID_CELLS, cells // GRID_CELLS], axis=-1) + 0.5) / GRID_CELLS
-    sums = np.cumsum(np.concatenate([np.zeros((1, *places.shape[1:])), places]), axis=0)
-    paths = np.concatenate([(sums[window:] - sums[:-window]) / window, simulator.positions[row][None]])
-    if gaps.any():
-        latest = np.where(gaps.any(axis=0), len(gaps) - 1 - gaps[::-1].argmax(axis=0), -1)
-        paths[np.arange(len(paths))[:, None] <= latest] = np.nan
-    return paths
-
-
 @contextmanager
 def smoothly(arena: Canvas, colour: Colour, side: int) -> Iterator[tuple[Any, int]]:
     """Give a pen (of Pillow) whose strokes of 255 are laid with a colour, and how much finer its pixels are."""
     mask = _image().new("L", (side * _FINE, side * _FINE))
     yield require_extra("PIL.ImageDraw", "render").Draw(mask), _FINE
     arena.lay(colour, mask.reduce(_FINE))
-
-
-def paint_drones(arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
-    """Draw red drones as discs and blue ones as diamonds."""
-    for (x, y), team in zip(simulator.positions[row].tolist(), simulator.teams[row].tolist(), strict=True):
-        put_drone(arena, team, x * side, (1.0 - y) * side, side)
-
-
-def put_drone(picture: Canvas, team: int, x: float, y: float, side: int) -> None:
-    """Draw a drone with its centre at a place in pixels, as large as it is on an arena of so many pixels."""
-    left, top = round(x * _PHASES), round(y * _PHASES)
-    drone, mask = _drone(team, side, left % _PHASES, top % _PHASES)
-    reach = mask.width // 2
-    picture.put(drone, (left // _PHASES - reach, top // _PHASES - reach), mask)
-
-
-@cache
-def _drone(team: int, side: int, x: int, y: int) -> tuple[Canvas, Any]:
-    """Draw a drone so many phases off the middle pixel's top left corner."""
-    image_module, fine = _image(), 2 * _PHASES
-    radius = _DRONE * side
-    reach = int(radius * 9.0 / 6.5 * 1.25) + 2
-    masks = []
-    for grown in (9.0 / 6.5, 1.0):
-        mask = image_module.new("L", (2 * reach * fine, 2 * reach * fine))
-        pen = require_extra("PIL.ImageDraw", "render").Draw(mask)
-        cx, cy, size = reach * fine + 2 * x, reach * fine + 2 * y, radius * grown * fine
-        if team == RED:
-            pen.ellipse((cx - size, cy - size, cx + size, cy + size), fill=255)
-        else:
-            far = size * 1.25
-            pen.polygon([(cx - far, cy), (cx, cy - far), (cx + far, cy), (cx, cy + far)], fill=255)
-        masks.append(mask.reduce(fine))
-    around, body = masks
-    picture = blank(*body.size)
-    picture.lay(TEAM_COLOURS[team], body)
-    return picture, around
 
 
 # --- texts ----------------------------------------------------------------------------------------

@@ -1,7 +1,8 @@
 """Pictures of the board: white ground, shaded where each team can capture, drones and their trails.
 
 Told apart without colour, too: red drones are discs and its capture ground is hatched upwards, blue
-ones are diamonds on ground hatched downwards. Row 0 of every grid is drawn at the bottom.
+ones are diamonds on ground hatched downwards. A drone's shadow tells its altitude. Row 0 of every grid is
+drawn at the bottom.
 """
 
 from __future__ import annotations
@@ -33,13 +34,11 @@ from swarm_pz.rendering.board import (
     contours,
     hatched,
     paint_captures,
-    paint_drones,
     paint_fields,
-    paint_trails,
     planes_of,
-    put_drone,
     shorten,
 )
+from swarm_pz.rendering.drones import paint_drones, paint_trails, put_drone
 from swarm_pz.simulator import Simulator
 
 METADATA: dict[str, Any] = {

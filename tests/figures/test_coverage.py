@@ -28,6 +28,19 @@ def test_the_metric_is_that_of_each_second_of_the_seeds_own_games():
         np.testing.assert_array_equal(found[:, second], metric.value())
 
 
+def test_a_flight_is_told_of_second_by_second_and_its_maps_are_upright(monkeypatch):
+    monkeypatch.setattr(coverage, "SECONDS", 4)
+    upper_left = np.zeros((10, 10))
+    upper_left[9, 0] = 1.0
+    told = []
+    flight = coverage.Flight(coverage.start(coverage.lone_team(2), [0, 1, 2], upper_left), told.append)
+    assert told == [1, 2, 3, 4] and flight.metric.shape == (3, 4) and flight.places.shape == (3, 40, 2, 2)
+    for game, found in enumerate(flight.maps(5)):
+        assert found.sum() == 1.0
+        cells = np.minimum(np.floor(5 * flight.places[game].reshape(-1, 2)), 4)
+        assert found[4, 0] == (cells == [0, 4]).all(axis=1).mean()
+
+
 def test_a_gaussian_is_where_it_was_asked_for():
     row, column = np.unravel_index(coverage.gaussian(0.85, 0.25, 0.1).argmax(), (10, 10))
     assert (row, column) == (2, 8)

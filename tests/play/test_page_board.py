@@ -128,6 +128,27 @@ def test_trails_end_where_drones_are_shown_at_any_speed(speed, open_page):
     assert count == last - first + 1, "there is no gap between a trail and its drone"
 
 
+def test_the_higher_a_drone_the_farther_its_shadow_and_the_next_game_has_its_own(open_page):
+    low, high, kept, forgotten = scene(
+        open_page(),
+        """
+        const told = (altitudes) => {
+            arena.take(frame(3, [0, 1], { altitudes }));
+            arena.paint();
+            const { data } = arena.drones.getContext("2d").getImageData(125, 445, 60, 55);  // red is in its corner
+            const dark = [...Array(60 * 55).keys()].filter((i) => data[4 * i + 3] > 20 && data[4 * i + 3] < 120);
+            return [Math.max(...dark.map((i) => i % 60)), Math.max(...dark.map((i) => Math.floor(i / 60)))];
+        };
+        const seen = [told(Uint8Array.of(13, 255)), told(Uint8Array.of(255, 13)), told(null)];
+        arena.forget();
+        return [...seen, told(null)];
+        """,
+    )
+    assert low[0] + 4 < high[0] < 30 and high[0] == pytest.approx(high[1], abs=1)
+    assert kept == high, "altitudes come once, and stay"
+    assert forgotten[0] < low[0]
+
+
 def test_trails_are_fainter_than_drones(open_page):
     trail, drone = scene(
         open_page(),

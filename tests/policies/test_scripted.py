@@ -12,7 +12,7 @@ from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import PolicyError
-from swarm_pz.figures.claims import ensemble_tactic
+from swarm_pz.figures.players import Ensemble
 from swarm_pz.policies import held_out
 from swarm_pz.policies.scripted import SCRIPTS, View, tactic
 from swarm_pz.policy import Policy
@@ -48,7 +48,7 @@ def boards(generator, count, shape):
     return images.astype(np.uint8)
 
 
-@pytest.mark.parametrize("make", [*SCRIPTS, *HELD_OUT, ensemble_tactic.Ensemble], ids=lambda make: make.__name__)
+@pytest.mark.parametrize("make", [*SCRIPTS, *HELD_OUT, Ensemble], ids=lambda make: make.__name__)
 def test_answers_do_not_depend_on_the_batch_bit_for_bit(make):
     generator = np.random.default_rng(0)
     for count in (2, 3, 8, 70):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from swarm_pz.config import BLUE, RED, CaptureConfig, GameConfig
 from swarm_pz.rendering import board
@@ -15,19 +14,6 @@ def test_ground_is_hatched_upwards_for_red_and_downwards_for_blue():
         mask = np.asarray(board.hatched(team, 70, 70))
         np.testing.assert_array_equal(mask[1:, 1:-1], mask[:-1, 1 + up : 69 + up])
         assert len(np.unique(mask)) == 2
-
-
-@pytest.mark.parametrize("at", [(50.0, 40.0), (50.25, 40.75), (50.75, 40.25)])
-def test_red_drones_are_discs_and_blue_ones_diamonds_where_they_are(at):
-    shares = []
-    for team in (RED, BLUE):
-        picture = board.blank(100, 100)
-        board.put_drone(picture, team, *at, 600)
-        body = (np.abs(picture.array().astype(int) - board.TEAM_COLOURS[team]).max(axis=2) < 30).astype(float)
-        rows, columns = np.nonzero(body)
-        assert (columns.mean() + 0.5, rows.mean() + 0.5) == pytest.approx(at, abs=0.3)
-        shares.append(body.sum() / (np.ptp(rows) + 1) / (np.ptp(columns) + 1))
-    assert shares[RED] > 0.68 > shares[BLUE], "of their boxes a disc fills pi / 4 and a diamond a half"
 
 
 def test_of_a_picture_a_copy_is_another_picture():
@@ -58,16 +44,6 @@ def test_fields_are_as_dark_as_they_are_near_to_capturing():
         board.paint_fields(arena, simulator, 0, 200)
         pictures.append(arena.array().mean())
     assert pictures[0] < pictures[1] - 0.01
-
-
-def test_no_more_of_a_trail_is_drawn_than_can_be_read():
-    config = GameConfig(drones_per_team=1, capture=CaptureConfig(enabled=False))
-    simulator = Simulator(config.replace(memory=config.memory.replace(trail=20.0)))
-    simulator.reset([0])
-    simulator.advance(500)
-    paths = board._paths(simulator, 0)
-    assert board.LONGEST_LINE - 20 < len(paths) <= board.LONGEST_LINE
-    np.testing.assert_array_equal(paths[-1], simulator.positions[0])
 
 
 def test_a_text_that_fits_is_whole():

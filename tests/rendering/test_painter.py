@@ -290,42 +290,6 @@ def test_a_film_into_a_folder_is_refused_before_the_game_is_played(tmp_path):
         film_game("ring", "uniform", tmp_path / "a.mp4", seconds=1)
 
 
-def test_trails_that_were_forgotten_are_not_drawn():
-    simulator = Simulator(GameConfig(drones_per_team=1))
-    simulator.reset([0])
-    simulator.advance(90)
-    simulator.games.trails[0, 30:60, 0] = -1
-    seen = board._paths(simulator, 0)
-    assert np.isnan(seen[:60, 0]).all() and not np.isnan(seen[60:, 0]).any()
-    assert not np.isnan(seen[:, 1]).any()
-
-
-def test_a_trail_is_where_its_drone_was_in_the_colour_of_its_team():
-    simulator, side = Simulator(GameConfig(drones_per_team=1)), 600
-    simulator.reset([0], scenario={"positions": [[0.1, 0.2], [0.9, 0.6]], "teams": [0, 1]})
-    for team, place in ((0, (2, 9)), (1, (6, 0))):  # red flies to the right, blue to the left above it
-        density = np.zeros((10, 10))
-        density[place] = 1.0
-        simulator.command(team, density[None])
-    places = []
-    for _ in range(30):
-        places.append(simulator.positions[0].copy())
-        simulator.advance(3)
-    arena = board.blank(side, side)
-    board.paint_trails(arena, simulator, 0, side)
-    picture = arena.array().astype(int)
-    redder = picture[..., 0] - picture[..., 2]
-    for drone, sign in enumerate((1, -1)):
-        places_now = np.array(places)[:, drone] * [side, -side] + [0, side]
-        x, y = places_now.T.round().astype(int)
-        assert np.ptp(x) > 100
-        coloured = np.pad(np.maximum(sign * redder, 0), 12)
-        seen = [coloured[j : j + 25, i : i + 25].max() for i, j in zip(x, y, strict=True)]
-        assert min(seen[-15:]) > 20 and np.mean(seen[:8]) < np.mean(seen[-8:]) / 2
-        found_y, found_x = np.nonzero(sign * redder > 5)
-        assert np.hypot(found_x[:, None] - x, found_y[:, None] - y).min(axis=1).max() < 40
-
-
 @pytest.mark.parametrize("paint", [board.paint_captures, board.paint_fields])
 def test_the_ground_of_a_team_is_in_its_colour(paint):
     simulator = Simulator(GameConfig(drones_per_team=(12, 6)))

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from swarm_pz.figures.claims import (
     adversary,
+    bunching_up,
     capture_geometry,
     comebacks,
-    compactness,
+    drawing_attention,
     ensemble_tactic,
     flocking_comparison,
     fluctuation,
     permutation_invariance,
     scale_invariance,
     team_sizes,
+    wavefront,
 )
 from swarm_pz.figures.figure import Figure
 from swarm_pz.figures.page import Page
@@ -34,8 +36,10 @@ FIGURES: dict[str, Figure] = {
         ensemble_tactic,
         team_sizes,
         flocking_comparison,
+        drawing_attention,
         adversary,
-        compactness,
+        bunching_up,
+        wavefront,
         comebacks,
     )
 }

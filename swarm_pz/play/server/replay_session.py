@@ -162,10 +162,11 @@ class ReplaySession:
 
     def _picture(self, tick: int, sequence: int, is_sought: bool) -> tuple[list[bytes], bytes]:
         """Go to a tick; return targets, all or those that came into force on the way, and the frame."""
+        playback = self._playback
         if not self.is_verified:
             frame = self._loaded.frames[max(bisect.bisect_right(self._ticks, tick) - 1, 0)]
-            return [], encode_frame(replace(frame, sequence=sequence, server_ms=0.0))
-        playback = self._playback
+            altitudes = playback.game.simulator.altitudes[0]  # of the start, which every processor draws alike
+            return [], encode_frame(replace(frame, sequence=sequence, server_ms=0.0, altitudes=altitudes))
         if is_sought:
             playback.seek(tick)
             came = [(team, 0) for team in (RED, BLUE)]
@@ -173,7 +174,7 @@ class ReplaySession:
             came = [(command.team, command.number) for command in playback.advance(tick - playback.game.tick)]
         simulator = playback.game.simulator
         targets = [target_message(team, number, simulator.games.coefficients[0, team]) for team, number in came]
-        return targets, frame_of(simulator, sequence, 0.0, fields=True)
+        return targets, frame_of(simulator, sequence, 0.0, altitudes=True, fields=True)
 
     def _tell_state(self) -> None:
         header, end = self.recording.header, self.recording.end

@@ -25,7 +25,7 @@ export class Arena {
 
   // Begin with another game.
   forget() {
-    this.frame = null;
+    this.frame = this.altitudes = null;
     this.ground.forget();
     this.forgetMotion();
   }
@@ -60,6 +60,7 @@ export class Arena {
       }
     }
     this.trails.take(frame);
+    this.altitudes = frame.altitudes ?? this.altitudes;
     if (frame.fields) {
       this.ground.fields = frame.fields;
       this.ground.dirty = true;
@@ -100,6 +101,7 @@ export class Arena {
     const places = this.carry(frame, ahead), size = side * (teams.length > 60 ? 0.008 : 0.0125);
     pen.clearRect(0, 0, side, side);
     this.trails.paint(pen, frame, places, side);
+    this.paintShadows(pen, teams, places, side, size);
     for (const [reach, white] of [[1.45, true], [1, false]]) {
       for (const team of [0, 1]) {
         pen.fillStyle = white ? "#fff" : COLOURS[team];
@@ -112,6 +114,22 @@ export class Arena {
     }
     this.paintDanger(pen, frame, places, side, size);
     this.paintFlashes(pen, places, side, size);
+  }
+
+  // Shadows tell altitudes, as light from the upper left casts them: the higher, the farther off and the larger. Two
+  // shades make a soft edge; one path for all drones, so that shadows do not darken each other.
+  paintShadows(pen, teams, places, side, size) {
+    if (this.altitudes?.length !== teams.length) return;
+    pen.fillStyle = "rgb(33 37 41 / 15%)";
+    for (const reach of [1.25, 0.85]) {
+      pen.beginPath();
+      for (let i = 0; i < teams.length; i++) {
+        const height = this.altitudes[i] / 255, away = size * (0.4 + 1.2 * height);
+        const x = places[2 * i] * side + away, y = (1 - places[2 * i + 1]) * side + away;
+        shape(pen, teams[i], x, y, size * (reach + 0.3 * height));
+      }
+      pen.fill();
+    }
   }
 
   // Whether a drone is, or will be at once, where the other team captures it.

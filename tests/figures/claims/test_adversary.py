@@ -5,59 +5,54 @@ import pytest
 
 from swarm_pz.config import GameConfig
 from swarm_pz.evaluation import intervals
-from swarm_pz.evaluation.match import MatchResult
 from swarm_pz.figures.claims import adversary
 from tests.figures.given import SEED, game, results
 
-SMALL = {"GAMES": 2, "scripts": lambda: ["noise", "ring"]}
+SMALL = {"PAIRS": 1, "NAIVE": ("chase", "noise")}
 """What makes the figure quick."""
-
-
-def adversaries(monkeypatch, wins):
-    """Let scripts win so many of the 60 games of each set of rules; return what was asked for."""
-    asked = []
-
-    def play(name, opponent, **options):
-        rules = options["config"]
-        asked.append((name, opponent, rules, options["games"], options["seed"]))
-        count = wins[rules == GameConfig.preset("released")][name]
-        # Won from the same starts on both sides, so that intervals are as wide as pairs make them.
-        outcomes = np.repeat(results(count // 2, 30), 2)
-        return MatchResult(
-            policy=name, opponent=opponent, seed=SEED, config=rules, limit_s=300.0,
-            games=[game(number, str(outcome)) for number, outcome in enumerate(outcomes)],
-        )  # fmt: skip
-
-    monkeypatch.setattr(adversary, "play_match", play)
-    monkeypatch.setattr(adversary, "scripts", lambda: ["a", "b", "c"])
-    return asked
-
-
-WEAK, CLOSE, STRONG = {"a": 4, "b": 12, "c": 50}, {"a": 26, "b": 28, "c": 30}, {"a": 40, "b": 50, "c": 10}
+WEAK, CLOSE, STRONG = (4, 12, 50), (26, 28, 30), (40, 50, 10)
+"""Games of 60 that three tactics win."""
+PARTS = ("paper, every second", "paper, every 3 s", "released, every second", "released, every 3 s")
 
 
 @pytest.mark.parametrize(
-    ("paper", "released", "holds"),
-    [(WEAK, WEAK, True), (CLOSE, WEAK, False), (WEAK, CLOSE, False), (WEAK, STRONG, False), (STRONG, WEAK, False)],
-)
-def test_uniform_coverage_is_hard_where_the_median_is_surely_below_half_under_all_rules(
-    monkeypatch, paper, released, holds
+    ("wins", "holds"),
+    [((WEAK,) * 4, True)]
+    + [(tuple(other if number == place else WEAK for number in range(4)), False)
+       for place in range(4) for other in (CLOSE, STRONG)],
+)  # fmt: skip
+def test_uniform_coverage_is_a_challenge_where_the_median_is_surely_below_half_for_all_rules_and_cadences(
+    monkeypatch, wins, holds
 ):
-    asked = adversaries(monkeypatch, (paper, released))
+    asked = []
+
+    def play(player, opponent, numbers, *, seed, config):
+        assert (opponent, [*numbers], seed) == ("uniform", [*range(60)], SEED)
+        asked.append((player.name, config))
+        part, place = divmod(len(asked) - 1, 3)
+        # Won from the same starts on both sides, so that intervals are as wide as pairs make them.
+        outcomes = np.repeat(results(wins[part][place] // 2, 30), 2)
+        return [game(number, str(outcome)) for number, outcome in enumerate(outcomes)]
+
+    monkeypatch.setattr(adversary, "play_games", play)
+    monkeypatch.setattr(adversary, "NAIVE", ("centre", "noise", "evade"))
     finding = adversary.measure(SEED)
     assert finding.supported == holds
-    assert finding.statistic == {
-        "median_win_rate_paper": pytest.approx(np.median([*paper.values()]) / 60),
-        "median_win_rate_released": pytest.approx(np.median([*released.values()]) / 60),
-    }
+    assert finding.parts == {part: won == WEAK for part, won in zip(PARTS, wins, strict=True)}
+    assert [*finding.statistic.values()] == pytest.approx([np.median(won) / 60 for won in wins])
+    rules = [GameConfig.preset(name) for name in ("paper", "paper", "released", "released")]
     assert asked == [
-        (name, "uniform", GameConfig.preset(preset), 60, SEED) for preset in ("paper", "released") for name in "abc"
+        (f"{name}, every {seconds} steps", config)
+        for seconds, config in zip((1, 3, 1, 3), rules, strict=True)
+        for name in ("centre", "noise", "evade")
     ]
-    assert [row["wins"] for row in finding.series["released"]] == [*released.values()]
+    assert [row["win"] for row in finding.series["released, every 3 s"]] == [*wins[3]]
     # A pair is drawn with both of its games.
-    won = [[[count / 2 > pair] * 2 for count in paper.values()] for pair in range(30)]
+    won = [[[count / 2 > pair] * 2 for count in wins[0]] for pair in range(30)]
     _, *ends = intervals.bootstrap(np.array(won, float), adversary.median_win_rate)
-    assert finding.interval["median_win_rate_paper"] == pytest.approx(tuple(map(float, ends)))
+    assert finding.interval["median_win_rate_paper_every_1_s"] == pytest.approx(tuple(map(float, ends)))
+    assert all(f"`{part}`" in finding.seen for part in PARTS)
+    assert finding.seen.count("so uniform coverage is a challenge") == sum(finding.parts.values())
 
 
 def test_the_median_win_rate_is_over_players():
@@ -67,6 +62,6 @@ def test_the_median_win_rate_is_over_players():
     assert adversary.median_win_rate(wins) == 0.5
 
 
-def test_every_script_but_uniform_coverage_is_judged():
-    assert {"restless", "blind_ring", "ring", "noise"} <= set(adversary.scripts())
-    assert not {"uniform", "champion", "planner"} & set(adversary.scripts())
+def test_who_surrounds_is_not_naive():
+    assert not {"halo", "lasso", "ring", "uniform", "restless", "wavefront"} & set(adversary.NAIVE)
+    assert set(adversary.NAIVE) == {"centre", "chase", "corners", "evade", "noise"}

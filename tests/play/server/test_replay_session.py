@@ -122,6 +122,7 @@ def test_a_moment_is_shown_with_fields_and_targets_and_none_lies_beyond_the_end(
         for asked, tick in ((70, 70), (1_000_000, 100), (4, 4)):
             frame = await see(replay, client, asked)
             assert frame.tick == tick and frame.fields is not None
+            np.testing.assert_allclose(frame.altitudes, replay._playback.game.simulator.altitudes[0], atol=1 / 255)
             assert told(client) == [(0, 0), (1, 0)]
             moment = await replay.moment()
             assert moment.game.tick == tick
@@ -203,7 +204,8 @@ def test_where_a_game_plays_differently_the_recorded_frames_are_shown(tmp_path):
     async def script(replay, client):
         assert client.messages[0].verified is False
         for asked, tick in ((50, 48), (51, 51), (52, 51), (0, 0), (10_000, 99)):
-            assert (await see(replay, client, asked)).tick == tick
+            frame = await see(replay, client, asked)
+            assert frame.tick == tick and len(set(frame.altitudes.tolist())) == 8
         assert not client.bytes, "nobody knows the targets"
 
     watch(tmp_path / "a.jsonl", script, is_verified=False)
