@@ -43,11 +43,11 @@ def place_blue(rollout: Rollout, density: Array, seed: int) -> None:
     cells, first = len(density), rollout.config.team_sizes[RED]
     for row in rollout.rows.tolist():
         generator = np.random.default_rng((seed, row))
-        rows, columns = np.divmod(generator.choice(cells**2, len(rollout.simulator.positions[row]) - first,
-                                                   p=(density / density.sum()).ravel()), cells)  # fmt: skip
         places = rollout.simulator.positions[row].astype(np.float64)
+        drawn = generator.choice(cells**2, len(places) - first, p=(density / density.sum()).ravel())
+        rows, columns = np.divmod(drawn, cells)
         places[first:] = (np.stack([columns, rows], axis=1) + generator.random((len(rows), 2))) / cells
-        rollout.batch.reset([generator.integers(2**32)], [row], {"positions": places})
+        rollout.batch.reset([int(generator.integers(2**32))], [row], {"positions": places})
 
 
 def better_share(at_once: Array) -> Any:
