@@ -13,7 +13,10 @@ from mkdocs.structure.files import File, Files, InclusionLevel
 from mkdocs.structure.pages import Page
 
 _LINK = re.compile(r"\]\(([\w./-]+)((?:#[^)\s]*)?)\)")
-_LANGUAGES = {".py": "python", ".toml": "toml", ".json": "json", ".md": "markdown", "": "bash"}
+_LANGUAGES = {
+    ".py": "python", ".js": "javascript", ".html": "html", ".toml": "toml", ".json": "json", ".md": "markdown",
+    "": "bash",
+}  # fmt: skip
 _shown: dict[str, str] = {}
 """Files of the repository that are shown as pages: path from its root -> path of the page."""
 

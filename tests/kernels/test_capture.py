@@ -56,6 +56,42 @@ def test_walls_stand_in_for_drones(row, column):
     assert simulator.teams[0, -2] == 0
 
 
+@pytest.mark.parametrize("count", [1, 10])
+def test_no_density_saves_who_is_surrounded_a_whole_team_is_captured_at_once(count):
+    simulator = scene(ring_around(20, 30), [(20, 30)] * count)
+    simulator.games.fields[0, 1, 2, 2] = 10**8  # blue's field is strongest where nobody is: it captures nobody
+    simulator.advance(1)
+    assert simulator.sizes.tolist() == [[16 + count, 0]]
+    assert simulator.decided.tolist() == [True]
+
+
+def test_a_captured_drone_follows_its_new_teams_command_and_is_counted_among_its_mates():
+    simulator = scene(ring_around(20, 30), [(20, 30), *FAR])
+    simulator.advance(1)
+    just_captured = simulator.snapshot()
+    assert simulator.teams[0, 16] == 0
+
+    def accelerations_after_the_next_solve(commands=(None, None), velocity=0.0):
+        simulator.restore(just_captured)
+        simulator.games.velocities[0, 16] = velocity
+        for team, command in enumerate(commands):
+            if command is not None:
+                simulator.command(team, command[None])
+        simulator.advance(3)
+        return simulator.games.accelerations[0].copy()
+
+    corner = np.zeros((10, 10))
+    corner[0, 0] = 1.0
+    as_it_was = accelerations_after_the_next_solve()
+    told_blue = accelerations_after_the_next_solve((None, corner))
+    told_red = accelerations_after_the_next_solve((corner, None))
+    elsewhere = accelerations_after_the_next_solve(velocity=0.2)
+    np.testing.assert_array_equal(told_blue[:17], as_it_was[:17])
+    assert (told_red[16] != as_it_was[16]).any()
+    assert (elsewhere[:16] != as_it_was[:16]).any(axis=1).all(), "where it is counts for every red drone"
+    np.testing.assert_array_equal(elsewhere[17:], as_it_was[17:])
+
+
 def test_a_captured_drone_brings_its_trail_and_starts_with_an_empty_memory():
     simulator = scene(ring_around(20, 30), [(20, 30), *FAR])
     simulator.advance(1)

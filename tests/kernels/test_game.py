@@ -41,6 +41,16 @@ def test_fields_are_always_those_of_the_trails(drones, options):
     assert captures > 0
 
 
+def test_controllers_choose_accelerations_ten_times_a_second_and_they_are_held_between():
+    simulator = Simulator()
+    simulator.reset([0])
+    for tick in range(12):
+        before = simulator.games.accelerations.copy()
+        simulator.advance(1)
+        changed = (simulator.games.accelerations != before).any(axis=-1)
+        assert changed.any() if tick % 3 == 0 else not changed.any(), f"tick {tick}"
+
+
 def mixed(state: int, number: int) -> int:
     """A step of SplitMix64, in whole numbers."""
     full = 2**64 - 1
