@@ -10,7 +10,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.intervals import bootstrap, wilson
 from swarm_pz.evaluation.rollout import game_number, play_games
 from swarm_pz.figures import style
-from swarm_pz.figures.figure import Figure, Finding
+from swarm_pz.figures.figure import Figure, Finding, Interval
 from swarm_pz.figures.players import Held
 from swarm_pz.policy import Policy, load
 
@@ -54,7 +54,7 @@ def measure(seed: int) -> Finding:
             value, low, high = map(float, bootstrap(by_pair, median_win_rate))
             name = f"median_win_rate_{variant}_every_{seconds}_s"
             statistic[name], interval[name] = value, (low, high)
-            part = f"{variant}, every {seconds} s" if seconds > 1 else f"{variant}, every second"
+            part = f"`{variant}`, a command every {f'{seconds} s' if seconds > 1 else 'second'}"
             parts[part] = high < 0.5
             series[part] = [_row(name, played[name]) for name in NAIVE]
     return Finding(
@@ -62,7 +62,7 @@ def measure(seed: int) -> Finding:
         interval=interval,
         method=f"bootstrap over {PAIRS} pairs of games, sides swapped; in the picture Wilson's for each player",
         supported=all(parts.values()),
-        seen=_describe(parts, statistic, series),
+        seen=_describe(series, statistic, interval),
         configs=configs,
         seeds=[seed],
         series=series,
@@ -75,16 +75,15 @@ def _row(name: str, outcomes: list[str]) -> dict[str, Any]:
     return {"policy": name, "games": len(outcomes), **counts, "win_ci95": wilson(counts["win"], len(outcomes))}
 
 
-def _describe(parts: dict[str, bool], statistic: dict[str, float], series: dict[str, Any]) -> str:
+def _describe(series: dict[str, Any], statistic: dict[str, float], interval: dict[str, Interval]) -> str:
     sentences = []
-    for (part, holds), rate in zip(parts.items(), statistic.values(), strict=True):
+    for part, name in zip(series, statistic, strict=True):
+        low, high = interval[name]
+        verdict = "a challenge" if high < 0.5 else "none" if low > 0.5 else "not surely one"
         above = [f"`{row['policy']}`" for row in series[part] if row["win_ci95"][0] > 0.5]
         more = f"; {', '.join(above)} win{'s' * (len(above) == 1)} clearly more than half" if above else ""
-        sentences.append(
-            f"Rules and cadence `{part}`: the median of {len(NAIVE)} naive tactics wins {100 * rate:.0f} % of its "
-            f"games, so uniform coverage is {'' if holds else 'not surely '}a challenge{more}."
-        )
-    return " ".join(sentences)
+        sentences.append(f"Rules {part}: {100 * statistic[name]:.0f} %, so uniform coverage is {verdict}{more}.")
+    return f"What the median of {len(NAIVE)} naive tactics wins, of {2 * PAIRS} games each. " + " ".join(sentences)
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
@@ -92,7 +91,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     panels = figure.subplots(len(VARIANTS), len(CADENCES), squeeze=False).ravel()
     for axes, (part, rows) in zip(panels, series.items(), strict=True):
         style.bars(axes, rows)
-        axes.set(xlabel=f"share of games against {ADVERSARY}", title=f"{part}\n")
+        axes.set(xlabel=f"share of games against {ADVERSARY}", title="rules: " + part.replace("`", "") + "\n")
         axes.label_outer()
     handles, _ = panels[0].get_legend_handles_labels()
     style.legend_below(figure, handles)

@@ -43,11 +43,11 @@ def place_blue(rollout: Rollout, density: Array, seed: int) -> None:
     cells, first = len(density), rollout.config.team_sizes[RED]
     for row in rollout.rows.tolist():
         generator = np.random.default_rng((seed, row))
-        rows, columns = np.divmod(generator.choice(cells**2, len(rollout.simulator.positions[row]) - first,
-                                                   p=(density / density.sum()).ravel()), cells)  # fmt: skip
         places = rollout.simulator.positions[row].astype(np.float64)
+        drawn = generator.choice(cells**2, len(places) - first, p=(density / density.sum()).ravel())
+        rows, columns = np.divmod(drawn, cells)
         places[first:] = (np.stack([columns, rows], axis=1) + generator.random((len(rows), 2))) / cells
-        rollout.batch.reset([generator.integers(2**32)], [row], {"positions": places})
+        rollout.batch.reset([int(generator.integers(2**32))], [row], {"positions": places})
 
 
 def better_share(at_once: Array) -> Any:
@@ -116,12 +116,12 @@ def _describe(rows: list[dict[str, Any]], compact: float, spread: float, support
     each = ", ".join(f"{max(row['lost'])} of {GAMES} at {row['sigma']:g}" for row in rows if row["sigma"] is not None)
     held = [value for value in tight["held"] if value is not None]
     return (
-        f"Blue starts in a disc in the centre and holds it, and red aims at it, by a disc on blue's mean position (`chase`) or a ring "
-        f"around it (`ring`). Of the better of the two: games in which all of blue is lost within {AT_ONCE:g} s of its "
-        f"first loss are {each} map widths, and {max(even['lost'])} where blue covers the whole square. Teams that are "
-        f"close together (up to {COMPACT:g}) lose {100 * compact:.0f} % of their games so, spread ones (from "
-        f"{SPREAD:g} on) {100 * spread:.0f} %: "
-        + ("to bunch up is to risk the game at once." if supported else "so close drones are not surely lost at once.")
+        "Blue starts in a disc in the centre and holds it, and red aims at it, by a disc on blue's mean position "
+        "(`chase`) or a ring around it (`ring`). Under the better of the two all of blue is lost within "
+        f"{AT_ONCE:g} s of its first loss in {each} map widths, and in {max(even['lost'])} where blue covers the whole "
+        f"square. Teams that are close together (up to {COMPACT:g}) lose {100 * compact:.0f} % of their games so, "
+        f"spread ones (from {SPREAD:g} on) {100 * spread:.1f} %: "
+        + ("to bunch up is to risk the game at once." if supported else "close drones are not surely lost at once.")
         + (
             f" When it first lost a drone, the team with {tight['sigma']:g} stood {min(held):.2f} around its mean."
             if held
@@ -140,7 +140,8 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         look: dict[str, Any] = {"color": style.SERIES[2 * way], "label": f"red plays {aimer} (95 %)"}
         style.whisker(axes, places + 0.05 * (2 * way - 1), share, low, high, fmt=marker + dash, **look)
     axes.set_xticks(places, ["whole\nsquare" if row["sigma"] is None else f"{row['sigma']:g}" for row in rows])
-    axes.set(ylim=(0, 1), xlabel="standard deviation of the disc that blue holds (map widths)")
+    axes.set(ylim=(0, 0.02 + max(row["interval"][way][1] for row in rows for way in (0, 1))))
+    axes.set(xlabel="standard deviation of the disc that blue holds (map widths)")
     axes.set_ylabel(f"share of {games} games with all of blue\nlost within {AT_ONCE:g} s of its first loss")
     style.legend_below(figure)
 
@@ -159,7 +160,7 @@ FIGURE = Figure(
     draw=draw,
     size=(8.5, 4.8),
     seconds=8,
-    revised="blue flew in from the corners at first, and was caught before it stood in its disc (0.30 map widths around "
-    "its mean in place of 0.07), so now it starts there. As it was, 12 % (7 to 17) of the games of teams close together "
-    "and none of spread ones were lost whole: surely more, but not surely more than 10 %.",
+    revised="blue flew in from the corners at first, and was caught before it stood in its disc (0.30 map widths "
+    "around its mean in place of 0.07), so now it starts there. As it was, 12 % (7 to 17) of the games of teams close "
+    "together and none of spread ones were lost whole: surely more, but not surely more than 10 %.",
 )

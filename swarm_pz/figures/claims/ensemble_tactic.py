@@ -125,8 +125,8 @@ FIGURE = Figure(
     claim="A swarm is played as an ensemble: two commands, one place in the centre and then the last opposing drone, "
     "win the game.",
     section="IV-A",
-    quote="The red player then specifies their swarm to track the remaining blue agent as it "
-    "circles along the left side of the environment.",
+    quote="Once the red player specifies a unimodal target distribution, the red agents converge to the center of the "
+    "environment",
     paper="The paper's Fig. 6 shows a game that is won so: a unimodal target in the centre of the environment, and "
     "then the remaining drone tracked along the left side.",
     rule="Under each set of rules, the win rate against uniform coverage of the tactic with a disc of width 0.1, as "
@@ -134,7 +134,7 @@ FIGURE = Figure(
     measure=measure,
     draw=draw,
     size=(13.0, 7.8),
-    seconds=45,
+    seconds=35,
     revised="an earlier version of this figure played a ring where the paper's player asks for one place, so how the "
     "literal tactic does was known from a trial of a few games.",
 )

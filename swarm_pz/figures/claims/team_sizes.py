@@ -86,12 +86,13 @@ def _describe(statistic: dict[str, float], interval: dict[str, tuple[float, floa
         "two people and these can be compared."
     )
     if "lead_taken_after_share_of_game" in statistic:
+        rarer = interval["captures_at_the_end_over_middle"][1] < 1.0
+        late = interval["lead_taken_after_share_of_game"][0] > 0.5
         text += (
             f" In won games captures are {statistic['captures_at_the_end_over_middle']:.2f} times as frequent in the "
-            "last fifth as in the middle"
-            + (": they do not surely become rarer." if interval["captures_at_the_end_over_middle"][1] >= 1 else ".")
-            + " In the median the winner leads for good after "
-            f"{100 * statistic['lead_taken_after_share_of_game']:.0f} % of the game."
+            f"last fifth as in the middle: they {'' if rarer else 'do not '}surely become rarer. In the median the "
+            f"winner leads for good after {100 * statistic['lead_taken_after_share_of_game']:.0f} % of the game, "
+            f"{'' if late else 'not '}surely late."
         )
     return f"{text} The bold line is the game of median length."
 

@@ -115,5 +115,5 @@ FIGURE = Figure(
     measure=measure,
     draw=draw,
     size=(7.5, 6.0),
-    seconds=30,
+    seconds=9,
 )

@@ -12,7 +12,7 @@ SMALL = {"PAIRS": 1, "NAIVE": ("chase", "noise")}
 """What makes the figure quick."""
 WEAK, CLOSE, STRONG = (4, 12, 50), (26, 28, 30), (40, 50, 10)
 """Games of 60 that three tactics win."""
-PARTS = ("paper, every second", "paper, every 3 s", "released, every second", "released, every 3 s")
+PARTS = tuple(f"`{rules}`, a command every {time}" for rules in ("paper", "released") for time in ("second", "3 s"))
 
 
 @pytest.mark.parametrize(
@@ -46,13 +46,15 @@ def test_uniform_coverage_is_a_challenge_where_the_median_is_surely_below_half_f
         for seconds, config in zip((1, 3, 1, 3), rules, strict=True)
         for name in ("centre", "noise", "evade")
     ]
-    assert [row["win"] for row in finding.series["released, every 3 s"]] == [*wins[3]]
+    assert [row["win"] for row in finding.series[PARTS[3]]] == [*wins[3]]
     # A pair is drawn with both of its games.
     won = [[[count / 2 > pair] * 2 for count in wins[0]] for pair in range(30)]
     _, *ends = intervals.bootstrap(np.array(won, float), adversary.median_win_rate)
     assert finding.interval["median_win_rate_paper_every_1_s"] == pytest.approx(tuple(map(float, ends)))
-    assert all(f"`{part}`" in finding.seen for part in PARTS)
+    assert all(f"Rules {part}: " in finding.seen for part in PARTS)
+    words = {WEAK: "a challenge", CLOSE: "not surely one", STRONG: "not surely one"}
     assert finding.seen.count("so uniform coverage is a challenge") == sum(finding.parts.values())
+    assert all(f"so uniform coverage is {words[won]}" in finding.seen for won in wins)
 
 
 def test_the_median_win_rate_is_over_players():
