@@ -112,7 +112,10 @@ def _describe_weights(spread: Array, ratio: tuple[float, float, float], reaches:
             " So with the weights and the flock that are here a player cannot ask for the compactness wanted; other "
             "flocks may be made so that one can."
         )
-    return text
+    return text + (
+        " Whether one attractor takes a person less time than a drawing, as the paper supposes, is not tried: seats at "
+        "the table take no attractors."
+    )
 
 
 FIGURE = Figure(

@@ -126,7 +126,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
             style.band(axes, times, values["metric"], style.SERIES[size], style.DASHES[2 * is_flock], name)
         axes.plot([JUDGED, JUDGED, SECONDS], [3e-6, COVERED, COVERED], color=style.DARK, linewidth=0.8)
         axes.set(yscale="log", xlim=(0, SECONDS), ylim=(3e-6, 1.0))
-        axes.label_outer(remove_inner_ticks=False)
+        axes.tick_params(labelbottom=drawing == [*series][-1])
     panels[0, -1].set_title(f"metric E; asked: {COVERED:g} from {JUDGED} s")
     panels[-1, -1].set_xlabel("time (s)")
     handles, labels = panels[0, -1].get_legend_handles_labels()

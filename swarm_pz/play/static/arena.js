@@ -20,6 +20,7 @@ export class Arena {
     this.isLive = false;
     this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.places = new Float32Array(0); // where drones are shown
+    this.shadow = softDisc(); // painted once, since a picture is put down sooner than a path is filled
     this.forget();
   }
 
@@ -101,7 +102,7 @@ export class Arena {
     const places = this.carry(frame, ahead), size = side * (teams.length > 60 ? 0.008 : 0.0125);
     pen.clearRect(0, 0, side, side);
     this.trails.paint(pen, frame, places, side);
-    this.paintShadows(pen, teams, places, side, size);
+    this.paintShadows(pen, places, side, size);
     for (const [reach, white] of [[1.45, true], [1, false]]) {
       for (const team of [0, 1]) {
         pen.fillStyle = white ? "#fff" : COLOURS[team];
@@ -116,19 +117,13 @@ export class Arena {
     this.paintFlashes(pen, places, side, size);
   }
 
-  // Shadows tell altitudes, as light from the upper left casts them: the higher, the farther off and the larger. Two
-  // shades make a soft edge; one path for all drones, so that shadows do not darken each other.
-  paintShadows(pen, teams, places, side, size) {
-    if (this.altitudes?.length !== teams.length) return;
-    pen.fillStyle = "rgb(33 37 41 / 15%)";
-    for (const reach of [1.25, 0.85]) {
-      pen.beginPath();
-      for (let i = 0; i < teams.length; i++) {
-        const height = this.altitudes[i] / 255, away = size * (0.4 + 1.2 * height);
-        const x = places[2 * i] * side + away, y = (1 - places[2 * i + 1]) * side + away;
-        shape(pen, teams[i], x, y, size * (reach + 0.3 * height));
-      }
-      pen.fill();
+  // Shadows tell altitudes, as light from the upper left casts them: the higher, the farther off and the larger.
+  paintShadows(pen, places, side, size) {
+    if (this.altitudes?.length !== places.length / 2) return;
+    for (let i = 0; i < this.altitudes.length; i++) {
+      const height = this.altitudes[i] / 255, reach = size * (1.5 + 0.4 * height), away = size * (0.4 + 1.2 * height);
+      const x = places[2 * i] * side + away - reach, y = (1 - places[2 * i + 1]) * side + away - reach;
+      pen.drawImage(this.shadow, x, y, 2 * reach, 2 * reach);
     }
   }
 
@@ -171,6 +166,17 @@ export class Arena {
     }
     pen.globalAlpha = 1;
   }
+}
+
+function softDisc() {
+  const disc = document.createElement("canvas"), half = 32;
+  disc.width = disc.height = 2 * half;
+  const pen = disc.getContext("2d"), shade = pen.createRadialGradient(half, half, 0.45 * half, half, half, half);
+  shade.addColorStop(0, "rgb(33 37 41 / 35%)");
+  shade.addColorStop(1, "rgb(33 37 41 / 0%)");
+  pen.fillStyle = shade;
+  pen.fillRect(0, 0, 2 * half, 2 * half);
+  return disc;
 }
 
 function shape(pen, team, x, y, size) {
