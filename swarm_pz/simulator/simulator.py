@@ -74,6 +74,7 @@ class Simulator:
         self.threads = min(threads, os.cpu_count() or 1, num_games)
         self._pool = self._make_pool()
         self._rules, self._variants = rule_parameters(self.config), rule_variants(self.config)
+        self._target_mass, self._tells_sending = float(self.config.controller.target_mass), self.config.tells_sending
         self.controller = ergodic_parameters(self.config)
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
@@ -259,12 +260,10 @@ class Simulator:
         *,
         holds: bool,
     ) -> None:
-        games, mass = self.games, self.config.controller.target_mass
-        sent = games.sent if self.config.tells_sending else None
+        games, mass = self.games, self._target_mass
+        sent = games.sent if self._tells_sending else None
         matrix = coefficient_matrix(self.config.controller.modes, self.config.command_cells)
-        make_targets(
-            densities, places, rows, teams, matrix, float(mass), holds, games.targets, games.coefficients, sent
-        )
+        make_targets(densities, places, rows, teams, matrix, mass, holds, games.targets, games.coefficients, sent)
         if "flocking" in self.config.team_controllers:
             make_attractors(places, rows, teams, games.targets, self.config.flocking.migration, games.attractors)
 

@@ -21,6 +21,7 @@ from swarm_pz.evaluation import ladder
 from swarm_pz.evaluation.ledger import GAMES, SETTINGS
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig, play_block
+from tests.config.former import CONFIG_HASH, RELEASED_1
 
 SHORT = GameConfig(time_limit=8.0, drones_per_team=3)
 CONFIG = TournamentConfig(games=6, game=SHORT)
@@ -174,6 +175,15 @@ def test_a_folder_from_when_equal_pairs_had_hashes_of_their_own_is_gone_on_with(
     (tmp_path / SETTINGS).write_text(json.dumps(settings | {"config_hash": "0" * 16}))
     with pytest.raises(ResultsError, match="corrupt or foreign"):
         Tournament(("ring", "uniform"), CONFIG, tmp_path, load)
+
+
+def test_a_folder_of_a_preset_as_it_was_is_gone_on_with_under_its_own_rules(tmp_path):
+    settings = {"seed": 0, "budget_ms": 2000.0, "config_hash": CONFIG_HASH, "game": RELEASED_1, "learned": {}}
+    (tmp_path / SETTINGS).write_text(json.dumps(settings))
+    former = CONFIG.replace(game=GameConfig.from_dict(RELEASED_1))
+    assert Tournament(("ring", "uniform"), former, tmp_path, load).games == {}
+    with pytest.raises(ResultsError):
+        Tournament(("ring", "uniform"), CONFIG.replace(game=GameConfig.preset("released")), tmp_path, load)
 
 
 def test_an_interrupted_tournament_goes_on_without_losing_or_repeating_a_game(tmp_path):

@@ -100,7 +100,7 @@ def shown(game):
             tick=game.tick,
             server_ms=0.0,
             positions=simulator.positions[0],
-            velocities=simulator.velocities[0],
+            velocities=simulator.speeds[0],
             teams=simulator.teams[0],
         )
     )
