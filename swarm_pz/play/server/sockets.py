@@ -11,6 +11,7 @@ from swarm_pz.play.server.budget import Budget
 
 _MOST_PARTS, _PARTS_PER_SECOND = 100.0, 10.0
 """Pings, pongs and parts of messages that a peer may send, at once and in a second: browsers send hardly any."""
+_READ_AT_ONCE = 1024
 RECEIVED_AT_ONCE = 16 * 1024
 """Bytes that the system keeps of what a peer sent: all of it is read at once, and in six bytes is a ping."""
 
@@ -28,6 +29,12 @@ class BoundedWebSocket(WebSocketsSansIOProtocol):
         if not may_go_on:
             self.transport.abort()
         return may_go_on
+
+    def data_received(self, data: bytes) -> None:
+        """Read what came little by little: nothing more of it once the peer is cut off."""
+        for start in range(0, len(data), _READ_AT_ONCE):
+            if not self.transport.is_closing():
+                super().data_received(data[start : start + _READ_AT_ONCE])
 
     def handle_ping(self) -> None:
         """Answer a ping."""

@@ -5,6 +5,7 @@ from unittest.mock import Mock
 
 import pytest
 import uvicorn
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from uvicorn.server import ServerState
 from websockets.exceptions import ConnectionClosed
 
@@ -25,6 +26,14 @@ def test_who_sends_hardly_anything_but_pings_pongs_or_parts_of_messages_is_cut_o
     raw.sendall((b"\x01" + PART[1:] if flood is PART else b"") + flood * 150)
     with pytest.raises(ConnectionClosed):
         client.take(timeout=10)
+
+
+def test_nothing_more_is_read_of_a_peer_that_is_cut_off(monkeypatch):
+    socket, read = BoundedWebSocket.__new__(BoundedWebSocket), []
+    monkeypatch.setattr(WebSocketsSansIOProtocol, "data_received", lambda _, data: read.append(data))
+    socket.transport = Mock(is_closing=lambda: len(read) == 2)
+    socket.data_received(bytes(range(256)) * 16)
+    assert b"".join(read) == bytes(range(256)) * 8
 
 
 def test_a_peer_that_answers_no_ping_is_let_go_with_all_that_it_has_not_read():
