@@ -145,9 +145,9 @@ FIGURE = Figure(
     "drawn on its touchscreen. Which ones, it does not tell: these were drawn for the table here.",
     rule=f"On all three drawings and for all three sizes the mean metric after {JUDGED} s is at most {COVERED:g}, with "
     "its whole interval.",
-    revised=f"The rule first asked also that maps of {SIZES[0]} and {SIZES[-1]} drones put at most 20 % of the time into "
-    "different cells. That failed on one drawing (22 %), but the paper does not say it, so the numbers stand here and "
-    "decide nothing.",
+    revised=f"The rule first asked also that maps of {SIZES[0]} and {SIZES[-1]} drones put at most 20 % of the time "
+    "into different cells. That failed on one drawing (22 %), but the paper does not say it, so the numbers stand "
+    "here and decide nothing.",
     measure=measure,
     draw=draw,
     size=(15.0, 7.2),
