@@ -62,7 +62,7 @@ def play(
         installed |= {opponent: about(opponent)}
     page = f"play={opponent}" if opponent is not None else ""
     say = functools.partial(print, flush=True)
-    print_rules(game)
+    print_rules(game, "(rules_hash of rooms as they are set at first; games of the same rules have the same)")
     serve(
         policies.load,
         installed,
