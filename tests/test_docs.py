@@ -162,6 +162,22 @@ def test_the_readme_is_short_and_its_links_lead_somewhere():
     assert links and [link for link in links if not (ROOT / link).exists()] == []
 
 
+def test_what_the_players_page_calls_by_a_name_is_on_the_page_and_so_are_its_keys():
+    static, page = ROOT / "swarm_pz/play/static", (ROOT / "docs/play.md").read_text()
+    shown = (static / "index.html").read_text()
+    named = re.findall(r"(?<!\*)\*([\w ]+)\*(?!\*)", page) + re.findall(
+        r"under \*(\w+)\*", (ROOT / "README.md").read_text()
+    )
+    assert {"Go here", "send when I lift", "More"} <= set(named)
+    assert [name for name in named if name not in shown] == []
+    acts = re.search(r"const acts = {(.*?)};", (static / "table.js").read_text(), re.S)
+    keys = set(re.findall(r'"?([^\s"]+?)"?: \(\) =>', acts[1])) - {"="}  # plus without Shift
+    listed = set(re.findall(r"[^\s,|]+", " ".join(re.findall(r"^(\|[^|]*)\|", page.split("| key |")[1], re.M))))
+    assert {"1", "+", "u", "Enter"} <= keys
+    listed = {key.lower() if len(key) == 1 else key for key in listed}
+    assert keys <= {key.replace("\N{MINUS SIGN}", "-") for key in listed}
+
+
 def test_the_faces_that_the_readme_names_can_be_made():
     calls = re.findall(r"`((?:gymnasium|swarm_pz)\.[\w.]+\([^`]*\))`", (ROOT / "README.md").read_text())
     assert len(calls) == 5
