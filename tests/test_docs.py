@@ -89,7 +89,8 @@ def test_scripts_named_in_the_text_exist():
         for name in re.findall(r"`(scripts/[a-z]+)", page.read_text()):
             assert (ROOT / name).is_file(), f"{page.name} names {name}"
         for name in re.findall(r"`python -m (benchmarks\.[a-z_]+)", page.read_text()):
-            assert (ROOT / f"{name.replace('.', '/')}.py").is_file(), f"{page.name} names {name}"
+            path = ROOT / name.replace(".", "/")
+            assert path.with_suffix(".py").is_file() or (path / "__main__.py").is_file(), f"{page.name} names {name}"
 
 
 @pytest.mark.parametrize("page", FOR_BUILDERS)
@@ -159,6 +160,22 @@ def test_the_readme_is_short_and_its_links_lead_somewhere():
     assert len(text.split()) < 1100
     links = re.findall(r"\]\(([^)#:]+)[^)]*\)", text)
     assert links and [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_what_the_players_page_calls_by_a_name_is_on_the_page_and_so_are_its_keys():
+    static, page = ROOT / "swarm_pz/play/static", (ROOT / "docs/play.md").read_text()
+    shown = (static / "index.html").read_text()
+    named = re.findall(r"(?<!\*)\*([\w ]+)\*(?!\*)", page) + re.findall(
+        r"under \*(\w+)\*", (ROOT / "README.md").read_text()
+    )
+    assert {"Go here", "send when I lift", "More"} <= set(named)
+    assert [name for name in named if name not in shown] == []
+    acts = re.search(r"const acts = {(.*?)};", (static / "table.js").read_text(), re.S)
+    keys = set(re.findall(r'"?([^\s"]+?)"?: \(\) =>', acts[1])) - {"="}  # plus without Shift
+    listed = set(re.findall(r"[^\s,|]+", " ".join(re.findall(r"^(\|[^|]*)\|", page.split("| key |")[1], re.M))))
+    assert {"1", "+", "u", "Enter"} <= keys
+    listed = {key.lower() if len(key) == 1 else key for key in listed}
+    assert keys <= {key.replace("\N{MINUS SIGN}", "-") for key in listed}
 
 
 def test_the_faces_that_the_readme_names_can_be_made():

@@ -115,12 +115,18 @@ def print_study(rows: Sequence[Any]) -> None:
     """Print the rows of `swarm_pz.play.recordings.study.summarise`."""
     several = len({row.config_hash for row in rows}) > 1
     names = ["player", "opponent", *(["config"] if several else [])]
+    notes = ["median: Kaplan-Meier, draws censor it; mean: to the longest game; commands of a team come "]
+    notes[0] += ", ".join(sorted({f"{row.min_command_interval:g} s" for row in rows})) + " apart at least"
+    if several:
+        notes.append("config: how config_hash begins, of the rules and the table's settings")
+    if any(row.both_seats for row in rows):
+        notes.append("the same: each seat is this player, or people without labels; each game counts once, as red's")
     _print(
-        (*names, "won-drawn-lost", "won 95 %", "median s", "mean s", "a min"),
+        (*names, "won-\ndrawn-lost", "won 95 %", "median s", "mean s", "commands\na minute"),
         [
             (
                 row.player or row.kind,
-                row.opponent or row.opponent_kind,
+                "the same" if row.both_seats else row.opponent or row.opponent_kind,
                 *([row.config_hash[:_LEAST]] if several else []),
                 f"{row.wins}-{row.draws}-{row.losses}",
                 f"{100 * row.win_rate_low:.0f} to {100 * row.win_rate_high:.0f} %",
@@ -132,9 +138,7 @@ def print_study(rows: Sequence[Any]) -> None:
         ],
         texts=len(names),
         title="recorded games, by player and opponent",
-        caption="median: Kaplan-Meier, draws censor it; commands a minute, "
-        + ", ".join(sorted({f"{row.min_command_interval:g} s" for row in rows}))
-        + " apart at least",
+        caption="; ".join(notes),
     )
 
 
@@ -150,7 +154,9 @@ def _print(
     rows = [[printable(cell) for cell in row] for row in rows]
     cell_len, console_class = require_extra("rich.cells", "cli").cell_len, require_extra("rich.console", "cli").Console
     width = console_class().width
-    widths = [max(map(cell_len, column)) for column in zip(headings, *rows, strict=True)]
+    widths = [
+        max(map(cell_len, [*heading.split("\n"), *column])) for heading, *column in zip(headings, *rows, strict=True)
+    ]
     # Two spaces between columns, where there is room for them.
     padding = 1 if sum(widths[texts:]) + 8 * texts + 2 * (len(widths) - 1) <= width else 0
     gaps = (padding + 1) * (len(widths) - 1)

@@ -62,7 +62,7 @@ def play(
         installed |= {opponent: about(opponent)}
     page = f"play={opponent}" if opponent is not None else ""
     say = functools.partial(print, flush=True)
-    print_rules(game)
+    print_rules(game, "(rules_hash of rooms as they are set at first; games of the same rules have the same)")
     serve(
         policies.load,
         installed,
@@ -159,6 +159,7 @@ def study(
 
     The summary counts games that were played: lessons, games that a player left, and games in which a person never
     gave a command are left out of it, as are games without a result. Configurations that differ are different rows.
+    A game whose seats are the same player, such as people without labels, counts once, as red's.
 
     Args:
         folder: Folder of recordings.

@@ -24,7 +24,7 @@ SUMMARY = {
 STUDY = SimpleNamespace(
     player=LONG, opponent=LONG, wins=123, draws=456, losses=789, win_rate_low=0.12, win_rate_high=0.34,
     median_s=1234.0, restricted_mean_s=5678.0, commands_per_minute=98.7, min_command_interval=0.5,
-    config_hash="0123456789abcdef",
+    config_hash="0123456789abcdef", both_seats=False,
 )  # fmt: skip
 SPEEDS = {
     "machine": {"cpu": "some"},
@@ -104,8 +104,8 @@ def test_every_number_stands_under_its_heading(capsys, monkeypatch):
     assert "a game's state takes 40 KiB" in printed
     tables.print_study([STUDY])
     printed = " ".join(capsys.readouterr().out.split())
-    assert "player opponent won-drawn-lost won 95 % median s mean s a min" in printed
-    assert " 123-456-789 12 to 34 % 1234 5678 98.7 " in printed and "a minute, 0.5 s apart at least" in printed
+    assert "won- commands player opponent drawn-lost won 95 % median s mean s a minute" in printed
+    assert " 123-456-789 12 to 34 % 1234 5678 98.7 " in printed and "0.5 s apart at least" in printed
 
 
 def test_names_are_text_and_no_markup_and_control_characters_are_written_out(capsys):
@@ -123,3 +123,11 @@ def test_configurations_that_differ_are_told_apart(capsys):
     tables.print_study([SimpleNamespace(**vars(STUDY) | {"config_hash": text}) for text in hashes])
     printed = capsys.readouterr().out
     assert "config" in printed and "012345" in printed and "fedcba" in printed
+    assert "config: how config_hash begins, of the rules and the table's settings" in " ".join(printed.split())
+
+
+def test_a_row_of_games_of_equals_says_whose_result_it_is(capsys):
+    equals = SimpleNamespace(**vars(STUDY) | {"player": "P1", "opponent": "P1", "both_seats": True})
+    tables.print_study([STUDY, equals])
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "P1 the same 123-456-789" in printed and "each game counts once, as red's" in printed

@@ -46,7 +46,7 @@ def test_the_table_is_served_as_it_was_asked_for(served, capsys):
     assert "█" in how["draw_code"]("http://127.0.0.2:8000/")
     how["say"]("it is there")
     printed = capsys.readouterr().out
-    assert f"rules: {game.rules_hash}" in printed and "it is there" in printed
+    assert f"rules: {game.rules_hash} (rules_hash of" in printed and "it is there" in printed
 
 
 @pytest.mark.parametrize(("opponent", "page"), [([], ""), (["--opponent", "none"], "play=none")])

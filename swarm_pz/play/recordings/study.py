@@ -4,6 +4,9 @@ Times to the end of a game are censored where nobody won: a draw says only that 
 medians are Kaplan-Meier's, and means are restricted to the time limit; see `swarm_pz.evaluation.survival`.
 
 Only games that were played are summed up: what is left out, and why, stands in every row.
+
+Each row is of games that are independent of each other: of a game whose two seats are the same player (of two people
+without labels, say) both seats are in one row, where a win of one is a loss of the other, so it counts once.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from swarm_pz.config import RED, TEAM_NAMES
 from swarm_pz.errors import RecordingError, require_extra
 from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.evaluation.provenance import versions
@@ -26,12 +30,14 @@ from swarm_pz.play.recordings.folder import SUFFIX
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 NOTES = {
     "text": "In CSV, text that begins with = + - @ TAB or CR has an apostrophe before it, so that no spreadsheet "
     "takes it for a formula.",
     "left_out": "Why a game is not in the summary; empty if it is. Lessons, games that a player left (for good, or "
     "away at the end) and games in which a person gave no command are in it with --all, if they have a result.",
+    "both_seats": "Player and opponent are the same, so that both seats of each game are in the row. Each game counts "
+    "once, as red's: won is what red won, and win_rate tells whether a side is better off, not a player.",
 }
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
@@ -42,23 +48,29 @@ class SummaryRow:
 
     Attributes
     ----------
-    kind, player, opponent_kind, opponent, config_hash, rules_hash, rules : str
+    kind, player, opponent_kind, opponent : str
+    both_seats : bool
+        Player and opponent are the same, so that both seats of each game are of this row: it counts once, as red's,
+        and what is won, lost and the share at the end are red's.
+    config_hash, rules_hash, rules : str
     min_command_interval : float
     games, wins, draws, losses : int
     win_rate, win_rate_low, win_rate_high : float
-        With Wilson's 95 % interval.
+        With Wilson's 95 % interval, which takes games for independent.
     median_s : float or None
         Kaplan-Meier median of the time to a win of either side; None if it is later than the last win.
     restricted_mean_s : float
         Mean of that time, restricted to the longest game.
     final_share : float
     commands_per_minute : float
+        Of a seat; with both seats, of either.
     """
 
     kind: str
     player: str
     opponent_kind: str
     opponent: str
+    both_seats: bool
     config_hash: str
     rules_hash: str
     rules: str
@@ -103,7 +115,9 @@ def summarise(rows: Sequence[SeatRow], every_game: bool = False) -> list[Summary
             key = (row.kind, row.player, row.opponent_kind, row.opponent, row.config_hash)
             groups.setdefault(key, []).append(row)
     summary = []
-    for (kind, player, opponent_kind, opponent, config_hash), group in sorted(groups.items()):
+    for (kind, player, opponent_kind, opponent, config_hash), seats in sorted(groups.items()):
+        both_seats = (kind, player) == (opponent_kind, opponent)
+        group = [row for row in seats if row.side == TEAM_NAMES[RED]] if both_seats else seats
         outcomes = [row.outcome for row in group]
         wins = outcomes.count("win")
         low, high = wilson(wins, len(group))
@@ -114,6 +128,7 @@ def summarise(rows: Sequence[SeatRow], every_game: bool = False) -> list[Summary
                 player=player,
                 opponent_kind=opponent_kind,
                 opponent=opponent,
+                both_seats=both_seats,
                 config_hash=config_hash,
                 rules_hash=group[0].rules_hash,
                 rules=group[0].rules,
@@ -128,7 +143,7 @@ def summarise(rows: Sequence[SeatRow], every_game: bool = False) -> list[Summary
                 median_s=median,
                 restricted_mean_s=mean,
                 final_share=float(np.mean([row.final_share for row in group])),
-                commands_per_minute=float(np.mean([row.commands_per_minute for row in group])),
+                commands_per_minute=float(np.mean([row.commands_per_minute for row in seats])),
             )
         )
     return summary

@@ -194,6 +194,7 @@ def serve(
     shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host
     shown = f"[{shown}]" if ":" in shown else shown
     address = f"http://{shown}:{port}/" + (f"#{page}" if page else "")
+    say("the page is not up yet: its address follows, after up to two minutes where the game must be compiled first")
     _warm_up(table)  # before the address is shown, so that who follows it is answered
     say(f"swarm-pz is at {address}")
     if is_open:

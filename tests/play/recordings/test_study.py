@@ -11,6 +11,7 @@ import pytest
 
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
+from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import Timing
 from swarm_pz.play.recordings.format import (
@@ -286,6 +287,31 @@ def test_the_table_of_a_folder_is_that_of_a_careful_hand_count(folder):
     assert by_name["03.jsonl"].away_s == 2.5 and by_name["03.jsonl"].ended_by == "time"
     assert by_name["13.jsonl"].away_s == 87.0 and by_name["13.jsonl"].ended_by == "left"
     assert by_name["02.jsonl"].commands == 6 and by_name["11.jsonl"].lesson and not by_name["17.jsonl"].ended_by
+
+
+def test_a_game_of_two_equals_is_one_game(tmp_path):
+    """Red won 2, blue 1, and 1 is drawn: counted by seats there would be 8 games, 3 of them won."""
+    folder, nobody = tmp_path / "games", RecordedSeat(kind="person")
+    for name, outcome, seconds, commands in (("1", "red", 60, 2), ("2", "red", 120, 1), ("3", "blue", 30, 1)):
+        write_game(folder, name, "", outcome, seconds, blue=nobody, commands=commands)
+    write_game(folder, "4", "", "draw", 300, blue=nobody)
+    # People who have labels are told apart, and each has a row of the same game.
+    write_game(folder, "5", "P1", "red", 40, blue=RecordedSeat(kind="person", label="P2"))
+    write_game(folder, "6", "P1", "blue", 50, blue=RecordedSeat(kind="person", label="P2"))
+    write_game(folder, "7", "P1", "red", 50, blue=RecordedSeat(kind="person", label="P1"))
+    rows = summarise(read_folder(folder)[0])
+    counted = {(row.player, row.opponent): (row.games, row.wins, row.draws, row.losses, row.both_seats) for row in rows}
+    assert counted == {
+        ("", ""): (4, 2, 1, 1, True),
+        ("P1", "P2"): (2, 1, 0, 1, False),
+        ("P2", "P1"): (2, 1, 0, 1, False),
+        ("P1", "P1"): (1, 1, 0, 0, True),
+    }
+    (equals,) = [row for row in rows if not row.player]
+    assert (equals.win_rate, equals.win_rate_low, equals.win_rate_high) == (0.5, *wilson(2, 4))
+    assert equals.median_s == 60.0 and equals.restricted_mean_s == pytest.approx((60 + 120 + 30 + 300) / 4)
+    # Red gave 2, 0.5, 2 and 0.2 commands a minute, blue 1, 0.5, 2 and 0.2.
+    assert equals.commands_per_minute == pytest.approx((2 + 0.5 + 2 + 0.2 + 1 + 0.5 + 2 + 0.2) / 8)
 
 
 def test_odd_labels_reach_neither_the_terminal_nor_a_spreadsheet(folder, tmp_path, capsys):

@@ -81,7 +81,8 @@ def test_who_follows_the_address_finds_the_table_that_was_asked_for(started, tmp
         load, {"ring": "rings"}, port=0, folder=tmp_path, page="play=ring", table=table, say=said.append, draw_code=str
     )
     (config,) = started
-    address, told = said
+    early, address, told = said
+    assert early.startswith("the page is not up yet") and "compiled" in early
     assert address.startswith("swarm-pz is at http://127.0.0.1:") and address.endswith("/#play=ring")
     assert str(tmp_path) in told
     welcome = greeted(config.app, address.split("http://")[1].split("/")[0])
@@ -95,7 +96,7 @@ def test_a_server_that_is_open_says_so_and_shows_where_it_is(started, tmp_path, 
     monkeypatch.setattr(module, "_own_addresses", lambda: {"192.0.2.7"})
     said = []
     serve(load, {}, host="0.0.0.0", port=0, folder=tmp_path, say=said.append, draw_code=lambda url: f"code of {url}")  # noqa: S104
-    where, warning, code, _ = said
+    _, where, warning, code, _ = said
     address = where.split(" at ")[1]
     assert address.startswith("http://192.0.2.7:") and address.endswith("/")
     assert "OPEN TO THE NETWORK" in warning and code == f"code of {address}"
