@@ -253,6 +253,31 @@ def test_captures_and_scores_are_told_together_and_not_too_often(open_page):
     expect(page.locator("#told")).to_have_text("You took 2 drones, Blue took 1 of yours. Red 2, blue 1.")
 
 
+def test_what_one_did_oneself_is_answered_for_two_seconds_whatever_is_captured(open_page):
+    page = open_page()
+    seen = page.evaluate(
+        """async () => {
+            const { News } = await import("/static/news.js");
+            const news = new News({ play: () => {} }), now = performance.now.bind(performance);
+            let later = 0;
+            performance.now = () => now() + later;
+            news.forget(0);
+            news.answer("Undone");
+            const seen = [], look = () => seen.push(["toast", "told"].map((id) => document.getElementById(id).textContent));
+            news.captures([0], { tick: 30, teams: [1, 0] });
+            news.tell();
+            look();
+            later = 2100;
+            news.captures([1], { tick: 90, teams: [1, 0] });
+            news.tell();
+            look();
+            return [...seen, document.querySelectorAll("#log li").length];
+        }"""
+    )
+    told = "You took 1 drone, Blue took 1 of yours. Red 1, blue 1."
+    assert seen == [["Undone", "Undone"], ["You took 1 drone", told], 2]
+
+
 def test_a_moment_is_told_as_it_is(open_page):
     page = open_page()
     said = page.evaluate(

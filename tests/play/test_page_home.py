@@ -335,6 +335,32 @@ def test_a_card_chosen_by_enter_leads_to_the_board(open_page):
     expect(page.locator("#told")).to_have_text("Sent: spread out")
 
 
+def test_signs_and_keys_are_explained_where_one_plays_and_a_key_leads_there(open_page):
+    page = open_page(width=390, height=844)
+    page.click("#start-signs")
+    expect(page.locator("#legend")).to_be_visible()
+    page.keyboard.press("Escape")
+    page.click("#quick")
+    is_playing(page)
+    page.keyboard.press("?")
+    expect(page.locator("#legend")).to_be_visible()
+    assert focused(page) == "close-legend"
+    assert not Axe().run(page).response["violations"]
+    for sign in page.locator("#sign-list canvas").all():
+        colours = sign.evaluate(
+            """sign => {
+                const { data } = sign.getContext("2d").getImageData(0, 0, sign.width, sign.height);
+                return new Set(data).size;
+            }"""
+        )
+        assert colours > 10, sign.get_attribute("data-sign")
+    assert page.evaluate("[legend, legend.querySelector('dl')].every(part => part.scrollWidth <= part.clientWidth)")
+    page.click("#close-legend")
+    assert focused(page) == "arena", "one plays on where one was"
+    page.click("#signs")
+    assert set(page.locator("#keys kbd").all_inner_texts()) >= {"Space", "Enter", "U", "C", "M", "R", "?"}
+
+
 # --- the lesson -----------------------------------------------------------------------------------
 
 
