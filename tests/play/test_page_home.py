@@ -272,9 +272,36 @@ def test_after_the_server_came_back_the_page_leads_to_the_recording(open_page, o
         page.click("#recorded summary")
         expect(page.locator("#games a")).to_have_count(1)
         expect(page.locator("#games a")).to_contain_text(f"room {room}, game 1")
+        expect(page.locator("#games a")).to_contain_text("person (red) against uniform (blue) not finished")
     finally:
         page.context.close()
         again.end()
+
+
+def test_recorded_games_tell_who_played_how_it_ended_and_what_was_a_lesson(open_page):
+    page = open_page()
+    policy = {"kind": "policy", "policy": "blind_ring"}
+    games = [
+        {"red": {"kind": "person", "label": "P3"}, "blue": policy, "outcome": "red"},
+        {"red": {"kind": "program"}, "blue": {"kind": "person"}, "outcome": "draw", "ended_by": "left"},
+        {"red": {"kind": "person"}, "blue": {"kind": "free"}, "lesson": True, "outcome": "stopped"},
+        {"red": {"kind": "person"}, "blue": {"kind": "policy", "policy": "ring"}, "outcome": None},
+        {"red": None, "blue": None, "outcome": None},
+    ]
+    known = {"name": "20260101T120000Z-ABCD-1.jsonl", "seconds": 75.7, "sizes": [12, 8]}
+    page.route("**/recordings", lambda route: route.fulfill(json=[known | game for game in games]))
+    page.click("#recorded summary")
+    expect(page.locator("#games a")).to_have_count(5)
+    texts = page.locator("#games a").all_text_contents()
+    told = [re.sub(r" Jan 1, 2026.*", "", " " + text.strip()).strip() for text in texts]
+    assert told == [
+        "P3 (red) against blind ring (blue) red won after 1:15",
+        "program (red) against person (blue) a draw, 12 to 8, after 1:15, somebody had left",
+        "Lesson: person (red) against nobody (blue) stopped after 1:15",
+        "person (red) against ring (blue) not finished",
+        "not finished",
+    ]
+    assert all("room ABCD, game 1" in text for text in texts)
 
 
 # --- keys -----------------------------------------------------------------------------------------
