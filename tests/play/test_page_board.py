@@ -263,7 +263,8 @@ def test_what_one_did_oneself_is_answered_for_two_seconds_whatever_is_captured(o
             performance.now = () => now() + later;
             news.forget(0);
             news.answer("Undone");
-            const seen = [], look = () => seen.push(["toast", "told"].map((id) => document.getElementById(id).textContent));
+            const seen = [], text = (id) => document.getElementById(id).textContent;
+            const look = () => seen.push(["toast", "told"].map(text));
             news.captures([0], { tick: 30, teams: [1, 0] });
             news.tell();
             look();
@@ -283,8 +284,9 @@ def test_a_moment_is_told_as_it_is(open_page):
     said = page.evaluate(
         """async () => {
             const { Replay } = await import("/static/replay.js");
-            const replay = new Replay({ send: () => {} }), moment = document.getElementById("moment");
-            replay.show({ phase: "replay", last_tick: 9000, verified: true });
+            const chart = { set: () => {}, show: () => {} };
+            const replay = new Replay({ send: () => {} }, chart), moment = document.getElementById("moment");
+            replay.show({ phase: "replay", last_tick: 9000, verified: true, sizes: [[10, 10]], outcome: "draw" });
             replay.follow(90);
             const said = [moment.getAttribute("aria-valuetext")];
             moment.value = 4500;
@@ -293,6 +295,40 @@ def test_a_moment_is_told_as_it_is(open_page):
         }"""
     )
     assert said == ["3 seconds of 5 minutes 0 seconds", "2 minutes 30 seconds of 5 minutes 0 seconds"]
+
+
+def test_a_recorded_games_captures_are_places_to_go_to_and_its_moment_is_in_the_chart(open_page):
+    page = open_page()
+    lines, sent, label, moved = page.evaluate(
+        """async () => {
+            const { Chart } = await import("/static/chart.js"), { Replay } = await import("/static/replay.js");
+            const canvas = Object.assign(document.createElement("canvas"), { width: 300, height: 100 });
+            const sent = [], link = { send: (message) => sent.push(message) };
+            const chart = new Chart(canvas), replay = new Replay(link, chart);
+            const sizes = [...Array(40).fill([10, 10]), [9, 11], ...Array(20).fill([12, 8])];
+            replay.show({ phase: "replay", last_tick: 1820, verified: true, sizes, outcome: "red" });
+            const lines = [...document.querySelectorAll("#log li")].map((line) => [line.className, line.textContent]);
+            const at = (x) => [...canvas.getContext("2d").getImageData(x, 40, 1, 1).data];
+            const before = at(242);
+            document.querySelectorAll("#log button")[1].click();
+            replay.follow(1500);
+            const cursor = chart.cursor, moved = String(at(242)) !== String(before);
+            const pace = document.getElementById("pace");
+            pace.value = "4";
+            pace.dispatchEvent(new Event("change"));
+            replay.hold(true);
+            replay.hold(true);
+            replay.hold(false);
+            return [lines, sent, [cursor, canvas.getAttribute("aria-label")], moved];
+        }"""
+    )
+    assert lines == [
+        ["blue", "0:39 Blue +1: red 9, blue 11"],
+        ["red", "0:40 Red +3: red 12, blue 8, the turn"],
+        ["red", "1:00 Red +8: red 20, blue 0"],
+    ]
+    assert sent == [{"type": "seek", "tick": 1170}, *({"type": "pace", "speed": speed} for speed in (4, 0, 4))]
+    assert label == [50, "Team sizes over time: now red 12, blue 8"] and moved
 
 
 @pytest.mark.parametrize("sight", ["", "protan", "deutan", "tritan"])

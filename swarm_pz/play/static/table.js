@@ -37,7 +37,7 @@ export class Table {
     this.unseen = []; // commands in force whose effect was not painted yet
     this.heardMs = 0; // when the latest frame came
     this.cover = new Cover(link, begin);
-    this.replay = new Replay(link);
+    this.replay = new Replay(link, this.chart);
     this.lesson = new Lesson(link, { begin, home: left });
     this.listen();
     new ResizeObserver(() => this.resize()).observe(at("arena"));
@@ -295,7 +295,7 @@ export class Table {
     at("red-size").textContent = shown.teams.length - blue;
     at("blue-size").textContent = blue;
     this.showTime(shown.tick);
-    this.chart.add(shown.tick, shown.teams.length - blue, blue);
+    if (this.room.phase !== "replay") this.chart.add(shown.tick, shown.teams.length - blue, blue);
     while (this.unseen.length && shown.tick > this.unseen[0].tick) {
       const { number, seat } = this.unseen.shift();
       if (SIDES.indexOf(seat) === this.seat) this.link.send({ type: "painted", number, painted_ms: this.link.now() });
