@@ -423,10 +423,21 @@ def test_a_replay_is_scrubbed_and_taken_over(open_page, table):
 
 
 def test_two_policies_are_watched(open_page):
+    def players(page):
+        return page.locator("#create label:has(#player, #opponent):visible").evaluate_all(
+            "labels => labels.map((label) => label.childNodes[0].textContent.trim())"
+        )
+
     def watch(page, time_limit):
         open_form(page)
         expect(page.locator("#player")).to_be_hidden()
-        page.select_option("#side", "watch")
+        for side, names in {
+            "blue": ["Red, the opponent"],
+            "red": ["Blue, the opponent"],
+            "watch": ["Red", "Blue"],
+        }.items():
+            page.select_option("#side", side)
+            assert players(page) == names
         page.select_option("#player", "noise")
         choose_time_limit(page, time_limit)
         page.click("#create button[type=submit]")
