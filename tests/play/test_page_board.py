@@ -253,13 +253,40 @@ def test_captures_and_scores_are_told_together_and_not_too_often(open_page):
     expect(page.locator("#told")).to_have_text("You took 2 drones, Blue took 1 of yours. Red 2, blue 1.")
 
 
+def test_what_one_did_oneself_is_answered_for_two_seconds_whatever_is_captured(open_page):
+    page = open_page()
+    seen = page.evaluate(
+        """async () => {
+            const { News } = await import("/static/news.js");
+            const news = new News({ play: () => {} }), now = performance.now.bind(performance);
+            let later = 0;
+            performance.now = () => now() + later;
+            news.forget(0);
+            news.answer("Undone");
+            const seen = [], text = (id) => document.getElementById(id).textContent;
+            const look = () => seen.push(["toast", "told"].map(text));
+            news.captures([0], { tick: 30, teams: [1, 0] });
+            news.tell();
+            look();
+            later = 2100;
+            news.captures([1], { tick: 90, teams: [1, 0] });
+            news.tell();
+            look();
+            return [...seen, document.querySelectorAll("#log li").length];
+        }"""
+    )
+    told = "You took 1 drone, Blue took 1 of yours. Red 1, blue 1."
+    assert seen == [["Undone", "Undone"], ["You took 1 drone", told], 2]
+
+
 def test_a_moment_is_told_as_it_is(open_page):
     page = open_page()
     said = page.evaluate(
         """async () => {
             const { Replay } = await import("/static/replay.js");
-            const replay = new Replay({ send: () => {} }), moment = document.getElementById("moment");
-            replay.show({ phase: "replay", last_tick: 9000, verified: true });
+            const chart = { set: () => {}, show: () => {} };
+            const replay = new Replay({ send: () => {} }, chart), moment = document.getElementById("moment");
+            replay.show({ phase: "replay", last_tick: 9000, verified: true, sizes: [[10, 10]], outcome: "draw" });
             replay.follow(90);
             const said = [moment.getAttribute("aria-valuetext")];
             moment.value = 4500;
@@ -268,6 +295,40 @@ def test_a_moment_is_told_as_it_is(open_page):
         }"""
     )
     assert said == ["3 seconds of 5 minutes 0 seconds", "2 minutes 30 seconds of 5 minutes 0 seconds"]
+
+
+def test_a_recorded_games_captures_are_places_to_go_to_and_its_moment_is_in_the_chart(open_page):
+    page = open_page()
+    lines, sent, label, moved = page.evaluate(
+        """async () => {
+            const { Chart } = await import("/static/chart.js"), { Replay } = await import("/static/replay.js");
+            const canvas = Object.assign(document.createElement("canvas"), { width: 300, height: 100 });
+            const sent = [], link = { send: (message) => sent.push(message) };
+            const chart = new Chart(canvas), replay = new Replay(link, chart);
+            const sizes = [...Array(40).fill([10, 10]), [9, 11], ...Array(20).fill([12, 8])];
+            replay.show({ phase: "replay", last_tick: 1820, verified: true, sizes, outcome: "red" });
+            const lines = [...document.querySelectorAll("#log li")].map((line) => [line.className, line.textContent]);
+            const at = (x) => [...canvas.getContext("2d").getImageData(x, 40, 1, 1).data];
+            const before = at(242);
+            document.querySelectorAll("#log button")[1].click();
+            replay.follow(1500);
+            const cursor = chart.cursor, moved = String(at(242)) !== String(before);
+            const pace = document.getElementById("pace");
+            pace.value = "4";
+            pace.dispatchEvent(new Event("change"));
+            replay.hold(true);
+            replay.hold(true);
+            replay.hold(false);
+            return [lines, sent, [cursor, canvas.getAttribute("aria-label")], moved];
+        }"""
+    )
+    assert lines == [
+        ["blue", "0:39 Blue +1: red 9, blue 11"],
+        ["red", "0:40 Red +3: red 12, blue 8, the turn"],
+        ["red", "1:00 Red +8: red 20, blue 0"],
+    ]
+    assert sent == [{"type": "seek", "tick": 1170}, *({"type": "pace", "speed": speed} for speed in (4, 0, 4))]
+    assert label == [50, "Team sizes over time: now red 12, blue 8"] and moved
 
 
 @pytest.mark.parametrize("sight", ["", "protan", "deutan", "tritan"])

@@ -272,9 +272,36 @@ def test_after_the_server_came_back_the_page_leads_to_the_recording(open_page, o
         page.click("#recorded summary")
         expect(page.locator("#games a")).to_have_count(1)
         expect(page.locator("#games a")).to_contain_text(f"room {room}, game 1")
+        expect(page.locator("#games a")).to_contain_text("person (red) against uniform (blue) not finished")
     finally:
         page.context.close()
         again.end()
+
+
+def test_recorded_games_tell_who_played_how_it_ended_and_what_was_a_lesson(open_page):
+    page = open_page()
+    policy = {"kind": "policy", "policy": "blind_ring"}
+    games = [
+        {"red": {"kind": "person", "label": "P3"}, "blue": policy, "outcome": "red"},
+        {"red": {"kind": "program"}, "blue": {"kind": "person"}, "outcome": "draw", "ended_by": "left"},
+        {"red": {"kind": "person"}, "blue": {"kind": "free"}, "lesson": True, "outcome": "stopped"},
+        {"red": {"kind": "person"}, "blue": {"kind": "policy", "policy": "ring"}, "outcome": None},
+        {"red": None, "blue": None, "outcome": None},
+    ]
+    known = {"name": "20260101T120000Z-ABCD-1.jsonl", "seconds": 75.7, "sizes": [12, 8]}
+    page.route("**/recordings", lambda route: route.fulfill(json=[known | game for game in games]))
+    page.click("#recorded summary")
+    expect(page.locator("#games a")).to_have_count(5)
+    texts = page.locator("#games a").all_text_contents()
+    told = [re.sub(r" Jan 1, 2026.*", "", " " + text.strip()).strip() for text in texts]
+    assert told == [
+        "P3 (red) against blind ring (blue) red won after 1:15",
+        "program (red) against person (blue) a draw, 12 to 8, after 1:15, somebody had left",
+        "Lesson: person (red) against nobody (blue) stopped after 1:15",
+        "person (red) against ring (blue) not finished",
+        "not finished",
+    ]
+    assert all("room ABCD, game 1" in text for text in texts)
 
 
 # --- keys -----------------------------------------------------------------------------------------
@@ -333,6 +360,32 @@ def test_a_card_chosen_by_enter_leads_to_the_board(open_page):
     expect(page.locator("#undo")).to_be_enabled()
     page.keyboard.press("c")
     expect(page.locator("#told")).to_have_text("Sent: spread out")
+
+
+def test_signs_and_keys_are_explained_where_one_plays_and_a_key_leads_there(open_page):
+    page = open_page(width=390, height=844)
+    page.click("#start-signs")
+    expect(page.locator("#legend")).to_be_visible()
+    page.keyboard.press("Escape")
+    page.click("#quick")
+    is_playing(page)
+    page.keyboard.press("?")
+    expect(page.locator("#legend")).to_be_visible()
+    assert focused(page) == "close-legend"
+    assert not Axe().run(page).response["violations"]
+    for sign in page.locator("#sign-list canvas").all():
+        colours = sign.evaluate(
+            """sign => {
+                const { data } = sign.getContext("2d").getImageData(0, 0, sign.width, sign.height);
+                return new Set(data).size;
+            }"""
+        )
+        assert colours > 10, sign.get_attribute("data-sign")
+    assert page.evaluate("[legend, legend.querySelector('dl')].every(part => part.scrollWidth <= part.clientWidth)")
+    page.click("#close-legend")
+    assert focused(page) == "arena", "one plays on where one was"
+    page.click("#signs")
+    assert set(page.locator("#keys kbd").all_inner_texts()) >= {"Space", "Enter", "U", "C", "M", "R", "?"}
 
 
 # --- the lesson -----------------------------------------------------------------------------------

@@ -5,10 +5,13 @@ A link may lead to what is nobody's business, and who opens a pipe waits for its
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import stat
+from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from swarm_pz.errors import RecordingError
 from swarm_pz.files import explain
@@ -52,6 +55,29 @@ def read_regular(path: Path) -> bytes:
     RecordingError
         If it cannot be read, is no regular file (a link, a folder, a pipe, a device) or is larger than `MOST_BYTES`.
     """
+    with _opened(path) as (file, size):
+        if size > MOST_BYTES:
+            raise RecordingError(f"{path} is not read: a recording may have {MOST_BYTES} bytes, it has {size}")
+        return file.read(MOST_BYTES + 1)  # it may be growing
+
+
+def read_ends(path: Path, count: int) -> tuple[bytes, bytes]:
+    """Return the first and the last bytes of a recording's file, so many of each at most.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, or is no regular file.
+    """
+    with _opened(path) as (file, size):
+        first = file.read(count)
+        file.seek(max(size - count, 0))
+        return first, file.read(count)
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
+    """Give a regular file that was opened, and its size."""
     other = f"{path} is not read: expected a regular file, got a link, a folder, a pipe or a device"
     try:
         if not stat.S_ISREG(path.lstat().st_mode):
@@ -63,11 +89,7 @@ def read_regular(path: Path) -> bytes:
         status = os.fstat(file)
         if not stat.S_ISREG(status.st_mode):
             raise RecordingError(other)
-        if status.st_size > MOST_BYTES:
-            raise RecordingError(
-                f"{path} is not read: a recording may have {MOST_BYTES} bytes, it has {status.st_size}"
-            )
         try:
-            return opened.read(MOST_BYTES + 1)  # it may be growing
+            yield opened, status.st_size
         except OSError as error:
             raise RecordingError(f"{path} cannot be read: {explain(error)}") from error

@@ -12,6 +12,7 @@ from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import segno
 from starlette.applications import Starlette
@@ -116,8 +117,9 @@ class Server:
             "slipped": punctuality.slipped,
         }
 
-    async def _recordings(self, _: Request) -> JSONResponse:
-        return JSONResponse(await asyncio.to_thread(self.lobby.recordings))
+    async def _recordings(self, _: Request) -> Response:
+        listed = await self.lobby.recordings()
+        return Response(msgspec.json.encode(listed), media_type="application/json")
 
     async def _invitation(self, request: Request) -> Response:
         """Answer with the picture of a room's address, at one of the addresses of this page."""

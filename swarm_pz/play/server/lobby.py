@@ -8,7 +8,7 @@ import importlib.metadata
 import logging
 import secrets
 import time
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
+from swarm_pz.play.recordings.summary import Summaries, Summary
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.games_folder import check_folder
 from swarm_pz.play.server.live_session import Moment, ServerContext
@@ -81,6 +82,8 @@ class Lobby:
         # Of one thread each, so that what is asked for waits in line, and is no more than a core's work in all. A
         # thread reads on when nobody waits any more; the next one begins after it.
         self._reading = ThreadPoolExecutor(1, "reading")
+        self._listing = ThreadPoolExecutor(1, "listing")  # apart from it, since a game may take long to read
+        self._summaries = Summaries()
         self.replaying = ThreadPoolExecutor(1, "replaying")
         self._painting = ThreadPoolExecutor(1, "painting")
         known = cards if cards is not None else {}
@@ -167,7 +170,7 @@ class Lobby:
         for room in list(self.rooms.values()):
             self.close_room(room)
         self.context.workers.close()
-        for thread in (self._reading, self.replaying, self._painting):
+        for thread in (self._reading, self._listing, self.replaying, self._painting):
             thread.shutdown(wait=False, cancel_futures=True)
 
     def seat_of(self, token: str) -> tuple[Room, Seat] | None:
@@ -186,14 +189,14 @@ class Lobby:
         except RecordingError:
             return None
 
-    def recordings(self) -> list[str]:
-        """Return the names of the recorded games that one may watch, the latest first."""
-        found = sorted((path.name for path in self.context.folder.glob(f"*{SUFFIX}")), reverse=True)
-        names, running = [], self._running()
-        for name in found[:_MOST_LISTED]:
-            with contextlib.suppress(RecordingError):
-                names.append(self._find(name, running).name)
-        return names
+    async def recordings(self) -> list[Summary]:
+        """Return what the recorded games were that one may watch, the latest first; off the event loop."""
+        running = self._running()
+        return await asyncio.get_running_loop().run_in_executor(self._listing, self._list, running)
+
+    def _list(self, running: set[Path]) -> list[Summary]:
+        found = sorted(self.context.folder.glob(f"*{SUFFIX}"), reverse=True)[:_MOST_LISTED]
+        return self._summaries.of([path for path in found if path not in running and _may_be_read(path)])
 
     def find_recording(self, name: str) -> Path:
         """Return the file of a recorded game that is over: others may not see what a player draws.
@@ -203,7 +206,10 @@ class Lobby:
         RecordingError
             If there is none of that name.
         """
-        return self._find(name, self._running())
+        path = self.context.folder / checked_name(name)
+        if not is_regular(path) or path in self._running():
+            raise RecordingError(f"there is no recording {name} here")
+        return path
 
     def _running(self) -> set[Path]:
         """Return the files of games that are not over, or not wholly written; any thread may ask."""
@@ -213,12 +219,6 @@ class Lobby:
             for session, outcome in sessions
             if session is not None and not (outcome and session.recorder.written)
         }
-
-    def _find(self, name: str, running: Set[Path]) -> Path:
-        path = self.context.folder / checked_name(name)
-        if not is_regular(path) or path in running:
-            raise RecordingError(f"there is no recording {name} here")
-        return path
 
     def check_replays(self, own: ReplaySession | None = None) -> None:
         """Refuse to show one more recorded game, in place of one's own, where too many are shown."""
@@ -245,6 +245,12 @@ class Lobby:
             If they cannot be drawn.
         """
         return await asyncio.get_running_loop().run_in_executor(self._painting, _drawn, strokes, config)
+
+
+def _may_be_read(path: Path) -> bool:
+    with contextlib.suppress(RecordingError):
+        return checked_name(path.name) == path.name and is_regular(path)
+    return False
 
 
 def _drawn(messages: Sequence[protocol.StrokeMessage], config: TableConfig) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ export class Chart {
     this.canvas = canvas;
     this.sizes = [];
     this.marked = null; // a second to point out
+    this.cursor = null; // the seconds that are shown of a recorded game
   }
 
   // Sizes of red and blue, one entry a second.
@@ -25,6 +26,13 @@ export class Chart {
     if (last && last[0] === red) return;
     while (this.sizes.length < second) this.sizes.push([...(this.sizes.at(-1) ?? [red, blue])]);
     this.sizes[second] = [red, blue];
+    this.paint();
+  }
+
+  // Point out the moment of a recorded game that is shown; null for none.
+  show(seconds) {
+    if (seconds === this.cursor) return;
+    this.cursor = seconds;
     this.paint();
   }
 
@@ -57,7 +65,8 @@ export class Chart {
     pen.stroke();
     this.paintLine(pen, [0, height / 2], [width, height / 2], [3, 3]);
     if (this.marked !== null) this.paintMark(pen, (this.marked + 0.5) * step, edge(sizes[this.marked]), height);
-    const [red, blue] = sizes.at(-1);
+    if (this.cursor !== null) this.paintCursor(pen, this.cursor * step, height);
+    const [red, blue] = (this.cursor === null ? null : sizes[Math.floor(this.cursor)]) ?? sizes.at(-1);
     canvas.setAttribute("aria-label", `Team sizes over time: now red ${red}, blue ${blue}`);
   }
 
@@ -72,6 +81,13 @@ export class Chart {
     pen.setLineDash([]);
   }
 
+  paintCursor(pen, x, height) {
+    for (const [colour, width] of [["#fff", height / 14], ["#111", height / 28]]) {
+      pen.fillStyle = colour;
+      pen.fillRect(x - width / 2, 0, width, height);
+    }
+  }
+
   paintMark(pen, x, y, height) {
     this.paintLine(pen, [x, 0], [x, height], []);
     for (const [colour, radius] of [["#fff", 0.11], ["#111", 0.07]]) {
@@ -81,6 +97,13 @@ export class Chart {
       pen.fill();
     }
   }
+}
+
+// Sizes once a second, and what a game that was won ended with: its last second is not whole.
+export function untilTheEnd(sizes, outcome) {
+  if (!sizes.length || !["red", "blue"].includes(outcome)) return [...sizes];
+  const all = sizes[0][0] + sizes[0][1];
+  return [...sizes, outcome === "red" ? [all, 0] : [0, all]];
 }
 
 // The second that decided, of sizes of red and blue, one entry a second: from it on, who has more at the end was never

@@ -1,6 +1,6 @@
 // What lies over the board while no game is played: whom one waits for, the countdown, and the result.
 
-import { Chart, turningPoint } from "./chart.js";
+import { Chart, turningPoint, untilTheEnd } from "./chart.js";
 import { clock } from "./news.js";
 import { freeSides, Waiting } from "./waiting.js";
 
@@ -70,11 +70,7 @@ export class Cover {
   }
 
   showResult(isShown, lastTick) {
-    const { sizes, outcome } = this.room, ended = [...sizes];
-    if (SIDES.includes(outcome) && ended.length) { // the last second is not whole
-      const all = ended[0][0] + ended[0][1];
-      ended.push(outcome === "red" ? [all, 0] : [0, all]);
-    }
+    const ended = untilTheEnd(this.room.sizes, this.room.outcome);
     const turn = isShown ? turningPoint(ended) : null;
     at("result-chart").hidden = !isShown || ended.length < 2;
     at("turning").hidden = !turn;

@@ -1,19 +1,23 @@
-// Recorded games, as the server lists them: links to watch them.
+// Recorded games, as the server lists them: links to watch them, with who played and how it ended.
+
+import { clock } from "./news.js";
 
 const NAME = /^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)Z-([A-Z0-9]+)-(\d+)/;
 
 // Fill a list with the recorded games, of one room if one is named; returns how many there are.
 export async function listGames(list, room = "") {
-  let names = [];
+  let games = [];
   try {
     const answer = await fetch("/recordings");
-    names = answer.ok ? await answer.json() : [];
+    games = answer.ok ? await answer.json() : [];
   } catch { /* without the server there is no list */ }
-  const shown = names.filter((name) => !room || name.match(NAME)?.[7] === room);
-  list.replaceChildren(...shown.map((name) => {
+  const shown = games.filter(({ name }) => !room || name.match(NAME)?.[7] === room);
+  list.replaceChildren(...shown.map((game) => {
     const item = document.createElement("li"), link = document.createElement("a");
-    link.href = `#replay=${encodeURIComponent(name)}`;
-    link.textContent = title(name);
+    link.href = `#replay=${encodeURIComponent(game.name)}`;
+    for (const [tag, words] of [["strong", players(game)], ["span", ending(game)], ["small", title(game)]]) {
+      if (words) link.append(Object.assign(document.createElement(tag), { textContent: words }), " ");
+    }
     item.append(link);
     return item;
   }));
@@ -21,7 +25,20 @@ export async function listGames(list, room = "") {
   return shown.length;
 }
 
-function title(name) {
+function players({ red, blue, lesson }) {
+  if (!red || !blue) return "";
+  const name = ({ kind, policy, label }) => (kind === "free" ? "nobody" : policy?.replaceAll("_", " ") || label || kind);
+  return `${lesson ? "Lesson: " : ""}${name(red)} (red) against ${name(blue)} (blue)`;
+}
+
+function ending({ outcome, ended_by: by, seconds, sizes }) {
+  if (!outcome) return "not finished";
+  const left = by === "left" ? ", somebody had left" : "", after = `after ${clock(30 * seconds)}`;
+  if (outcome === "stopped") return `stopped ${after}${left}`;
+  return `${outcome === "draw" ? `a draw, ${sizes.join(" to ")},` : `${outcome} won`} ${after}${left}`;
+}
+
+function title({ name }) {
   const parts = name.match(NAME);
   if (!parts) return name;
   const [year, month, day, hour, minute, second] = parts.slice(1, 7).map(Number);

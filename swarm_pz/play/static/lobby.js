@@ -26,7 +26,7 @@ export class Lobby {
       go(`room=${at("code").value.toUpperCase()}`);
     });
     at("opponent").addEventListener("change", () => this.describe());
-    at("side").addEventListener("change", () => { at("red-player").hidden = at("side").value !== "watch"; });
+    at("side").addEventListener("change", () => this.showSides());
     at("label").value = recall(STORE_NAME);
     at("label").addEventListener("input", () => remember(STORE_NAME, at("label").value));
   }
@@ -72,6 +72,13 @@ export class Lobby {
     at("opponents").classList.toggle("all", all);
     at("all-opponents").setAttribute("aria-expanded", String(all));
     at("all-opponents").textContent = all ? "Fewer opponents" : "All opponents";
+  }
+
+  // The form's players by their colours.
+  showSides() {
+    const side = at("side").value, isWatched = side === "watch";
+    at("red-player").hidden = !isWatched;
+    at("opponent-side").textContent = isWatched ? "Blue" : `${side === "red" ? "Blue" : "Red"}, the opponent`;
   }
 
   describe() {

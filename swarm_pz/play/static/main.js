@@ -3,6 +3,7 @@
 //   #watch=ABCD  to a room, to look on               #play=ring   straight into a game against a policy
 //   #replay=FILE a recorded game                     #lesson      the first lesson
 
+import { Legend } from "./legend.js";
 import { Link } from "./link.js";
 import { Lobby } from "./lobby.js";
 import { placeOf, Table } from "./table.js";
@@ -14,6 +15,7 @@ const CODE = /^[A-Z0-9]{4,8}$/;
 const ROOMS = ["room", "watch"];
 
 const link = new Link(wantedSeat);
+new Legend();
 const lobby = new Lobby(link, { begin, go });
 // Before the table hears it: what is hidden takes no focus, and what one has left is not shown.
 link.addEventListener("room", (event) => {

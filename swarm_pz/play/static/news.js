@@ -5,6 +5,7 @@ const SIDES = ["Red", "Blue"];
 const TOGETHER_TICKS = 30; // captures of a second are one piece of news
 const MOST = 12; // pieces in the list
 const TOAST_MS = 1400;
+const ANSWER_MS = 2000; // for so long what one did oneself is answered, whatever is captured meanwhile
 const TOLD_EVERY_MS = 4000;
 
 export class News {
@@ -29,6 +30,7 @@ export class News {
     this.telling = null;
     at("told").textContent = "";
     at("toast").hidden = true;
+    this.answered = -Infinity;
   }
 
   // Drones that changed sides in a frame.
@@ -68,19 +70,31 @@ export class News {
   }
 
   // A word over the board, for a moment.
-  toast(text, team = null) {
-    at("toast").textContent = text;
-    at("toast").className = team === null ? "" : team ? "blue" : "red";
-    at("toast").hidden = false;
+  toast(text, team) {
+    if (performance.now() - this.answered < ANSWER_MS) return;
+    this.show(text, team ? "blue" : "red", TOAST_MS);
+  }
+
+  // What one did oneself, to who sees the board and to who hears it.
+  answer(text) {
+    this.answered = performance.now();
+    this.show(text, "", ANSWER_MS);
+    this.say(text);
+  }
+
+  show(text, team, forMs) {
+    Object.assign(at("toast"), { textContent: text, className: team, hidden: false });
     clearTimeout(this.fading);
-    this.fading = setTimeout(() => { at("toast").hidden = true; }, TOAST_MS);
+    this.fading = setTimeout(() => { at("toast").hidden = true; }, forMs);
   }
 
   // To who hears the page, at once.
   say(text) { at("told").textContent = text; }
 
   tell() {
-    this.telling = null;
+    const waits = this.answered + ANSWER_MS - performance.now();
+    this.telling = waits > 0 ? setTimeout(() => this.tell(), waits) : null;
+    if (waits > 0) return;
     const [red, blue] = this.untold.map((count, team) => ({ count, team })).map((piece) => (piece.count ? this.words(piece) : ""));
     this.untold = [0, 0];
     this.say(`${[red, blue].filter(Boolean).join(", ")}. Red ${this.sizes[0]}, blue ${this.sizes[1]}.`);

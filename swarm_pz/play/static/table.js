@@ -37,7 +37,7 @@ export class Table {
     this.unseen = []; // commands in force whose effect was not painted yet
     this.heardMs = 0; // when the latest frame came
     this.cover = new Cover(link, begin);
-    this.replay = new Replay(link);
+    this.replay = new Replay(link, this.chart);
     this.lesson = new Lesson(link, { begin, home: left });
     this.listen();
     new ResizeObserver(() => this.resize()).observe(at("arena"));
@@ -150,13 +150,11 @@ export class Table {
     this.showTime(this.lastTick ?? 0);
   }
 
-  // What matters is what is left, if a game has a limit; how far one is, if not, or in a recorded game.
+  // Time goes up here as in what happened, in the result and in recordings; and how long a game may last.
   showTime(tick) {
-    const { settings, phase } = this.room, hasLeft = settings.time_limit !== null && phase !== "replay";
+    const { settings, phase, last_tick: last } = this.room, limit = phase === "replay" ? last / 30 : settings.time_limit;
     at("time").textContent = clock(tick);
-    at("time").hidden = hasLeft;
-    at("time-left").hidden = !hasLeft;
-    if (hasLeft) at("time-left").textContent = clock(Math.max(30 * settings.time_limit - tick, 0) + 29);
+    at("time-of").textContent = limit === null ? "no limit" : `of ${clock(30 * limit)}`;
   }
 
   // See a recorded game from a side.
@@ -254,19 +252,14 @@ export class Table {
   spread() {
     if (!this.mayPlay) return;
     this.pen.clear();
-    if (this.send()) this.tell("Sent: spread out");
+    if (this.send()) this.news.answer("Sent: spread out");
   }
 
   // What was sent cannot be taken back: the drawing before it is another command.
   undo() {
     if (!this.mayPlay) return;
     const wasSent = this.pen.undo();
-    if (wasSent && this.send()) this.tell(this.pen.strokes.length ? "Undone: the drawing before was sent" : "Undone: spread out was sent");
-  }
-
-  tell(text) {
-    this.news.toast(text);
-    this.news.say(text);
+    if (wasSent && this.send()) this.news.answer(this.pen.strokes.length ? "Undone: the drawing before was sent" : "Undone: spread out was sent");
   }
 
   setInForce(command) {
@@ -302,7 +295,7 @@ export class Table {
     at("red-size").textContent = shown.teams.length - blue;
     at("blue-size").textContent = blue;
     this.showTime(shown.tick);
-    this.chart.add(shown.tick, shown.teams.length - blue, blue);
+    if (this.room.phase !== "replay") this.chart.add(shown.tick, shown.teams.length - blue, blue);
     while (this.unseen.length && shown.tick > this.unseen[0].tick) {
       const { number, seat } = this.unseen.shift();
       if (SIDES.indexOf(seat) === this.seat) this.link.send({ type: "painted", number, painted_ms: this.link.now() });

@@ -9,6 +9,7 @@ import pytest
 
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
+from swarm_pz.play.recordings import summary
 from swarm_pz.play.server import lobby as module
 from swarm_pz.play.server.live_session import ServerContext
 from swarm_pz.play.server.lobby import (
@@ -134,7 +135,7 @@ def test_recorded_games_that_are_watched_are_so_large_together_and_no_larger(lob
     assert refused.value.code == "full"
 
 
-def test_games_are_listed_while_rooms_come_and_go(lobby, tmp_path):
+def test_a_game_is_found_while_rooms_come_and_go(lobby, tmp_path):
     (tmp_path / "a.jsonl").touch()
 
     class Room:
@@ -143,10 +144,10 @@ def test_games_are_listed_while_rooms_come_and_go(lobby, tmp_path):
 
         @property
         def session(self):
-            lobby.rooms |= {f"AAA{len(lobby.rooms)}": self}  # as the event loop does while a thread lists the games
+            lobby.rooms |= {f"AAA{len(lobby.rooms)}": self}  # as the event loop does while a thread looks
 
     lobby.rooms["AAAA"] = Room()
-    assert lobby.recordings() == ["a.jsonl"] and len(lobby.rooms) == 2, "rooms are looked through once"
+    assert lobby.find_recording("a.jsonl").name == "a.jsonl" and len(lobby.rooms) == 2, "rooms are looked through once"
     lobby.rooms.clear()
 
 
@@ -176,6 +177,24 @@ def test_a_recording_that_nobody_waits_for_any_more_is_read_to_its_end_before_th
 
     asyncio.run(visit())
     assert read == ["a", "c"] and max(most) == 1, "and who has not begun never begins"
+
+
+def test_recorded_games_are_listed_while_one_is_read_and_off_the_event_loop(lobby, tmp_path, monkeypatch):
+    (tmp_path / "20260101T000000Z-ABCD-1.jsonl").write_text("{}\n")
+    (tmp_path / "no name.jsonl").write_text("{}\n")
+    (tmp_path / "20260102T000000Z-ABCD-1.jsonl").symlink_to(tmp_path / "no name.jsonl")
+    threads, may_end = [], threading.Event()
+    summary_of = summary.summary_of
+    monkeypatch.setattr(
+        summary, "summary_of", lambda path: threads.append(threading.current_thread()) or summary_of(path)
+    )
+    lobby._reading.submit(may_end.wait)
+    try:
+        listed = asyncio.run(asyncio.wait_for(lobby.recordings(), 30))
+    finally:
+        may_end.set()
+    assert [game.name for game in listed] == ["20260101T000000Z-ABCD-1.jsonl"]
+    assert threads and threading.main_thread() not in threads
 
 
 def test_policies_and_recordings_that_are_not_here_are_refused(lobby):

@@ -1,0 +1,73 @@
+"""What recorded games were, by their first and last lines alone: a folder of them is listed without reading them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+from msgspec import Struct
+
+from swarm_pz.config import TICKS_PER_SECOND
+from swarm_pz.errors import RecordingError
+from swarm_pz.play.recordings.folder import read_ends
+from swarm_pz.play.recordings.format import EndedBy, EndLine, Header, Outcome, RecordedSeat
+
+END_BYTES = 8 * 2**10
+"""Of a file's beginning and of its end that are read: its first and its last line have less."""
+_header = msgspec.json.Decoder(Header)
+_end = msgspec.json.Decoder(EndLine)
+
+
+class Summary(Struct):
+    """What a recorded game was; a file that is no game, or unfinished, does not tell all of it."""
+
+    name: str
+    started: str | None = None
+    """In UTC, ISO 8601."""
+    red: RecordedSeat | None = None
+    blue: RecordedSeat | None = None
+    lesson: bool = False
+    outcome: Outcome | None = None
+    ended_by: EndedBy | None = None
+    seconds: float | None = None
+    """Of game."""
+    sizes: tuple[int, int] | None = None
+    """Drones of red and blue at its end."""
+
+
+def summary_of(path: Path) -> Summary:
+    """Return what a file tells of its game."""
+    summary = Summary(path.name)
+    try:
+        first, last = read_ends(path, END_BYTES)
+        header = _header.decode(first.partition(b"\n")[0])
+        summary.started, summary.lesson = header.started, header.lesson
+        summary.red, summary.blue = header.red, header.blue
+        end = _end.decode(last.removesuffix(b"\n").rpartition(b"\n")[2])
+        summary.outcome, summary.ended_by, summary.sizes = end.outcome, end.ended_by, end.sizes
+        summary.seconds = round(end.tick / TICKS_PER_SECOND, 1)
+    except (RecordingError, msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        pass  # it is listed by what it told
+    return summary
+
+
+class Summaries:
+    """What files tell of their games, each read once for as long as it stays as it is; for one thread."""
+
+    def __init__(self) -> None:
+        self._known: dict[Path, tuple[tuple[int, int], Summary]] = {}
+
+    def of(self, paths: Sequence[Path]) -> list[Summary]:
+        """Return what files tell, in order, without those that are gone; only these are kept in mind."""
+        known: dict[Path, tuple[tuple[int, int], Summary]] = {}
+        for path in paths:
+            try:
+                status = path.lstat()
+            except OSError:
+                continue
+            stamp = (status.st_mtime_ns, status.st_size)
+            before = self._known.get(path)
+            known[path] = before if before is not None and before[0] == stamp else (stamp, summary_of(path))
+        self._known = known
+        return [summary for _, summary in known.values()]

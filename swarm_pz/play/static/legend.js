@@ -1,0 +1,72 @@
+// The signs of the board and the keys, in a dialog. Its pictures are the board's own, so that they show what it shows.
+
+import { Arena } from "./arena.js";
+
+const at = (id) => document.getElementById(id);
+const SIDE = 1100, CELLS = 50; // of a board of which a picture shows a part
+const MIDDLE = 25; // the cell in the middle of every picture, along both axes
+const HOLDS = [[-1, 0], [0, 0], [1, 0], [0, 1]]; // cells that capture, from there
+
+// What each sign is shown by: drones (team, cells from the middle), who captures there, and what has just happened.
+const SCENES = {
+  drones: { drones: [[0, -2, 0.2], [1, 2, 0.2]], flown: true },
+  red: { holds: 0, drones: [[1, -3.2, -0.5]] },
+  blue: { holds: 1, drones: [[0, -3.2, -0.5]] },
+  danger: { holds: 1, drones: [[0, -2.4, 0.2]], speed: 0.12 },
+  captured: { drones: [[0, 0, 0]], was: 1 },
+  target: { target: true, drones: [] },
+};
+
+export class Legend {
+  constructor() {
+    for (const id of ["signs", "start-signs"]) at(id).addEventListener("click", () => this.open());
+    at("close-legend").addEventListener("click", () => at("legend").close());
+    addEventListener("keydown", (event) => {
+      if (event.key !== "?" || event.ctrlKey || event.metaKey || event.target.closest("input:not([type=range], [type=checkbox])")) return;
+      if (!document.querySelector("dialog[open]")) this.open();
+      event.preventDefault();
+    });
+  }
+
+  open() {
+    if (!this.isPainted) for (const canvas of at("legend").querySelectorAll("canvas")) paintSign(canvas, SCENES[canvas.dataset.sign]);
+    this.isPainted = true;
+    at("legend").showModal();
+    at("legend").scrollTop = 0;
+  }
+}
+
+// Paint a part of a board on which a scene stands.
+export function paintSign(canvas, { holds = null, drones, was = null, flown = false, speed = 0, target = false }) {
+  const [ground, board] = [0, 1].map(() => Object.assign(document.createElement("canvas"), { width: SIDE, height: SIDE }));
+  const arena = new Arena(ground, board, () => 0);
+  const frame = (tick, shift, teams) => ({
+    tick, teams: Uint8Array.from(teams), fields: [0, 1].map((team) => field(team === holds ? HOLDS : [])),
+    positions: Float32Array.from(drones.flatMap(([, x, y]) => [place(x - shift), place(y - 0.4 * shift * shift)])),
+    velocities: Float32Array.from(drones.flatMap(() => [speed, 0])), altitudes: new Uint8Array(drones.length).fill(90),
+  });
+  const teams = drones.map(([team]) => team);
+  for (let k = 9; k > 0 && flown; k--) arena.take(frame(100 - 7 * k, k / 3, teams));
+  arena.take(frame(100, 0, was === null ? teams : teams.map(() => was)));
+  if (was !== null) arena.take(frame(103, 0, teams));
+  if (target) {
+    const picture = new Uint8Array(CELLS * CELLS).map((_, i) => {
+      const x = i % CELLS - MIDDLE, y = Math.floor(i / CELLS) - MIDDLE;
+      return 255 * Math.exp(-(x * x / 14 + y * y / 4));
+    });
+    arena.ground.setTarget({ cells: CELLS, picture });
+  }
+  arena.paint();
+  const pen = canvas.getContext("2d"), { width, height } = canvas, centre = place(0) * SIDE;
+  for (const layer of [ground, board]) {
+    pen.drawImage(layer, centre - width / 2, SIDE - centre - height / 2, width, height, 0, 0, width, height);
+  }
+}
+
+function place(cells) { return (MIDDLE + 0.5 + cells) / CELLS; }
+
+function field(cells) {
+  const values = new Uint8Array(CELLS * CELLS);
+  for (const [x, y] of cells) values[(MIDDLE + y) * CELLS + MIDDLE + x] = 255;
+  return values;
+}
