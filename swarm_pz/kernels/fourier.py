@@ -177,15 +177,15 @@ def make_targets(
     sent : bool array (E, 2), optional
         Updated: which teams were sent a target. None where it is all the same.
     """
-    image = np.empty(targets.shape[2:], np.float64)
     along_x = np.empty(matrix.shape, np.float64)
     sums = np.empty((matrix.shape[1], matrix.shape[1]), np.float64)
     for place in places:
         for number in range(teams.shape[0]):
             e, team = rows[place], teams[number]
             if sent is not None:
-                normalise(densities[place, number], image)
-                if holds and not differ(image, targets[e, team]):
+                asked = np.empty_like(targets[e, team])
+                normalise(densities[place, number], asked)
+                if holds and not differ(asked, targets[e, team]):
                     continue
                 sent[e, team] = True
             normalise(densities[place, number], targets[e, team])

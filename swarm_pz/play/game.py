@@ -67,7 +67,8 @@ class TableConfig(Config):
         super().__post_init__()
         check(isinstance(self.game, GameConfig), "game", self.game, "a GameConfig")
         check_number(self.min_command_interval, "min_command_interval", 0.0, 60.0)
-        check(self.mapping in MAPPINGS, "mapping", self.mapping, f"one of {', '.join(MAPPINGS)}")
+        is_known = isinstance(self.mapping, str) and self.mapping in MAPPINGS
+        check(is_known, "mapping", self.mapping, f"one of {', '.join(MAPPINGS)}")
         check_number(self.speed, "speed", 0.1, 10.0)
 
     @property

@@ -170,7 +170,10 @@ def own_table(tmp_path):
 
 @pytest.fixture
 def open_page(chromium, table):
-    """Give a function that opens the table's page in a browser of its own."""
+    """Give a function that opens the table's page in a browser of its own.
+
+    A test that has a table of its own asks for it first, so that its pages are closed before it ends.
+    """
     contexts = []
     faults = []
 

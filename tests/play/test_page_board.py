@@ -410,7 +410,7 @@ def test_a_recorded_game_on_its_way_is_announced_and_can_be_left(open_page):
     page.wait_for_selector("#lobby", state="visible")
 
 
-def test_a_server_that_falls_silent_is_noticed(open_page, own_table):
+def test_a_server_that_falls_silent_is_noticed(own_table, open_page):
     page = open_page()
     page.goto(f"http://{own_table.address}/")
     page.wait_for_selector("#opponent option", state="attached")

@@ -82,7 +82,7 @@ def test_the_start_and_a_waiting_room_overflow_on_no_screen(open_page, width, he
         assert box["x"] >= 0 and box["x"] + box["width"] <= width and box["height"] >= 44, name
 
 
-def test_a_name_stays_in_the_browser_and_is_seen_at_the_table(open_page, own_table):
+def test_a_name_stays_in_the_browser_and_is_seen_at_the_table(own_table, open_page):
     page = open_page()
     expect(page.locator("#label-hint")).to_contain_text("records")
     page.goto(f"http://{own_table.address}/")

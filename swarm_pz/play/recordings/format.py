@@ -179,7 +179,7 @@ class Recording:
         self.link = START
         try:
             self.config = TableConfig.from_dict(header.table)
-        except SwarmError as error:
+        except (SwarmError, RecursionError) as error:
             raise RecordingError(f"{name} was played by rules that are not known here: {error}") from error
         is_known = header.rules_hash in ("", self.config.game.rules_hash)
         if not is_known or not self.config.has_hash(header.config_hash):
@@ -215,7 +215,8 @@ class Recording:
         header: Header | None = None
         events: list[EventLine] = []
         link = START
-        for number, line in enumerate(read_regular(path).split(b"\n")[:-1], 1):
+        *lines, rest = read_regular(path).split(b"\n")
+        for number, line in enumerate(lines, 1):
             try:
                 decoded = _decoder.decode(line)
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
@@ -232,7 +233,10 @@ class Recording:
             link = followed(line, link, header.version, f"line {number} of {path}")
         if header is None:
             raise RecordingError(f"{path} is not a recorded game: it is empty")
-        recording = cls(path.name, header, events)
+        if rest and events and isinstance(events[-1], EndLine):
+            raise RecordingError(f"line {len(lines) + 1} of {path} comes after the game's end")
+        # A name that is no text is written as text: tables and messages hold it.
+        recording = cls(path.name.encode(errors="backslashreplace").decode(), header, events)
         recording.link = link
         return recording
 

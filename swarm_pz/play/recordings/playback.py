@@ -185,4 +185,6 @@ class Playback:
             positions <= 0.51 * _POSITION_STEP
             and velocities <= 0.51 * _VELOCITY_STEP
             and bool((frame.teams == simulator.teams[0]).all())
+            and frame.altitudes is None  # recordings hold neither
+            and frame.fields is None
         )

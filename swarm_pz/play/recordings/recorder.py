@@ -41,6 +41,8 @@ class Recorder:
     ----------
     fault : str
         What keeps the recording from being written, to be told once; empty if nothing does.
+    is_behind : bool
+        Whether the last flush left lines to the next one, though the disk took all that it was given.
 
     Raises
     ------
@@ -52,6 +54,7 @@ class Recorder:
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path = path
         self.fault = ""
+        self.is_behind = False
         self._file = path.open("xb", buffering=0)
         self._lines: deque[Header | EventLine] = deque([header])
         self._bytes = bytearray()
@@ -105,6 +108,7 @@ class Recorder:
             self._failed += 1
         else:
             self._failed = 0
+        self.is_behind = bool(self._lines) and not self._failed
 
     def _finish(self) -> None:
         tries = 1 if self._failed > _PATIENCE else _LAST_TRIES

@@ -17,6 +17,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.play.game import LiveGame, as_followed
 from swarm_pz.play.recordings.format import (
     CommandLine,
+    EndLine,
     EventLine,
     InForceLine,
     PaintedLine,
@@ -68,6 +69,7 @@ def faults_of(recording: Recording, game: LiveGame | None) -> Iterator[str]:
     game : LiveGame or None
         The recorded game at its last tick; None if the simulation led elsewhere, so that its end is another one.
     """
+    yield from _past(recording)
     yield from _schedule(recording)
     yield from _commands(recording)
     yield from _seats(recording)
@@ -78,6 +80,24 @@ def faults_of(recording: Recording, game: LiveGame | None) -> Iterator[str]:
 def _live(recording: Recording) -> Iterator[tuple[int, EventLine]]:
     """Yield the lines of the game itself, without those of one that it was taken over from, and their numbers."""
     yield from enumerate(recording.live, len(recording.events) - len(recording.live) + _FIRST_LINE)
+
+
+def _past(recording: Recording) -> Iterator[str]:
+    """Say which lines are on the wrong side of the moment from which a game was taken over."""
+    origin = recording.header.origin
+    if origin is None or recording.header.version == 1:
+        return
+    for number, line in enumerate(recording.events, _FIRST_LINE):
+        if isinstance(line, CommandLine) and line.tick in (None, origin.tick):
+            continue  # it may have come before or after
+        if isinstance(line, PaintedLine | SeatLine):
+            is_past = False
+        else:
+            came_later = isinstance(line, InForceLine | EndLine)  # what a tick led to is the past at that tick
+            is_past = (line.tick or 0) < origin.tick + (not came_later)
+        if is_past != (number - _FIRST_LINE < origin.lines):
+            side = "before" if is_past else "after"
+            yield f"line {number}: it is of {side} tick {origin.tick}, from which the game was taken over"
 
 
 def _schedule(recording: Recording) -> Iterator[str]:
@@ -133,11 +153,13 @@ def _commands(recording: Recording) -> Iterator[str]:
     """Say which commands cannot be their sender's."""
     header, config = recording.header, recording.config
     counted = [0, 0]
-    lines = [(number, line) for number, line in _live(recording) if isinstance(line, CommandLine)]
-    densities = recording.densities[len(recording.densities) - len(lines) :]
-    for (number, line), density in zip(lines, densities, strict=True):
-        seat = (header.red, header.blue)[line.team]
-        if seat.kind == "policy":
+    lines = [(n, line) for n, line in enumerate(recording.events, _FIRST_LINE) if isinstance(line, CommandLine)]
+    past = header.origin.lines if header.origin is not None else 0
+    for (number, line), density in zip(lines, recording.densities, strict=True):
+        seat, is_live = (header.red, header.blue)[line.team], number - _FIRST_LINE >= past
+        if is_live and header.version > 1 and (density != as_followed(density)).any():
+            yield f"line {number}: the density is not as tables write it, with 1 for its largest value"
+        if is_live and seat.kind == "policy":
             if line.strokes is not None or line.timing is not None:
                 yield f"line {number}: a policy draws nothing and has no clock"
             if line.number <= counted[line.team]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import functools
 import io
 import itertools
 import time
@@ -124,9 +125,7 @@ class Server:
         here = {f"{scheme}://{request.headers.get('host', '')}/" for scheme in ("http", "https")}
         if room not in self.lobby.rooms or at not in here | {*self.lobby.addresses}:
             return PlainTextResponse("there is no such room or address here\n", 404)
-        picture = io.BytesIO()
-        segno.make(f"{at}#room={room}", micro=False).save(picture, kind="svg", scale=4, border=2, light="white")
-        return Response(picture.getvalue(), media_type="image/svg+xml")
+        return Response(_picture_of(f"{at}#room={room}"), media_type="image/svg+xml")
 
     async def _recording(self, request: Request) -> FileResponse | PlainTextResponse:
         try:
@@ -161,6 +160,14 @@ class Server:
             # A peer that reads nothing any more would keep it for long.
             with contextlib.suppress(TimeoutError, asyncio.CancelledError):
                 await asyncio.wait_for(sender, 2.0)
+
+
+@functools.lru_cache(maxsize=512)
+def _picture_of(address: str) -> bytes:
+    """Return an address as a QR code; drawn once, since all games wait for it."""
+    picture = io.BytesIO()
+    segno.make(address, micro=False).save(picture, kind="svg", scale=4, border=2, light="white")
+    return picture.getvalue()
 
 
 def _resident_mb() -> float | None:

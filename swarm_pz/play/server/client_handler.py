@@ -145,8 +145,7 @@ class ClientHandler:
             loaded = await self._lobby.read(name)
         except RecordingError as error:
             raise RefusedError("unknown", str(error).replace(f"{self._lobby.context.folder}/", "")) from error
-        if self._replay is None:
-            self._lobby.check_replays()
+        self._lobby.check_replays(self._replay)
         self._leave()
         self._replay = ReplaySession(loaded, self._connection, self._lobby.replaying)
         self._lobby.watched.add(self._replay)
@@ -252,8 +251,7 @@ class ClientHandler:
             case protocol.Leave():
                 self._leave()
             case protocol.OpenReplay():
-                if self._replay is None:
-                    lobby.check_replays()
+                lobby.check_replays(self._replay)
                 self._go("open_replay", functools.partial(self._open, message.recording))
             case protocol.Seek():
                 self._watched().seek(message.tick)

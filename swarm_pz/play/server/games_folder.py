@@ -7,10 +7,12 @@ line for each person's or program's seat in each game.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import logging
 import os
 import re
+import stat
 import tempfile
 from pathlib import Path
 
@@ -44,8 +46,12 @@ def _digest(token: str) -> str:
 
 
 def _open_own(path: str, flags: int) -> int:
-    """Open a file, but none that a link leads to: nothing outside the folder is written to."""
-    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0), 0o666)
+    """Open a regular file, and none that a link leads to: nothing outside the folder is written to, or waited for."""
+    file = os.open(path, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o666)
+    if not stat.S_ISREG(os.fstat(file).st_mode):
+        os.close(file)
+        raise OSError(errno.EINVAL, "it is no regular file")
+    return file
 
 
 class SeatIndex:

@@ -375,7 +375,7 @@ class LiveSession:
         self._tell.show(self.frame(), self._sequence)
         if game.tick % FRAME_TICKS == 0 or game.over:
             self.recorder.write(frame_line(self._frame(), game.tick))
-        if game.tick % _FLUSH_TICKS == 0:
+        if game.tick % _FLUSH_TICKS == 0 or self.recorder.is_behind:
             self.recorder.flush()
             if self.recorder.fault:
                 self._tell.notice(self.recorder.fault)

@@ -8,7 +8,7 @@ import importlib.metadata
 import logging
 import secrets
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -189,10 +189,10 @@ class Lobby:
     def recordings(self) -> list[str]:
         """Return the names of the recorded games that one may watch, the latest first."""
         found = sorted((path.name for path in self.context.folder.glob(f"*{SUFFIX}")), reverse=True)
-        names = []
+        names, running = [], self._running()
         for name in found[:_MOST_LISTED]:
             with contextlib.suppress(RecordingError):
-                names.append(self.find_recording(name).name)
+                names.append(self._find(name, running).name)
         return names
 
     def find_recording(self, name: str) -> Path:
@@ -203,19 +203,26 @@ class Lobby:
         RecordingError
             If there is none of that name.
         """
-        path = self.context.folder / checked_name(name)
-        running = {
-            room.session.recorder.path
-            for room in self.rooms.values()
-            if room.session is not None and not (room.outcome and room.session.recorder.written)
+        return self._find(name, self._running())
+
+    def _running(self) -> set[Path]:
+        """Return the files of games that are not over, or not wholly written; any thread may ask."""
+        sessions = [(room.session, room.outcome) for room in list(self.rooms.values())]
+        return {
+            session.recorder.path
+            for session, outcome in sessions
+            if session is not None and not (outcome and session.recorder.written)
         }
+
+    def _find(self, name: str, running: Set[Path]) -> Path:
+        path = self.context.folder / checked_name(name)
         if not is_regular(path) or path in running:
             raise RecordingError(f"there is no recording {name} here")
         return path
 
-    def check_replays(self) -> None:
-        """Refuse to show one more recorded game where too many are shown."""
-        if sum(replay.size for replay in self.watched) >= MOST_REPLAY_BYTES:
+    def check_replays(self, own: ReplaySession | None = None) -> None:
+        """Refuse to show one more recorded game, in place of one's own, where too many are shown."""
+        if sum(replay.size for replay in self.watched if replay is not own) >= MOST_REPLAY_BYTES:
             raise RefusedError("full", "too many recorded games are watched here; try again later")
 
     async def read(self, name: str) -> LoadedRecording:

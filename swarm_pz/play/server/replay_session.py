@@ -122,6 +122,8 @@ class ReplaySession:
         return await asyncio.get_running_loop().run_in_executor(self._thread, self._fork, self._tick)
 
     def _fork(self, tick: int) -> Moment:
+        if self.recording.end is None:
+            tick = min(tick, self._ticks[-1])  # of what came after the last frame that was written some may be lost
         game = self._playback.fork(tick).game
         past = self.recording.until(game.tick)
         return Moment(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 import secrets
 import time
@@ -13,6 +14,7 @@ from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import CommandError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import Outcome, PaintedLine, RecordedSeat, SeatEvent, SeatLine
+from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.live_session import Callbacks, LiveSession, Moment, ServerContext
 from swarm_pz.play.server.policy_workers import PolicySeat
@@ -23,6 +25,10 @@ from swarm_pz.simulator.commands import make_target
 
 AWAY_S = 60.0
 """Seconds that a seat waits between games for who has left without saying so."""
+_MOST_TOLD = 200.0
+"""So many are told how a room stands, at once and in a second: each who enters is news to all who are there."""
+_TELL_S = 0.5
+"""Beyond that, all of them are told after so long."""
 
 
 class RefusedError(SwarmError, ValueError):
@@ -77,6 +83,8 @@ class Room:
         self.outcome: Outcome | None = None
         self.last_used = time.monotonic()
         self.lesson = False
+        self._tells = Budget(_MOST_TOLD, _MOST_TOLD, self.last_used)
+        self._tells_later: asyncio.TimerHandle | None = None
         self._games = 0
         self._seed: int | None = None
         """Of the next game: who calls its countdown off is given the same start again."""
@@ -153,6 +161,8 @@ class Room:
 
     def _welcome(self, connection: Connection) -> None:
         self.tell_state()
+        if self._tells_later is not None:
+            connection.send(self._state())
         if self._moment is not None and self.config.speed != 1.0:
             text = f"this game goes on as it was played: at {self.config.speed:g} times the speed"
             connection.send(protocol.Notice(text=text))
@@ -255,21 +265,29 @@ class Room:
         self.tell_state()
 
     def tell_state(self) -> None:
-        """Tell everybody how the room stands."""
-        self.tell(
-            protocol.RoomState(
-                code=self.code,
-                phase=self.phase,
-                settings=self.settings,
-                red=self.seats[0].state(),
-                blue=self.seats[1].state(),
-                watchers=len(self.watchers),
-                sizes=self.session.sizes if self.session is not None else [],
-                outcome=self.outcome,
-                recording=self.session.recorder.path.name if self.session is not None and self.outcome else None,
-                min_command_interval=self.config.min_command_interval,
-                starts_ms=self.session.starts_ms if self.session is not None and self.phase == "starting" else None,
-            )
+        """Tell everybody how the room stands; soon, where that was told to so many of late that games would wait."""
+        if self._tells.take(float(len(self.connections)), time.monotonic()):
+            self.tell(self._state())
+        elif self._tells_later is None:
+            self._tells_later = asyncio.get_running_loop().call_later(_TELL_S, self._tell_later)
+
+    def _tell_later(self) -> None:
+        self._tells_later = None
+        self.tell(self._state())
+
+    def _state(self) -> protocol.RoomState:
+        return protocol.RoomState(
+            code=self.code,
+            phase=self.phase,
+            settings=self.settings,
+            red=self.seats[0].state(),
+            blue=self.seats[1].state(),
+            watchers=len(self.watchers),
+            sizes=self.session.sizes if self.session is not None else [],
+            outcome=self.outcome,
+            recording=self.session.recorder.path.name if self.session is not None and self.outcome else None,
+            min_command_interval=self.config.min_command_interval,
+            starts_ms=self.session.starts_ms if self.session is not None and self.phase == "starting" else None,
         )
 
     # --- what players do --------------------------------------------------------------------------

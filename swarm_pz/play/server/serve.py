@@ -21,6 +21,7 @@ from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.live_session import COUNTDOWN_S, ServerContext
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.policy_workers import Loader, PolicyWorkers
+from swarm_pz.play.server.sockets import RECEIVED_AT_ONCE, BoundedWebSocket
 from swarm_pz.play.server.views import capture_fields, target_message
 from swarm_pz.play.strokes import WIDEST, Stroke, density_of
 
@@ -170,6 +171,7 @@ def serve(
     check_allowed(allowed_hosts)
     listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVED_AT_ONCE)  # and so each that comes in
     try:
         listening.bind((host, port))
         listening.listen(128)  # who comes before the server has started waits
@@ -203,6 +205,7 @@ def serve(
     config = uvicorn.Config(
         app,
         log_level="warning",
+        ws=BoundedWebSocket,
         ws_max_size=protocol.MAX_MESSAGE_BYTES,
         ws_max_queue=32,
         ws_per_message_deflate=False,

@@ -48,27 +48,23 @@ def test_all_sizes_must_surely_cover_all_drawings(monkeypatch, mean, apart, hold
 
     flown = flights(monkeypatch, judged, lambda controller, drawing: 0.1)
     finding = scale_invariance.measure(SEED)
-    assert finding.supported == holds and [*finding.parts.values()] == [holds, True]
+    assert finding.supported == holds
     assert len(set(flown)) == 18 and {seeds for *_, seeds in flown} == {tuple(range(3000, 3020))}
     assert finding.statistic["worst_metric_at_30_s_ergodic"] == pytest.approx(scale_invariance.COVERED * mean)
     assert finding.statistic["worst_metric_at_30_s_flocking"] == pytest.approx(0.4)
 
 
 @pytest.mark.parametrize(
-    ("mean", "apart", "holds"), [(0.5, 0.1, True), (0.95, 0.5, False), (0.95, 0.01, True), (1.2, 0.1, False)]
-)
-@pytest.mark.parametrize(
     ("drawing", "controller"), [("ring", "ergodic"), ("keep_away", "ergodic"), ("ring", "flocking")]
 )
-def test_small_and_large_teams_must_surely_be_in_the_same_places(monkeypatch, mean, apart, holds, drawing, controller):
+def test_where_small_and_large_teams_are_is_told_and_decides_nothing(monkeypatch, drawing, controller):
     def elsewhere(*place):
-        return scale_invariance.AGREE * (spread_around(mean, apart, 20) if place == (controller, drawing) else 0.3)
+        return spread_around(0.5, 0.1, 20) if place == (controller, drawing) else 0.1
 
     flights(monkeypatch, lambda *where: 0.5 * scale_invariance.COVERED, elsewhere)
     finding = scale_invariance.measure(SEED)
-    assert finding.supported == (holds or controller == "flocking"), "flocks are shown beside, and not judged"
-    found = finding.statistic[f"6_and_24_apart_{drawing}_{controller}"]
-    assert found == pytest.approx(scale_invariance.AGREE * mean)
+    assert finding.supported
+    assert finding.statistic[f"6_and_24_apart_{drawing}_{controller}"] == pytest.approx(0.5)
 
 
 def test_the_worst_mean_is_of_means_over_seeds():

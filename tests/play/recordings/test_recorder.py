@@ -104,10 +104,18 @@ def test_a_long_past_is_written_little_by_little_and_wholly_at_the_end(tmp_path,
         recorder.write(SEAT)
     recorder.flush()
     assert 0 < len(Recording.read(recorder.path).events) < 20
-    assert not recorder.written
+    assert not recorder.written and recorder.is_behind
+    recorder._file, file = Disk(recorder._file), recorder._file
+    recorder.flush()
+    assert not recorder.is_behind, "a disk that is full is not asked more often"
+    recorder._file = file
+    while len(Recording.read(recorder.path).events) < 100:
+        recorder.flush()
+    assert not recorder.is_behind
+    recorder.write(SEAT)
     recorder.close()
     recorder._end.join()
-    assert recorder.written and len(Recording.read(recorder.path).events) == 100
+    assert recorder.written and len(Recording.read(recorder.path).events) == 101
 
 
 def test_file_and_folder_are_on_the_disk_when_a_game_has_ended_and_no_event_loop_waits(tmp_path, monkeypatch):

@@ -30,6 +30,7 @@ from swarm_pz.play.recordings.format import (
 from swarm_pz.play.recordings.recorder import Recorder
 from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.recordings.study import left_out, read_folder, summarise, write_tables
+from tests.play.recordings.test_format import plain_lines, record, write_chained
 
 CONFIG = TableConfig(
     game=GameConfig(drones_per_team=(5, 3), time_limit=60.0), min_command_interval=0.25, mapping="paper", speed=2.0
@@ -328,3 +329,18 @@ def test_odd_labels_reach_neither_the_terminal_nor_a_spreadsheet(folder, tmp_pat
     said = capsys.readouterr().out
     assert "3-3-3" in said and "lesson" not in said
     assert json.loads((tmp_path / "tables" / "schema.json").read_text())["every_game"] is True
+
+
+def test_games_whose_rules_are_nonsense_are_left_out_and_a_name_that_is_no_text_is_written_as_one(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=3)
+    first, *rest = plain_lines(tmp_path / "a.jsonl")
+    deep = []
+    for _ in range(600):
+        deep = [deep]
+    for name, nonsense in (("b", {}), ("c", deep)):
+        write_chained(tmp_path / f"{name}.jsonl", [first | {"table": first["table"] | {"mapping": nonsense}}, *rest])
+    (tmp_path / "a.jsonl").rename(tmp_path / "\udcff.jsonl")
+    rows, faults = read_folder(tmp_path)
+    assert len(faults) == 2 and all("not known here" in fault for fault in faults)
+    seats, *_ = write_tables(rows, tmp_path / "out")
+    assert "\\udcff.jsonl" in seats.read_text()

@@ -4,6 +4,7 @@ import asyncio
 import base64
 import copy
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -153,6 +154,11 @@ def test_lines_that_are_cut_doubled_swapped_or_torn_are_named(damage, named, pla
     assert named in fault_of(tmp_path / "a.jsonl")
 
 
+def test_what_comes_after_the_end_is_named_though_it_is_no_whole_line(played, tmp_path):
+    (tmp_path / "a.jsonl").write_bytes(played.read_bytes() + b'{"type":"end","outcome":"red"')
+    assert "comes after the game's end" in fault_of(tmp_path / "a.jsonl")
+
+
 # --- with the chain made anew ---------------------------------------------------------------------
 
 
@@ -216,6 +222,38 @@ def counted_twice(lines):
     return lines
 
 
+def scaled(lines):
+    line = lines[place_of(lines, "command", 0, team=0)]
+    line["density"] = [[value / 2 for value in row] for row in line["density"]]
+    return lines
+
+
+def with_fields(lines):
+    line = lines[place_of(lines, "frame", 5)]
+    frame = replace(decode_frame(base64.b64decode(line["data"])), fields=np.zeros((2, 50, 50), np.uint8))
+    line["data"] = base64.b64encode(encode_frame(frame)).decode()
+    return lines
+
+
+def as_taken_over(tick, lines_before=None):
+    """Return a forger who says that a game is another one's past, up to some tick and line."""
+
+    def forge(lines):
+        count = len(lines) - 2 if lines_before is None else lines_before
+        lines[0]["origin"] = {"recording": "b.jsonl", "tick": tick, "lines": count}
+        return lines
+
+    return forge
+
+
+def drawn_otherwise_before(lines):
+    lines[place_of(lines, "command", 0, team=0)]["strokes"] = []
+    cut = place_of(lines, "frame", 10)
+    lines[1:cut] = [line for line in lines[1:cut] if line["type"] not in ("seat", "painted")]
+    cut = place_of(lines, "frame", 10)
+    return as_taken_over(lines[cut]["tick"], cut)(lines)
+
+
 def as_another_seat(lines):
     lines[0]["red"], lines[0]["blue"] = lines[0]["blue"], lines[0]["red"]
     return lines
@@ -240,6 +278,12 @@ def as_another_seat(lines):
         (given("game", blue={"kind": "person", "label": "P2"}), "blue (person)"),
         (as_another_seat, "red (policy)"),
         (given("game", origin={"recording": "b.jsonl", "tick": 0, "lines": 100_000}), "origin.lines"),
+        (as_taken_over(10**6), "is of before tick 1000000"),
+        (as_taken_over(0), "is of after tick 0"),
+        (as_taken_over(30, 0), "is of before tick 30"),
+        (drawn_otherwise_before, "not that of its strokes"),
+        (scaled, "1 for its largest value"),
+        (with_fields, "differs at 15"),
         (without("frame"), "differs at 0"),
         (without("frame", keep=1), "differs at 3"),
         (thinned, "differs at 3"),

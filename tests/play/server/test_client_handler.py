@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -427,6 +428,22 @@ def test_who_watches_a_recorded_game_has_left_their_room_and_who_could_not_has_n
         guest.messages.clear()
         await guest.watch("a.jsonl")
         assert not hall.rooms
+
+    visiting(tmp_path, script)
+
+
+def test_who_watches_a_small_game_may_not_open_a_large_one_where_too_many_are_watched(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=30, config=CALM)
+
+    async def script(hall):
+        guest = Guest(hall)
+        await guest.watch("a.jsonl")
+        own = guest.handler._replay
+        hall.watched.add(Mock(size=lobby.MOST_REPLAY_BYTES - 1))
+        assert guest.say(protocol.OpenReplay("a.jsonl")) is None, "its own gives way"
+        await until(lambda: guest.handler._replay is not own)
+        hall.watched.add(Mock(size=1))
+        assert guest.say(protocol.OpenReplay("a.jsonl")) == "full"
 
     visiting(tmp_path, script)
 

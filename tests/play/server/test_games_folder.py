@@ -1,6 +1,7 @@
 """What leads from a token to its recorded game, also after the server was started anew."""
 
 import asyncio
+import os
 
 import pytest
 
@@ -39,6 +40,15 @@ def test_nothing_is_written_through_a_link(tmp_path, caplog):
     index.note("f" * 32, "a.jsonl")
     assert (tmp_path / "elsewhere").read_text() == "mine\n" and "was not written" in caplog.text
     assert index.recording_of("f" * 32) == "a.jsonl"
+
+
+def test_a_pipe_where_tokens_are_noted_is_neither_written_to_nor_waited_for(tmp_path, caplog):
+    os.mkfifo(tmp_path / NAME)
+    reader = os.open(tmp_path / NAME, os.O_RDONLY | os.O_NONBLOCK)
+    SeatIndex(tmp_path).note("f" * 32, "a.jsonl")
+    assert os.read(reader, 100) == b"" and "was not written: it is no regular file" in caplog.text
+    os.close(reader)
+    SeatIndex(tmp_path).note("f" * 32, "a.jsonl")  # a pipe that nobody reads
 
 
 @pytest.mark.parametrize("is_kept", [True, False])

@@ -1,10 +1,16 @@
 """What the server tells about itself: addresses to invite people to, cards, labels, recorded games."""
 
+import asyncio
 import json
 import urllib.parse
+from types import SimpleNamespace
+
+from segno import make
+from starlette.requests import Request
 
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.server import app
 from swarm_pz.play.server.serve import addresses_of
 from tests.play.conftest import Table
 
@@ -32,6 +38,20 @@ def test_an_invitation_is_drawn_for_rooms_and_addresses_of_this_table_and_no_oth
     assert drawn("ZZZZ", f"http://{table.address}/")[0] == 404
     assert drawn(room, "http://elsewhere.example/")[0] == drawn(room, "")[0] == 404
     client.close()
+
+
+def test_an_invitation_is_drawn_once(tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr(app.segno, "make", lambda text, **how: made.append(text) or make(text, **how))
+    path = {"path_params": {"room": "QRQR"}, "query_string": b"at=http://here/", "headers": [(b"host", b"here")]}
+    hall = SimpleNamespace(rooms={"QRQR": None}, addresses=[])
+
+    async def ask():
+        return [await app.Server(hall)._invitation(Request({"type": "http"} | path)) for _ in range(3)]
+
+    first, *others = asyncio.run(ask())
+    assert b"<path" in first.body and all(other.body == first.body for other in others)
+    assert made == ["http://here/#room=QRQR"], "all games wait for it"
 
 
 def test_who_comes_is_told_how_good_policies_are(table):

@@ -10,6 +10,7 @@ from swarm_pz.errors import PolicyError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.game import TableConfig
+from swarm_pz.play.recordings import recorder
 from swarm_pz.play.recordings.format import CommandLine, FrameLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from tests.play.server.test_room import Client, Workers, opened, playing, read, running, seated, starting, until
@@ -213,6 +214,22 @@ def test_what_was_played_is_in_the_file_after_half_a_second(tmp_path):
             return Recording.read(room.session.recorder.path)
 
     assert asyncio.run(play()).last_tick >= 15
+
+
+def test_what_players_say_more_than_a_flush_writes_does_not_heap_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(recorder, "_ONE_FLUSH", 5000)
+
+    async def play():
+        with opened(tmp_path, speed=2.0, time_limit=None) as room:
+            await running(room)
+            for number in range(100):
+                room.session.submit(0, number, np.ones((10, 10)))
+            begun = room.session.game.tick
+            await until(lambda: room.session.recorder.is_behind)
+            await until(lambda: not room.session.recorder.is_behind)
+            return room.session.game.tick - begun
+
+    assert asyncio.run(play()) < 60, "at two flushes a second it takes 10 s"
 
 
 @pytest.mark.parametrize(

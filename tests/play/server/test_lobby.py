@@ -134,6 +134,22 @@ def test_recorded_games_that_are_watched_are_so_large_together_and_no_larger(lob
     assert refused.value.code == "full"
 
 
+def test_games_are_listed_while_rooms_come_and_go(lobby, tmp_path):
+    (tmp_path / "a.jsonl").touch()
+
+    class Room:
+        outcome, code = None, "AAAA"
+        close = staticmethod(lambda: None)
+
+        @property
+        def session(self):
+            lobby.rooms |= {f"AAA{len(lobby.rooms)}": self}  # as the event loop does while a thread lists the games
+
+    lobby.rooms["AAAA"] = Room()
+    assert lobby.recordings() == ["a.jsonl"] and len(lobby.rooms) == 2, "rooms are looked through once"
+    lobby.rooms.clear()
+
+
 def test_a_recording_that_nobody_waits_for_any_more_is_read_to_its_end_before_the_next_is(lobby, tmp_path, monkeypatch):
     for name in "abc":
         (tmp_path / f"{name}.jsonl").touch()

@@ -16,7 +16,7 @@ from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server import replay_session as module
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession, sizes_of
 from swarm_pz.play.server.room_settings import settings_of
-from tests.play.recordings.test_format import record
+from tests.play.recordings.test_format import plain_lines, record, write_chained
 from tests.play.recordings.test_playback import CALM
 from tests.play.server.test_room import THREAD, Client, until
 
@@ -40,6 +40,26 @@ def test_what_is_taken_over_has_the_sizes_of_the_whole_seconds_that_were_played(
         sizes.append(playback.game.sizes)
     assert moment.sizes == sizes
     assert moment.game.tick == moment.origin.tick == tick
+
+
+def test_what_broke_off_is_taken_over_from_its_last_frame(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=90, config=CALM)
+    lines = plain_lines(tmp_path / "a.jsonl")
+    last = next(i for i, line in enumerate(lines) if line["type"] == "in_force" and line["tick"] == 60)
+    kept = [line for line in lines[: last + 1] if (line["type"], line.get("tick")) != ("frame", 60)]
+    write_chained(tmp_path / "a.jsonl", kept)
+
+    async def watch():
+        loaded = LoadedRecording.read(tmp_path / "a.jsonl")
+        assert loaded.is_verified and loaded.recording.last_tick == 60 and loaded.frames[-1].tick == 57
+        replay = ReplaySession(loaded, Client(), THREAD)
+        replay.seek(60)
+        moment = await replay.moment()
+        replay.close()
+        return moment
+
+    moment = asyncio.run(watch())
+    assert moment.game.tick == moment.origin.tick == 57
 
 
 def watch(path, script, is_verified=True):

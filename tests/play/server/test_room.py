@@ -397,6 +397,24 @@ def test_who_enters_a_running_game_is_shown_all_of_it(tmp_path):
     assert (state.red.label, state.blue.label) == ("label of red", "label of blue")
 
 
+def test_who_comes_again_and_again_is_not_told_to_everybody_each_time(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "_TELL_S", 0.05)
+
+    async def play():
+        with opened(tmp_path) as room:
+            watchers = [Client() for _ in range(30)]
+            for watcher in watchers * 10:
+                watcher.messages.clear()
+                room.watch(watcher)
+                assert watcher.heard(protocol.RoomState), "who comes is"
+            (red,) = seated(room, "red")
+            assert len(watchers[0].messages) < 10 and not watchers[0].messages[-1].red.connected
+            await until(lambda: watchers[0].messages[-1].red.connected)
+            assert all(client.messages[-1].watchers == 30 for client in (red, *watchers))
+
+    asyncio.run(play())
+
+
 def test_seats_change_between_games_and_not_in_them(tmp_path):
     async def play():
         with opened(tmp_path) as room:

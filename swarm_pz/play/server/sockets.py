@@ -1,0 +1,57 @@
+"""WebSockets below messages: what a peer sends there reaches no application, and may keep nobody waiting."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+
+from swarm_pz.play.server.budget import Budget
+
+_MOST_PARTS, _PARTS_PER_SECOND = 100.0, 10.0
+"""Pings, pongs and parts of messages that a peer may send, at once and in a second: browsers send hardly any."""
+_READ_AT_ONCE = 1024
+RECEIVED_AT_ONCE = 16 * 1024
+"""Bytes that the system keeps of what a peer sent: all of it is read at once, and in six bytes is a ping."""
+
+
+class BoundedWebSocket(WebSocketsSansIOProtocol):
+    """A WebSocket whose peer is cut off if it sends more than a few pings, pongs and parts of messages, or is gone."""
+
+    def __init__(self, *args: Any, **more: Any) -> None:
+        super().__init__(*args, **more)
+        self._parts = Budget(_MOST_PARTS, _PARTS_PER_SECOND, time.monotonic())
+
+    def _count(self) -> bool:
+        """Count one, and tell whether the peer may go on."""
+        may_go_on = self._parts.take(1.0, time.monotonic())
+        if not may_go_on:
+            self.transport.abort()
+        return may_go_on
+
+    def data_received(self, data: bytes) -> None:
+        """Read what came little by little: nothing more of it once the peer is cut off."""
+        for start in range(0, len(data), _READ_AT_ONCE):
+            if not self.transport.is_closing():
+                super().data_received(data[start : start + _READ_AT_ONCE])
+
+    def handle_ping(self) -> None:
+        """Answer a ping."""
+        if self._count():
+            super().handle_ping()
+
+    def handle_pong(self, event: Any) -> None:
+        """Hear a pong."""
+        if self._count():
+            super().handle_pong(event)
+
+    def handle_cont(self, event: Any) -> None:
+        """Take one more part of a message."""
+        if self._count():
+            super().handle_cont(event)
+
+    def keepalive_timeout(self) -> None:
+        """Let go of a peer that does not answer, and of what it has not read: that would keep it for ever."""
+        super().keepalive_timeout()
+        self.transport.abort()
