@@ -464,6 +464,28 @@ def test_the_lesson_counts_only_captures_by_a_drawing_of_ones_own(open_page):
     assert steps == [2, 2, 2, 2, 2, 2, 3]
 
 
+def test_the_picture_of_capturing_shows_ground_along_the_ring_that_captures_as_it_does_in_games(open_page):
+    page = open_page("#lesson", width=390, height=844)
+    page.wait_for_selector("#step", state="visible")
+    on_line, inside = page.evaluate(
+        """async () => {
+            const { Lesson } = await import("/static/lesson.js");
+            new Lesson(new EventTarget(), { begin: () => true, home: () => {} }).go(2);
+            const picture = document.getElementById("step-picture"), side = picture.width;
+            const { data } = picture.getContext("2d").getImageData(0, 0, side, side);
+            const counts = [0, 0];
+            for (let i = 0; i < data.length; i += 4) {
+                if (data[i] < data[i + 1] + 30) continue;                       // what is striped red, or a red drone
+                const k = i / 4, r = Math.hypot((k % side) / side - 0.5, Math.floor(k / side) / side - 0.5);
+                if (r > 0.16 || r < 0.1) counts[r > 0.16 ? 0 : 1]++;
+            }
+            return counts;
+        }"""
+    )
+    assert on_line > 3000 and inside < on_line / 10
+    assert page.locator("#step").evaluate("step => step.scrollHeight <= step.clientHeight"), "all of it fits"
+
+
 def test_the_lesson_is_over_before_it_was_done(open_page):
     page = open_page(width=900, height=700)
     page.click("#start-lesson")

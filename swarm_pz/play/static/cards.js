@@ -1,6 +1,6 @@
 // Opponents as cards: a picture of what they do, a line, and the level that their rating puts them on.
 
-import { COLOURS } from "./ground.js";
+import { COLOURS, hatch } from "./ground.js";
 
 const LEVELS = [["Easy", -Infinity], ["Fair", 900], ["Hard", 1300]]; // from which rating on; uniform has 1000
 const SHOWN = 3; // cards of a level at first
@@ -62,7 +62,20 @@ export function paintCard(canvas, card) {
     draw.fillRect(x, cells - 1 - y, 1, 1);
   }));
   pen.drawImage(small, 0, 0, side, side);
-  for (const [x, y] of card.drones) shape(pen, 1, x / 100 * side, (1 - y / 100) * side, side * 0.028);
+  paintDrones(canvas, 1, card.drones);
+}
+
+// Drones of a team, by their places in hundredths of the map.
+export function paintDrones(canvas, team, drones) {
+  const pen = canvas.getContext("2d"), side = canvas.width;
+  for (const [x, y] of drones) shape(pen, team, x / 100 * side, (1 - y / 100) * side, side * 0.028);
+}
+
+// Ground where red captures: columns of the board's cells, by row.
+export function paintHolds(canvas, rows) {
+  const pen = canvas.getContext("2d"), size = canvas.width / 50;
+  pen.fillStyle = hatch(pen, 0, 1);
+  for (const [y, columns] of Object.entries(rows)) for (const x of columns) pen.fillRect(x * size, (49 - y) * size, size, size);
 }
 
 function paintUnknown(pen, side) {
@@ -79,7 +92,8 @@ export function paintPoster(canvas, card) {
   paintDrawing(canvas, RING, 10);
 }
 
-export const RING = arc(0.31, -0.4, 4.9), CIRCLE = arc(0.27, 0, 2 * Math.PI), CORNER = [[0.78, 0.8], [0.84, 0.86], [0.9, 0.9]];
+const RING = arc(0.31, -0.4, 4.9);
+export const TIGHT = arc(0.16, 0, 2 * Math.PI), CIRCLE = arc(0.27, 0, 2 * Math.PI), CORNER = [[0.78, 0.8], [0.84, 0.86], [0.9, 0.9]];
 
 function arc(radius, from, to) {
   return Array.from({ length: 60 }, (_, k) => {

@@ -1,6 +1,6 @@
 // The first lesson: three steps. Each waits, with the board held, until one goes on; and again until it is done.
 
-import { CIRCLE, CORNER, paintCard, paintDrawing, RING } from "./cards.js";
+import { CIRCLE, CORNER, paintCard, paintDrawing, paintDrones, paintHolds, TIGHT } from "./cards.js";
 
 const at = (id) => document.getElementById(id);
 const IN_CORNER = 0.35; // map widths from the corner that count as there
@@ -32,8 +32,14 @@ const STEPS = [
     title: "Make one change sides",
     text: "Filled ground is yours: around it your drones flew most in the last five seconds. A blue drone on it turns red. "
       + "Blue has such ground, too, and yours turn blue there. Draw a ring around blue drones.",
-    shows: RING,
-    meets: [[44, 52], [55, 42], [53, 60]], // blue drones, in hundredths
+    shows: TIGHT,
+    flown: [[52, 65], [34, 53], [48, 34], [66, 48]], // red drones, in hundredths
+    meets: [[61, 63], [49, 51], [71, 31]], // blue ones: caught, safe in the middle, and on its way
+    holds: { // cells by row that such a ring held in a game after twelve seconds
+      17: [20, 27, 31], 18: [20, 27, 31], 19: [20, 21, 27, 29, 31], 20: [21, 23, 24, 27, 29], 21: [17, 19, 20, 21, 23,
+      27, 28, 29], 22: [17, 19, 21, 28], 23: [21, 28, 30, 31, 32], 24: [21], 25: [17, 21, 28], 26: [31], 27: [21, 30,
+      31, 32], 30: [19, 20, 21, 30], 31: [21, 22, 30], 32: [29, 30], 33: [30], 34: [18, 26],
+    },
     task: "Draw a ring around blue drones, and again as they move, until one turns red there.",
     room: AGAINST,
     done: (frame, captured) => captured.some((drone) => frame.teams[drone] === 0),
@@ -95,8 +101,14 @@ export class Lesson {
   paint(step) {
     at("step-picture").hidden = !step;
     if (!step) return;
-    paintCard(at("step-picture"), { target: ["0"], drones: step.meets ?? [] });
-    paintDrawing(at("step-picture"), step.shows, step.shows === CORNER ? 3 : 9);
+    const canvas = at("step-picture"), pen = canvas.getContext("2d"), zoom = step.holds ? 2 : 1, shift = (1 - zoom) / 2 * canvas.width;
+    pen.setTransform(zoom, 0, 0, zoom, shift, shift);
+    paintCard(canvas, { target: ["0"], drones: [] });
+    paintDrawing(canvas, step.shows, step.holds ? 0 : step.shows === CORNER ? 3 : 9);
+    if (!step.holds) return;
+    paintHolds(canvas, step.holds);
+    paintDrones(canvas, 0, step.flown);
+    paintDrones(canvas, 1, step.meets);
   }
 
   // Let the board go on, in the room that the step needs.
