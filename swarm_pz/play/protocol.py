@@ -257,6 +257,8 @@ class SeatState(_Message):
     """Of a policy: a game waits until it is loaded, and one that failed does not play."""
     reason: str = ""
     """Why a policy failed to load."""
+    gone: bool = False
+    """Who had it gave it up for good in the game that is played; its swarm goes on with its last command."""
 
 
 class RoomState(_Message, tag="room"):

@@ -415,6 +415,11 @@ def test_a_replay_is_scrubbed_and_taken_over(open_page, table):
     page.locator("#moment").fill("90")
     expect(page.locator("#clock")).to_have_text("0:03 of 0:05")
     page.click("#take-over")
+    expect(page.locator("#ready")).to_have_text("I am ready")
+    expect(page.locator("#arena")).to_have_attribute("data-tick", "90")  # the board is in view while one decides
+    expect(page.locator("#time-left")).to_have_text("0:02")
+    card, arena = (page.locator(name).bounding_box() for name in ("#card", "#arena"))
+    assert card["y"] >= arena["y"] + arena["height"]
     page.click("#ready")
     page.wait_for_selector("#recording", state="visible", timeout=SLOW_MS)
     taken = Recording.read(recordings(table, room_of(page))[0])

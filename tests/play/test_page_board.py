@@ -438,11 +438,16 @@ def test_a_seat_is_given_up_only_when_that_is_meant(open_page):
 
 
 def test_a_game_ends_with_a_graph_and_the_other_side_is_a_click_away(open_page):
-    page = open_page()
+    page = open_page(width=390, height=844)
     room = play_through(page, "2")
     expect(page.locator("#cover-text")).to_have_text(re.compile("won|lost|draw"))
     expect(page.locator("#result-chart")).to_be_visible()
     expect(page.locator("#toast")).to_be_hidden()
+    expect(page.locator("#controls")).to_be_hidden()
+    expect(page.locator("#go-home")).to_be_visible()
+    card, arena = (page.locator(name).bounding_box() for name in ("#card", "#arena"))
+    assert card["y"] >= arena["y"] + arena["height"], "the last board is seen whole"
+    assert card["y"] + card["height"] <= 844
     page.click("#swap")
     expect(page.locator("#blue-who")).to_have_text("(you)")
     expect(page.locator("#red-who")).to_have_text("uniform")

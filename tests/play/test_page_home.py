@@ -214,6 +214,31 @@ def test_axe_finds_nothing_in_a_waiting_room_nor_where_one_is_asked(open_page):
     check(page, "a room that is gone")
 
 
+def test_who_waits_for_a_policy_keeps_the_board_and_is_told_one_true_thing(open_page):
+    page = open_page(width=1366, height=768)
+    seen = page.evaluate(
+        """async () => {
+            const { Cover } = await import("/static/cover.js");
+            const cover = new Cover(new EventTarget(), () => {}), at = (id) => document.getElementById(id);
+            at("table").hidden = false;
+            const seat = { label: "", connected: true, ready: true };
+            const room = { code: "ABCD", phase: "waiting", settings: { red: 10, blue: 10, speed: 1 }, sizes: [],
+                red: { ...seat, kind: "person", name: "" },
+                blue: { ...seat, kind: "policy", name: "blind_ring", policy_state: "loading" } };
+            const seen = [];
+            for (const side of [0, null]) {
+                cover.show(room, side, null);
+                await new Promise(requestAnimationFrame);
+                seen.push([at("waiting").checkVisibility(), at("cover-text").textContent, at("blue-seat").textContent,
+                    getComputedStyle(at("cover")).position]);
+            }
+            return seen;
+        }"""
+    )
+    told = ["blind ring is getting ready.", "blue: blind ring, getting ready"]
+    assert seen == [[False, *told, "absolute"], [True, *told, "fixed"]]
+
+
 # --- going back -----------------------------------------------------------------------------------
 
 
@@ -263,6 +288,7 @@ def test_after_the_server_came_back_the_page_leads_to_the_recording(open_page, o
     eventually(page, lambda: page.inner_text("#time") >= "0:02")
     own_table.kill()
     expect(page.locator("#says")).to_contain_text("connection is lost")
+    expect(page.locator("#send")).to_be_disabled()
     again = Table(own_table.folder, "--port", own_table.address.split(":")[1])
     try:
         page.wait_for_selector("#scrubber", state="visible", timeout=SLOW_MS)
@@ -486,6 +512,49 @@ def test_the_picture_of_capturing_shows_ground_along_the_ring_that_captures_as_i
     assert page.locator("#step").evaluate("step => step.scrollHeight <= step.clientHeight"), "all of it fits"
 
 
+def test_the_lesson_tells_who_is_stuck_what_is_wrong_marks_where_to_draw_and_lets_one_skip(open_page):
+    seen = open_page().evaluate(
+        """async () => {
+            const { Lesson } = await import("/static/lesson.js");
+            const lesson = new Lesson(new EventTarget(), { begin: () => true, home: () => {} });
+            const at = (id) => document.getElementById(id), seen = [];
+            const frame = (tick) => ({ tick, teams: Uint8Array.from([0, 0, 1, 1]),
+                positions: Float32Array.from([0.5, 0.5, 0.4, 0.5, 0.1, 0.1, 0.6, 0.6]) });
+            const goal = () => ["cx", "cy", "r"].map((name) => Math.round(at("goal-circle").getAttribute(name)));
+            const draw = (tick, ...points) => {
+                lesson.sent([{ points }]);
+                for (const later of [0, 15, 45]) lesson.watch(frame(tick + later), [], 0);
+                seen.push(at("lesson-task").textContent);
+            };
+            lesson.start();
+            lesson.act();
+            lesson.watch(frame(0), [], 0);
+            seen.push([...goal(), at("goal").hasAttribute("hidden")]);
+            for (const tick of [100, 200, 300]) draw(tick, [0.5, 0.5], [0.6, 0.6]);  // far from the corner
+            draw(400, [0.9, 0.9], [0.95, 0.95]);
+            at("lesson-skip").click();
+            seen.push(at("step-title").textContent, at("goal").hasAttribute("hidden"));
+            at("on-lift").checked = false;
+            lesson.act();
+            seen.push(at("lesson-task").textContent);
+            lesson.sinceMs = performance.now() - 15_001;                             // nothing was drawn for long
+            lesson.watch(frame(500), [], 0);
+            seen.push(at("lesson-task").textContent);
+            at("lesson-skip").click();
+            lesson.act();
+            lesson.watch(frame(600), [], 0);
+            seen.push(goal());
+            return seen;
+        }"""
+    )
+    corner, *asked, right, title, is_hidden, circle, around, nearest = seen
+    assert corner == [100, 0, 35, False] and nearest == [60, 40, 10], "the blue drone that is nearest to red"
+    assert ["inside the dashed corner" in text for text in asked] == [False, False, True]
+    assert "now leave it so" in right and title == "2 of 3: Go all around" and is_hidden
+    assert circle.endswith("Draw a big circle around the middle. Then press Send.")
+    assert "Follow the dashed circle" in around
+
+
 def test_the_lesson_is_over_before_it_was_done(open_page):
     page = open_page(width=900, height=700)
     page.click("#start-lesson")
@@ -499,6 +568,17 @@ def test_the_lesson_is_over_before_it_was_done(open_page):
     expect(page.locator("#leaving")).to_be_hidden()
     begin(page)
     expect(page.locator("#lesson")).to_be_hidden()
+
+
+def test_before_a_game_nothing_is_shown_that_is_of_none(open_page):
+    page = open_page("#lesson", width=900, height=700)
+    page.wait_for_selector("#step", state="visible")
+    for name in ("red-size", "blue-size", "time", "chart"):
+        expect(page.locator(f"#{name}")).to_be_hidden()
+    page.click("#lesson-next")
+    is_playing(page)
+    assert page.inner_text("#red-size") == "12" and page.inner_text("#blue-size") == "0"
+    assert page.inner_text("#blue-who") == "nobody"
 
 
 def test_a_step_for_which_there_is_no_room_waits_on(open_page):
@@ -535,3 +615,65 @@ def test_a_step_of_the_lesson_fits_on_the_board(open_page, width, height):
     for name in ("lesson-next", "lesson-leave"):
         box = page.locator(f"#{name}").bounding_box()
         assert box["y"] >= 0 and box["y"] + box["height"] <= height, name
+
+
+# --- who comes and goes ---------------------------------------------------------------------------
+
+
+def test_who_stays_is_told_that_the_other_one_has_left_for_good_and_who_comes_back_why_they_watch(open_page, table):
+    page = open_page(width=1000, height=700)
+    page.click("#invite-somebody")
+    room = room_of(page)
+    link = f"http://{table.address}/#room={room}"
+    other = guest(page, link)
+    other.click("#ready")
+    page.click("#ready")
+    is_playing(page)
+    is_playing(other)
+    third = guest(page, link)
+    expect(third.locator("#watching")).to_have_text("You watch: both seats are taken.")
+    expect(page.locator("#notice")).to_be_hidden()
+    other.click("#leave")
+    other.click("#leave-now")
+    expect(page.locator("#notice-text")).to_contain_text("Your opponent has left for good")
+    expect(page.locator("#blue-who")).to_have_text("person (left)")
+    found = Axe().run(page).response["violations"]
+    assert not found, found
+    other.goto(link)
+    for one in (other, third):
+        expect(one.locator("#watching")).to_contain_text("the blue seat was given up for good")
+        assert one.url.endswith(f"#watch={room}")
+    page.click("#play-on")
+    expect(page.locator("#notice")).to_be_hidden()
+    assert focused(page) == "arena"
+    expect(page.locator("#send")).to_be_enabled()
+    page.reload()
+    page.click("#end-game")  # nobody is left who would miss it: one is not asked again
+    expect(page.locator("#lobby")).to_be_visible()
+    expect(page.locator("#leaving")).to_be_hidden()
+    for one in (other, third):
+        one.context.close()
+
+
+def test_a_code_that_was_mistyped_is_corrected_where_it_was_typed(open_page):
+    page = open_page()
+    page.fill("#code", "zzzz")
+    page.click("#join button[type=submit]")
+    expect(page.locator("#code-fault")).to_contain_text("There is no room ZZZZ.")
+    expect(page.locator("#gone")).to_be_hidden()
+    eventually(page, lambda: focused(page) == "code")
+    page.click("#invite-somebody")
+    page.wait_for_selector("#invitation", state="visible")
+    page.click("#go-home")
+    expect(page.locator("#code-fault")).to_be_empty()
+
+
+@pytest.mark.parametrize("touch", [False, True])
+def test_a_frame_shows_where_the_focus_is_to_who_uses_keys(touch, open_page):
+    page = open_page("#play", width=390, height=844, has_touch=touch, is_mobile=touch)
+    is_playing(page)
+    assert focused(page) == "arena"
+    style = "getComputedStyle(document.getElementById('arena')).outlineStyle"
+    assert page.evaluate(style) == ("none" if touch else "solid")
+    page.keyboard.press("ArrowUp")
+    assert page.evaluate(style) == "solid"

@@ -20,7 +20,7 @@ from swarm_pz.play.server.live_session import Callbacks, LiveSession, Moment, Se
 from swarm_pz.play.server.policy_workers import PolicySeat
 from swarm_pz.play.server.room_settings import table_config
 from swarm_pz.play.server.seat import Seat
-from swarm_pz.play.server.views import target_message
+from swarm_pz.play.server.views import frame_of, target_message
 from swarm_pz.simulator.commands import make_target
 
 AWAY_S = 60.0
@@ -168,6 +168,9 @@ class Room:
             connection.send(protocol.Notice(text=text))
         if self.session is not None:
             connection.send_bytes(self.session.frame(keyframe=True))
+        elif self._moment is not None:  # one decides whether one is ready with the board in view
+            simulator, now = self._moment.game.simulator, self._context.now_ms()
+            connection.send_bytes(frame_of(simulator, 0, now, altitudes=True, fields=True))
 
     def invite(self, connection: Connection, side: protocol.Side, policy: str | None) -> None:
         """Give a seat to a policy, or free it."""

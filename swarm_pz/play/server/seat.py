@@ -97,4 +97,5 @@ class Seat:
             ready=self.ready,
             policy_state=self.policy_state,
             reason=self.reason,
+            gone=self.gone,
         )

@@ -6,6 +6,9 @@ const LEVELS = [["Easy", -Infinity], ["Fair", 900], ["Hard", 1300]]; // from whi
 const SHOWN = 3; // cards of a level at first
 const INK = "#0b6e4f";
 
+// A policy's name, as people read it.
+export function called(name) { return name.replaceAll("_", " "); }
+
 // The levels, each with its policies, best first; those without a rating come last and have none.
 export function levelsOf(policies) {
   const levels = LEVELS.map(([title, from], i) => ({
@@ -36,7 +39,7 @@ function cardElement({ name, about, card }, title, play) {
   const canvas = Object.assign(document.createElement("canvas"), { width: 144, height: 144 });
   canvas.setAttribute("aria-hidden", "true");
   const text = document.createElement("span");
-  for (const [tag, words] of [["strong", name.replaceAll("_", " ")], ["span", about], ...(card ? [["small", `${title}, rating ${card.rating}`]] : [])]) {
+  for (const [tag, words] of [["strong", called(name)], ["span", about], ...(card ? [["small", `${title}, rating ${card.rating}`]] : [])]) {
     text.append(Object.assign(document.createElement(tag), { textContent: words }));
   }
   button.dataset.opponent = name;

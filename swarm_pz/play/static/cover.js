@@ -1,8 +1,9 @@
 // What lies over the board while no game is played: whom one waits for, the countdown, and the result.
 
+import { called } from "./cards.js";
 import { Chart, turningPoint, untilTheEnd } from "./chart.js";
 import { clock } from "./news.js";
-import { freeSides, Waiting } from "./waiting.js";
+import { freeSides, meetsSomebody, Waiting } from "./waiting.js";
 
 const at = (id) => document.getElementById(id);
 const SIDES = ["red", "blue"];
@@ -31,7 +32,8 @@ export class Cover {
     this.seat = seat;
     const isOver = room.phase === "over", own = seat === null ? null : room[SIDES[seat]];
     const onlyPolicies = SIDES.every((side) => room[side].kind === "policy" || room.settings[side] === 0);
-    at("table").dataset.phase = room.phase;
+    // Who waits for policies alone keeps the board in view.
+    at("table").dataset.phase = room.phase === "waiting" && !meetsSomebody(room, seat) ? "before" : room.phase;
     at("cover").hidden = !isOver && room.phase !== "waiting";
     at("ready").hidden = own ? own.ready : !onlyPolicies;
     at("ready").textContent = isOver ? "Play again" : onlyPolicies ? "Begin" : "I am ready";
@@ -39,9 +41,19 @@ export class Cover {
     at("swap").hidden = !isOver || own === null || room[this.other].kind !== "policy";
     at("recording").hidden = !isOver;
     at("recording").href = `#replay=${room.recording}`;
+    this.showNotice();
     this.showResult(isOver && room.outcome !== "stopped", lastTick);
     const waiting = this.waiting.show(room, seat), text = isOver ? this.result(lastTick) : `${this.unready ?? waiting}${this.pace}`;
     requestAnimationFrame(() => this.say(text)); // said once it is shown
+  }
+
+  // Whether the game goes on against a swarm that nobody steers, and what of that is told.
+  showNotice() {
+    const { room, seat } = this, isAlone = room.phase === "playing" && seat !== null && room[this.other].gone;
+    if (!isAlone) this.playsOn = false;
+    at("notice").hidden = !isAlone || this.playsOn;
+    const text = isAlone ? `${room[this.other].label || "Your opponent"} has left for good: their swarm goes on with its last command.` : "";
+    if (at("notice-text").textContent !== text) at("notice-text").textContent = text;
   }
 
   get other() { return SIDES[1 - this.seat]; }
@@ -51,9 +63,9 @@ export class Cover {
   // What is to be said of a policy that loads, or cannot.
   get unready() {
     const seats = SIDES.map((side) => this.room[side]), failed = seats.find((seat) => seat.policy_state === "failed");
-    if (failed) return `${failed.name} cannot play: ${failed.reason}`;
+    if (failed) return `${called(failed.name)} cannot play: ${failed.reason}`;
     const loading = seats.find((seat) => seat.policy_state === "loading");
-    return loading ? `${loading.name} is getting ready.` : null;
+    return loading ? `${called(loading.name)} is getting ready.` : null;
   }
 
   get pace() {

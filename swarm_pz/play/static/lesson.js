@@ -7,23 +7,32 @@ const IN_CORNER = 0.35; // map widths from the corner that count as there
 const SPREAD = 0.18; // mean distance of drones from their mean place that is no bunch
 const NEAR = 0.2; // map widths from what was drawn within which a capture is the drawing's
 const EFFECT_TICKS = 30; // after which a drawing can have had an effect
+const STUCK_MS = 15_000, STUCK_SENDS = 3; // after which one is told what is wrong
 const ALONE = { settings: { red: 12, blue: 0, time_limit: null } };
 const AGAINST = { opponent: "uniform", settings: { red: 12, blue: 5, speed: 0.5, time_limit: null } };
+
+const LEAVE_IT = "That is the place: now leave it so, your drones are on their way.";
 
 const STEPS = [
   {
     title: "Draw where they should be",
-    text: "You are red, the discs. Drag a short stroke in the top right corner and send it: your drones fly there by themselves.",
+    text: "You are red, the discs. Drag a short stroke in the top right corner: your drones fly there by themselves.",
     shows: CORNER,
-    task: "Draw in the top right corner, and send it.",
+    task: "Draw a short stroke in the top right corner.",
+    goal: () => [1, 1, IN_CORNER],
+    hint: (points) => (part(points, (x, y) => Math.hypot(1 - x, 1 - y) < IN_CORNER) < 0.7
+      ? "Draw inside the dashed corner, and nowhere else: drones go to all that is drawn." : LEAVE_IT),
     room: ALONE,
     done: (frame) => share(frame, 0, (x, y) => Math.hypot(1 - x, 1 - y) < IN_CORNER) >= 0.6,
   },
   {
-    title: "Spread out",
+    title: "Go all around",
     text: "A bunch holds no more than the ground around itself. Draw a big circle around the middle: your drones spread along it.",
     shows: CIRCLE,
-    task: "Draw a big circle around the middle, and send it.",
+    task: "Draw a big circle around the middle.",
+    goal: () => [0.5, 0.5, 0.27],
+    hint: (points) => (part(points, (x, y) => Math.abs(Math.hypot(x - 0.5, y - 0.5) - 0.27) < 0.12) < 0.7 || !surrounds(points)
+      ? "Follow the dashed circle all the way around, in one stroke." : LEAVE_IT),
     room: ALONE,
     done: (frame) => share(frame, 0, (x, y) => Math.abs(Math.hypot(x - 0.5, y - 0.5) - 0.25) < 0.2) >= 0.6
       && spread(frame, 0) > SPREAD,
@@ -41,6 +50,13 @@ const STEPS = [
       31, 32], 30: [19, 20, 21, 30], 31: [21, 22, 30], 32: [29, 30], 33: [30], 34: [18, 26],
     },
     task: "Draw a ring around blue drones, and again as they move, until one turns red there.",
+    goal: nearestBlue,
+    hint: (points, frame) => {
+      const [x, y] = nearestBlue(frame) ?? [0.5, 0.5];
+      return part(points, (px, py) => Math.hypot(px - x, py - y) < NEAR) < 0.3
+        ? "Draw around the blue drone in the dashed circle: your drones must fly where it is."
+        : "Right there. Your ground needs some seconds; if the blue drone has gone, draw around it anew.";
+    },
     room: AGAINST,
     done: (frame, captured) => captured.some((drone) => frame.teams[drone] === 0),
   },
@@ -49,7 +65,7 @@ const STEPS = [
 export class Lesson {
   // begin: opens a room by a message and begins in it at once; home: leads back to the start.
   constructor(link, { begin, home }) {
-    Object.assign(this, { link, begin, home, step: -1, room: null, held: false });
+    Object.assign(this, { link, begin, home, step: -1, room: null, held: false, drawn: null, hinted: undefined, sends: 0, sinceMs: null });
     link.addEventListener("seated", ({ detail }) => { this.room ??= this.running ? detail.room : null; });
     link.addEventListener("refused", ({ detail }) => {
       if (detail.about !== "create" || !this.running) return;
@@ -58,6 +74,8 @@ export class Lesson {
     });
     at("lesson-next").addEventListener("click", () => this.act());
     at("lesson-leave").addEventListener("click", home);
+    at("lesson-skip").addEventListener("click", () => this.go(this.step + 1));
+    at("on-lift").addEventListener("change", () => { if (this.running && !this.held) this.ask(); });
   }
 
   get running() { return this.step >= 0; }
@@ -73,6 +91,7 @@ export class Lesson {
   stop() {
     Object.assign(this, { step: -1, held: false });
     at("lesson").hidden = at("step").hidden = true;
+    this.mark(null);
     at("chart").hidden = false;
   }
 
@@ -90,6 +109,7 @@ export class Lesson {
     Object.assign(this, { held: true, drawn: null });
     at("step").hidden = false;
     at("lesson").hidden = true;
+    this.mark(null);
     at("step-title").textContent = title;
     this.paint(STEPS[this.step]);
     at("lesson-text").textContent = text;
@@ -118,7 +138,7 @@ export class Lesson {
       this.begin({ seat: "red", opponent: "uniform" });
       return;
     }
-    const { room, task } = STEPS[this.step];
+    const { room } = STEPS[this.step];
     if (this.setting !== room) {
       Object.assign(this, { setting: null, room: null });
       if (!this.begin({ seat: "red", ...room, lesson: true })) return;
@@ -128,8 +148,32 @@ export class Lesson {
     at("step").hidden = true;
     at("lesson").hidden = false;
     at("chart").hidden = true;
-    at("lesson").textContent = `${this.step + 1} of ${STEPS.length}: ${task}`;
+    Object.assign(this, { hinted: undefined, sends: 0, sinceMs: null });
+    this.ask();
     at("arena").focus({ preventScroll: true });
+  }
+
+  // What is to be done, and what is wrong with what was done so far.
+  ask(hint = "") {
+    const { task } = STEPS[this.step], send = at("on-lift").checked ? "" : " Then press Send.";
+    const text = `${this.step + 1} of ${STEPS.length}: ${hint || task}${hint ? "" : send}`;
+    if (at("lesson-task").textContent !== text) at("lesson-task").textContent = text;
+  }
+
+  // Where it is to be done, as a circle in map widths; null nowhere.
+  mark(circle) {
+    at("goal").toggleAttribute("hidden", !circle);
+    if (circle) circle.forEach((value, i) => at("goal-circle").setAttribute(["cx", "cy", "r"][i], 100 * (i === 1 ? 1 - value : value)));
+  }
+
+  // Tell who does not get on what is wrong: once for each drawing, when it can have had an effect.
+  help(frame) {
+    const { drawn } = this;
+    this.sinceMs ??= performance.now();
+    const isStuck = this.sends >= STUCK_SENDS || performance.now() - this.sinceMs > STUCK_MS;
+    if (!isStuck || this.hinted === drawn) return;
+    this.hinted = drawn;
+    this.ask(STEPS[this.step].hint(drawn?.points ?? [], frame));
   }
 
   // The game ended before the step was done: another one goes on with it.
@@ -139,17 +183,27 @@ export class Lesson {
     this.hold("Once more", "All drones are on one side, and not by a drawing of yours. Try it again.", "Try it");
   }
 
-  sent(strokes) { if (this.running && strokes.length) this.drawn = { points: strokes.flatMap(({ points }) => points), tick: null }; }
+  sent(strokes) {
+    if (!this.running || !strokes.length) return;
+    this.drawn = { points: strokes.flatMap(({ points }) => points), tick: null };
+    this.sends++;
+  }
 
   // Look whether the step is done, by what was drawn and not by chance.
   watch(frame, captured, seat) {
-    if (!this.running || this.held || seat === null || !this.drawn) return;
-    this.drawn.tick ??= frame.tick;
-    if (frame.tick - this.drawn.tick < EFFECT_TICKS) return;
+    if (!this.running || this.held || seat === null) return;
+    this.mark(STEPS[this.step].goal(frame));
+    if (this.drawn) this.drawn.tick ??= frame.tick;
+    const mayTell = !this.drawn || frame.tick - this.drawn.tick >= EFFECT_TICKS;
+    if (mayTell && this.drawn && this.isDone(frame, captured)) this.go(this.step + 1);
+    else if (mayTell) this.help(frame);
+  }
+
+  isDone(frame, captured) {
     const there = captured.filter((drone) => this.drawn.points.some(
       ([x, y]) => Math.hypot(frame.positions[2 * drone] - x, frame.positions[2 * drone + 1] - y) < NEAR,
     ));
-    if (STEPS[this.step].done(frame, there)) this.go(this.step + 1);
+    return STEPS[this.step].done(frame, there);
   }
 }
 
@@ -162,6 +216,21 @@ function own(frame, team) {
 function share(frame, team, isThere) {
   const places = own(frame, team);
   return places.filter(([x, y]) => isThere(x, y)).length / Math.max(places.length, 1);
+}
+
+// The part of a drawing's points that is somewhere.
+function part(points, isThere) { return points.filter(([x, y]) => isThere(x, y)).length / Math.max(points.length, 1); }
+
+// Whether a drawing leads most of the way around the middle.
+function surrounds(points) {
+  return new Set(points.map(([x, y]) => Math.floor(Math.atan2(y - 0.5, x - 0.5) / (Math.PI / 4)))).size >= 6;
+}
+
+// A circle around the blue drone that is nearest to the red ones.
+function nearestBlue(frame) {
+  const reds = own(frame, 0), far = ([x, y]) => Math.min(...reds.map(([a, b]) => Math.hypot(a - x, b - y)));
+  const [nearest] = own(frame, 1).sort((one, other) => far(one) - far(other));
+  return nearest ? [...nearest, 0.1] : null;
 }
 
 function spread(frame, team) {

@@ -43,6 +43,8 @@ export class Link extends EventTarget {
   // The server's clock; no number until it has been asked.
   now() { return this.pings.length ? performance.now() + this.offsetMs : NaN; }
 
+  get isOpen() { return this.greeted && this.socket.readyState === WebSocket.OPEN; }
+
   // Begin anew, with the seat that is wanted now.
   reopen() { this.socket.close(); }
 
@@ -74,7 +76,7 @@ export class Link extends EventTarget {
 
   // Send a message, and tell whether it could be sent.
   send(message) {
-    if (!this.greeted || this.socket.readyState !== WebSocket.OPEN) return false;
+    if (!this.isOpen) return false;
     this.socket.send(JSON.stringify(message));
     return true;
   }

@@ -1,6 +1,6 @@
 // The start: play at once, learn it, open a room or join one, go back to one's seat, watch what was recorded.
 
-import { levelElement, levelsOf, paintPoster } from "./cards.js";
+import { called, levelElement, levelsOf, paintPoster } from "./cards.js";
 import { listGames } from "./games.js";
 
 const at = (id) => document.getElementById(id);
@@ -18,12 +18,12 @@ export class Lobby {
     on("return", () => go(`room=${link.lastSeat.room}`));
     on("all-opponents", () => this.showAll(!at("opponents").classList.contains("all")));
     on("all-games", () => { at("recorded").open = true; at("recorded").scrollIntoView(); });
-    on("look-on", () => { if (at("code").reportValidity()) go(`watch=${at("code").value.toUpperCase()}`); });
+    on("look-on", () => { if (at("code").reportValidity()) this.enter("watch"); });
     at("recorded").addEventListener("toggle", () => { if (at("recorded").open) listGames(at("games")); });
     at("create").addEventListener("submit", (event) => this.create(event));
     at("join").addEventListener("submit", (event) => {
       event.preventDefault();
-      go(`room=${at("code").value.toUpperCase()}`);
+      this.enter("room");
     });
     at("opponent").addEventListener("change", () => this.describe());
     at("side").addEventListener("change", () => this.showSides());
@@ -49,7 +49,7 @@ export class Lobby {
     at("all-opponents").hidden = !at("opponents").querySelector(".rest");
     const players = () => [
       new Option("a person, in another window or on another device", ""),
-      ...welcome.policies.map(({ name }) => new Option(name, name)),
+      ...welcome.policies.map(({ name }) => new Option(called(name), name)),
     ];
     at("opponent").append(...players());
     at("opponent").add(new Option("nobody: practise alone", "none"), 1);
@@ -64,7 +64,7 @@ export class Lobby {
     const policy = find(recall(STORE_OPPONENT)) ?? find(FIRST) ?? policies[0];
     this.next = policy?.name;
     at("quick").hidden = !policy;
-    at("quick").textContent = `Play against ${this.next}`;
+    at("quick").textContent = policy ? `Play against ${called(policy.name)}` : "";
     paintPoster(at("poster"), policy?.card);
   }
 
@@ -86,16 +86,32 @@ export class Lobby {
     at("opponent-about").textContent = policy?.about ?? "";
   }
 
+  // To the room whose code was typed.
+  enter(how) {
+    this.typed = at("code").value.toUpperCase();
+    this.go(`${how}=${this.typed}`);
+  }
+
   // Say that a room is no more, and lead to what was played in it.
   async gone(room, restarted) {
+    const games = listGames(at("gone-games"), room);
+    if (this.typed === room && !await games) { // most likely a slip, and corrected where it was made
+      at("code-fault").textContent = `There is no room ${room}. Look at its code again: it may also be closed.`;
+      at("code").focus();
+      at("code").select();
+      return;
+    }
     at("gone").hidden = false;
     const what = restarted ? `The table was started anew, and room ${room} is gone with it.` : `There is no room ${room} any more.`;
     at("gone-text").textContent = what;
-    const count = await listGames(at("gone-games"), room);
+    const count = await games;
     at("gone-text").textContent = count ? `${what} What was played in it is recorded:` : what;
   }
 
-  forgive() { at("gone").hidden = true; }
+  forgive() {
+    at("gone").hidden = true;
+    at("code-fault").textContent = this.typed = "";
+  }
 
   play(opponent) {
     remember(STORE_OPPONENT, opponent);

@@ -191,5 +191,7 @@ link.addEventListener("refused", ({ detail }) => {
   }
   say(detail.reason);
 });
+addEventListener("keydown", () => { document.documentElement.dataset.keys = ""; }, true);
+addEventListener("pointerdown", () => { delete document.documentElement.dataset.keys; }, true);
 addEventListener("hashchange", show);
 show();

@@ -1,6 +1,7 @@
 // The table: a game that one plays or watches.
 
 import { Arena } from "./arena.js";
+import { called } from "./cards.js";
 import { Chart } from "./chart.js";
 import { Cover } from "./cover.js";
 import { Lesson } from "./lesson.js";
@@ -58,6 +59,15 @@ export class Table {
     on("ready", () => this.link.send({ type: "ready" }));
     on("sit", () => this.sit());
     for (const id of ["leave", "close-replay", "go-home"]) on(id, () => this.left());
+    on("end-game", () => {
+      this.leave();
+      this.left();
+    });
+    on("play-on", () => {
+      this.cover.playsOn = true;
+      this.cover.showNotice();
+      this.focus();
+    });
     at("take-side").addEventListener("change", () => this.look(at("take-side").selectedIndex));
     at("width").addEventListener("input", () => this.setWidth());
     at("keep").addEventListener("change", () => { this.pen.keep = at("keep").checked; });
@@ -74,13 +84,14 @@ export class Table {
     });
     hear("in_force", this.setInForce);
     hear("welcome", () => { this.seat = this.room = null; });
+    hear("closed", () => this.showButtons());
   }
 
   // --- the room ---------------------------------------------------------------------------------------
 
   get isRunning() { return isRunning(this.room); }
 
-  get mayPlay() { return this.seat !== null && this.isRunning && !this.lesson.held; }
+  get mayPlay() { return this.seat !== null && this.isRunning && this.link.isOpen && !this.lesson.held; }
 
   // A game that others would miss one in.
   get isPlaying() {
@@ -112,7 +123,7 @@ export class Table {
     this.arena.speed = room.settings.speed;
     this.chart.set(room.sizes);
     this.showScores();
-    at("controls").hidden = this.seat === null || room.phase === "replay";
+    at("controls").hidden = this.seat === null || ["replay", "over"].includes(room.phase);
     this.replay.show(room);
     this.cover.show(room, this.seat, this.lastTick);
     this.showButtons();
@@ -142,9 +153,10 @@ export class Table {
   showScores() {
     const { room } = this;
     for (const side of SIDES) {
-      const { kind, name, label, connected } = room[side];
-      const who = { free: "free seat", policy: name, person: label || "person", program: label || "program" }[kind];
-      const isOwn = this.seat === SIDES.indexOf(side), away = connected || kind === "free" ? "" : " (away)";
+      const { kind, name, label, connected, gone } = room[side], free = room.settings[side] ? "free seat" : "nobody";
+      const who = { free, policy: called(name), person: label || "person", program: label || "program" }[kind];
+      const isOwn = this.seat === SIDES.indexOf(side), away = connected || kind === "free" ? "" : gone ? " (left)" : " (away)";
+      if (this.lastTick === null) at(`${side}-size`).textContent = room.settings[side]; // until a frame says how many
       at(`${side}-who`).textContent = isOwn ? `${label} (you)`.trim() : who + away;
     }
     this.showTime(this.lastTick ?? 0);
@@ -189,7 +201,7 @@ export class Table {
     this.giveUpSeat();
     this.room = this.place = null;
     at("take-side").selectedIndex = 0;
-    at("controls").hidden = at("scrubber").hidden = at("cover").hidden = true;
+    for (const id of ["controls", "scrubber", "cover", "notice", "watching"]) at(id).hidden = true;
     at("table").dataset.phase = "";
     this.arena.look(0);
     this.forget();

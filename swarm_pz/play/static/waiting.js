@@ -1,5 +1,7 @@
 // A room in which no game runs yet: who is here, who is ready, and how somebody else comes in.
 
+import { called } from "./cards.js";
+
 const at = (id) => document.getElementById(id);
 const SIDES = ["red", "blue"];
 const LOOPBACK = /^(localhost|127\.|\[::1\])/;
@@ -24,12 +26,14 @@ export class Waiting {
 
   // Returns what is to be said of the room.
   show(room, seat) {
-    at("waiting").hidden = room.phase !== "waiting";
+    at("waiting").hidden = room.phase !== "waiting" || !meetsSomebody(room, seat);
     at("room-code").textContent = this.code = room.code;
     for (const side of SIDES) at(`${side}-seat`).textContent = describe(room, side, seat);
     const free = freeSides(room);
     at("invitation").hidden = room.phase !== "waiting" || seat === null || !free.length;
     if (!at("invitation").hidden) this.showInvitation();
+    at("watching").hidden = seat !== null || !["starting", "playing"].includes(room.phase);
+    at("watching").textContent = at("watching").hidden ? "" : watching(room);
     return words(room, seat, free);
   }
 
@@ -57,27 +61,42 @@ export class Waiting {
   }
 }
 
+// Whether one waits for others than policies.
+export function meetsSomebody(room, seat) {
+  return SIDES.some((side, i) => i !== seat && room.settings[side] > 0 && room[side].kind !== "policy");
+}
+
 export function freeSides(room) {
   return SIDES.filter((side) => room[side].kind === "free" && room.settings[side] > 0);
 }
 
 function name({ kind, name, label }) {
-  return { free: "free", policy: name, person: label || "a person", program: label || "a program" }[kind];
+  return { free: "free", policy: called(name), person: label || "a person", program: label || "a program" }[kind];
 }
 
 function describe(room, side, seat) {
   const state = room[side], you = seat === SIDES.indexOf(side);
   if (room.settings[side] === 0) return `${side}: no drones`;
   if (state.kind === "free") return `${side}: free`;
-  const how = !state.connected ? "away" : state.ready ? "ready" : "not ready yet";
+  const how = { loading: "getting ready", failed: "cannot play" }[state.policy_state]
+    ?? (!state.connected ? "away" : state.ready ? "ready" : "not ready yet");
   return `${side}: ${you && !state.label ? "you" : name(state) + (you ? " (you)" : "")}, ${how}`;
 }
+
+// Why one has no seat in a game that is played.
+function watching(room) {
+  const given = SIDES.filter((side) => room[side].gone);
+  if (given.length) return `You watch: the ${given.join(" and the ")} seat was given up for good. It is free again after this game.`;
+  return SIDES.some((side) => isClient(room[side])) ? "You watch: both seats are taken." : "You watch.";
+}
+
+function isClient({ kind }) { return kind === "person" || kind === "program"; }
 
 function words(room, seat, free) {
   if (seat === null) {
     if (free.length) return `You watch. The ${free[0]} seat is free.`;
-    return SIDES.every((side) => room[side].kind !== "person" && room[side].kind !== "program")
-      ? "They wait for you to begin." : "You watch. The game begins when both are ready.";
+    return SIDES.some((side) => isClient(room[side]))
+      ? "You watch: both seats are taken. The game begins when both are ready." : "They wait for you to begin.";
   }
   const other = SIDES[1 - seat], own = room[SIDES[seat]], state = room[other];
   if (free.length) return `The ${free[0]} seat is free: send somebody the link.`;

@@ -464,10 +464,11 @@ def test_nobody_comes_back_to_a_seat_that_was_given_up_in_a_game(tmp_path):
             room.resume(blue, room.seats[1])
             room.leave(blue)
             assert room.abandoned and room.phase == "playing"
+            assert [seat.state().gone for seat in room.seats] == [True, True]
             events = [(line.team, line.event) for line in read(room).of(SeatLine)]
             assert events[2:] == [(1, "disconnected"), (0, "disconnected"), (1, "connected"), (1, "disconnected")]
             room.stop()
-            assert [seat.kind for seat in room.seats] == ["free", "free"]
+            assert [(seat.kind, seat.state().gone) for seat in room.seats] == [("free", False)] * 2
 
     asyncio.run(play())
 
@@ -603,6 +604,10 @@ def test_a_room_that_goes_on_from_a_moment_has_its_table(tmp_path):
         replay.close()
         with opened(tmp_path, moment=moment) as room:
             assert room.config == recording.config
+            client = Client()
+            room.watch(client)
+            (shown,) = [decode_frame(data) for data in client.bytes]
+            assert shown.tick == 45 and shown.fields is not None, "the moment is in view before its game begins"
             await running(room)
             return read(room)
 
