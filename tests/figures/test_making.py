@@ -168,6 +168,7 @@ def test_a_page_tells_of_each_figure_its_numbers_its_rule_and_what_was_changed_a
     assert f"Set right after the first look: {FIGURES['bunching_up'].revised}\n" in second
     assert "| share | 0.5 | 0.4 to 0.6 |" in second and "Intervals: Wilson." in second
     assert f"seed 0, swarm-pz {swarm_pz.__version__}" in page and "Of 2 claims 1 hold" in page
+    assert record_of("adversary")["config_hash"] == {"paper": GameConfig().hash}
 
 
 def test_ours_is_a_page_without_sections_beside_the_papers(tmp_path):

@@ -125,3 +125,18 @@ def test_a_trail_that_began_anew_in_its_ring_is_drawn_from_its_oldest_place():
     window = len(places[-150:]) - len(paths) + 2
     means = [np.mean(places[start : start + window], axis=0) for start in range(250, 400 - window + 1)]
     np.testing.assert_allclose(paths[:-1], means, atol=0.5 / 50)
+
+
+def test_of_several_games_the_one_that_was_asked_for_is_drawn():
+    both, alone = (Simulator(GameConfig(drones_per_team=2), num_games=games) for games in (2, 1))
+    both.reset([4, 5])
+    alone.reset([5])
+    pictures = []
+    for simulator, row in ((both, 1), (alone, 0), (both, 0)):
+        simulator.advance(60 if simulator is alone or row == 1 else 0)
+        arena = blank(300, 300)
+        drones.paint_trails(arena, simulator, row, 300)
+        drones.paint_drones(arena, simulator, row, 300)
+        pictures.append(arena.array())
+    np.testing.assert_array_equal(pictures[0], pictures[1])
+    assert (pictures[0] != pictures[2]).any()

@@ -38,21 +38,22 @@ def test_nothing_more_is_read_of_a_peer_that_is_cut_off(monkeypatch):
     assert b"".join(read) == bytes(range(256)) * 8
 
 
-def test_who_sends_a_ping_now_and_then_is_never_cut_off(monkeypatch):
+@pytest.mark.parametrize(("kind", "given"), [("handle_ping", ()), ("handle_pong", ("a",)), ("handle_cont", ("a",))])
+def test_what_is_sent_now_and_then_is_taken_and_never_cuts_off(kind, given, monkeypatch):
     now = [0.0]
     monkeypatch.setattr(sockets, "time", SimpleNamespace(monotonic=lambda: now[0]))
     monkeypatch.setattr(WebSocketsSansIOProtocol, "__init__", lambda self: None)
-    monkeypatch.setattr(WebSocketsSansIOProtocol, "handle_ping", lambda self: answered.append(now[0]))
-    socket, answered = BoundedWebSocket(), []
+    monkeypatch.setattr(WebSocketsSansIOProtocol, kind, lambda self, *event: taken.append(event))
+    socket, taken = BoundedWebSocket(), []
     socket.transport = Mock()
     for _ in range(1000):
         now[0] += 1.0
-        socket.handle_ping()
+        getattr(socket, kind)(*given)
     socket.transport.abort.assert_not_called()
     for _ in range(150):
-        socket.handle_ping()
+        getattr(socket, kind)(*given)
     socket.transport.abort.assert_called()
-    assert len(answered) == 1000 + 99, "none once it is cut off"
+    assert taken == [given] * (1000 + 99), "none once it is cut off"
 
 
 def test_a_peer_that_answers_no_ping_is_let_go_with_all_that_it_has_not_read():
