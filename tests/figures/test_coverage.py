@@ -5,6 +5,7 @@ import numpy as np
 from swarm_pz.figures import coverage
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.ergodicity import ErgodicMetric
+from tests.figures.given import spread_around
 
 
 def test_the_metric_over_time_falls():
@@ -44,3 +45,10 @@ def test_a_flight_is_told_of_second_by_second_and_its_maps_are_upright(monkeypat
 def test_a_gaussian_is_where_it_was_asked_for():
     row, column = np.unravel_index(coverage.gaussian(0.85, 0.25, 0.1).argmax(), (10, 10))
     assert (row, column) == (2, 8)
+
+
+def test_over_seeds_are_the_mean_and_its_interval_at_each_second():
+    values = np.stack([spread_around(5.0, 1.0, 20), np.full(20, 2.0)], axis=1)
+    found = coverage.over_seeds(values)
+    assert found["mean"] == [5.0, 2.0] and 4.3 < found["low"][0] < 4.8 and 5.2 < found["high"][0] < 5.7
+    assert found["low"][1] == found["high"][1] == 2.0

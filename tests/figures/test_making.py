@@ -158,6 +158,19 @@ def test_a_page_quotes_the_paper_with_its_section_and_says_each_part_of_a_verdic
     assert "**Holds**: yes.\n" in page
 
 
+def test_a_page_tells_of_each_figure_its_numbers_its_rule_and_what_was_changed_after_the_first_look():
+    page = to_markdown(claims.PAGE, [record_of("adversary"), record_of("bunching_up", supported=False)])
+    for figure, word in ((FIGURES["adversary"], "yes"), (FIGURES["bunching_up"], "**no**")):
+        row = f"| [{figure.name}](#{figure.name}) | {figure.section} | {figure.claim} | {word} |"
+        assert row in page and f"**Claim**: {figure.claim} **Holds**" in page and f"\nRule: {figure.rule}\n" in page
+    _, first, second = re.split("^## .*", page, flags=re.MULTILINE)
+    assert "Set right after" not in first
+    assert f"Set right after the first look: {FIGURES['bunching_up'].revised}\n" in second
+    assert "| share | 0.5 | 0.4 to 0.6 |" in second and "Intervals: Wilson." in second
+    assert f"seed 0, swarm-pz {swarm_pz.__version__}" in page and "Of 2 claims 1 hold" in page
+    assert record_of("adversary")["config_hash"] == {"paper": GameConfig().hash}
+
+
 def test_ours_is_a_page_without_sections_beside_the_papers(tmp_path):
     for name in ("comebacks", "dropout"):
         write(record_of(name), tmp_path)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure as Canvas
 
 from swarm_pz.figures import coverage, talk
 
@@ -43,3 +44,13 @@ def test_the_metric_is_of_each_seed_on_each_target_under_each_of_the_rules(monke
         for number, config in enumerate(configs.values()):
             expected = coverage.metric_over_time(coverage.start(config, [3, 8], target), 1)[:, 0]
             np.testing.assert_array_equal(found[:, place, number], expected)
+
+
+def test_curves_over_talk_are_means_with_their_intervals_side_by_side():
+    axes = Canvas().subplots()
+    found = {"one": {"mean": [2.0, 3.0], "low": [1.0, 2.5], "high": [4.0, 5.0]}}
+    talk.over_talk(axes, talk.radius_names((1.5, 0.2)), found)
+    (drawn,) = axes.containers
+    assert drawn.lines[0].get_ydata().tolist() == [2.0, 3.0] and drawn.get_label() == "one"
+    assert [segment.tolist() for segment in drawn.lines[2][0].get_segments()] == [[[0, 1], [0, 4]], [[1, 2.5], [1, 5]]]
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["all", "0.2"]

@@ -101,3 +101,42 @@ def test_a_trail_is_where_its_drone_was_in_the_colour_of_its_team():
         assert min(seen[-15:]) > 20 and np.mean(seen[:8]) < np.mean(seen[-8:]) / 2
         found_y, found_x = np.nonzero(sign * redder > 5)
         assert np.hypot(found_x[:, None] - x, found_y[:, None] - y).min(axis=1).max() < 40
+
+
+@pytest.mark.parametrize("side", [300, 600])
+def test_a_drone_is_as_large_as_the_arena_lets_it_be_with_a_white_edge(side):
+    picture = blank(100, 100)
+    picture.fill((0, 0, 0), (0, 0, 100, 100))
+    drones.put_drone(picture, RED, 50, 50, side)
+    line = picture.array().astype(int)[50]
+    body, white = ((np.abs(line - colour).max(axis=1) < 60).sum() for colour in (TEAM_COLOURS[RED], (255, 255, 255)))
+    assert abs(body - 13 * side / 600) <= 2 and abs(white - 5 * side / 600) <= 2
+
+
+def test_a_trail_that_began_anew_in_its_ring_is_drawn_from_its_oldest_place():
+    simulator = Simulator(GameConfig(drones_per_team=1, capture=CaptureConfig(enabled=False)))
+    simulator.reset([0])
+    simulator.command(RED, np.eye(10)[None])
+    places = []
+    for _ in range(400):
+        simulator.advance(1)
+        places.append(simulator.positions[0].copy())
+    paths = drones._paths(simulator, 0)
+    window = len(places[-150:]) - len(paths) + 2
+    means = [np.mean(places[start : start + window], axis=0) for start in range(250, 400 - window + 1)]
+    np.testing.assert_allclose(paths[:-1], means, atol=0.5 / 50)
+
+
+def test_of_several_games_the_one_that_was_asked_for_is_drawn():
+    both, alone = (Simulator(GameConfig(drones_per_team=2), num_games=games) for games in (2, 1))
+    both.reset([4, 5])
+    alone.reset([5])
+    pictures = []
+    for simulator, row in ((both, 1), (alone, 0), (both, 0)):
+        simulator.advance(60 if simulator is alone or row == 1 else 0)
+        arena = blank(300, 300)
+        drones.paint_trails(arena, simulator, row, 300)
+        drones.paint_drones(arena, simulator, row, 300)
+        pictures.append(arena.array())
+    np.testing.assert_array_equal(pictures[0], pictures[1])
+    assert (pictures[0] != pictures[2]).any()

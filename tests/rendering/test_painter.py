@@ -12,12 +12,13 @@ import pytest
 
 from swarm_pz import parallel_env
 from swarm_pz.analysis.video import film_game, open_film
-from swarm_pz.config import CaptureConfig, GameConfig
+from swarm_pz.config import CaptureConfig, ControllerConfig, GameConfig
 from swarm_pz.errors import MissingExtraError, OutputError, RenderError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.rollout import Rollout, game_number
 from swarm_pz.rendering import board
 from swarm_pz.rendering.board import TEAM_COLOURS
+from swarm_pz.rendering.overlays import Target
 from swarm_pz.rendering.painter import ARENA, FILM, HEADER, MARGIN, Painter, Screen, ansi, draw
 from swarm_pz.simulator import Simulator
 
@@ -437,3 +438,15 @@ def test_the_last_overlay_is_the_highest(highest):
     simulator = Simulator(GameConfig(drones_per_team=1))
     picture = draw(simulator, overlays=[Flood(colours[1 - highest]), Flood(colours[highest])])
     assert (picture[HEADER : HEADER + ARENA, MARGIN : MARGIN + ARENA] == colours[highest]).all(axis=2).mean() > 0.9
+
+
+def test_targets_are_drawn_as_densities_whatever_their_mass_is_to_the_controller():
+    pictures = []
+    for mass in (1.0, 10.0):
+        simulator = Simulator(GameConfig(controller=ControllerConfig(target_mass=mass)))
+        simulator.reset([0])
+        simulator.command(0, np.eye(10)[None])
+        painters = Painter(targets=True), Painter(overlays=[Target(0)])
+        pictures.append([painter.draw(simulator).astype(int) for painter in painters])
+    for plain, weighed in zip(*pictures, strict=True):
+        assert np.abs(plain - weighed).mean() < 0.01

@@ -202,3 +202,15 @@ def test_a_window_in_which_everybody_had_failed_has_no_metric():
         assert np.isfinite(metric.value()).all()
         metric.observe()
     assert np.isnan(metric.value()).all()
+
+
+def test_the_metric_compares_with_a_density_whatever_its_mass_is_to_the_controller():
+    found = []
+    for mass in (1.0, 10.0):
+        simulator = Simulator(GameConfig(controller=ControllerConfig(target_mass=mass)))
+        simulator.reset([0])
+        simulator.command(0, np.eye(10)[None])
+        metric = ErgodicMetric(simulator, 0)
+        metric.observe()
+        found.append(metric.value())
+    np.testing.assert_allclose(*found, rtol=1e-5)

@@ -57,6 +57,18 @@ def test_uniform_coverage_is_a_challenge_where_the_median_is_surely_below_half_f
     assert all(f"so uniform coverage is {words[won]}" in finding.seen for won in wins)
 
 
+def test_who_is_no_challenge_is_said_and_who_clearly_wins(monkeypatch):
+    def play(player, *given, **options):
+        won = {"centre": 50, "noise": 34, "evade": 48}[player.name.partition(",")[0]]
+        return [game(number, str(outcome)) for number, outcome in enumerate(np.repeat(results(won // 2, 30), 2))]
+
+    monkeypatch.setattr(adversary, "play_games", play)
+    monkeypatch.setattr(adversary, "NAIVE", ("centre", "noise", "evade"))
+    seen = adversary.measure(SEED).seen
+    said = "so uniform coverage is none; `centre`, `evade` win clearly more than half."
+    assert seen.count(said) == 4, "34 of 60 are more than half, not clearly"
+
+
 def test_the_median_win_rate_is_over_players():
     wins = np.zeros((4, 3, 2))
     wins[:, 1] = 1.0

@@ -86,6 +86,14 @@ def test_drawing_costs_drones_where_more_are_surely_lost_against_both(monkeypatc
         statistic = finding.statistic
         assert statistic[f"more_lost_a_minute_by_3_s_of_drawing_against_{name}"] == pytest.approx(2 * gain)
         assert statistic[f"more_lost_a_minute_by_looking_away_for_3_s_against_{name}"] == pytest.approx(2 * gain - 2)
+        for looks, lost in (("begin", 10.0 + gain), ("send", 11.0)):
+            drawn = finding.series[name][looks]
+            at_once, judged = drawn["lost"][0], drawn["lost"][drawing_attention.DRAWING.index(3)]
+            assert (
+                at_once == [20.0] * 3 and judged[0] == pytest.approx(2 * lost) and judged[1] <= judged[0] <= judged[2]
+            )
+            assert drawn["share"] == [[0.4] * 3] * 6
+    assert ("So it loses fewer." in finding.seen) == (min(more) < -0.2 * apart)
     assert len(asked) == len(set(asked)) == 22 and {seed for _, _, seed, _ in asked} == {SEED}
 
 

@@ -44,3 +44,10 @@ def test_a_game_is_shown_as_it_was_played(monkeypatch):
             grounds[row, column] = True
         np.testing.assert_array_equal(grounds, looked[0].captures_here[0, team])
     np.testing.assert_allclose(frames[-1]["trails"][-1], looked[0].positions[0], atol=6e-4)
+    assert frames[-1]["teams"] == looked[0].teams[0].tolist() and [len(frame["trails"]) for frame in frames[:2]] == [
+        2,
+        4,
+    ]
+    command = looked[0].targets[0, 0] / looked[0].targets[0, 0].max()
+    np.testing.assert_allclose(frames[-1]["command"], command, atol=6e-4)
+    assert command.min() < 0.1, "red's: blue covers the square"

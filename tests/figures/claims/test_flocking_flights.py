@@ -74,3 +74,10 @@ def test_what_a_drawing_asks_near_its_modes(monkeypatch):
     assert shares == pytest.approx([12 / 13, 1 / 13], rel=1e-3)
     # Along an axis, bilinear cells are hats of variance 0.1^2 / 6; four are off the middle by 0.05, one by 0.02.
     assert reaches == pytest.approx(np.sqrt(2 * (0.1**2 / 6 + np.array([0.05, 0.02]) ** 2)), rel=0.01)
+
+
+def test_the_reach_is_the_root_mean_square_distance_of_who_is_near_a_mode():
+    second = np.array(flocking_flights.MODES[1])
+    places = np.array([[[0.4, 0.3], [0.3, 0.5], [0.99, 0.01]]])
+    assert flocking_flights.reaches_of(places) == pytest.approx([np.sqrt((0.01 + 0.04) / 2), np.nan], nan_ok=True)
+    assert flocking_flights.reaches_of(np.array([second - [0.03, 0.04]])) == pytest.approx([np.nan, 0.05], nan_ok=True)

@@ -34,6 +34,10 @@ def test_all_targets_must_surely_be_covered_whoever_is_captured(monkeypatch, mea
     # A team that nobody leaves is there to compare with.
     assert finding.supported == (holds or way == 0)
     assert finding.parts == {changes: holds or changes != WAYS[way] for changes in WAYS[1:]}
+    drawn = {changes: found["mean"][fluctuation.JUDGED - 1] for changes, found in finding.series[target].items()}
+    expected = {changes: fluctuation.COVERED * (mean if changes == WAYS[way] else 0.3) for changes in WAYS}
+    assert drawn == pytest.approx(expected, rel=0.01)
+    assert (f"{target} ({WAYS[way]}: " in finding.seen) == (not finding.supported)
     seeds = tuple(range(3000, 3020))
     assert flown == [(12, seeds, name, changes) for changes in WAYS for name in fluctuation.TARGETS]
 

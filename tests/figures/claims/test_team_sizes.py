@@ -47,6 +47,8 @@ def test_sizes_change_rapidly_and_settle_late_where_all_three_intervals_say_so(
     assert finding.statistic["captures_a_second"] == pytest.approx(np.mean(rates))
     assert finding.statistic["mean_seconds"] == pytest.approx(39.5)
     assert "shorter than the 185 s" in finding.seen
+    assert f"they {'' if holds[1] else 'do not '}surely become rarer" in finding.seen
+    assert f"of the game, {'' if holds[2] else 'not '}surely late." in finding.seen
     assert asked == [("ring", "uniform", [*range(0, 120, 2)], SEED, GameConfig())]
     shown = finding.series["seconds"]
     assert len(shown) == 20 and shown[finding.series["bold"]] == sorted(shown)[10]
@@ -63,6 +65,8 @@ def test_games_that_are_drawn_are_not_asked_when_they_were_settled(monkeypatch):
     assert finding.statistic["captures_at_the_end_over_middle"] == pytest.approx((2 / 2) / (18 / 6))
     assert finding.statistic["lead_taken_after_share_of_game"] == pytest.approx(0.8)
     assert finding.statistic["mean_seconds"] == pytest.approx(155.0)
+    assert ", as long as the 185 s" in finding.seen and finding.series["outcomes"] == ["win", "draw"]
+    assert "`ring` wins 1, loses 0 and draws 1" in finding.seen
 
 
 def test_where_nobody_wins_nothing_settles(monkeypatch):

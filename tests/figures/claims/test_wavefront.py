@@ -40,6 +40,11 @@ def test_a_wave_captures_many_at_high_risk_where_both_are_surely_above_the_media
     assert [name for name, *_ in asked] == ["wavefront", *wavefront.OTHERS]
     assert {(seed, config) for _, seed, config in asked} == {(SEED, GameConfig())}
     assert not {"uniform", "wavefront"} & set(wavefront.OTHERS)
+    words = [
+        "surely more" if above else "surely fewer" if np.mean(own) < 20 else "not surely more"
+        for above, own in zip(holds, (taken, lost), strict=True)
+    ]
+    assert f"{words[0]} are taken than is usual, and {words[1]} lost" in finding.seen
 
 
 def test_rates_are_of_all_minutes_together():

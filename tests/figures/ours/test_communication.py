@@ -54,6 +54,9 @@ def test_talk_counts_where_no_step_to_less_of_it_helps_and_silence_is_loneliness
     finding = communication.measure(SEED)
     assert finding.supported == holds
     assert finding.seeds == [3000 + number for number in range(20)]
+    drawn = {name: finding.series[name][target]["mean"] for name in ("radius", "loss")}
+    assert drawn["radius"] == pytest.approx([*(RISING | changed.get("radius", {})).values(), lone], rel=0.01)
+    assert drawn["loss"] == pytest.approx([*(LOSING | changed.get("loss", {})).values()], rel=0.01)
     assert finding.statistic[f"lone_drones_over_all_to_all_{target}"] == pytest.approx(lone, rel=0.01)
     assert finding.statistic[f"radius_0_over_lone_drones_{target}"] == pytest.approx(2.0 / lone, rel=0.01)
     assert finding.statistic[f"steps_of_loss_that_fall_{target}"] == int("loss" in changed)

@@ -31,5 +31,8 @@ def test_relays_mend_it_where_no_radius_is_surely_worse_than_silence(monkeypatch
     finding = relays.measure(SEED)
     assert finding.supported == holds
     assert len(flown) == 2 * 3 * len(talk.RADII) == len(finding.configs) * 3
+    drawn = {name: found["mean"] for name, found in finding.series[target].items()}
+    place = relays.RADII.index(0.1)
+    assert drawn["one hop"][place] == pytest.approx(3.0) and drawn["relays"][place] == pytest.approx(times)
     assert finding.statistic["most_times_silence_with_one_hop"] == pytest.approx(3.0)
     assert finding.statistic["most_times_silence_with_relays"] == pytest.approx(max(times, 1.0))

@@ -38,6 +38,8 @@ def test_memory_is_why_where_each_longer_one_makes_the_worst_radius_better(monke
     assert finding.supported == holds
     assert len(flown) == 3 * 3 * len(talk.RADII) == len(finding.configs) * 3
     for tau, times in worst.items():
+        drawn = finding.series[target][f"memory of {tau:g} s"]["mean"]
+        assert drawn[short_memory.RADII.index(0.2)] == pytest.approx(tau * times, rel=0.01)
         assert finding.statistic[f"most_times_silence_at_{tau:g}_s"] == pytest.approx(times)
     assert finding.statistic["at_8_s_over_4_s"] == pytest.approx(worst[8.0] / worst[4.0])
 

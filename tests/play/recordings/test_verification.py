@@ -228,11 +228,24 @@ def scaled(lines):
     return lines
 
 
-def with_fields(lines):
-    line = lines[place_of(lines, "frame", 5)]
-    frame = replace(decode_frame(base64.b64decode(line["data"])), fields=np.zeros((2, 50, 50), np.uint8))
-    line["data"] = base64.b64encode(encode_frame(frame)).decode()
-    return lines
+def showing(**more):
+    """Return a forger who lets a frame hold what recordings leave out."""
+
+    def forge(lines):
+        line = lines[place_of(lines, "frame", 5)]
+        frame = replace(decode_frame(base64.b64decode(line["data"])), **more)
+        line["data"] = base64.b64encode(encode_frame(frame)).decode()
+        return lines
+
+    return forge
+
+
+def with_a_seat_in_the_past(lines):
+    cut = place_of(lines, "frame", 2)
+    lines.insert(cut, {"type": "seat", "team": 0, "event": "hidden", "ms": 1.0})
+    lines[1:cut] = [line for line in lines[1:cut] if line["type"] not in ("seat", "painted")]
+    cut = place_of(lines, "frame", 2)
+    return as_taken_over(lines[cut]["tick"], cut)(lines)
 
 
 def as_taken_over(tick, lines_before=None):
@@ -283,7 +296,9 @@ def as_another_seat(lines):
         (as_taken_over(30, 0), "is of before tick 30"),
         (drawn_otherwise_before, "not that of its strokes"),
         (scaled, "1 for its largest value"),
-        (with_fields, "differs at 15"),
+        (with_a_seat_in_the_past, "is of after tick"),
+        (showing(fields=np.zeros((2, 50, 50), np.uint8)), "differs at 15"),
+        (showing(altitudes=np.zeros(6)), "differs at 15"),
         (without("frame"), "differs at 0"),
         (without("frame", keep=1), "differs at 3"),
         (thinned, "differs at 3"),

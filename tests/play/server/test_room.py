@@ -15,6 +15,7 @@ from swarm_pz.play.game import TableConfig, as_followed
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, PaintedLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server import room as module
+from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.live_session import ServerContext
 from swarm_pz.play.server.policy_workers import PolicyWorkers
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
@@ -395,6 +396,31 @@ def test_who_enters_a_running_game_is_shown_all_of_it(tmp_path):
     state = asyncio.run(play())
     assert (state.phase, state.watchers, state.outcome, state.recording) == ("playing", 1, None, None)
     assert (state.red.label, state.blue.label) == ("label of red", "label of blue")
+
+
+def test_how_a_room_stands_is_told_to_so_many_and_then_to_all_at_once_again_and_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "_TELL_S", 0.05)
+    monkeypatch.setattr(module, "Budget", lambda most, per_second, now: Budget(10.0, 0.0, now))  # nothing comes back
+
+    async def play():
+        with opened(tmp_path) as room:
+            clients = [Client() for _ in range(4)]
+            for client in clients:
+                room.watch(client)
+
+            def told():
+                return [len(client.messages) for client in clients]
+
+            assert told() == [4, 3, 2, 1], "which are ten"
+            for more in (1, 2):
+                for _ in range(20):
+                    room.tell_state()
+                assert told()[0] == 3 + more, "later"
+                await until(lambda more=more: told() == [4 + more, 3 + more, 2 + more, 1 + more], 5.0)
+            await asyncio.sleep(0.1)
+            assert told()[0] == 6, "once for all that was to be told"
+
+    asyncio.run(play())
 
 
 def test_who_comes_again_and_again_is_not_told_to_everybody_each_time(tmp_path, monkeypatch):
