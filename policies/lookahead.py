@@ -9,7 +9,7 @@ from swarm_pz.config import CONTROL_PERIOD, GRID_CELLS, TICKS_PER_CONTROL_PERIOD
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.game import Games
 from swarm_pz.policy import Player
-from swarm_pz.simulator.commands import interpolation_matrix
+from swarm_pz.simulator.commands import check_densities, interpolation_matrix
 
 Array = NDArray[np.float64]
 
@@ -112,7 +112,9 @@ class Lookahead:
         simulator = self._trials.simulator
         simulator.restore(game)
         rows = np.arange(len(candidates))
-        simulator.command_checked(team, np.exp(candidates), rows, holds=True)  # as a step will
+        shape = (len(rows), self._config.command_cells, self._config.command_cells)
+        densities = check_densities(np.exp(candidates), shape, "candidates")
+        simulator.command_checked(team, densities, rows, holds=True)  # as a step will
         if model is None:
             simulator.advance(self._ticks)
         else:
