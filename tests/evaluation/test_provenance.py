@@ -97,7 +97,7 @@ def test_a_measurement_of_speed_says_where_it_comes_from(tmp_path, monkeypatch):
 def test_the_table_says_its_rules(monkeypatch, capsys):
     monkeypatch.setattr("swarm_pz.play.server.serve.serve", lambda *_, **__: None)
     main(["play"])
-    assert re.search(rf"^rules: {GameConfig().rules_hash}$", capsys.readouterr().out, re.MULTILINE)
+    assert re.search(rf"^rules: {GameConfig().rules_hash}\b", capsys.readouterr().out, re.MULTILINE)
 
 
 def test_the_default_game_has_one_hash_in_every_command():
