@@ -1,5 +1,6 @@
 // Recorded games, as the server lists them: links to watch them, with who played and how it ended.
 
+import { called } from "./cards.js";
 import { clock } from "./news.js";
 
 const NAME = /^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)Z-([A-Z0-9]+)-(\d+)/;
@@ -27,7 +28,7 @@ export async function listGames(list, room = "") {
 
 function players({ red, blue, lesson }) {
   if (!red || !blue) return "";
-  const name = ({ kind, policy, label }) => (kind === "free" ? "nobody" : policy?.replaceAll("_", " ") || label || kind);
+  const name = ({ kind, policy, label }) => (kind === "free" ? "nobody" : policy ? called(policy) : label || kind);
   return `${lesson ? "Lesson: " : ""}${name(red)} (red) against ${name(blue)} (blue)`;
 }
 
