@@ -12,11 +12,11 @@ from tests.play.conftest import Table
 from tests.play.test_page import INK, SLOW_MS, Hand, begin, choose_time_limit, eventually, latest, open_form, room_of
 
 pytestmark = pytest.mark.browser
-FOCUSED = "document.activeElement.id || document.activeElement.dataset.opponent || document.activeElement.tagName"
 
 
-def focused(page):
-    return page.evaluate(FOCUSED)
+def stands_on(page, name):
+    """Wait until the keys go there: the page moves the focus with its next painting."""
+    expect(page.locator(f"#{name}")).to_be_focused()
 
 
 def is_playing(page):
@@ -135,7 +135,7 @@ def test_a_link_leads_straight_into_the_free_seat_and_both_see_who_is_ready(open
     other.click("#ready")
     for one in (page, other):
         is_playing(one)
-        assert focused(one) == "arena"
+        stands_on(one, "arena")
     for one in (other, third):
         one.context.close()
 
@@ -250,12 +250,13 @@ def test_back_asks_before_it_leaves_a_running_game(open_page):
     for stays in (True, False):
         page.go_back()
         page.wait_for_selector("#leaving", state="visible")
-        assert room_of(page) == room and focused(page) == "stay"
+        assert room_of(page) == room
+        stands_on(page, "stay")
         page.click("#stay" if stays else "#leave-now")
         expect(page.locator("#leaving")).to_be_hidden()
         expect(page.locator("#table")).to_be_visible(visible=stays)
     expect(page.locator("#lobby")).to_be_visible()
-    assert focused(page) == "quick"
+    stands_on(page, "quick")
 
 
 def test_leave_asks_too_and_escape_plays_on(open_page):
@@ -352,10 +353,10 @@ def test_a_whole_game_by_keys(open_page, table):
     page.keyboard.press("Enter")
     room = room_of(page)
     page.wait_for_selector("#ready", state="visible")
-    assert focused(page) == "ready", "after a room was opened, its button is where one is"
+    stands_on(page, "ready")  # after a room was opened, its button is where one is
     page.keyboard.press("Enter")
     is_playing(page)
-    assert focused(page) == "arena", "at the start of a game one is on the board"
+    stands_on(page, "arena")  # at the start of a game one is on the board
     for key in ("2", "1", "+", "Shift+ArrowRight", "Space", "Shift+ArrowUp", "Shift+ArrowLeft", "Space", "Enter"):
         page.keyboard.press(key)
     page.wait_for_selector("#recording", state="visible", timeout=SLOW_MS)
@@ -364,7 +365,7 @@ def test_a_whole_game_by_keys(open_page, table):
     assert stroke.brush == "attract" and stroke.width == pytest.approx(0.12) and len(stroke.points) == 3
     page.keyboard.press("r")
     is_playing(page)
-    assert focused(page) == "arena"
+    stands_on(page, "arena")
     page.keyboard.press("Space")
     page.keyboard.press("ArrowUp")
     page.keyboard.press("Space")
@@ -379,7 +380,7 @@ def test_a_card_chosen_by_enter_leads_to_the_board(open_page):
     assert page.locator("[data-opponent=lasso]").evaluate("card => getComputedStyle(card).outlineStyle") == "solid"
     page.keyboard.press("Enter")
     is_playing(page)
-    assert focused(page) == "arena"
+    stands_on(page, "arena")
     page.keyboard.press("Space")
     page.keyboard.press("ArrowRight")
     page.keyboard.press("Space")
@@ -397,7 +398,7 @@ def test_signs_and_keys_are_explained_where_one_plays_and_a_key_leads_there(open
     is_playing(page)
     page.keyboard.press("?")
     expect(page.locator("#legend")).to_be_visible()
-    assert focused(page) == "close-legend"
+    stands_on(page, "close-legend")
     assert not Axe().run(page).response["violations"]
     for sign in page.locator("#sign-list canvas").all():
         colours = sign.evaluate(
@@ -409,7 +410,7 @@ def test_signs_and_keys_are_explained_where_one_plays_and_a_key_leads_there(open
         assert colours > 10, sign.get_attribute("data-sign")
     assert page.evaluate("[legend, legend.querySelector('dl')].every(part => part.scrollWidth <= part.clientWidth)")
     page.click("#close-legend")
-    assert focused(page) == "arena", "one plays on where one was"
+    stands_on(page, "arena")  # one plays on where one was
     page.click("#signs")
     assert set(page.locator("#keys kbd").all_inner_texts()) >= {"Space", "Enter", "U", "C", "M", "R", "?"}
 
@@ -421,10 +422,11 @@ def test_the_lesson_waits_at_each_step_until_it_is_done(open_page, table):
     page = open_page(width=900, height=700)
     page.click("#start-lesson")
     expect(page.locator("#step-title")).to_contain_text("1 of 3")
-    assert focused(page) == "lesson-next" and not page.url.split("#")[1].startswith("room")
+    stands_on(page, "lesson-next")
+    assert not page.url.split("#")[1].startswith("room")
     page.click("#lesson-next")
     is_playing(page)
-    assert focused(page) == "arena"
+    stands_on(page, "arena")
     page.wait_for_timeout(1500)
     expect(page.locator("#lesson")).to_contain_text("1 of 3")  # nothing goes on by itself
 
@@ -645,7 +647,7 @@ def test_who_stays_is_told_that_the_other_one_has_left_for_good_and_who_comes_ba
         assert one.url.endswith(f"#watch={room}")
     page.click("#play-on")
     expect(page.locator("#notice")).to_be_hidden()
-    assert focused(page) == "arena"
+    stands_on(page, "arena")
     expect(page.locator("#send")).to_be_enabled()
     page.reload()
     page.click("#end-game")  # nobody is left who would miss it: one is not asked again
@@ -661,7 +663,7 @@ def test_a_code_that_was_mistyped_is_corrected_where_it_was_typed(open_page):
     page.click("#join button[type=submit]")
     expect(page.locator("#code-fault")).to_contain_text("There is no room ZZZZ.")
     expect(page.locator("#gone")).to_be_hidden()
-    eventually(page, lambda: focused(page) == "code")
+    stands_on(page, "code")
     page.click("#invite-somebody")
     page.wait_for_selector("#invitation", state="visible")
     page.click("#go-home")
@@ -672,7 +674,7 @@ def test_a_code_that_was_mistyped_is_corrected_where_it_was_typed(open_page):
 def test_a_frame_shows_where_the_focus_is_to_who_uses_keys(touch, open_page):
     page = open_page("#play", width=390, height=844, has_touch=touch, is_mobile=touch)
     is_playing(page)
-    assert focused(page) == "arena"
+    stands_on(page, "arena")
     style = "getComputedStyle(document.getElementById('arena')).outlineStyle"
     assert page.evaluate(style) == ("none" if touch else "solid")
     page.keyboard.press("ArrowUp")
