@@ -22,7 +22,7 @@ from swarm_pz.errors import CheckpointError, SwarmError
 from swarm_pz.files import draft_of
 from swarm_pz.policies.network import Actor
 from swarm_pz.simulator.spawn import Seed
-from swarm_pz.spaces.formats import command_from_action
+from swarm_pz.spaces.actions import command_from_action
 
 WEIGHTS, CARD = "policy.safetensors", "policy.json"
 FORMAT = 3

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, GRID_CELLS, TICKS_PER_CONTROL_PERIOD, GameConfig
+from swarm_pz.config.values import check_densities
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.game import Games
 from swarm_pz.policy import Player
-from swarm_pz.simulator.commands import check_densities, interpolation_matrix
+from swarm_pz.simulator.commands import interpolation_matrix
 
 Array = NDArray[np.float64]
 

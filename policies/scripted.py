@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import CHANNELS, GameConfig, ObservationConfig
+from swarm_pz.config.values import check_values
 from swarm_pz.errors import CommandError, PolicyError
-from swarm_pz.simulator.commands import check_values
 from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces import densities as shapes
 

@@ -7,6 +7,7 @@ SwarmError
 ├── CommandError (ValueError)        a command, scenario or seed is not one the game can take
 ├── GameOverError (RuntimeError)     a step was asked of a game that has ended or not begun
 ├── PolicyError (ValueError)         a policy is unknown, cannot be loaded, or answered nonsense
+├── FlightError (RuntimeError)       a control system raised, answered nonsense, or took too long
 ├── CheckpointError (ValueError)     a file of a training run is corrupt, foreign or does not fit
 ├── ResultsError (ValueError)        results are corrupt, too few, in use, or of another tournament
 ├── OutputError (OSError)            a file cannot be written where it was asked for
@@ -57,6 +58,27 @@ class GameOverError(SwarmError, RuntimeError):
 
 class PolicyError(SwarmError, ValueError):
     """A policy is unknown, cannot be loaded, or answered nonsense."""
+
+
+class FlightError(SwarmError, RuntimeError):
+    """A control system raised, answered nonsense, or took too long: its team has nobody who flies it.
+
+    Attributes
+    ----------
+    team : int
+        0 red, 1 blue.
+    system : str
+        Its name.
+    rows : tuple of int
+        The games in which it did; those that were solved for together with them, too, if it raised.
+    """
+
+    def __init__(self, team: int, system: str, rows: tuple[int, ...], reason: str) -> None:
+        super().__init__(team, system, rows, reason)  # as it was called, so that it can cross processes
+        self.team, self.system, self.rows, self.reason = team, system, rows, reason
+
+    def __str__(self) -> str:
+        return self.reason
 
 
 class CheckpointError(SwarmError, ValueError):

@@ -12,6 +12,7 @@ import pytest
 
 import swarm_pz
 from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config.values import check_values
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
@@ -27,7 +28,6 @@ from swarm_pz.play.server.room import Room
 from swarm_pz.play.strokes import Stroke, density_of
 from swarm_pz.policies.lookahead import Lookahead
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.commands import check_values
 from swarm_pz.training.vec_env import SwarmVecEnv
 
 ONE_STEP = GameConfig(time_limit=1.0)

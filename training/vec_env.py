@@ -17,7 +17,8 @@ from swarm_pz.envs.batch_env import by_game
 from swarm_pz.envs.opponents import DuelBatch, Opponents
 from swarm_pz.policy import Player
 from swarm_pz.rendering.painter import draw
-from swarm_pz.spaces.formats import ActionKind, Dtype
+from swarm_pz.spaces.actions import ActionKind
+from swarm_pz.spaces.formats import Dtype
 from swarm_pz.spaces.observation import of_game
 
 
@@ -47,7 +48,7 @@ class SwarmVecEnv(VecEnv):
         *,
         opponent: Opponents = "uniform",
         side: Literal["random", "red", "blue"] = "random",
-        action: ActionKind = "log_density",
+        action: ActionKind = "normalised",
         action_cells: int | None = None,
         flatten_actions: bool = False,
         observation_dtype: Dtype = "uint8",

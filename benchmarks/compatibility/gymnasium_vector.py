@@ -65,7 +65,7 @@ def statistics() -> None:
     envs = vector.ClipAction(vector.FlattenObservation(vector.NormalizeObservation(envs)))
     *_, infos = play(envs, steps=SMALL["max_cycles"])
     lengths = infos["episode"]["l"][infos["_episode"]]
-    assert 0 < len(lengths) and (lengths == SMALL["max_cycles"]).all(), infos
+    assert len(lengths) > 0 and (lengths == SMALL["max_cycles"]).all(), infos
 
 
 @row()

@@ -24,6 +24,7 @@ import tyro
 
 from swarm_pz.cli import compare, evidence, learn, machine, preset_option, report, table
 from swarm_pz.cli.printing import printable
+from swarm_pz.cli.system_option import REGISTRY
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -48,13 +49,14 @@ def main(arguments: list[str] | None = None) -> None:
         print(f"swarm-pz {swarm_pz.__version__}")
         return
     report.arguments.set(arguments)
+    config = (tyro.conf.AvoidSubcommands,)
     try:
         preset, rest = preset_option.take(arguments)
         if preset is not None:
             commands = {name: preset_option.begin_with(preset, function) for name, function in commands.items()}
         if rest and rest[0] in commands:  # so that what is wrong is said of this command alone
             name, *rest = rest
-            tyro.cli(commands[name], prog=f"swarm-pz {name}", args=rest, config=(tyro.conf.AvoidSubcommands,))
+            tyro.cli(commands[name], prog=f"swarm-pz {name}", args=rest, config=config, registry=REGISTRY)
             return
         tyro.extras.subcommand_cli_from_dict(
             commands,
@@ -62,7 +64,8 @@ def main(arguments: list[str] | None = None) -> None:
             description="Swarm against swarm: train, measure, watch and play tactics. With --preset NAME, the "
             f"rules of a command that has any begin with those of a preset: {', '.join(PRESETS)}.",
             args=rest,
-            config=(tyro.conf.AvoidSubcommands,),
+            config=config,
+            registry=REGISTRY,
         )
     except SwarmError as error:
         print("swarm-pz: " + "\n".join(map(printable, str(error).split("\n"))), file=sys.stderr)

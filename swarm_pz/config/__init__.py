@@ -5,6 +5,9 @@
 `sections`   spawn, memory, capture, controllers, dynamics, observation, reward
 `game`       `GameConfig`, which holds them all
 `presets`    named variants
+`system`     what a control system is
+`registry`   which of them are installed
+`values`     checks of arrays that come from outside
 `base`       what every configuration can do: checks, dicts, hashes
 ===========  ===========================================================
 """

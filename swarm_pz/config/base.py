@@ -9,7 +9,7 @@ import json
 import types
 import typing
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -70,6 +70,9 @@ class Config:
     tuples, and a pair of two equal values as that value where a field is `PER_TEAM`.
     """
 
+    name: ClassVar[str] = ""
+    """Stands among the plain values of those that are one of several kinds, so that who reads them knows which."""
+
     def __post_init__(self) -> None:
         """Keep every field in its one form; the checks of a subclass come after this."""
         for entry in dataclasses.fields(self):  # type: ignore[arg-type]
@@ -112,7 +115,7 @@ class Config:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the configuration as nested dicts, lists, numbers and strings."""
-        return dataclasses.asdict(self)  # type: ignore[call-overload, no-any-return]
+        return _plain(self)  # type: ignore[no-any-return]
 
     @property
     def hash(self) -> str:
@@ -127,6 +130,15 @@ class Config:
         names = sorted(set(_per_team(self)))
         chosen = itertools.chain.from_iterable(itertools.combinations(names, n) for n in range(len(names) + 1))
         return any(digest(canonical(self, pairs)) == found for pairs in chosen)
+
+
+def _plain(value: Any) -> Any:
+    """Return a configuration as plain values, however deep it stands."""
+    if isinstance(value, Config):
+        tag = {"name": value.name} if value.name else {}
+        fields = dataclasses.fields(value)  # type: ignore[arg-type]
+        return tag | {entry.name: _plain(getattr(value, entry.name)) for entry in fields}
+    return tuple(_plain(entry) for entry in value) if isinstance(value, tuple) else value
 
 
 def digest(plain: Any) -> str:
@@ -162,7 +174,7 @@ def _from_plain(hint: Any, value: Any) -> Any:
     options = typing.get_args(hint) if is_union else (hint,)
     if isinstance(value, Mapping):
         for option in options:
-            if isinstance(option, type) and issubclass(option, Config):
+            if isinstance(option, type) and issubclass(option, Config) and hasattr(option, "__dataclass_fields__"):
                 return option.from_dict(value)
     if isinstance(value, (list, tuple)):
         for option in options:
@@ -182,7 +194,7 @@ def canonical(value: Any, pairs: Sequence[str] = ()) -> Any:
     out; and fields named in `pairs` are written twice, as versions did that kept pairs of equal values.
     """
     if isinstance(value, Config):
-        plain = {}
+        plain = {"name": value.name} if value.name else {}
         for entry in dataclasses.fields(value):  # type: ignore[arg-type]
             held = getattr(value, entry.name)
             held = (held, held) if entry.name in pairs else held

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, get_args
+from typing import Any
 
 from swarm_pz.config.base import (
     PER_TEAM,
@@ -25,9 +25,9 @@ from swarm_pz.config.constants import (
     TICKS_PER_SECOND,
 )
 from swarm_pz.config.presets import PRESETS
+from swarm_pz.config.registry import read_choice, system_of
 from swarm_pz.config.sections import (
     CaptureConfig,
-    Controller,
     ControllerConfig,
     DynamicsConfig,
     FlockingConfig,
@@ -36,6 +36,7 @@ from swarm_pz.config.sections import (
     RewardConfig,
     SpawnConfig,
 )
+from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import ConfigError, UnknownNameError, nearest
 
 _NOT_RULES = ("observation", "reward")
@@ -61,10 +62,10 @@ class GameConfig(Config):
         The parts of the rules; see their own classes.
     observation : ObservationConfig or (ObservationConfig, ObservationConfig)
         What the agents see; a pair (red, blue) gives each side its own.
-    controllers : {"ergodic", "flocking"} or a pair of them
-        Who flies the teams; a pair (red, blue) gives each team its own. In a match, whose players change sides, it
-        goes with the player: the first of the pair flies for the policy and the second for its opponent, on
-        either side.
+    controllers : str or ControlSystem, or a pair of these
+        Who flies the teams: names of control systems (`swarm_pz.systems`), or systems with numbers of their own. A
+        pair (red, blue) gives each team its own. Where players change sides, it goes with the player: the
+        first of the pair flies for the policy, or the learner, and the second for its opponent, on either side.
 
     Examples
     --------
@@ -86,7 +87,7 @@ class GameConfig(Config):
         default_factory=ObservationConfig, metadata=PER_TEAM
     )
     reward: RewardConfig = field(default_factory=RewardConfig)
-    controllers: Controller | tuple[Controller, Controller] = later("ergodic", PER_TEAM)
+    controllers: str | ControlSystem | tuple[str | ControlSystem, str | ControlSystem] = later("ergodic", PER_TEAM)
     flocking: FlockingConfig = later(FlockingConfig())
     dynamics: DynamicsConfig = later(DynamicsConfig())
 
@@ -127,9 +128,9 @@ class GameConfig(Config):
             ("dynamics", DynamicsConfig),
         ):
             check(isinstance(getattr(self, name), kind), name, getattr(self, name), f"a {kind.__name__}")
-        known = get_args(Controller)
-        fits = len(self.team_controllers) == 2 and all(one in known for one in self.team_controllers)
-        check(fits, "controllers", self.controllers, f"{', '.join(map(repr, known))} or a pair of them")
+        check(len(self._controllers) == 2, "controllers", self.controllers, "a control system or a pair of them")
+        red, blue = map(read_choice, self._controllers)
+        object.__setattr__(self, "controllers", red if red == blue else (red, blue))
 
     @classmethod
     def preset(cls, name: str) -> GameConfig:
@@ -182,10 +183,21 @@ class GameConfig(Config):
         return given if isinstance(given, tuple) else (given, given)
 
     @property
-    def team_controllers(self) -> tuple[Controller, Controller]:
-        """Who flies (red, blue)."""
+    def _controllers(self) -> tuple[str | ControlSystem, ...]:
         both = self.controllers
         return both if isinstance(both, tuple) else (both, both)
+
+    @property
+    def team_controllers(self) -> tuple[str, str]:
+        """Names of the control systems that fly (red, blue)."""
+        red, blue = (one if isinstance(one, str) else one.name for one in self._controllers)
+        return red, blue
+
+    @property
+    def team_systems(self) -> tuple[ControlSystem, ControlSystem]:
+        """The control systems that fly (red, blue)."""
+        red, blue = map(system_of, self._controllers)
+        return red, blue
 
     @property
     def trails_have_gaps(self) -> bool:

@@ -22,8 +22,6 @@ from swarm_pz.config.constants import (
     TICKS_PER_SECOND,
 )
 
-Controller = Literal["ergodic", "flocking"]
-"""Who can fly a team."""
 Occasion = Literal["capture", "command", "sending"]
 """When something can be forgotten: a drone is captured, its team follows another command than before, or its team is
 sent one, the same again too."""

@@ -15,16 +15,17 @@ from numpy.typing import ArrayLike, NDArray
 from swarm_pz.config import (
     BLUE,
     RED,
+    TEAM_NAMES,
     TICKS_PER_CONTROL_PERIOD,
     TICKS_PER_SECOND,
     GameConfig,
     ObservationConfig,
 )
+from swarm_pz.config.values import check_densities
 from swarm_pz.envs.reward import red_rewards
 from swarm_pz.errors import CommandError, GameOverError, PolicyError
-from swarm_pz.policy import Player, PrivilegedPolicy, name_of
+from swarm_pz.policy import Player, PrivilegedPolicy, answers_of, name_of
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.commands import check_densities
 from swarm_pz.simulator.spawn import Seed, check_team
 from swarm_pz.spaces.observation import Observations, observe
 
@@ -106,6 +107,15 @@ class BatchEnv:
         """Seconds until a draw."""
         return self._limit_ticks / TICKS_PER_SECOND
 
+    @property
+    def command_shape(self) -> tuple[int, ...]:
+        """The shape of a checked command, the same for every control system of these games."""
+        return self.simulator.control.command_shape
+
+    def pack(self, commands: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the commands (n, ...) of one control system in that shape, (n, *command_shape)."""
+        return self.simulator.control.pack(commands)
+
     def reset(
         self,
         seeds: Sequence[Seed] | NDArray[np.integer[Any]] | None = None,
@@ -126,8 +136,9 @@ class BatchEnv:
 
         Parameters
         ----------
-        commands : array_like (E, 2, A, A)
-            Densities of red and blue for every game, in [0, 1]; those of ended games are not used.
+        commands : array_like (E, 2, A, A), or a pair of sequences (E,)
+            Densities of red and blue for every game, in [0, 1]; those of ended games are not used. Where other control
+            systems fly, red's commands and blue's, each as its system's `parse` reads it.
         after_control_period : callable, optional
             Called after every control period, for those who animate.
 
@@ -142,14 +153,24 @@ class BatchEnv:
         GameOverError
             If no game is running.
         """
-        cells = self.config.command_cells
-        densities = check_densities(commands, (self.num_games, 2, cells, cells), "commands")
-        return self.step_checked(densities, after_control_period)
+        return self.step_checked(self._check(commands), after_control_period)
+
+    def _check(self, commands: Any) -> NDArray[np.float64]:
+        control, cells = self.simulator.control, self.config.command_cells
+        if not control.is_given:
+            return check_densities(commands, (self.num_games, 2, cells, cells), "commands")
+        if not isinstance(commands, (tuple, list)) or len(commands) != 2:
+            raise CommandError(f"commands must be a pair: red's and blue's of each game, got {commands!r}")
+        flown_by = self.simulator.games.flown_by
+        sides = [
+            control.parse(commands[team], flown_by[:, team], f"{TEAM_NAMES[team]}'s commands") for team in (RED, BLUE)
+        ]
+        return np.stack(sides, axis=1)
 
     def step_checked(
-        self, densities: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
+        self, checked: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
     ) -> StepResult:
-        """As `step`, for who has checked the densities (E, 2, A, A) already: their values are taken as they are."""
+        """As `step`, for who has checked the commands already: (E, 2, *command_shape), taken as they are."""
         running = self.running.copy()
         if not running.any():
             raise GameOverError("no game is running: call reset before step")
@@ -159,9 +180,9 @@ class BatchEnv:
         left = np.where(running, np.minimum(self.config.step_ticks, self._limit_ticks - games.ticks), 0)
         left = np.maximum(left, 0)
         if after_control_period is None:
-            self.simulator.advance(left, densities)
+            self.simulator.advance(left, checked)
         else:
-            commands: NDArray[np.float64] | None = densities
+            commands: NDArray[np.float64] | None = checked
             while left.any() and not self.simulator.decided[running].all():
                 ticks = np.minimum(left, TICKS_PER_CONTROL_PERIOD)
                 self.simulator.advance(ticks, commands)
@@ -215,22 +236,22 @@ class BatchEnv:
 
         Returns
         -------
-        float64 array (n, A, A)
+        float64 array (n, *command_shape)
 
         Raises
         ------
         PolicyError
-            If the answer is not n densities with values in [0, 1].
+            If the answer is not n commands of the kind that the policy says, or that kind cannot fly its team.
         """
-        cells = self.config.command_cells
         if not len(rows):
-            return np.zeros((0, cells, cells))
+            return np.zeros((0, *self.command_shape))
         if isinstance(policy, PrivilegedPolicy):
             answer = policy.plan(self.simulator, teams, rows)
         else:
             answer = policy.act(self.observe(policy.observation, teams, rows), rows)
         try:
-            return check_densities(answer, (len(rows), cells, cells), f"policy {name_of(policy)}'s answer")
+            name, flown_by = f"policy {name_of(policy)}'s answer", self.simulator.games.flown_by[rows, teams]
+            return self.simulator.control.read(answer, flown_by, answers_of(policy), name)
         except CommandError as error:
             raise PolicyError(str(error)) from error
 

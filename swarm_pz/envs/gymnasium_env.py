@@ -13,7 +13,8 @@ from swarm_pz.envs.batch_env import plain
 from swarm_pz.envs.opponents import DuelBatch, Opponent
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_seed, next_seed
-from swarm_pz.spaces.formats import ActionKind, Dtype
+from swarm_pz.spaces.actions import ActionKind
+from swarm_pz.spaces.formats import Dtype
 from swarm_pz.spaces.observation import Observations, of_game
 
 
@@ -64,7 +65,7 @@ class DuelEnv(gymnasium.Env[Any, Any]):
         *,
         opponent: Opponent = "uniform",
         side: Literal["random", "red", "blue"] = "random",
-        action: ActionKind = "log_density",
+        action: ActionKind = "normalised",
         action_cells: int | None = None,
         flatten_actions: bool = False,
         observation_dtype: Dtype = "uint8",

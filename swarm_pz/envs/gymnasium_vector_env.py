@@ -16,7 +16,8 @@ from swarm_pz.envs.opponents import DuelBatch, DuelResult, Opponents
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_seed, next_seed, seeds_of
-from swarm_pz.spaces.formats import ActionKind, Dtype
+from swarm_pz.spaces.actions import ActionKind
+from swarm_pz.spaces.formats import Dtype
 from swarm_pz.spaces.observation import Observations, of_game
 
 
@@ -56,7 +57,7 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         *,
         opponent: Opponents = "uniform",
         side: Literal["random", "red", "blue"] = "random",
-        action: ActionKind = "log_density",
+        action: ActionKind = "normalised",
         action_cells: int | None = None,
         flatten_actions: bool = False,
         observation_dtype: Dtype = "uint8",

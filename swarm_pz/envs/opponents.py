@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import RED, TEAM_NAMES, GameConfig
+from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check_choice
 from swarm_pz.envs.batch_env import BatchEnv, StepResult
 from swarm_pz.errors import ConfigError, GameOverError
@@ -50,7 +50,8 @@ class DuelBatch:
         `observation` of the learner's side is what the learner sees; opponents say for themselves.
     num_games : int
     opponent : str, Policy or sequence of these
-        Dealt to the games in turn.
+        Dealt to the games in turn. Of two different controllers the first of `config.controllers` flies for the
+        learner and the second for the opponents, on either side.
     side : {"random", "red", "blue"}
         Where the learner sits; drawn anew for every game if random.
     threads : int
@@ -81,7 +82,10 @@ class DuelBatch:
         self.config = config
         self.batch = BatchEnv(config, num_games, threads=threads, max_cycles=max_cycles)
         self.format = Format(
-            config, config.observations[RED if side == "random" else TEAM_NAMES.index(side)], **options
+            config,
+            config.observations[RED if side == "random" else TEAM_NAMES.index(side)],
+            config.team_systems[0],
+            **options,
         )
         self._side = side
         self.sides = np.zeros(num_games, np.int64)
@@ -110,7 +114,8 @@ class DuelBatch:
         if not given:
             raise ConfigError("opponent must be a policy, a name or a sequence of these, got none")
         # One object for all games against the same opponent: they are answered together.
-        loaded = {key: load(policy, self.config) for key, policy in {_key(one): one for one in given}.items()}
+        system = self.config.team_systems[1]
+        loaded = {key: load(policy, self.config, system) for key, policy in {_key(one): one for one in given}.items()}
         called = [name_of(policy) for policy in given] if names is None else list(names)
         self.opponent_names += [name for name in dict.fromkeys(called) if name not in self.opponent_names]
         dealt = [
@@ -133,13 +138,14 @@ class DuelBatch:
         scenario: Mapping[str, ArrayLike] | None = None,
     ) -> None:
         """Start games; each seed decides the start, the learner's side and the opponent's stream."""
-        self.batch.reset(seeds, rows, scenario)
         streams = [_child_seeds(seed) for seed in seeds]
-        for row, (side_seed, _) in zip(rows, streams, strict=True):
-            if self._side == "random":
-                self.sides[row] = np.random.default_rng(side_seed).integers(2)
-            else:
-                self.sides[row] = TEAM_NAMES.index(self._side)
+        if self._side == "random":
+            sides = np.array([np.random.default_rng(side).integers(2) for side, _ in streams], np.int64)
+        else:
+            sides = np.full(len(seeds), TEAM_NAMES.index(self._side))
+        self.batch.reset(seeds, rows, scenario, swapped=sides == BLUE)
+        self.sides[rows] = sides
+        for row in rows:
             self._playing[row] = self._dealt[row]
             self._numbers[row] = self._dealt[row].number
         streams_of = dict(zip(rows.tolist(), (stream for _, stream in streams), strict=True))
@@ -159,12 +165,11 @@ class DuelBatch:
         CommandError, PolicyError
             If an action or an answer is not valid; no game is changed.
         """
-        learners = self.format.read(actions, self.batch.num_games)
+        learners = self.batch.pack(self.format.read(actions, self.batch.num_games))
         rows = np.flatnonzero(self.batch.running)
         if not len(rows):
             raise GameOverError("no game is running: call reset before step")
-        cells = self.config.command_cells
-        commands = np.zeros((self.batch.num_games, 2, cells, cells))
+        commands = np.zeros((self.batch.num_games, 2, *self.batch.command_shape))
         commands[rows, self.sides[rows]] = learners[rows]
         for policy, mine in self._by_opponent(rows):
             others = 1 - self.sides[mine]

@@ -18,7 +18,8 @@ from swarm_pz.envs.batch_env import BatchEnv, StepResult, plain
 from swarm_pz.errors import CommandError, GameOverError
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_seed, next_seed, seeds_of
-from swarm_pz.spaces.formats import ActionKind, Dtype, Format
+from swarm_pz.spaces.actions import ActionKind
+from swarm_pz.spaces.formats import Dtype, Format
 from swarm_pz.spaces.observation import Observations, of_game
 
 Step = tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]
@@ -124,7 +125,7 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
         *,
         render_mode: str | None = None,
         max_cycles: int | None = None,
-        action: ActionKind = "density",
+        action: ActionKind = "command",
         action_cells: int | None = None,
         flatten_actions: bool = False,
         observation_dtype: Dtype = "uint8",
@@ -142,13 +143,16 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
             agent: Format(
                 self.config,
                 observation,
+                system,
                 action=action,
                 action_cells=action_cells,
                 flatten_actions=flatten_actions,
                 observation_dtype=observation_dtype,
                 channels_last=channels_last,
             )
-            for agent, observation in zip(AGENTS, self.config.observations, strict=True)
+            for agent, observation, system in zip(
+                AGENTS, self.config.observations, self.config.team_systems, strict=True
+            )
         }
         self.state_space = spaces.Box(0, 255, (len(STATE_CHANNELS), GRID_CELLS, GRID_CELLS), np.uint8)
         self._np_random: np.random.Generator | None = None
@@ -171,7 +175,7 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
 
     @property
     def command_names(self) -> tuple[str, ...]:
-        """What each discrete action asks for; nothing for actions of other kinds."""
+        """What each of red's discrete actions asks for; nothing for actions of other kinds."""
         return self.formats[AGENTS[RED]].command_names
 
     @property
@@ -242,9 +246,9 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
             raise CommandError(f"actions must hold one command for each of {list(AGENTS)}, got {came}")
         return self.step_checked({agent: self.check_action(agent, actions[agent]) for agent in AGENTS})
 
-    def step_checked(self, densities: Mapping[str, NDArray[np.float64]]) -> Step:
+    def step_checked(self, checked: Mapping[str, NDArray[np.float64]]) -> Step:
         """As `step`, for who has checked the actions already: for each agent, what `check_action` returned."""
-        commands = np.stack([densities[agent] for agent in AGENTS])[None]
+        commands = np.stack([checked[agent] for agent in AGENTS])[None]
         result = self.batch.step_checked(commands, self.screen.after_control_period)
         if not self.batch.running[0]:
             self.agents = []
@@ -273,14 +277,15 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
         self.batch.close()
 
     def check_action(self, agent: str, action: Any) -> NDArray[np.float64]:
-        """Return an agent's action as a density (A, A).
+        """Return an agent's action as a command (*command_shape).
 
         Raises
         ------
         CommandError
             If the action is not in its space.
         """
-        return self.formats[agent].read_one(action, f"{agent}'s command")
+        command = self.formats[agent].read_one(action, f"{agent}'s command")
+        return np.asarray(self.batch.pack(command[None])[0])
 
     def _observations(self) -> dict[str, Observations]:
         return {

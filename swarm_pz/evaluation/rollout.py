@@ -216,9 +216,9 @@ class Rollout:
                 after_step(self)
 
     def _ask(self) -> NDArray[np.float64]:
-        """Return the commands (E, 2, A, A) of both players in the running games."""
-        rows, cells = self.rows, self.config.command_cells
-        commands = np.zeros((len(self._numbers), 2, cells, cells))
+        """Return the commands (E, 2, *command_shape) of both players in the running games."""
+        rows = self.rows
+        commands = np.zeros((len(self._numbers), 2, *self.batch.command_shape))
         for place, player in enumerate(self._players):
             teams = self._sides[place, rows]
             began = time.perf_counter()

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.capture import Boards, add_up, find_captured
-from swarm_pz.kernels.controllers import NUMBERS
-from swarm_pz.kernels.controllers.communication import Communication, ergodic_among_heard
+from swarm_pz.kernels.controllers import GIVEN, NUMBERS
+from swarm_pz.kernels.controllers.communication import Communication, ergodic_among_heard, who_hears_whom
 from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
 from swarm_pz.kernels.controllers.flocking import FlockingParameters, flocking
 from swarm_pz.kernels.dynamics import move
@@ -63,7 +63,7 @@ class Games(NamedTuple):
     failed: NDArray[np.bool_]
     """(E, N) drones that do not work now."""
     flown_by: NDArray[np.int8]
-    """(E, 2) who flies each team, by the numbers of `swarm_pz.kernels.controllers.NUMBERS`."""
+    """(E, 2) who flies each team: a number of `swarm_pz.kernels.controllers.NUMBERS`, or one from `GIVEN` on."""
     attractors: NDArray[np.float32]
     """(E, 2, 3) x, y and weight of each team's attractor, if anybody flocks."""
     followed: NDArray[np.float64]
@@ -72,6 +72,14 @@ class Games(NamedTuple):
     """(E, 2) whether each team was sent a command since its last solve, if that makes it forget."""
     reconstruction: NDArray[np.float32]
     """(E, 2, G, G) each team's capture field, if it is made of densities; else (E, 2, 0, 0)."""
+    given: NDArray[np.float32]
+    """(E, N, 2) accelerations that control systems outside of the kernels have chosen; (E, 0, 2) if there are none."""
+    commands: NDArray[np.float64]
+    """(E, 2, S) the commands in force of teams that they fly, filled up with zeros; else (E, 2, 0)."""
+    former: NDArray[np.float64]
+    """(E, 2, S) the commands before those."""
+    commanded: NDArray[np.int64]
+    """(E, 2) the ticks at which those in force came."""
 
 
 class RuleParameters(NamedTuple):
@@ -109,6 +117,10 @@ class RuleVariants(NamedTuple):
     """Of a failed one."""
     communication: Communication
     flocking: FlockingParameters
+    is_given: bool
+    """Whether control systems outside of the kernels fly any team."""
+    is_ergodic: bool
+    """Whether anything needs the ergodic controller's memories."""
 
 
 @kernel
@@ -213,14 +225,17 @@ def solve_with_variants(
 ) -> None:
     """Let the controllers choose all accelerations, where variants have a say.
 
-    The ergodic controller always runs, since memories and coefficients are kept of whoever is flown by
-    another one, too; the others then steer their own drones.
+    Where anybody needs it, the ergodic controller runs for all drones, since memories and coefficients are kept of
+    whoever is flown by another one, too; the others then steer their own drones.
     """
     if games.followed.shape[2]:
         take_up_commands(games, e, variants, boards)
     if variants.can_fail:
         fail_and_repair(games, e, variants)
-    if variants.communication.is_local:
+    if not variants.is_ergodic:
+        swarm = with_teams(swarm, at_work(swarm.teams, games.failed[e]))
+        swarm.accelerations[:] = np.float32(0.0)
+    elif variants.communication.is_local:
         swarm = with_teams(swarm, at_work(swarm.teams, games.failed[e]))
         ergodic_among_heard(
             swarm,
@@ -236,6 +251,10 @@ def solve_with_variants(
     if flies(games.flown_by[e], FLOCKING):
         flock = with_teams(swarm, flown(swarm.teams, games.flown_by[e], FLOCKING))
         flocking(flock, games.attractors[e], variants.flocking, scratch)
+    if variants.is_given:
+        for i in range(games.teams.shape[1]):
+            if games.flown_by[e, games.teams[e, i]] >= GIVEN and not games.failed[e, i]:
+                games.accelerations[e, i] = games.given[e, i]
     if variants.reconstructs:
         for team in range(2):
             rebuild_field(scratch.means[team], games.reconstruction[e, team])
@@ -345,3 +364,18 @@ def advance_games(
     scratch = make_scratch(games.teams.shape[1], controller)
     for row in rows:
         advance_game(games, row, ticks[row], rules, controller, scratch, variants)
+
+
+@entry_point
+def find_heard(
+    games: Games,
+    rows: NDArray[np.int64],
+    crews: NDArray[np.int8],
+    communication: Communication,
+    heard: NDArray[np.bool_],
+) -> None:
+    """Write whether drone i hears drone j in the solve of this tick, (n, N, N) `[i, j]`, among crews (n, N)."""
+    for place in range(len(rows)):
+        e = rows[place]
+        crew = with_teams(swarm_of(games, e), crews[place])
+        heard[place] = who_hears_whom(crew, communication, games.seeds[e], games.ticks[e])

@@ -20,12 +20,13 @@ from swarm_pz.config import (
     GameConfig,
 )
 from swarm_pz.config.base import Config, check, check_number
+from swarm_pz.config.values import check_densities
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.fourier import SAME_TARGET
 from swarm_pz.kernels.game import Games
 from swarm_pz.play.strokes import DEFAULT_MAPPING, MAPPINGS, Mapping
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.commands import check_densities, make_target
+from swarm_pz.simulator.commands import make_target
 from swarm_pz.simulator.spawn import Seed
 
 _DECIMALS = 4

@@ -2,7 +2,7 @@
 
 from swarm_pz.policy.model_policy import Model, ModelPolicy
 from swarm_pz.policy.names import FOLDERS, GROUP, about, faults, load, load_players, name_of, registered
-from swarm_pz.policy.protocol import Player, Policy, PolicyFactory, PrivilegedPolicy
+from swarm_pz.policy.protocol import Player, Policy, PolicyFactory, PrivilegedPolicy, answers_of
 
 __all__ = [
     "FOLDERS",
@@ -14,6 +14,7 @@ __all__ = [
     "PolicyFactory",
     "PrivilegedPolicy",
     "about",
+    "answers_of",
     "faults",
     "load",
     "load_players",

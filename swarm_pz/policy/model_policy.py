@@ -10,8 +10,10 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import CHANNELS, GRID_CELLS, GameConfig, ObservationConfig
+from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import PolicyError
 from swarm_pz.simulator.spawn import Seed
+from swarm_pz.spaces.actions import ActionKind
 from swarm_pz.spaces.densities import COMMAND_NAMES
 from swarm_pz.spaces.formats import Format, FormatOptions
 from swarm_pz.spaces.observation import Observations
@@ -44,6 +46,8 @@ class ModelPolicy:
         the game's own observation if they are as many.
     deterministic : bool
         Whether it plays its best action, or draws one as in training.
+    system : ControlSystem, optional
+        What flies its team: the first of `config.controllers` if not given.
 
     Raises
     ------
@@ -58,13 +62,16 @@ class ModelPolicy:
         observation: ObservationConfig | None = None,
         *,
         deterministic: bool = True,
+        system: ControlSystem | None = None,
     ) -> None:
         self.name = type(model).__name__
         self.model = model
         self.deterministic = deterministic
         self.observation, options = _images_of(model.observation_space, config, observation)
-        options.update(_actions_of(model.action_space, config))
-        self._format = Format(config, self.observation, **options)
+        system = config.team_systems[0] if system is None else system
+        self.answers = system.takes
+        options.update(_actions_of(model.action_space, config, system))
+        self._format = Format(config, self.observation, system, **options)
         if self._format.observation_space != model.observation_space:
             raise PolicyError(
                 f"model {self.name} observes {model.observation_space}, but in this game it would be shown "
@@ -75,7 +82,7 @@ class ModelPolicy:
         """Begin new games; a model without memory has nothing to forget."""
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Answer n observations with densities (n, A, A)."""
+        """Answer n observations with commands (n, ...)."""
         shown, count = self._format.show(observations), len(rows)
         # Always as many at once, the last ones over again: another number would round differently, and a game
         # would depend on how many others are played beside it.
@@ -91,8 +98,10 @@ class ModelPolicy:
         return self._format.read(actions, _ROWS, f"model {self.name}'s actions")
 
 
-def _actions_of(space: spaces.Space[Any], config: GameConfig) -> FormatOptions:
+def _actions_of(space: spaces.Space[Any], config: GameConfig, system: ControlSystem) -> FormatOptions:
     """Return the options of actions that a space belongs to."""
+    if system.takes != "density":
+        return _commands_of(space, config, system)
     if isinstance(space, spaces.Discrete) and space.n == len(COMMAND_NAMES) and space.start == 0:
         return {"action": "discrete"}
     if isinstance(space, spaces.Box):
@@ -109,6 +118,24 @@ def _actions_of(space: spaces.Space[Any], config: GameConfig) -> FormatOptions:
     raise PolicyError(
         f"a model's actions must be densities Box(0, 1), log-densities Box(-1, 1), (a, a) or (a * a,) with a from 2 to "
         f"{config.command_cells}, or Discrete({len(COMMAND_NAMES)}), got {space}"
+    )
+
+
+def _commands_of(space: spaces.Space[Any], config: GameConfig, system: ControlSystem) -> FormatOptions:
+    """Return the options of actions that a space belongs to, where commands are no densities."""
+    kinds: tuple[ActionKind, ...] = ("normalised", "command", "discrete")
+    known = []
+    for kind in kinds:
+        for flat in (False, True):
+            options: FormatOptions = {"action": kind, "flatten_actions": flat}
+            if kind == "discrete" and (flat or not system.named(config)):
+                continue
+            known.append(Format(config, config.observations[0], system, **options).action_space)
+            if known[-1] == space:
+                return options
+    raise PolicyError(
+        f"a model's actions must be those of the control system {system.name}, one of "
+        f"{', '.join(map(str, known))}, got {space}"
     )
 
 

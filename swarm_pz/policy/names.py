@@ -12,10 +12,13 @@ import copy
 import importlib.metadata
 from pathlib import Path
 
+import numpy as np
+
 from swarm_pz.config import GameConfig
+from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import CheckpointError, PolicyError, SwarmError, nearest
 from swarm_pz.policy.model_policy import Model, ModelPolicy
-from swarm_pz.policy.protocol import Player, Policy, PrivilegedPolicy
+from swarm_pz.policy.protocol import Player, Policy, PrivilegedPolicy, answers_of
 
 GROUP, FOLDERS = "swarm_pz.policies", "swarm_pz.policy_folders"
 _FAULTS = (Exception, SystemExit)
@@ -69,25 +72,33 @@ def about(name: str) -> str:
     return text.splitlines()[0] if text else ""
 
 
-def load(policy: str | Path | Player | Model, config: GameConfig) -> Player:
+def load(policy: str | Path | Player | Model, config: GameConfig, system: ControlSystem | None = None) -> Player:
     """Return the policy of a name or a folder, made for a game; a policy is returned as it is.
 
     A name may carry an argument after a colon, which its factory takes besides the game:
     ``planner:ring`` is a planner that models its opponent as `ring`. A folder is one that training wrote. A
     model with `predict` and spaces, as those of Stable-Baselines3, becomes a `ModelPolicy`.
 
+    Parameters
+    ----------
+    policy : str, Path, Player or Model
+    config : GameConfig
+    system : ControlSystem, optional
+        What flies its team: the first of `config.controllers` if not given.
+
     Raises
     ------
     PolicyError
-        If there is no such name or folder, or its policy cannot be made.
+        If there is no such name or folder, its policy cannot be made, or its commands cannot fly that system.
     CheckpointError
         If a folder's files are missing, corrupt, or do not fit the game.
     """
+    system = config.team_systems[0] if system is None else system
     if isinstance(policy, (str, Path)):
-        return _check(_make(str(policy), config), f"policy {str(policy)!r}")
+        return _check(_make(str(policy), config), f"policy {str(policy)!r}", config, system)
     if not isinstance(policy, (Policy, PrivilegedPolicy)) and isinstance(policy, Model):
-        return ModelPolicy(policy, config)
-    return _check(policy, "a policy")
+        return ModelPolicy(policy, config, system=system)
+    return _check(policy, f"policy {name_of(policy)}", config, system)
 
 
 def _make(policy: str, config: GameConfig) -> object:
@@ -123,9 +134,17 @@ def _reader_of(folder: Path) -> importlib.metadata.EntryPoint:
     raise CheckpointError(f"{folder} holds no policy: expected {expected} in it")
 
 
-def _check(made: object, name: str) -> Player:
+def _check(made: object, name: str, config: GameConfig, system: ControlSystem) -> Player:
     if not isinstance(made, (Policy, PrivilegedPolicy)):
         raise PolicyError(f"{name} must have reset, and observation and act or else plan, got {made!r}")
+    kind = answers_of(made)
+    uniform = np.ones((1, config.command_cells, config.command_cells))
+    serves = kind == "density" and system.from_densities(uniform, config) is not None
+    if kind != system.takes and not serves:
+        raise PolicyError(
+            f"{name} answers commands of kind {kind!r}, but the control system {system.name} takes those of kind "
+            f"{system.takes!r}: choose another policy, or another system by GameConfig.controllers"
+        )
     return made
 
 
@@ -136,5 +155,6 @@ def name_of(policy: str | Path | Player | Model) -> str:
 
 def load_players(first: str | Player, second: str | Player, config: GameConfig) -> tuple[Player, Player]:
     """Load two policies that share nothing, even where the same object is given twice."""
-    one, other = load(first, config), load(second, config)
+    red, blue = config.team_systems
+    one, other = load(first, config, red), load(second, config, blue)
     return one, copy.deepcopy(other) if other is one else other

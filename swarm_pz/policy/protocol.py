@@ -18,6 +18,9 @@ from swarm_pz.spaces.observation import Observations
 class Policy(Protocol):
     """Plays one side of many games at once: observations in, commands out.
 
+    What commands, its attribute `answers` says: the kind that control systems take (`ControlSystem.takes`), and
+    densities if it has none.
+
     An object may keep a state or a random stream for each row, so it belongs to one environment at a
     time: give another environment another object.
     """
@@ -29,7 +32,7 @@ class Policy(Protocol):
         """Begin new games in some rows, each with a random stream of its own."""
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """Answer n observations, of the games in `rows` (n,), with densities (n, A, A) in [0, 1]."""
+        """Answer n observations of the games in `rows` with n commands: for most, densities (n, A, A) in [0, 1]."""
 
 
 @runtime_checkable
@@ -44,4 +47,11 @@ class PrivilegedPolicy(Protocol):
 
 
 Player = Policy | PrivilegedPolicy
+
+
+def answers_of(policy: Player) -> str:
+    """Return the kind of commands that a policy answers: its `answers`, and densities if it does not say."""
+    return str(getattr(policy, "answers", "density"))
+
+
 PolicyFactory = Callable[[GameConfig], Player]

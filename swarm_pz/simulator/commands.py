@@ -10,17 +10,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from swarm_pz.config import FlockingConfig
+from swarm_pz.config.values import describe
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.fourier import make_targets
-
-TOLERANCE = 1e-6
-"""Values this far outside their range are taken for rounding and clipped."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +45,7 @@ def check_attractors(commands: Sequence[FlockingCommand], count: int, config: Fl
         If there are not so many, or one names a place outside the square or a weight out of range.
     """
     if len(commands) != count or not all(isinstance(command, FlockingCommand) for command in commands):
-        raise CommandError(f"expected a FlockingCommand for each of {count} games, got {_describe(commands)}")
+        raise CommandError(f"expected a FlockingCommand for each of {count} games, got {describe(commands)}")
     least, largest = config.migration
     for command in commands:
         try:
@@ -68,56 +65,6 @@ def density_around(attractors: NDArray[np.float32], cells: int) -> NDArray[np.fl
     """Return densities (n, cells, cells) whose mass lies in the cells nearest to attractors (n, 3)."""
     hats = [_hats(np.clip(attractors[:, axis] * cells - 0.5, 0.0, cells - 1.0), cells) for axis in range(2)]
     return np.asarray(hats[1][:, :, None] * hats[0][:, None, :])
-
-
-def check_densities(densities: ArrayLike, shape: tuple[int, ...], name: str = "command") -> NDArray[np.float64]:
-    """Return densities (..., A, A) as `check_values` does, with values in [0, 1]."""
-    return check_values(densities, shape, 0.0, 1.0, name)
-
-
-def check_values(given: ArrayLike, shape: tuple[int, ...], low: float, high: float, name: str) -> NDArray[np.float64]:
-    """Return values as a fresh float64 array of the given shape and range.
-
-    Parameters
-    ----------
-    given : array_like
-        Anything that casts to float.
-    shape : tuple of int
-        Expected shape.
-    low, high : float
-        Expected range; values up to 1e-6 outside are clipped.
-    name : str
-        What to call them in an error.
-
-    Raises
-    ------
-    CommandError
-        If they do not cast to float, have another shape, or hold NaN, infinity or values outside
-        the range.
-    """
-    expected = f"{name} must be numbers in [{low:g}, {high:g}] of shape {shape}"
-    try:
-        values = np.array(given, dtype=np.float64, order="C")  # sums must not depend on memory order
-    except (TypeError, ValueError, OverflowError) as error:
-        raise CommandError(f"{expected}, got {_describe(given)}") from error
-    if values.shape != shape:
-        raise CommandError(f"{expected}, got {_describe(given) if values.ndim == 0 else f'shape {values.shape}'}")
-    if not values.size:
-        return values
-    least, largest = values.min(), values.max()  # NaN if any value is
-    if not (math.isfinite(least) and math.isfinite(largest)):
-        place = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])
-        raise CommandError(f"{expected}, got {values[place]} at index {place}")
-    if least < low - TOLERANCE or largest > high + TOLERANCE:
-        raise CommandError(f"{expected}, got values from {least:g} to {largest:g}")
-    if least < low or largest > high:
-        np.clip(values, low, high, out=values)
-    return values
-
-
-def _describe(value: Any) -> str:
-    text = repr(value)
-    return f"{type(value).__name__} {text if len(text) <= 60 else text[:57] + '...'}"
 
 
 @cache

@@ -43,7 +43,8 @@ def rule_variants(config: GameConfig) -> RuleVariants | None:
     reconstructs = config.capture.field == "reconstruction"
     communication = communication_parameters(config)
     forgets_as_usual = capture_forgets == (False, True) and not any(command_forgets + sending_forgets)
-    all_ergodic = set(config.team_controllers) == {"ergodic"}
+    kernels = {system.kernel for system in config.team_systems}
+    all_ergodic = kernels == {"ergodic"}
     if forgets_as_usual and all_ergodic and not (reconstructs or communication.is_local):
         return None
     return RuleVariants(
@@ -56,4 +57,6 @@ def rule_variants(config: GameConfig) -> RuleVariants | None:
         repair_chance=-math.expm1(-dynamics.repair_rate * CONTROL_PERIOD),
         communication=communication,
         flocking=flocking_parameters(config),
+        is_given="" in kernels,
+        is_ergodic="ergodic" in kernels or reconstructs,
     )

@@ -20,7 +20,6 @@ from swarm_pz.config import (
 )
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES
-from swarm_pz.kernels.controllers import CONTROLLERS, NUMBERS
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.controllers.flocking import make_attractors
 from swarm_pz.kernels.fourier import make_targets
@@ -28,11 +27,11 @@ from swarm_pz.kernels.game import Games, advance_games
 from swarm_pz.simulator.commands import (
     FlockingCommand,
     check_attractors,
-    check_densities,
     coefficient_matrix,
     density_around,
     make_target,
 )
+from swarm_pz.simulator.control import Control
 from swarm_pz.simulator.parameters import rule_parameters, rule_variants
 from swarm_pz.simulator.spawn import Seed, check_scenario, check_seed, check_team, random_start, random_velocities
 
@@ -74,6 +73,8 @@ class Simulator:
         self.threads = min(threads, os.cpu_count() or 1, num_games)
         self._pool = self._make_pool()
         self._rules, self._variants = rule_parameters(self.config), rule_variants(self.config)
+        self.control = Control(self.config)
+        """Who flies the teams."""
         self._target_mass, self._tells_sending = float(self.config.controller.target_mass), self.config.tells_sending
         self.controller = ergodic_parameters(self.config)
         self.games = self._empty_games()
@@ -123,6 +124,10 @@ class Simulator:
             followed=np.zeros((e, 2, followed, followed), np.float64),
             sent=np.zeros((e, 2), np.bool_),
             reconstruction=np.zeros((e, 2, grid, grid), np.float32),
+            given=np.zeros((e, n if self.control.is_given else 0, 2), np.float32),
+            commands=np.zeros((e, 2, self.control.room), np.float64),
+            former=np.zeros((e, 2, self.control.room), np.float64),
+            commanded=np.zeros((e, 2), np.int64),
         )
 
     # --- what happens -------------------------------------------------------------------------
@@ -183,13 +188,17 @@ class Simulator:
                 games.velocities[row] = random_velocities(self.config, generator)
         for name, values in start.items():
             getattr(games, name)[chosen] = values
+        if self.control.is_given:
+            games.former[chosen] = games.commands[chosen] = self.control.defaults(flown_by)
+            for team in (RED, BLUE):
+                self.command_checked(team, games.commands[chosen, team], chosen, holds=True)
 
     def _flown_by(self, swapped: ArrayLike, games: int) -> NDArray[np.int8]:
         """Return the numbers of the controllers of red and blue, (games, 2)."""
         given = np.asarray(swapped)
         if given.dtype != np.bool_ or given.shape not in ((), (games,)):
             raise CommandError(f"swapped must be True or False, once or for each of the {games} games, got {swapped!r}")
-        numbers = np.array([NUMBERS[name] for name in self.config.team_controllers], np.int8)
+        numbers = np.array(self.control.numbers, np.int8)
         return np.where(np.broadcast_to(given, games)[:, None], numbers[::-1], numbers)
 
     def command(
@@ -201,9 +210,9 @@ class Simulator:
         ----------
         team : int
             0 red, 1 blue.
-        commands : array_like (E, A, A) or sequence of FlockingCommand (E,)
-            One command a game in `rows`: densities with values in [0, 1], or attractors for a team that
-            flocks. It flies to the strongest mode of a density.
+        commands : array_like (n, ...) or sequence (n,)
+            One command for each of the games in `rows`, as the system that flies the team there takes it (densities,
+            for most): an array, or a list of what its `parse` reads.
         rows : sequence of int, optional
             Games commanded; all of them if not given.
 
@@ -214,46 +223,47 @@ class Simulator:
         """
         check_team(team)
         chosen = self.rows(rows)
-        cells, name = self.config.command_cells, TEAM_NAMES[team]
+        name = f"{TEAM_NAMES[team]}'s command"
         attractors = None
         if isinstance(commands, FlockingCommand):
             raise CommandError(f"expected a list with a FlockingCommand for each of {len(chosen)} games, got one alone")
         if isinstance(commands, (list, tuple)) and any(isinstance(one, FlockingCommand) for one in commands):
+            cells = self.config.command_cells
             for row in chosen:
                 if (controller := self.controller_of(row, team)) != "flocking":
                     raise CommandError(
-                        f"{name} is flown by the {controller} controller, which takes densities {(cells, cells)}: a "
-                        f"FlockingCommand needs controllers='flocking'"
+                        f"{TEAM_NAMES[team]} is flown by the {controller} controller, which takes densities "
+                        f"{(cells, cells)}: a FlockingCommand needs controllers='flocking'"
                     )
             attractors = check_attractors(commands, len(chosen), self.config.flocking)
             values = density_around(attractors, cells)
         else:
-            values = check_densities(commands, (len(chosen), cells, cells), f"{name}'s command")  # type: ignore[arg-type]
+            values = self.control.parse(commands, self.games.flown_by[chosen, team], name)
         self.command_checked(team, values, chosen)
         if attractors is not None:
             self.games.attractors[chosen, team] = attractors
 
     def command_checked(
-        self, team: int, densities: NDArray[np.float64], rows: NDArray[np.int64], *, holds: bool = False
+        self, team: int, commands: NDArray[np.float64], rows: NDArray[np.int64], *, holds: bool = False
     ) -> None:
-        """As `command`, for who has checked team, rows (n,) and the values of densities (n, A, A) already.
+        """As `command`, for who has checked team, rows (n,) and commands (n, *control.command_shape) already.
 
-        With `holds`, as in a step: a density that asks for what is in force holds it, and sends nothing.
+        With `holds`, as in a step: a command that asks for what is in force holds it, and sends nothing.
         """
-        self._check_form(densities, (len(rows),))
-        self._aim(densities[:, None], np.arange(len(rows)), rows, np.array([team]), holds=holds)
+        self._check_form(commands, (len(rows),))
+        self._aim(commands[:, None], np.arange(len(rows)), rows, np.array([team]), holds=holds)
 
-    def _check_form(self, densities: NDArray[np.float64], games: tuple[int, ...]) -> None:
+    def _check_form(self, commands: NDArray[np.float64], games: tuple[int, ...]) -> None:
         """Refuse what a kernel would read beyond its end, or be compiled again for."""
-        expected = (*games, self.config.command_cells, self.config.command_cells)
-        if densities.dtype != np.float64 or densities.shape != expected:
+        expected = (*games, *self.control.command_shape)
+        if commands.dtype != np.float64 or commands.shape != expected:
             raise CommandError(
-                f"commands must be float64 of shape {expected}, got {densities.dtype} of shape {densities.shape}"
+                f"commands must be float64 of shape {expected}, got {commands.dtype} of shape {commands.shape}"
             )
 
     def _aim(
         self,
-        densities: NDArray[np.float64],
+        commands: NDArray[np.float64],
         places: NDArray[np.int64],
         rows: NDArray[np.int64],
         teams: NDArray[np.int64],
@@ -263,7 +273,14 @@ class Simulator:
         games, mass = self.games, self._target_mass
         sent = games.sent if self._tells_sending else None
         matrix = coefficient_matrix(self.config.controller.modes, self.config.command_cells)
-        make_targets(densities, places, rows, teams, matrix, mass, holds, games.targets, games.coefficients, sent)
+        if self.control.is_given:
+            mine = rows[places]
+            asked = [
+                self.control.take_up(games, commands[places, place], mine, team, holds=holds)
+                for place, team in enumerate(teams.tolist())
+            ]
+            commands, places, rows = np.stack(asked, axis=1), np.arange(len(mine)), mine
+        make_targets(commands, places, rows, teams, matrix, mass, holds, games.targets, games.coefficients, sent)
         if "flocking" in self.config.team_controllers:
             make_attractors(places, rows, teams, games.targets, self.config.flocking.migration, games.attractors)
 
@@ -274,14 +291,16 @@ class Simulator:
         ----------
         ticks : int or array_like of int (E,)
             Ticks of 1/30 s, for all games or for each its own; 0 leaves a game as it is.
-        commands : float64 array (E, 2, A, A), optional
-            What red and blue ask for in the games that advance, as `check_densities` returns it: values are
+        commands : float64 array (E, 2, *control.command_shape), optional
+            What red and blue ask for in the games that advance, as `Control.read` returns it: values are
             not checked again. What is in force already is held; anything else is sent.
 
         Raises
         ------
         CommandError
             If a number of ticks is negative or not whole, or the commands are of another shape or type.
+        FlightError
+            If a control system raises, answers nonsense, or cannot keep up; games stand where they are then.
         """
         amounts = np.asarray(ticks)
         shape_fits = amounts.shape in ((), (self.num_games,))
@@ -297,9 +316,29 @@ class Simulator:
         def work(part: NDArray[np.int64]) -> None:
             if commands is not None:
                 self._aim(commands, part, all_rows, teams, holds=True)
-            advance_games(self.games, part, per_game, self._rules, self.controller, self._variants)
+            if self.control.is_given:
+                self._advance_by_periods(part, per_game)
+            else:
+                advance_games(self.games, part, per_game, self._rules, self.controller, self._variants)
 
         self.for_rows(rows, work)
+
+    def _advance_by_periods(self, part: NDArray[np.int64], left: NDArray[np.int64]) -> None:
+        """Advance games by the ticks that are left (E,), from one solve to the next; `left` becomes zero."""
+        games, period = self.games, self._rules.ticks_per_control_period
+        while len(part := part[(left[part] > 0) & ~self._are_decided(part)]):
+            phase = games.ticks[part] % period
+            self.control.fly(games, part[phase == 0])
+            ticks = np.zeros_like(left)
+            ticks[part] = np.minimum(left[part], period - phase)
+            advance_games(games, part, ticks, self._rules, self.controller, self._variants)
+            left[part] -= ticks[part]
+
+    def _are_decided(self, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
+        if not self.config.capture.enabled:
+            return np.zeros(len(rows), np.bool_)
+        blue = self.games.teams[rows].sum(axis=1, dtype=np.int64)
+        return np.asarray((blue == 0) | (blue == self.config.num_drones))
 
     def for_rows(self, rows: NDArray[np.int64], work: Callable[[NDArray[np.int64]], None]) -> None:
         """Call a kernel for parts of the rows, in this simulator's threads."""
@@ -380,8 +419,8 @@ class Simulator:
         return _read_only(self.games.failed)
 
     def controller_of(self, row: int, team: int) -> str:
-        """Return the name of the controller that flies a team of a game."""
-        return list(CONTROLLERS)[int(self.games.flown_by[row, team])]
+        """Return the name of the control system that flies a team of a game."""
+        return self.control.systems[int(self.games.flown_by[row, team])].name
 
     @property
     def altitudes(self) -> NDArray[np.float32]:

@@ -1,11 +1,12 @@
 """How a face writes what a player sees, and reads what it answers: the same options in every face.
 
 The game itself knows images of bytes, channel first, and densities. Libraries want other things; each
-option answers one of them, and all combine:
+option answers one of them, and all combine. Commands are those of the control system that flies the player's team;
+for one that takes densities, `"command"` and `"normalised"` are `"density"` and `"log_density"`.
 
 | option              | of                                           | for                                   |
 |---------------------|----------------------------------------------|---------------------------------------|
-| `action`            | `"density"`, `"log_density"`, `"discrete"`   | exact commands; Gaussians; DQN        |
+| `action`            | `"command"`, `"normalised"`, `"discrete"`    | exact commands; Gaussians; DQN        |
 | `action_cells`      | cells a side of an action, interpolated      | shorter actions                       |
 | `flatten_actions`   | actions (a * a,) in place of (a, a)          | RLlib, and others that take vectors   |
 | `observation_dtype` | `"uint8"`, 0 to 255, or `"float32"`, 0 to 1  | networks that do not scale            |
@@ -21,16 +22,12 @@ from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.config.base import check, check_choice, check_count
-from swarm_pz.errors import CommandError, ConfigError
-from swarm_pz.simulator.commands import check_values, interpolation_matrix
-from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
+from swarm_pz.config.base import check, check_choice
+from swarm_pz.config.system import ControlSystem
+from swarm_pz.errors import ConfigError
+from swarm_pz.spaces.actions import ActionKind, make_actions
 from swarm_pz.spaces.observation import Observations, observation_space
 
-LOG_DENSITY_RANGE = 4.0
-"""Natural logarithm of the ratio between a command's value at action 1 and at action 0."""
-
-ActionKind = Literal["density", "log_density", "discrete"]
 Dtype = Literal["uint8", "float32"]
 
 
@@ -44,28 +41,6 @@ class FormatOptions(TypedDict, total=False):
     channels_last: bool
 
 
-def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: bool) -> NDArray[np.float64]:
-    """Turn actions into commands: interpolate them, and take the softmax of log-densities.
-
-    Parameters
-    ----------
-    actions : float64 array (n, a, a)
-        Densities in [0, 1], or log-densities in [-1, 1] whose unit is `LOG_DENSITY_RANGE`.
-    cells : int
-        Cells A a side of a command.
-    is_log : bool
-
-    Returns
-    -------
-    float64 array (n, A, A), in [0, 1]; of log-densities the largest value is 1
-    """
-    fine = interpolation_matrix(cells, actions.shape[-1])
-    values = actions if actions.shape[-1] == cells else fine @ actions @ fine.T
-    if not is_log:
-        return values
-    return np.asarray(np.exp(LOG_DENSITY_RANGE * (values - values.max(axis=(1, 2), keepdims=True))))
-
-
 class Format:
     """One player's spaces, and the ways between them and the game.
 
@@ -74,11 +49,14 @@ class Format:
     config : GameConfig
     observation : ObservationConfig
         What the player sees.
-    action : {"log_density", "density", "discrete"}
-        A Box(-1, 1) that goes through a softmax, which suits Gaussian policies; the density itself, a
-        Box(0, 1); or the number of a density of `swarm_pz.spaces.densities.COMMAND_NAMES`.
+    system : ControlSystem, optional
+        What flies the player's team; the first of `config.controllers` if not given.
+    action : {"normalised", "command", "discrete"}
+        A Box(-1, 1), which suits Gaussian policies; the command itself, as the system's space says; or the number
+        of one of its commands that have names. Of a system that takes densities the first goes through a
+        softmax, and is called "log_density", too, and the second "density".
     action_cells : int, optional
-        Cells a side of an action, interpolated to the command's; as many as these if not given.
+        Cells a side of a density, interpolated to the command's; as many as these if not given.
     flatten_actions : bool
         Actions are vectors, row after row.
     observation_dtype : {"uint8", "float32"}
@@ -100,26 +78,21 @@ class Format:
         self,
         config: GameConfig,
         observation: ObservationConfig,
+        system: ControlSystem | None = None,
         *,
-        action: ActionKind = "log_density",
+        action: ActionKind = "normalised",
         action_cells: int | None = None,
         flatten_actions: bool = False,
         observation_dtype: Dtype = "uint8",
         channels_last: bool = False,
     ) -> None:
-        check_choice(action, "action", get_args(ActionKind))
         check_choice(observation_dtype, "observation_dtype", get_args(Dtype))
         for name, value in (("flatten_actions", flatten_actions), ("channels_last", channels_last)):
             check(isinstance(value, bool), name, value, "True or False")
         self.observation = observation
-        self._cells = config.command_cells
-        self._kind = action
-        self._low = -1.0 if action == "log_density" else 0.0
-        self._side = self._cells if action_cells is None else action_cells
-        check_count(self._side, "action_cells", 2, self._cells)
-        if action == "discrete" and (flatten_actions or action_cells is not None):
-            raise ConfigError("action='discrete' is a number: flatten_actions and action_cells have no meaning with it")
-        self.action_space = self._make_action_space(flatten_actions)
+        system = config.team_systems[0] if system is None else system
+        self._actions = make_actions(config, system, action, action_cells, flat=flatten_actions)
+        self.action_space = self._actions.space
         self._is_float, self._channels_last = observation_dtype == "float32", channels_last
         self.is_plain = not (self._is_float or channels_last)
         """Whether observations are given as the game paints them."""
@@ -133,13 +106,7 @@ class Format:
     @property
     def command_names(self) -> tuple[str, ...]:
         """What each discrete action asks for; nothing for actions of other kinds."""
-        return COMMAND_NAMES if self._kind == "discrete" else ()
-
-    def _make_action_space(self, flat: bool) -> spaces.Space[Any]:
-        if self._kind == "discrete":
-            return spaces.Discrete(len(COMMAND_NAMES))
-        shape = (self._side**2,) if flat else (self._side, self._side)
-        return spaces.Box(self._low, 1.0, shape, np.float32)
+        return self._actions.names
 
     def _make_observation_space(self, config: GameConfig) -> spaces.Space[Any]:
         if self.is_plain:
@@ -158,7 +125,7 @@ class Format:
         return np.divide(images, np.float32(255.0), dtype=np.float32) if self._is_float else images
 
     def read(self, actions: ArrayLike, count: int, name: str = "actions") -> NDArray[np.float64]:
-        """Turn a batch of actions into densities.
+        """Turn a batch of actions into commands.
 
         Parameters
         ----------
@@ -170,38 +137,15 @@ class Format:
 
         Returns
         -------
-        float64 array (n, A, A)
+        float64 array (n, ...), of the shape of the system's space: (n, A, A) for densities
 
         Raises
         ------
         CommandError
             If an action is not in the space.
         """
-        if self._kind == "discrete":
-            return self._look_up(actions, count, name)
-        values = check_values(actions, (count, *self.action_space.shape), self._low, 1.0, name)  # type: ignore[misc]
-        return self._spread(values)
+        return self._actions.read(actions, count, name)
 
     def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
-        """As `read` for one action; returns (A, A)."""
-        if self._kind == "discrete":
-            return np.asarray(self._look_up([action], 1, name)[0])
-        values = check_values(action, self.action_space.shape, self._low, 1.0, name)  # type: ignore[arg-type]
-        return np.asarray(self._spread(values[None])[0])
-
-    def _spread(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        squares = values.reshape(-1, self._side, self._side)
-        return command_from_action(squares, self._cells, is_log=self._kind == "log_density")
-
-    def _look_up(self, actions: Any, count: int, name: str) -> NDArray[np.float64]:
-        densities = named_commands(self._cells)
-        expected = f"{name} must be whole numbers in [0, {len(densities)}), one for each of {count} games"
-        try:
-            numbers = np.array(actions)
-        except (TypeError, ValueError) as error:
-            raise CommandError(f"{expected}, got {actions!r}") from error
-        if numbers.shape != (count,) or not np.issubdtype(numbers.dtype, np.integer):
-            raise CommandError(f"{expected}, got {actions!r}")
-        if count and not (numbers.min() >= 0 and numbers.max() < len(densities)):
-            raise CommandError(f"{expected}, got {actions!r}")
-        return np.asarray(densities[numbers])
+        """As `read` for one action; returns one command."""
+        return np.asarray(self._actions.read_one(action, name))

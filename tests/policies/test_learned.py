@@ -12,7 +12,7 @@ from swarm_pz.files import draft_of
 from swarm_pz.policies import learned, zoo
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.policies.network import Actor
-from swarm_pz.spaces.formats import command_from_action
+from swarm_pz.spaces.actions import command_from_action
 
 CHAMPION = Path(zoo.__file__).parent / "champion"
 AS_SHIPPED = {

@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from swarm_pz.config.values import check_densities
 from swarm_pz.errors import CommandError
-from swarm_pz.simulator.commands import check_densities, interpolation_matrix, make_target
+from swarm_pz.simulator.commands import interpolation_matrix, make_target
 from tests.reference import target_coefficients
 
 commands = arrays(np.float64, (10, 10), elements=st.floats(0.0, 1.0))

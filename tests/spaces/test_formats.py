@@ -6,8 +6,9 @@ import pytest
 from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CommandError, ConfigError
+from swarm_pz.spaces.actions import command_from_action
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
-from swarm_pz.spaces.formats import Format, command_from_action
+from swarm_pz.spaces.formats import Format
 
 SEAT = ObservationConfig(grid=25)
 

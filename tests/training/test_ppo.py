@@ -78,7 +78,7 @@ def test_the_played_action_is_the_mean_of_sb3s_policy(trained):
     run, policy, _ = trained
     seen = np.random.default_rng(0).integers(0, 256, (3, 9, 10, 10)).astype(np.uint8)
     mean, _ = run.model.predict(seen, deterministic=True)
-    from swarm_pz.spaces.formats import command_from_action
+    from swarm_pz.spaces.actions import command_from_action
 
     expected = command_from_action(np.clip(mean, -1, 1).astype(np.float64), 10, is_log=True)
     np.testing.assert_allclose(policy.act(seen, np.arange(3)), expected, rtol=1e-5)

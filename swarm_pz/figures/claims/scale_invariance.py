@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.config.sections import Controller
 from swarm_pz.evaluation.intervals import bootstrap, mean_with_interval, rounded
 from swarm_pz.figures import style
 from swarm_pz.figures.coverage import COVERED, JUDGED, SECONDS, Flight, lone_team, over_seeds, start
@@ -22,7 +21,7 @@ CELLS = 10
 """Cells a side in which maps are compared: those of the drawings' commands."""
 SHOWN = 25
 """Cells a side of the maps that are shown."""
-CONTROLLERS: tuple[Controller, ...] = ("ergodic", "flocking")
+CONTROLLERS: tuple[str, ...] = ("ergodic", "flocking")
 
 Array = NDArray[np.float64]
 

@@ -41,3 +41,5 @@ CONTROLLERS: Mapping[str, Parts] = MappingProxyType(
 """All controllers, by the names that `GameConfig.controllers` takes."""
 NUMBERS: Mapping[str, int] = MappingProxyType({name: number for number, name in enumerate(CONTROLLERS)})
 """Their places in that list, by which `Games.flown_by` knows them."""
+GIVEN = len(NUMBERS)
+"""From this number on, a team's accelerations are given by a control system outside of the kernels."""

@@ -19,13 +19,13 @@ import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
+from swarm_pz.config.values import check_densities
 from swarm_pz.errors import CommandError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play.frames import Frame, decode_frame
 from swarm_pz.play.game import Command, TableConfig
 from swarm_pz.play.protocol import ClientInfo, StrokeMessage, Timing
 from swarm_pz.play.recordings.chain import START, followed
 from swarm_pz.play.recordings.folder import read_regular
-from swarm_pz.simulator.commands import check_densities
 
 VERSION = 2
 FRAME_TICKS = 3

@@ -1,0 +1,118 @@
+"""What a control system is: a controller, and the commands that it understands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config.base import Config
+from swarm_pz.config.values import check_values
+
+if TYPE_CHECKING:
+    from swarm_pz.config.game import GameConfig
+
+
+class Flight(NamedTuple):
+    """One team of each of n games, as the control system that flies it may know them.
+
+    Drones of the other team, and those that have failed, stand in the arrays as NaN: nobody told it about them.
+    """
+
+    positions: NDArray[np.float32]
+    """(n, N, 2) map widths."""
+    velocities: NDArray[np.float32]
+    """(n, N, 2) map widths per second, over the speed factor."""
+    own: NDArray[np.bool_]
+    """(n, N) the drones that it flies: those of the team that work."""
+    heard: NDArray[np.bool_]
+    """(n, N, N) `[i, j]`: whether drone i hears what drone j shares in this control period; i hears itself. Only among
+    `own`. What drone i does may depend on the others that it hears, and on no others."""
+    commands: NDArray[np.float64]
+    """(n, *shape) the team's commands in force, of the shape of the system's space."""
+    former: NDArray[np.float64]
+    """(n, *shape) those that they took the place of."""
+    age: NDArray[np.float64]
+    """(n,) seconds since they came into force."""
+
+
+class ControlSystem(Config):
+    """A way to fly a team: a frozen dataclass whose fields are its numbers.
+
+    A subclass says what commands it takes, and how they become accelerations. Installed under the entry points
+    `swarm_pz.systems`, its name stands in `GameConfig.controllers` like those of swarm-pz's own.
+
+    Attributes
+    ----------
+    name : str
+        As of its entry point.
+    takes : str
+        The kind of its commands. Policies say which kind they answer; the same word means the same space.
+    shares : str
+        What each drone tells those that hear it, in words. Talk radius, loss and relays apply to it.
+    kernel : str
+        The controller of `swarm_pz.kernels.controllers` that flies in place of `solve`; empty for none.
+    """
+
+    takes: ClassVar[str]
+    shares: ClassVar[str] = "nothing"
+    kernel: ClassVar[str] = ""
+
+    def space(self, config: GameConfig) -> spaces.Box:
+        """Return the space of one command, in its own units."""
+        raise NotImplementedError(f"{type(self).__name__} must say which commands it takes")
+
+    def default(self, config: GameConfig) -> NDArray[np.float64]:
+        """Return the command that is in force from the start: cover evenly, or do nothing."""
+        raise NotImplementedError(f"{type(self).__name__} must have a command to begin with")
+
+    def parse(self, command: Any, config: GameConfig, name: str = "command") -> NDArray[np.float64]:
+        """Return one command, in any form that people may write it in, as a float64 array of the space's shape.
+
+        Raises
+        ------
+        CommandError
+            If it is none; it says what was expected and what came.
+        """
+        space = self.space(config)
+        return check_values(command, space.shape, space.low, space.high, name)
+
+    def parse_all(self, commands: ArrayLike, count: int, config: GameConfig, name: str) -> NDArray[np.float64]:
+        """As `parse` for the commands (n, *shape) of n games, as policies and learners write them: an array."""
+        space = self.space(config)
+        return check_values(commands, (count, *space.shape), space.low, space.high, name)
+
+    def from_densities(self, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64] | None:
+        """Return the commands (n, *shape) that serve densities (n, A, A) best; None if densities mean nothing to it.
+
+        Who answers densities can fly a system that knows how to serve them.
+        """
+        return None
+
+    def to_densities(self, commands: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64]:
+        """Return what commands (n, *shape) ask for as densities (n, A, A), for those who watch; uniform if nowhere."""
+        return np.ones((len(commands), config.command_cells, config.command_cells))
+
+    def named(self, config: GameConfig) -> Mapping[str, NDArray[np.float64]]:
+        """Return commands by name, among which discrete actions choose; none if there are no such actions."""
+        return {}
+
+    def solve(self, flight: Flight, config: GameConfig) -> NDArray[Any]:
+        """Choose accelerations.
+
+        Parameters
+        ----------
+        flight : Flight
+            The games; not to be written to.
+        config : GameConfig
+
+        Returns
+        -------
+        array (n, N, 2), castable to float32
+            Map widths per second squared, of the drones that it flies; of the others anything. Each drone's is cut
+            to `controller.max_acceleration` afterwards.
+        """
+        raise NotImplementedError(f"{type(self).__name__} must choose accelerations")

@@ -1,0 +1,84 @@
+"""Checks of arrays that come from outside: commands, actions, what policies and control systems answer."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.errors import CommandError
+
+TOLERANCE = 1e-6
+"""Values this far outside their range are taken for rounding and clipped."""
+
+
+def check_densities(densities: ArrayLike, shape: tuple[int, ...], name: str = "command") -> NDArray[np.float64]:
+    """Return densities (..., A, A) as `check_values` does, with values in [0, 1]."""
+    return check_values(densities, shape, 0.0, 1.0, name)
+
+
+def check_values(
+    given: ArrayLike,
+    shape: tuple[int, ...],
+    low: float | NDArray[Any],
+    high: float | NDArray[Any],
+    name: str,
+) -> NDArray[np.float64]:
+    """Return values as a fresh float64 array of the given shape and range.
+
+    Parameters
+    ----------
+    given : array_like
+        Anything that casts to float.
+    shape : tuple of int
+        Expected shape.
+    low, high : float or array
+        Expected range, of all values or of each along the last axes; values up to 1e-6 outside are clipped.
+    name : str
+        What to call them in an error.
+
+    Raises
+    ------
+    CommandError
+        If they do not cast to float, have another shape, or hold NaN, infinity or values outside
+        the range.
+    """
+    within = f"in {_range(low, high)} " if np.ndim(low) == 0 else ""
+    expected = f"{name} must be numbers {within}of shape {shape}"
+    try:
+        values = np.array(given, dtype=np.float64, order="C")  # sums must not depend on memory order
+    except (TypeError, ValueError, OverflowError) as error:
+        raise CommandError(f"{expected}, got {describe(given)}") from error
+    if values.shape != shape:
+        raise CommandError(f"{expected}, got {describe(given) if values.ndim == 0 else f'shape {values.shape}'}")
+    if not values.size:
+        return values
+    least, largest = values.min(), values.max()  # NaN if any value is
+    if not (math.isfinite(least) and math.isfinite(largest)):
+        place = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])
+        raise CommandError(f"{expected}, got {values[place]} at index {place}")
+    if np.ndim(low) == 0:
+        if least < low - TOLERANCE or largest > high + TOLERANCE:
+            raise CommandError(f"{expected}, got values from {least:g} to {largest:g}")
+        if least < low or largest > high:
+            np.clip(values, low, high, out=values)
+        return values
+    outside = (values < low - TOLERANCE) | (values > high + TOLERANCE)
+    if outside.any():
+        place = tuple(int(i) for i in np.argwhere(outside)[0])
+        own = tuple(place[len(place) - np.ndim(low) :])
+        fits = _range(np.asarray(low)[own], np.asarray(high)[own])
+        raise CommandError(f"{expected}, within {fits} at index {place}, got {values[place]:g} there")
+    return np.asarray(np.clip(values, low, high, out=values))
+
+
+def _range(low: Any, high: Any) -> str:
+    return f"[{low:g}, {high:g}]"
+
+
+def describe(value: Any) -> str:
+    """Return a value as an error shows it: its type, and its beginning."""
+    text = repr(value)
+    return f"{type(value).__name__} {text if len(text) <= 60 else text[:57] + '...'}"

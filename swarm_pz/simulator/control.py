@@ -1,0 +1,298 @@
+"""Who flies which team: the control systems of a configuration, their commands in force, and their solves."""
+
+from __future__ import annotations
+
+import collections
+import time
+import traceback
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
+from swarm_pz.config.system import ControlSystem, Flight
+from swarm_pz.config.values import check_densities, describe
+from swarm_pz.errors import CommandError, FlightError, SwarmError
+from swarm_pz.kernels.controllers import GIVEN, NUMBERS
+from swarm_pz.kernels.controllers.communication import communication_parameters
+from swarm_pz.kernels.game import Games, find_heard
+
+_SOLVES = 10
+"""Solves over which a system must keep up with the game: one alone may have waited for the processor."""
+
+
+class Control:
+    """The control systems that fly the teams of some games.
+
+    Parameters
+    ----------
+    config : GameConfig
+
+    Attributes
+    ----------
+    numbers : (int, int)
+        What `Games.flown_by` holds for the first and the second of the pair.
+    systems : dict
+        The systems by these numbers.
+    command_shape : tuple of int
+        Of any command among others in an array: (A, A) where all are densities, else one axis that has room for the
+        longest; the others begin it, and zeros fill it up.
+    is_given : bool
+        Whether any team is flown by a system of Python's, and not by the kernels.
+    """
+
+    def __init__(self, config: GameConfig) -> None:
+        self.config = config
+        first, second = config.team_systems
+        number = _number(first, 0)
+        self.numbers = (number, number if second == first else _number(second, 1))
+        self.systems: dict[int, ControlSystem] = dict(zip(self.numbers, (first, second), strict=True))
+        self.is_given = any(not system.kernel for system in self.systems.values())
+        self._densities = (config.command_cells, config.command_cells)
+        self._shapes = {number: system.space(config).shape for number, system in self.systems.items()}
+        longest = max(int(np.prod(shape)) for shape in self._shapes.values())
+        are_densities = set(self._shapes.values()) == {self._densities}
+        self.command_shape: tuple[int, ...] = self._densities if are_densities else (longest,)
+        self._communication = communication_parameters(config)
+        self._spent: dict[int, collections.deque[tuple[float, int]]] = {
+            number: collections.deque(maxlen=_SOLVES) for number in self.systems
+        }
+
+    @property
+    def room(self) -> int:
+        """Numbers that a command takes, where systems of Python's fly; else 0."""
+        return int(np.prod(self.command_shape)) if self.is_given else 0
+
+    # --- commands -----------------------------------------------------------------------------
+
+    def defaults(self, flown_by: NDArray[np.int8]) -> NDArray[np.float64]:
+        """Return the commands (n, 2, room) in force at the start of games that are flown by these (n, 2)."""
+        commands = np.zeros((*flown_by.shape, self.room))
+        for number, system in self.systems.items():
+            if self.room:
+                values = np.asarray(system.default(self.config), np.float64)
+                commands[flown_by == number, : values.size] = values.ravel()
+        return commands
+
+    def pack(self, commands: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return commands (n, ...) of one system in the shape that all have among others, (n, *command_shape)."""
+        if commands.shape[1:] == self.command_shape:
+            return commands
+        packed = np.zeros((len(commands), *self.command_shape))
+        packed[:, : commands[0].size if len(commands) else 0] = commands.reshape(len(commands), -1)
+        return packed
+
+    def unpack(self, packed: NDArray[np.float64], number: int) -> NDArray[np.float64]:
+        """Undo `pack`: return commands (n, ...) of the shape that a system has them in."""
+        shape = self._shapes[number]
+        flat = packed.reshape(len(packed), -1)[:, : int(np.prod(shape))]
+        return np.ascontiguousarray(flat).reshape(len(packed), *shape)
+
+    def parse(self, commands: Any, flown_by: NDArray[np.int8], name: str) -> NDArray[np.float64]:
+        """Check commands as people write them, one for each of the games that are flown by these (n,).
+
+        Returns
+        -------
+        float64 array (n, *command_shape)
+
+        Raises
+        ------
+        CommandError
+            If one is not of its system's space.
+        """
+        if not self.is_given:
+            return check_densities(commands, (len(flown_by), *self._densities), name)
+        if not hasattr(commands, "__len__") or len(commands) != len(flown_by):
+            raise CommandError(f"{name} must be one for each of {len(flown_by)} games, got {describe(commands)}")
+        packed = np.zeros((len(flown_by), *self.command_shape))
+        for number, chosen in self._by_system(flown_by):
+            for place in chosen:
+                one = self.systems[number].parse(commands[place], self.config, name)
+                packed[place] = self.pack(one[None])[0]
+        return packed
+
+    def read(self, answer: Any, flown_by: NDArray[np.int8], kind: str, name: str) -> NDArray[np.float64]:
+        """Check commands of one kind for games that are flown by these (n,).
+
+        Returns
+        -------
+        float64 array (n, *command_shape)
+
+        Raises
+        ------
+        CommandError
+            If a system does not take that kind, or the commands are not of its space.
+        """
+        count = len(flown_by)
+        if kind == "density":
+            densities = check_densities(answer, (count, *self._densities), name)
+            if self.command_shape == self._densities and not self.is_given:
+                return densities
+            commands = np.zeros((count, *self.command_shape))
+            for number, chosen in self._by_system(flown_by):
+                served = serve_densities(self.systems[number], densities[chosen], self.config, name)
+                commands[chosen] = self.pack(served)
+            return commands
+        groups = list(self._by_system(flown_by))
+        for number, _ in groups:
+            check_kind(self.systems[number], kind, name)
+        if len(groups) > 1:
+            raise CommandError(f"{name} are for several control systems at once: give them for one after the other")
+        return self.pack(self.systems[groups[0][0]].parse_all(answer, count, self.config, name))
+
+    def _by_system(self, flown_by: NDArray[np.int8]) -> Iterator[tuple[int, NDArray[np.int64]]]:
+        """Yield each system's number, and the places of what it flies."""
+        for number in dict.fromkeys(self.numbers):
+            places = np.flatnonzero(flown_by == number)
+            if len(places):
+                yield number, places
+
+    def take_up(
+        self, games: Games, commands: NDArray[np.float64], rows: NDArray[np.int64], team: int, *, holds: bool
+    ) -> NDArray[np.float64]:
+        """Put commands (n, *command_shape) in force, and return them as densities (n, A, A) for those who watch."""
+        densities = np.zeros((len(rows), *self._densities))
+        for number, chosen in self._by_system(games.flown_by[rows, team]):
+            system, own, mine = self.systems[number], self.unpack(commands[chosen], number), rows[chosen]
+            if system.takes == "density":
+                densities[chosen] = own
+            else:
+                with blame(team, system.name, mine):
+                    densities[chosen] = check_densities(
+                        system.to_densities(own, self.config), (len(mine), *self._densities), "a picture of commands"
+                    )
+            if system.kernel:
+                continue
+            flat = own.reshape(len(mine), -1)
+            size = flat.shape[1]
+            is_new = (flat != games.commands[mine, team, :size]).any(axis=1) | (not holds)
+            changed = mine[is_new]
+            games.former[changed, team] = games.commands[changed, team]
+            games.commands[changed, team, :size] = flat[is_new]
+            games.commanded[changed, team] = games.ticks[changed]
+        return densities
+
+    # --- flying -------------------------------------------------------------------------------
+
+    def fly(self, games: Games, rows: NDArray[np.int64]) -> None:
+        """Let the systems of Python's choose the accelerations of the control period that begins in some games.
+
+        Raises
+        ------
+        FlightError
+            If one raises, answers anything but finite accelerations, or cannot keep up with the game.
+        """
+        for team in range(2):
+            for number, chosen in self._by_system(games.flown_by[rows, team]):
+                if not self.systems[number].kernel:
+                    self._solve(games, rows[chosen], team, number)
+
+    def _solve(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> None:
+        system = self.systems[number]
+        flight = self._flight(games, rows, team, number)
+        began = time.perf_counter()
+        with blame(team, system.name, rows):
+            answer = np.asarray(system.solve(flight, self.config), np.float32)
+        expected = (len(rows), *games.positions.shape[1:])
+        if answer.shape != expected:
+            self._fault(team, system, rows, f"answered accelerations of shape {answer.shape}, not {expected}")
+        broken = ~(np.isfinite(answer).all(axis=2) | ~flight.own).all(axis=1)
+        if broken.any():
+            row, drone = np.argwhere(flight.own & ~np.isfinite(answer).all(axis=2))[0]
+            said = f"answered {answer[row, drone].tolist()} for drone {drone}: accelerations must be finite"
+            self._fault(team, system, rows[broken], said)
+        games.given[rows] = np.where(flight.own[:, :, None], answer, games.given[rows])
+        self._time(team, system, rows, number, time.perf_counter() - began)
+
+    def _flight(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> Flight:
+        own = (games.teams[rows] == team) & ~games.failed[rows]
+        unknown = np.float32(np.nan)
+        if self._communication.is_local:
+            heard = np.empty((*own.shape, own.shape[1]), np.bool_)
+            find_heard(games, rows, np.where(own, 0, -1).astype(np.int8), self._communication, heard)
+            heard &= own[:, :, None] & own[:, None, :]
+        else:
+            heard = own[:, :, None] & own[:, None, :]
+        return Flight(
+            positions=np.where(own[:, :, None], games.positions[rows], unknown),
+            velocities=np.where(own[:, :, None], games.velocities[rows], unknown),
+            own=own,
+            heard=heard,
+            commands=self.unpack(games.commands[rows, team], number),
+            former=self.unpack(games.former[rows, team], number),
+            age=(games.ticks[rows] - games.commanded[rows, team]) / TICKS_PER_SECOND,
+        )
+
+    def _time(self, team: int, system: ControlSystem, rows: NDArray[np.int64], number: int, seconds: float) -> None:
+        """Keep what a solve took, and raise if the system cannot keep up; its first solve may compile."""
+        spent = self._spent[number]
+        spent.append((0.0 if not spent else seconds, len(rows)))
+        latest = list(spent)
+        if len(latest) < _SOLVES:
+            return
+        took, allowed = sum(one for one, _ in latest), CONTROL_PERIOD * sum(count for _, count in latest)
+        if took > allowed:
+            self._fault(
+                team, system, rows, f"took {took:.2f} s for {_SOLVES} solves that may take {allowed:.2f} s in all"
+            )
+
+    @staticmethod
+    def _fault(team: int, system: ControlSystem, rows: NDArray[np.int64], said: str) -> None:
+        told = f"{system.name}, which flies {TEAM_NAMES[team]}, {said}"
+        raise FlightError(team, system.name, tuple(rows.tolist()), told)
+
+
+class blame:  # noqa: N801  (reads like the function that it is)
+    """Turn whatever a control system raises in here into a FlightError that says where."""
+
+    def __init__(self, team: int, system: str, rows: NDArray[np.int64]) -> None:
+        self._team, self._system, self._rows = team, system, rows
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
+        if error is None or not isinstance(error, (Exception, SystemExit)):
+            return
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{Path(last.filename).name}:{last.lineno}"
+        said = str(error) if isinstance(error, SwarmError) else f"raised {error!r} ({where})"
+        told = f"{self._system}, which flies {TEAM_NAMES[self._team]}, {said}"
+        raise FlightError(self._team, self._system, tuple(self._rows.tolist()), told) from error
+
+
+def serve_densities(
+    system: ControlSystem, densities: NDArray[np.float64], config: GameConfig, name: str
+) -> NDArray[np.float64]:
+    """Return densities (n, A, A) as commands (n, ...) of a system.
+
+    Raises
+    ------
+    CommandError
+        If it cannot serve densities.
+    """
+    if system.takes == "density":
+        return densities
+    served = system.from_densities(densities, config)
+    if served is None:
+        raise _mismatch(system, "density", name)
+    return served
+
+
+def check_kind(system: ControlSystem, kind: str, name: str) -> None:
+    """Refuse commands of another kind than a system takes."""
+    if system.takes != kind:
+        raise _mismatch(system, kind, name)
+
+
+def _mismatch(system: ControlSystem, kind: str, name: str) -> CommandError:
+    return CommandError(
+        f"{name}: commands of kind {kind!r} cannot fly {system.name}, which takes those of kind {system.takes!r}"
+    )
+
+
+def _number(system: ControlSystem, place: int) -> int:
+    return NUMBERS[system.kernel] if system.kernel else GIVEN + place

@@ -1,0 +1,166 @@
+"""How a face reads actions as the commands of a control system."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Protocol, get_args
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config import GameConfig
+from swarm_pz.config.base import check_choice, check_count
+from swarm_pz.config.system import ControlSystem
+from swarm_pz.config.values import check_values
+from swarm_pz.errors import CommandError, ConfigError
+from swarm_pz.simulator.commands import interpolation_matrix
+
+LOG_DENSITY_RANGE = 4.0
+"""Natural logarithm of the ratio between a command's value at action 1 and at action 0."""
+
+ActionKind = Literal["command", "normalised", "density", "log_density", "discrete"]
+
+
+class Actions(Protocol):
+    """One way to write commands."""
+
+    space: spaces.Space[Any]
+    names: tuple[str, ...]
+    """What each discrete action asks for; nothing for others."""
+
+    def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
+        """Turn actions (n, ...) into commands (n, ...)."""
+
+    def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
+        """Turn an action into a command."""
+
+
+def make_actions(
+    config: GameConfig, system: ControlSystem, kind: ActionKind, cells: int | None, *, flat: bool
+) -> Actions:
+    """Return how the commands of a system are written; arguments as of `swarm_pz.spaces.formats.Format`.
+
+    Raises
+    ------
+    ConfigError
+        If the options do not fit each other, or the system.
+    """
+    check_choice(kind, "action", get_args(ActionKind))
+    takes_densities = system.takes == "density"
+    if kind == "discrete":
+        if flat or cells is not None:
+            raise ConfigError("action='discrete' is a number: flatten_actions and action_cells have no meaning with it")
+        return _Numbers(config, system)
+    if not takes_densities and (cells is not None or kind in ("density", "log_density")):
+        given = f"action={kind!r}" if cells is None else f"action_cells={cells!r}"
+        raise ConfigError(
+            f"{given} is for densities, and the control system {system.name} takes commands of kind {system.takes!r}: "
+            f"use action='command' or 'normalised'"
+        )
+    if takes_densities:
+        return _Images(config, cells, is_log=kind in ("log_density", "normalised"), flat=flat)
+    return _Vectors(config, system, is_normalised=kind == "normalised", flat=flat)
+
+
+class _Images:
+    """Densities, exact or by their logarithm, of as many cells as wanted."""
+
+    def __init__(self, config: GameConfig, cells: int | None, *, is_log: bool, flat: bool) -> None:
+        self._cells = config.command_cells
+        self._side = self._cells if cells is None else cells
+        check_count(self._side, "action_cells", 2, self._cells)
+        self._is_log, self._low = is_log, -1.0 if is_log else 0.0
+        self._shape = (self._side**2,) if flat else (self._side, self._side)
+        self.space: spaces.Space[Any] = spaces.Box(self._low, 1.0, self._shape, np.float32)
+        self.names: tuple[str, ...] = ()
+
+    def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
+        return self._spread(check_values(actions, (count, *self._shape), self._low, 1.0, name))
+
+    def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
+        return np.asarray(self._spread(check_values(action, self._shape, self._low, 1.0, name)[None])[0])
+
+    def _spread(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return command_from_action(values.reshape(-1, self._side, self._side), self._cells, is_log=self._is_log)
+
+
+def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: bool) -> NDArray[np.float64]:
+    """Turn actions into densities: interpolate them, and take the softmax of log-densities.
+
+    Parameters
+    ----------
+    actions : float64 array (n, a, a)
+        Densities in [0, 1], or log-densities in [-1, 1] whose unit is `LOG_DENSITY_RANGE`.
+    cells : int
+        Cells A a side of a command.
+    is_log : bool
+
+    Returns
+    -------
+    float64 array (n, A, A), in [0, 1]; of log-densities the largest value is 1
+    """
+    fine = interpolation_matrix(cells, actions.shape[-1])
+    values = actions if actions.shape[-1] == cells else fine @ actions @ fine.T
+    if not is_log:
+        return values
+    return np.asarray(np.exp(LOG_DENSITY_RANGE * (values - values.max(axis=(1, 2), keepdims=True))))
+
+
+class _Vectors:
+    """Commands of any other kind, in their own units or each number in [-1, 1]."""
+
+    def __init__(self, config: GameConfig, system: ControlSystem, *, is_normalised: bool, flat: bool) -> None:
+        self._system, self._config = system, config
+        own = system.space(config)
+        self._own, self._shape = own.shape, (int(np.prod(own.shape)),) if flat else own.shape
+        self._low = own.low.astype(np.float64).reshape(self._shape)
+        self._high = own.high.astype(np.float64).reshape(self._shape)
+        self._is_normalised = is_normalised
+        self.space: spaces.Space[Any] = (
+            spaces.Box(-1.0, 1.0, self._shape, np.float32)
+            if is_normalised
+            else spaces.Box(own.low.reshape(self._shape), own.high.reshape(self._shape), dtype=np.float32)
+        )
+        self.names: tuple[str, ...] = ()
+
+    def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
+        if self._is_normalised:
+            values = check_values(actions, (count, *self._shape), -1.0, 1.0, name)
+            values = self._low + (values + 1.0) / 2.0 * (self._high - self._low)
+        else:
+            values = check_values(actions, (count, *self._shape), self._low, self._high, name)
+        return self._system.parse_all(values.reshape(count, *self._own), count, self._config, name)
+
+    def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
+        return np.asarray(self.read(np.asarray(action)[None], 1, name)[0])
+
+
+class _Numbers:
+    """The numbers of commands that have names."""
+
+    def __init__(self, config: GameConfig, system: ControlSystem) -> None:
+        named = system.named(config)
+        if not named:
+            raise ConfigError(
+                f"action='discrete' chooses among commands that have names, and the control system {system.name} has "
+                f"none: use action='command' or 'normalised'"
+            )
+        self.names: tuple[str, ...] = tuple(named)
+        self._commands = np.stack([np.asarray(command, np.float64) for command in named.values()])
+        self.space: spaces.Space[Any] = spaces.Discrete(len(named))
+
+    def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
+        known = len(self._commands)
+        expected = f"{name} must be whole numbers in [0, {known}), one for each of {count} games"
+        try:
+            numbers = np.array(actions)
+        except (TypeError, ValueError) as error:
+            raise CommandError(f"{expected}, got {actions!r}") from error
+        if numbers.shape != (count,) or not np.issubdtype(numbers.dtype, np.integer):
+            raise CommandError(f"{expected}, got {actions!r}")
+        if count and not (numbers.min() >= 0 and numbers.max() < known):
+            raise CommandError(f"{expected}, got {actions!r}")
+        return np.asarray(self._commands[numbers])
+
+    def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
+        return np.asarray(self.read(np.asarray(action)[None], 1, name)[0])

@@ -1,0 +1,37 @@
+"""Direct control: the player chooses every drone's acceleration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from swarm_pz.config import GameConfig
+from swarm_pz.config.system import ControlSystem, Flight
+
+
+@dataclass(frozen=True, kw_only=True)
+class Direct(ControlSystem):
+    """Each drone does what its row of the command says; rows of drones that others fly mean nothing.
+
+    Commands are in units of `controller.max_acceleration`, and drone i is row i for as long as the game lasts,
+    whoever has captured it.
+    """
+
+    name: ClassVar[str] = "direct"
+    takes: ClassVar[str] = "accelerations"
+
+    def space(self, config: GameConfig) -> spaces.Box:
+        """Return the accelerations (N, 2), each number in [-1, 1]; a vector longer than 1 counts as one of length 1."""
+        return spaces.Box(-1.0, 1.0, (config.num_drones, 2), np.float32)
+
+    def default(self, config: GameConfig) -> NDArray[np.float64]:
+        """Return no acceleration at all."""
+        return np.zeros((config.num_drones, 2))
+
+    def solve(self, flight: Flight, config: GameConfig) -> NDArray[np.float64]:
+        """Pass the command on."""
+        return flight.commands * float(config.controller.max_acceleration)
