@@ -2,7 +2,7 @@
 
 ======================  ====================================================
 `ergodic`               a density, covered over time
-`flocking`              a flock that flies to one place
+`flocking`              attractors, one after the other, for a flock
 `direct`                an acceleration for every drone
 ======================  ====================================================
 
@@ -12,5 +12,6 @@ installed under the entry points `swarm_pz.systems` can fly, those of other pack
 
 from swarm_pz.config.registry import registered, system_class
 from swarm_pz.config.system import ControlSystem, Flight
+from swarm_pz.systems.flocking import FlockingCommand
 
-__all__ = ["ControlSystem", "Flight", "registered", "system_class"]
+__all__ = ["ControlSystem", "Flight", "FlockingCommand", "registered", "system_class"]
