@@ -219,7 +219,7 @@ class Control:
 
     def _solve(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> None:
         system = self.systems[number]
-        flight = self._flight(games, rows, team, number)
+        flight = self.flight_of(games, rows, team, number)
         began = time.perf_counter()
         with blame(team, system.name, rows):
             answer = np.asarray(system.solve(flight, self.config), np.float32)
@@ -234,7 +234,8 @@ class Control:
         games.given[rows] = np.where(flight.own[:, :, None], answer, games.given[rows])
         self._time(team, system, rows, number, time.perf_counter() - began)
 
-    def _flight(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> Flight:
+    def flight_of(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> Flight:
+        """Return what a system is shown of one team of some games."""
         own = (games.teams[rows] == team) & ~games.failed[rows]
         unknown = np.float32(np.nan)
         if self._communication.is_local:
