@@ -70,6 +70,10 @@ class ControlSystem(Config):
         """Return the space of one command, in its own units."""
         raise NotImplementedError(f"{type(self).__name__} must say which commands it takes")
 
+    def learner_space(self, config: GameConfig) -> spaces.Box:
+        """Return the space of what learners send: the commands, or a shorter form that `parse_all` reads, too."""
+        return self.space(config)
+
     def default(self, config: GameConfig) -> NDArray[np.float64]:
         """Return the command that is in force from the start: cover evenly, or do nothing."""
         raise NotImplementedError(f"{type(self).__name__} must have a command to begin with")
@@ -89,6 +93,17 @@ class ControlSystem(Config):
         """As `parse` for the commands (n, *shape) of n games, as policies and learners write them: an array."""
         space = self.space(config)
         return check_values(commands, (count, *space.shape), space.low, space.high, name)
+
+    def check_sizes(
+        self, commands: NDArray[np.float64], sizes: NDArray[np.int64], config: GameConfig, name: str
+    ) -> None:
+        """Refuse parsed commands (n, *shape) that teams of so many drones (n,), as they are now, cannot fly.
+
+        Raises
+        ------
+        CommandError
+            If there is one; it says what was expected and what came. No system of ours refuses its default.
+        """
 
     def from_densities(self, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64] | None:
         """Return the commands (n, *shape) that serve densities (n, A, A) best; None if densities mean nothing to it.

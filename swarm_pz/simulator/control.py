@@ -143,6 +143,22 @@ class Control:
             raise CommandError(f"{name} are for several control systems at once: give them for one after the other")
         return self.pack(self.systems[groups[0][0]].parse_all(answer, count, self.config, name))
 
+    def check_sizes(
+        self, packed: NDArray[np.float64], flown_by: NDArray[np.int8], sizes: NDArray[np.int64], name: str
+    ) -> None:
+        """Refuse commands (n, *command_shape) that teams of so many drones (n,) cannot fly.
+
+        Raises
+        ------
+        CommandError
+            If a system refuses one.
+        """
+        if not self.is_given:
+            return
+        for number, chosen in self._by_system(flown_by):
+            own = self.unpack(packed[chosen], number)
+            self.systems[number].check_sizes(own, sizes[chosen], self.config, name)
+
     def _by_system(self, flown_by: NDArray[np.int8]) -> Iterator[tuple[int, NDArray[np.int64]]]:
         """Yield each system's number, and the places of what it flies."""
         for number in dict.fromkeys(self.numbers):

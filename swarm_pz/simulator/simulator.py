@@ -238,7 +238,9 @@ class Simulator:
             attractors = check_attractors(commands, len(chosen), self.config.flocking)
             values = density_around(attractors, cells)
         else:
-            values = self.control.parse(commands, self.games.flown_by[chosen, team], name)
+            flown_by = self.games.flown_by[chosen, team]
+            values = self.control.parse(commands, flown_by, name)
+            self.control.check_sizes(values, flown_by, self.sizes[chosen, team], name)
         self.command_checked(team, values, chosen)
         if attractors is not None:
             self.games.attractors[chosen, team] = attractors

@@ -3,6 +3,8 @@
 ======================  ====================================================
 `ergodic`               a density, covered over time
 `flocking`              a flock that flies to one place
+`formation`             a shape with a slot for every drone
+`leader_follower`       places of leaders, whom the rest follow
 `direct`                an acceleration for every drone
 ======================  ====================================================
 
