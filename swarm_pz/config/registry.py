@@ -69,8 +69,8 @@ def system_class(name: str) -> type[ControlSystem]:
         raise ConfigError(f"{said} cannot be imported: {error!r}") from error
     if not (isinstance(found, type) and issubclass(found, ControlSystem)):
         raise ConfigError(f"{said} must be a subclass of swarm_pz.systems.ControlSystem, got {found!r}")
-    if found.name != name:
-        raise ConfigError(f"{said} must say name = {name!r} as its entry point does, got {found.name!r}")
+    if (called := getattr(found, "name", None)) != name:
+        raise ConfigError(f"{said} must say name = {name!r} as its entry point does, got {called!r}")
     if not isinstance(getattr(found, "takes", None), str):
         raise ConfigError(f"{said} must say by takes = '...' which kind of commands it takes")
     return found

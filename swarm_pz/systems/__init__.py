@@ -3,6 +3,8 @@
 ======================  ====================================================
 `ergodic`               a density, covered over time
 `flocking`              attractors, one after the other, for a flock
+`formation`             a shape with a slot for every drone
+`leader_follower`       places of leaders, whom the rest follow
 `direct`                an acceleration for every drone
 ======================  ====================================================
 

@@ -55,7 +55,7 @@ def extreme_states(generator: np.random.Generator, games: int, drones: int) -> S
 def sampled(name: str, config: GameConfig, generator: np.random.Generator, count: int) -> NDArray[np.float64]:
     """Draw commands (n, ...) of a system, as learners do."""
     system = system_of(name)
-    space = getattr(system, "learner_space", system.space)(config)
+    space = system.learner_space(config)
     low, high = space.low.astype(np.float64), space.high.astype(np.float64)
     shares = generator.random((count, *space.shape)) ** (3 if system.takes == "density" else 1)
     return low + (high - low) * shares

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.config import ControllerConfig
-from swarm_pz.kernels.controllers.ergodic import ergodic, ergodic_parameters, make_scratch
-from swarm_pz.kernels.game import swarm_of
+from swarm_pz.kernels.profiling import solve
 from swarm_pz.simulator import Simulator
 from tests.kernels.states import SOFT, assert_mirrored, put, random_state, solved
 from tests.reference import ControllerReference
@@ -20,9 +19,7 @@ def test_its_kernel_alone_does_what_the_game_does_and_writes_but_memories_and_ac
     put(start, state)
     games = start.snapshot()
     games.accelerations[:] = np.nan
-    ergodic(
-        swarm_of(games, 0), games.coefficients[0], ergodic_parameters(start.config), make_scratch(12, start.controller)
-    )
+    solve(games, start.controller)
     np.testing.assert_allclose(games.accelerations, flown.games.accelerations, rtol=1e-4, atol=1e-4)
     written = {"memory", "memory_weight", "accelerations"}
     for field, array, before in zip(games._fields, games, start.games, strict=True):
