@@ -176,7 +176,7 @@ class LeaderFollower(ControlSystem):
         led = self.stiffness / factor * (goals - positions) - self.damping * velocities
         following = self._follow(ranks, flight.heard, positions, velocities, factor)
         keeping_apart = self._keep_apart(ranks, flight.heard, positions)
-        return np.where(own_rank[:, :, None] >= 0, led, following) + keeping_apart
+        return np.asarray(np.where(own_rank[:, :, None] >= 0, led, following) + keeping_apart)
 
     def _ranks(self, flight: Flight, expected: Array) -> NDArray[np.int64]:
         """Return which place drone j leads to in the eyes of drone i, (n, N, N) `[i, j]`; -1: none."""

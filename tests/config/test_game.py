@@ -321,5 +321,5 @@ def test_only_some_rules_tell_a_command_that_is_sent_again_from_one_that_is_held
 def test_a_control_system_can_be_replaced_and_has_no_fields_but_its_numbers():
     faster = Formation().replace(stiffness=9.0)
     assert faster == Formation(stiffness=9.0) and faster.damping == Formation().damping
-    with pytest.raises(UnknownNameError, match="Formation has no field 'takes'; .*Known: damping, margin, stiffness"):
+    with pytest.raises(UnknownNameError, match=r"Formation has no field 'takes'; .*Known: damping, margin, stiffness"):
         Formation(takes="density")
