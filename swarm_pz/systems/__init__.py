@@ -2,7 +2,7 @@
 
 ======================  ====================================================
 `ergodic`               a density, covered over time
-`flocking`              a flock that flies to one place
+`flocking`              attractors, one after the other, for a flock
 `formation`             a shape with a slot for every drone
 `leader_follower`       places of leaders, whom the rest follow
 `direct`                an acceleration for every drone
@@ -14,5 +14,6 @@ installed under the entry points `swarm_pz.systems` can fly, those of other pack
 
 from swarm_pz.config.registry import registered, system_class
 from swarm_pz.config.system import ControlSystem, Flight
+from swarm_pz.systems.flocking import FlockingCommand
 
-__all__ = ["ControlSystem", "Flight", "registered", "system_class"]
+__all__ = ["ControlSystem", "Flight", "FlockingCommand", "registered", "system_class"]

@@ -148,11 +148,10 @@ class Formation(ControlSystem):
         command[3] = check_values(said["size"], (), 0.0, _LARGEST, f"{name}'s size")
         command[4] = math.remainder(float(check_values(said["turn"], (), -1e6, 1e6, f"{name}'s turn")), 2 * math.pi)
         if "shape" in given:
-            if said["shape"] not in SHAPES:
-                raise CommandError(
-                    f"{name}: there is no shape {said['shape']!r}; {nearest(str(said['shape']), SHAPES)}"
-                )
-            command[0] = SHAPES.index(said["shape"])
+            shape = said["shape"]
+            if not isinstance(shape, str) or shape not in SHAPES:
+                raise CommandError(f"{name}: there is no shape {shape!r}; {nearest(str(shape), SHAPES)}")
+            command[0] = SHAPES.index(shape)
             return command
         points, room = given["points"], _room(config)
         count = len(points) if hasattr(points, "__len__") else 0

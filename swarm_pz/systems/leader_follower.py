@@ -159,7 +159,7 @@ class LeaderFollower(ControlSystem):
         radius = _APART if self.leaders > 1 else 0.0
         angles = [2 * math.pi * leader / self.leaders for leader in range(self.leaders)]
         circle = np.array([(x + radius * math.cos(angle), y + radius * math.sin(angle)) for angle in angles])
-        return np.clip(circle, 0.0, 1.0)
+        return np.asarray(np.clip(circle, 0.0, 1.0))
 
     # --- flight -------------------------------------------------------------------------------
 
@@ -183,7 +183,7 @@ class LeaderFollower(ControlSystem):
         heard = flight.heard
         if self.appoint == "lowest":
             order = np.cumsum(heard, axis=2) - 1
-            return np.where(heard & (order < self.leaders), order, -1)
+            return np.asarray(np.where(heard & (order < self.leaders), order, -1))
         ranks = np.full(heard.shape, -1)
         for leader in range(self.leaders):
             away = expected - flight.commands[:, leader, None, :]
