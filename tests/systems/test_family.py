@@ -384,6 +384,7 @@ def test_pettingzoos_own_tests_hold(name):
     seed_test(lambda: env(**quick), num_cycles=5)
 
 
+@pytest.mark.filterwarnings("ignore:.*recommend using a symmetric and normalized")  # commands have units of their own
 @pytest.mark.parametrize("action", ["command", "normalised", "discrete"])
 def test_gymnasiums_own_test_holds(name, action):
     if action == "discrete" and not system_of(name).named(GameConfig()):
