@@ -122,7 +122,8 @@ class Formation(ControlSystem):
                 f"{f'shape {shape}' if shape else describe(command)}"
             )
         space = self.learner_space(config) if shape == (_NUMBERS,) else self.space(config)
-        return _spell_out(check_values(command, shape, space.low, space.high, name)[None], long)[0]
+        values = check_values(command, shape, space.low, space.high, name)
+        return np.asarray(_spell_out(values[None], long)[0])
 
     def parse_all(self, commands: ArrayLike, count: int, config: GameConfig, name: str) -> NDArray[np.float64]:
         """As `parse` for arrays (n, 5), or with drawn points (n, *shape)."""
@@ -141,17 +142,16 @@ class Formation(ControlSystem):
                 raise CommandError(f"{name}: a formation has no {key!r}; {nearest(str(key), known)}")
         if ("shape" in given) == ("points" in given):
             raise CommandError(f"{name}: a formation has either a shape or points, got {sorted(given)}")
-        said = _USUAL | given
+        said: dict[str, Any] = {**_USUAL, **given}
         command = np.zeros(self.space(config).shape)
         command[1:3] = check_values(said["centre"], (2,), 0.0, 1.0, f"{name}'s centre")
         command[3] = check_values(said["size"], (), 0.0, _LARGEST, f"{name}'s size")
         command[4] = math.remainder(float(check_values(said["turn"], (), -1e6, 1e6, f"{name}'s turn")), 2 * math.pi)
         if "shape" in given:
-            if said["shape"] not in SHAPES:
-                raise CommandError(
-                    f"{name}: there is no shape {said['shape']!r}; {nearest(str(said['shape']), SHAPES)}"
-                )
-            command[0] = SHAPES.index(said["shape"])
+            shape = said["shape"]
+            if not isinstance(shape, str) or shape not in SHAPES:
+                raise CommandError(f"{name}: there is no shape {shape!r}; {nearest(str(shape), SHAPES)}")
+            command[0] = SHAPES.index(shape)
             return command
         points, room = given["points"], _room(config)
         count = len(points) if hasattr(points, "__len__") else 0

@@ -159,7 +159,7 @@ class LeaderFollower(ControlSystem):
         radius = _APART if self.leaders > 1 else 0.0
         angles = [2 * math.pi * leader / self.leaders for leader in range(self.leaders)]
         circle = np.array([(x + radius * math.cos(angle), y + radius * math.sin(angle)) for angle in angles])
-        return np.clip(circle, 0.0, 1.0)
+        return np.asarray(np.clip(circle, 0.0, 1.0))
 
     # --- flight -------------------------------------------------------------------------------
 
@@ -176,14 +176,14 @@ class LeaderFollower(ControlSystem):
         led = self.stiffness / factor * (goals - positions) - self.damping * velocities
         following = self._follow(ranks, flight.heard, positions, velocities, factor)
         keeping_apart = self._keep_apart(ranks, flight.heard, positions)
-        return np.where(own_rank[:, :, None] >= 0, led, following) + keeping_apart
+        return np.asarray(np.where(own_rank[:, :, None] >= 0, led, following) + keeping_apart)
 
     def _ranks(self, flight: Flight, expected: Array) -> NDArray[np.int64]:
         """Return which place drone j leads to in the eyes of drone i, (n, N, N) `[i, j]`; -1: none."""
         heard = flight.heard
         if self.appoint == "lowest":
             order = np.cumsum(heard, axis=2) - 1
-            return np.where(heard & (order < self.leaders), order, -1)
+            return np.asarray(np.where(heard & (order < self.leaders), order, -1))
         ranks = np.full(heard.shape, -1)
         for leader in range(self.leaders):
             away = expected - flight.commands[:, leader, None, :]

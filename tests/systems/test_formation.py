@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import types
 
 import numpy as np
 import pytest
@@ -185,6 +186,7 @@ def test_five_numbers_and_a_mapping_say_the_same():
     said = {"shape": "line", "centre": (0.2, 0.3), "size": 0.1, "turn": 0.7}
     np.testing.assert_array_equal(parse([2, 0.2, 0.3, 0.1, 0.7]), parse(said))
     np.testing.assert_array_equal(parse(parse(said)), parse(said))
+    np.testing.assert_array_equal(parse(types.MappingProxyType(said)), parse(said))
     drawn = parse({"points": SQUARE, "turn": 0.7 + 2 * math.pi})
     np.testing.assert_array_equal(parse(drawn), drawn)
     assert drawn[4] == pytest.approx(0.7) and drawn[5] == 4
@@ -226,6 +228,7 @@ def test_learners_and_people_play_it_in_the_environment():
         ([0, np.nan, 0.5, 0.1, 0], "got nan at index"),
         ({"shape": "rnig"}, "there is no shape 'rnig'; did you mean 'ring'"),
         ({"shape": ["ring"]}, "there is no shape"),
+        ({"shape": np.array(["ring", "disc"])}, "there is no shape"),
         ({"shape": "ring", "center": (0.5, 0.5)}, "has no 'center'; did you mean 'centre'"),
         ({"shape": "ring", 5: 5}, "has no 5"),
         ({"shape": "ring", "points": SQUARE}, "either a shape or points"),
