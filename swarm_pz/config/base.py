@@ -110,7 +110,7 @@ class Config:
         ConfigError
             If a name is unknown or a value is out of range.
         """
-        fields = {name: getattr(self, name) for name in self.__dataclass_fields__}  # type: ignore[attr-defined]
+        fields = {entry.name: getattr(self, entry.name) for entry in dataclasses.fields(self)}  # type: ignore[arg-type]
         return type(self)(**(fields | changes))
 
     def to_dict(self) -> dict[str, Any]:
