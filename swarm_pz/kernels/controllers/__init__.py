@@ -1,12 +1,15 @@
 """The controllers: from a team's command and its drones' past to accelerations, as kernels.
 
-===============  ======================================================
-`ergodic`        receding-horizon control towards a density
-`communication`  the same where not everybody hears everybody
-`flocking`       alignment, cohesion, separation, and an attractor
-===============  ======================================================
+=================  ======================================================
+`ergodic`          receding-horizon control towards a density
+`communication`    the same where not everybody hears everybody
+`flocking`         alignment, cohesion, separation, and an attractor
+`coverage`         towards the centroids of Voronoi cells
+`potential_field`  repulsion between drones, and images of charges
+=================  ======================================================
 
-A controller's file holds its kernel, its numbers as a named tuple, and what makes them of a configuration.
+A controller's file holds its kernel, its numbers as a named tuple, and what makes them of a configuration; the last two
+are entry points that control systems of `swarm_pz.systems` call, which make their numbers themselves.
 `CONTROLLERS` lists all of them; `tests/kernels/controllers/test_family.py` tries whatever stands there.
 """
 
