@@ -3,6 +3,8 @@
 ======================  ====================================================
 `ergodic`               a density, covered over time
 `flocking`              attractors, one after the other, for a flock
+`coverage`              a density, each drone in the middle of its part
+`potential_field`       what attracts, and what repels
 `formation`             a shape with a slot for every drone
 `leader_follower`       places of leaders, whom the rest follow
 `direct`                an acceleration for every drone
