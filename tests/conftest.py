@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -22,12 +23,20 @@ BITS = (
 """Tests whose outcome can depend on how the processor rounds; those marked `bits` run a second time as on another."""
 
 
-def pytest_configure(config):
-    """Let tests that the clock measures come first on a busy machine: they are the largest group, which gw0 takes."""
-    if os.environ.get("PYTEST_XDIST_WORKER", "gw0") != "gw0" and hasattr(os, "nice"):
+@cache
+def make_way():
+    """Let others come first on a busy machine, from now on."""
+    if hasattr(os, "nice"):
         os.nice(10)
 
 
+def pytest_runtest_setup(item):
+    """Let what the clock measures come first: the process that has it begins with it, the others with other tests."""
+    if "PYTEST_XDIST_WORKER" in os.environ and item.get_closest_marker("xdist_group") is None:
+        make_way()
+
+
+@pytest.hookimpl(tryfirst=True)  # before xdist looks at the groups
 def pytest_collection_modifyitems(items):
     for item in items:
         if HERE not in item.path.parents:
