@@ -8,7 +8,7 @@ import numpy as np
 
 from swarm_pz.config import DynamicsConfig, GameConfig
 from swarm_pz.systems.formation import Formation
-from tests.systems.random_flights import MOST_DRONES, random_flight
+from tests.systems.drawn_flights import MOST_DRONES, random_flight
 
 NAMES = ["ring", "disc", "line", "wedge", "grid"]
 

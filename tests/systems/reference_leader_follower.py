@@ -6,7 +6,7 @@ import numpy as np
 
 from swarm_pz.config import DynamicsConfig, GameConfig
 from swarm_pz.systems.leader_follower import LeaderFollower
-from tests.systems.random_flights import MOST_DRONES, random_flight
+from tests.systems.drawn_flights import MOST_DRONES, random_flight
 
 
 def appoint(heard: list[int], positions, velocities, places, system: LeaderFollower, speed_factor: float) -> dict:

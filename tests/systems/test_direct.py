@@ -14,7 +14,7 @@ from swarm_pz.simulator import Simulator
 from swarm_pz.spaces.formats import Format
 from swarm_pz.systems.direct import Direct
 from tests.systems import reference_direct
-from tests.systems.random_flights import permuted, random_flight, together, turn, turned_flight
+from tests.systems.drawn_flights import permuted, random_flight, together, turn, turned_flight
 
 CONFIG = GameConfig(drones_per_team=3, controllers="direct", capture=CaptureConfig(enabled=False))
 SYMMETRIES = list(itertools.product((False, True), repeat=3))

@@ -18,7 +18,7 @@ from swarm_pz.spaces.formats import Format
 from swarm_pz.systems.formation import Formation
 from swarm_pz.systems.shapes import SHAPES, unit_slots
 from tests.systems import reference_formation
-from tests.systems.random_flights import flight_of, permuted, random_flight, together, turn, turned_flight
+from tests.systems.drawn_flights import flight_of, permuted, random_flight, together, turn, turned_flight
 
 CONFIG = GameConfig(controllers="formation", capture=CaptureConfig(enabled=False))
 SYMMETRIES = list(itertools.product((False, True), repeat=3))

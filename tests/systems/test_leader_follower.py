@@ -14,7 +14,7 @@ from swarm_pz.simulator import Simulator
 from swarm_pz.spaces.formats import Format
 from swarm_pz.systems.leader_follower import LeaderFollower
 from tests.systems import reference_leader_follower
-from tests.systems.random_flights import flight_of, permuted, random_flight, together, turn, turned_flight
+from tests.systems.drawn_flights import flight_of, permuted, random_flight, together, turn, turned_flight
 
 PEACE = CaptureConfig(enabled=False)
 CONFIG = GameConfig(controllers="leader_follower", capture=PEACE)
