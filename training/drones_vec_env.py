@@ -22,10 +22,10 @@ class DronesVecEnv(BatchVecEnv):
     """E games at once of N drones each, whose E·N agents are the rows: row e·N + i is drone i of game e.
 
     To a learner of Stable-Baselines3 every row is an environment, and all share its parameters: its PPO is IPPO. Rules,
-    spaces and rewards are those of `swarm_pz.envs.drones_env.DronesEnv`. Rows of drones that sit out go on: their
-    observation is all zeros, also the first number, which is 1 of those that play; their action means nothing, and
-    their reward is 0. All rows of a game end together. Infos are empty but for games that have just ended, whose rows
-    carry ``terminal_observation``, ``TimeLimit.truncated`` and the numbers of `DronesEnv`.
+    spaces and rewards are those of `swarm_pz.envs.drones_env.DronesEnv`. Rows of drones that sit out go on: the first
+    number that they see is -1 in place of 1, the others are 0, their action means nothing, and their reward is 0. All
+    rows of a game end together. Infos are empty but for games that have just ended, whose rows carry
+    ``terminal_observation``, ``TimeLimit.truncated`` and the numbers of `DronesEnv`.
 
     Parameters
     ----------
@@ -49,8 +49,8 @@ class DronesVecEnv(BatchVecEnv):
         action: DroneAction = "acceleration",
         action_period: float = 0.2,
         neighbours: int = 5,
-        grid: int = 25,
-        patch: int = 7,
+        grid: int = 10,
+        patch: int = 5,
         threads: int = 1,
         seed: int | None = None,
         max_cycles: int | None = None,

@@ -106,8 +106,8 @@ class DronesBatch:
         self.view = DroneView(
             own,
             neighbours=options.get("neighbours", 5),
-            grid=options.get("grid", 25),
-            patch=options.get("patch", 7),
+            grid=options.get("grid", 10),
+            patch=options.get("patch", 5),
         )
         self.actions = DroneActions(options.get("action", "acceleration"))
         self.duel: DuelBatch | None = None
@@ -153,14 +153,13 @@ class DronesBatch:
             self.duel.reset(seeds, rows, scenario)
 
     def observe(self, rows: NDArray[np.int64] | None = None) -> NDArray[np.float32]:
-        """Return what the drones of some games see, (n, N, D); zeros of those that sit out."""
+        """Return what the drones of some games see, (n, N, D)."""
         chosen = np.arange(self.batch.num_games) if rows is None else rows
         simulator = self.batch.simulator
         if self.duel is not None:
             return self.view.observe(simulator, self.duel.sides[chosen], chosen)
         red, blue = (self.view.observe(simulator, np.full(len(chosen), team), chosen) for team in (RED, BLUE))
-        red += blue  # each is zero where the other is not
-        return red
+        return np.where((simulator.games.teams[chosen] == RED)[:, :, None], red, blue)
 
     def step(
         self, accelerations: NDArray[np.float64], after_control_period: Callable[[], None] | None = None

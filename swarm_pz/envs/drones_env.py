@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from swarm_pz.config import TEAM_NAMES, GameConfig, resolve
+from swarm_pz.config import AGENTS, GameConfig, resolve
 from swarm_pz.envs.batch_env import by_game
 from swarm_pz.envs.drones_batch import DronesBatch, DronesResult, Side
 from swarm_pz.envs.one_game import OneGameEnv
@@ -29,22 +29,22 @@ class DronesEnv(OneGameEnv):
     The game is that of `swarm_pz.envs.parallel_env.CaptureEnv`; the learning side's control system is `direct`, and
     each row of its command comes from an agent of its own.
 
-    |                   |                                                                                |
-    |-------------------|--------------------------------------------------------------------------------|
-    | Import            | `from swarm_pz import drones_env`                                              |
-    | Agents            | `red_drone_0`, `red_drone_1`, ..., `blue_drone_0`, ...: all drones of the game |
-    | Actions           | continuous or discrete, parallel                                               |
-    | Action space      | `Box(-1, 1, (2,), float32)` or `Discrete(9)`                                   |
-    | Observation space | `Box(-1, 1, (256,), float32)`                                                  |
-    | State space       | `Box(0, 255, (10, 50, 50), uint8)`                                             |
-    | Reward            | the team's                                                                     |
-    | Episode           | 1500 steps of 0.2 s, or until a team owns every drone                          |
+    |                   |                                                                       |
+    |-------------------|-----------------------------------------------------------------------|
+    | Import            | `from swarm_pz import drones_env`                                     |
+    | Agents            | `red_0_drone_0`, `red_0_drone_1`, ..., `blue_0_drone_0`, ...: all drones |
+    | Actions           | continuous or discrete, parallel                                      |
+    | Action space      | `Box(-1, 1, (2,), float32)` or `Discrete(9)`                          |
+    | Observation space | `Box(-1, 1, (160,), float32)`                                         |
+    | State space       | `Box(0, 255, (10, 50, 50), uint8)`                                    |
+    | Reward            | the team's                                                            |
+    | Episode           | 1500 steps of 0.2 s, or until a team owns every drone                 |
 
-    **Agents.** An agent is a drone, named after the team with which it begins, and there for the whole game. While its
-    drone belongs to a side that learns, the agent plays. While the drone belongs to the opponent, whose control
-    system flies it then, or has failed, the agent *sits out*: it sees zeros, its action means nothing, and it gets
-    nothing. So the opponent's drones sit out from the start, and play once they are captured. Where both sides
-    learn, each drone plays for whoever owns it.
+    **Agents.** An agent is a drone, named after the side with which it begins, and there for the whole game. While
+    its drone belongs to a side that learns, the agent plays. While the drone belongs to the opponent, whose control
+    system flies it then, or has failed, the agent *sits out*: it sees -1 and zeros, its action means nothing, and it
+    gets nothing. So the opponent's drones sit out from the start, and play once they are captured. Where both
+    sides learn, each drone plays for whoever owns it.
 
     **Action.** An acceleration in units of the largest; a vector longer than 1 counts as one of length 1. With
     ``action="discrete"``, the number of one of `swarm_pz.spaces.drones.DIRECTIONS`. It is held for one step. A drone
@@ -89,7 +89,7 @@ class DronesEnv(OneGameEnv):
     >>> while env.agents:
     ...     actions = {agent: env.action_space(agent).sample() for agent in env.agents}
     ...     observations, rewards, terminations, truncations, infos = env.step(actions)
-    >>> infos["red_drone_0"]["flies"], infos["blue_drone_2"]["flies"], infos["red_drone_0"]["time_s"]
+    >>> infos["red_0_drone_0"]["flies"], infos["blue_0_drone_2"]["flies"], infos["red_0_drone_0"]["time_s"]
     (1, 0, 0.6)
     """
 
@@ -102,8 +102,8 @@ class DronesEnv(OneGameEnv):
         action: DroneAction = "acceleration",
         action_period: float = 0.2,
         neighbours: int = 5,
-        grid: int = 25,
-        patch: int = 7,
+        grid: int = 10,
+        patch: int = 5,
         render_mode: str | None = None,
         max_cycles: int | None = None,
         **overrides: Any,
@@ -124,8 +124,8 @@ class DronesEnv(OneGameEnv):
         super().__init__(self.drones.batch, render_mode)
         self.metadata = self.metadata | {"name": "swarm_pz_drones_v0"}
         self.possible_agents = [
-            f"{name}_drone_{number}"
-            for name, size in zip(TEAM_NAMES, self.config.team_sizes, strict=True)
+            f"{player}_drone_{number}"
+            for player, size in zip(AGENTS, self.config.team_sizes, strict=True)
             for number in range(size)
         ]
         self._action_spaces: dict[str, spaces.Space[Any]] = {

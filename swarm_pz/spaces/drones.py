@@ -11,7 +11,7 @@ An observation is one float32 vector, all of it in [-1, 1]. Its parts stand one 
 
 Where there are fewer than k others, rows of zeros fill the list, their first number 0 in place of 1. Velocities are in
 units of sqrt(2 a), the fastest that a drone gets from wall to wall with its largest acceleration a; those from its own
-in twice that; more counts as that. A drone that sits out sees zeros alone.
+in twice that; more counts as that. A drone that sits out sees -1 in place of the first 1, and zeros.
 """
 
 from __future__ import annotations
@@ -47,6 +47,8 @@ DIRECTIONS = {
 """The nine discrete actions in their order: accelerations in units of the largest."""
 DroneAction = Literal["acceleration", "discrete"]
 
+SITS_OUT = -1.0
+"""The first number that a drone sees that sits out; 1 for one that plays."""
 _SELF, _OTHER = 10, 5
 
 
@@ -76,7 +78,7 @@ class DroneView:
         If a number is out of range.
     """
 
-    def __init__(self, config: GameConfig, *, neighbours: int = 5, grid: int = 25, patch: int = 7) -> None:
+    def __init__(self, config: GameConfig, *, neighbours: int = 5, grid: int = 10, patch: int = 5) -> None:
         check_count(neighbours, "neighbours", 1, 10_000)
         check_count(grid, "grid", 1, GRID_CELLS)
         check(GRID_CELLS % grid == 0, "grid", grid, f"a divisor of {GRID_CELLS}")
@@ -99,7 +101,7 @@ class DroneView:
         self.space = spaces.Box(-1.0, 1.0, (size,), np.float32)
 
     def observe(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float32]:
-        """Return fresh observations (n, N, D) of every drone of some games that a team flies; zeros of all others.
+        """Return fresh observations (n, N, D) of all drones of some games; those that a team does not fly sit out.
 
         Parameters
         ----------
@@ -113,6 +115,7 @@ class DroneView:
         is_own = games.teams[rows] == teams[:, None]
         place, drone = np.nonzero(is_own & ~games.failed[rows])
         seen = np.zeros((*is_own.shape, *self.space.shape), np.float32)
+        seen[:, :, 0] = SITS_OUT
         found = np.empty((len(place), *self.space.shape), np.float32)
         positions, velocities = games.positions[rows], games.velocities[rows]
         here, moving = positions[place, drone], velocities[place, drone]
@@ -160,8 +163,8 @@ class DroneView:
         margin, grid = self._patch // 2, self._images.grid
         framed = np.pad(images, ((0, 0), (0, 0), (margin, margin), (margin, margin)))
         windows = np.lib.stride_tricks.sliding_window_view(framed, (self._patch, self._patch), axis=(2, 3))
-        # A fine cell's coarse one, as the images have it: not the floor of another product.
-        fine = np.minimum((here * np.float32(GRID_CELLS)).astype(np.int64), GRID_CELLS - 1)
+        # Exact, as in the kernels: float32 would put some drones beside the cell that they are in.
+        fine = np.minimum((here.astype(np.float64) * GRID_CELLS).astype(np.int64), GRID_CELLS - 1)
         x, y = (fine // (GRID_CELLS // grid)).T
         return np.divide(windows[place, :, y, x], np.float32(255.0), dtype=np.float32)
 
