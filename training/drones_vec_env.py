@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
+from stable_baselines3.common.buffers import RolloutBuffer
+from stable_baselines3.common.type_aliases import RolloutBufferSamples
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from swarm_pz.config import GameConfig, resolve
@@ -14,7 +17,7 @@ from swarm_pz.envs.batch_env import by_game
 from swarm_pz.envs.drones_batch import DronesBatch, Side
 from swarm_pz.envs.opponents import Opponents
 from swarm_pz.rendering.painter import draw
-from swarm_pz.spaces.drones import DroneAction
+from swarm_pz.spaces.drones import SITS_OUT, DroneAction
 from swarm_pz.training.vec_env import BatchVecEnv
 
 
@@ -130,3 +133,23 @@ class DronesVecEnv(BatchVecEnv):
         """Draw every row's game."""
         pictures = [draw(self.drones.batch.simulator, game) for game in range(self.num_games)]
         return [picture for picture in pictures for _ in range(self.num_drones)]
+
+
+class PlayingRolloutBuffer(RolloutBuffer):
+    """What drones lived through while they played: a `rollout_buffer_class` for PPO on `DronesVecEnv`.
+
+    Rows that sit out are left out of every minibatch, since an action that means nothing teaches nothing. To sit out is
+    worth nothing, whatever the critic says of it.
+    """
+
+    def compute_returns_and_advantage(self, last_values: torch.Tensor, dones: NDArray[np.bool_]) -> None:
+        """Estimate advantages, as the base class does."""
+        self.values[self.observations[:, :, 0] == SITS_OUT] = 0.0
+        super().compute_returns_and_advantage(last_values, dones)
+
+    def get(self, batch_size: int | None = None) -> Iterator[RolloutBufferSamples]:  # type: ignore[override]
+        """Yield minibatches, shorter by those who sat out."""
+        for samples in super().get(batch_size):
+            plays = samples.observations[:, 0] != SITS_OUT
+            if plays.sum() > 1:  # advantages of one alone cannot be normalised
+                yield RolloutBufferSamples(*(part[plays] for part in samples))

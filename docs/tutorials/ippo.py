@@ -23,7 +23,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from swarm_pz import GameConfig, Simulator, paired_difference, play_match
 from swarm_pz.simulator import Seed
 from swarm_pz.spaces import DroneView
-from swarm_pz.training.drones_vec_env import DronesVecEnv
+from swarm_pz.training.drones_vec_env import DronesVecEnv, PlayingRolloutBuffer
 
 PERIOD = 0.5
 """Seconds that an acceleration is held, in training and in matches."""
@@ -94,12 +94,14 @@ def train(game: GameConfig, options: argparse.Namespace) -> tuple[PPO, Watch]:
         "MlpPolicy",
         env,
         n_steps=options.rollout,
-        batch_size=max(options.rollout * env.num_envs // 10, 2),
+        batch_size=options.rollout * env.num_envs // 8,
         n_epochs=4,
-        gamma=0.99,
+        gamma=0.97,
         gae_lambda=0.95,
-        learning_rate=lambda left: 5e-4 * max(left, 0.1),
-        policy_kwargs={"net_arch": [64, 64], "log_std_init": -0.5},
+        rollout_buffer_class=PlayingRolloutBuffer,
+        learning_rate=1e-3,
+        target_kl=0.03,
+        policy_kwargs={"net_arch": [64, 64], "log_std_init": -2.5},
         seed=options.seed,
         device="cpu",
     )
@@ -129,8 +131,8 @@ def main() -> None:
     parser.add_argument("--drones", type=int, default=5, help="of each team")
     parser.add_argument("--steps", type=int, default=8_000_000, help="of drones, all games together")
     parser.add_argument("--minutes", type=float, default=15.0, help="training stops then at the latest")
-    parser.add_argument("--games", type=int, default=32, help="side by side")
-    parser.add_argument("--rollout", type=int, default=128, help="steps of each between two updates")
+    parser.add_argument("--games", type=int, default=64, help="side by side")
+    parser.add_argument("--rollout", type=int, default=32, help="steps of each between two updates")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--evaluation-games", type=int, default=200)

@@ -9,7 +9,7 @@ from stable_baselines3.common.vec_env import VecMonitor
 
 from swarm_pz import CommandError, ConfigError, drones_env
 from swarm_pz.config import CaptureConfig
-from swarm_pz.training.drones_vec_env import DronesVecEnv
+from swarm_pz.training.drones_vec_env import DronesVecEnv, PlayingRolloutBuffer
 
 SMALL = {"drones_per_team": 2, "action_period": 0.5}
 
@@ -109,6 +109,21 @@ def test_ppo_learns_on_it_unwrapped_and_two_runs_agree(action):
         return model.predict(env.reset(), deterministic=True)[0]
 
     np.testing.assert_equal(learn(), learn())
+
+
+def test_rows_that_sat_out_are_not_learned_from_and_are_worth_nothing():
+    env = DronesVecEnv(num_games=2, seed=0, side="red", max_cycles=6, **SMALL)
+    model = PPO(
+        "MlpPolicy", env, n_steps=8, batch_size=16, rollout_buffer_class=PlayingRolloutBuffer, seed=0, device="cpu"
+    )
+    model.learn(64)
+    buffer = model.rollout_buffer
+    sits_out = buffer.observations[:, 0] == -1  # flattened by now: steps of all rows
+    assert 16 <= sits_out.sum() < 64
+    assert (buffer.values[sits_out] == 0).all() and (buffer.values[~sits_out] != 0).all()
+    parts = list(buffer.get(16))
+    assert sum(len(part.actions) for part in parts) == (~sits_out).sum()
+    assert all((part.observations[:, 0] == 1).all() for part in parts)
 
 
 def test_actions_that_are_none_are_refused_and_options_as_of_the_pettingzoo_face():
