@@ -27,6 +27,8 @@ from swarm_pz.training.drones_vec_env import DronesVecEnv, PlayingRolloutBuffer
 
 PERIOD = 0.5
 """Seconds that an acceleration is held, in training and in matches."""
+TRAINING_STEPS = 80
+"""Steps of a game in training: most captures come early, and a time-out is worth what would have come."""
 
 
 class Learned:
@@ -88,20 +90,27 @@ class Watch(BaseCallback):
 def train(game: GameConfig, options: argparse.Namespace) -> tuple[PPO, Watch]:
     """Train one network that flies every drone, and note how it goes."""
     torch.set_num_threads(options.threads)
-    env = DronesVecEnv(game, options.games, opponent=options.opponent, action_period=PERIOD, seed=options.seed)
+    env = DronesVecEnv(
+        game,
+        options.games,
+        opponent=options.opponent,
+        action_period=PERIOD,
+        max_cycles=TRAINING_STEPS,
+        seed=options.seed,
+    )
     watch = Watch(options.minutes)
     model = PPO(
         "MlpPolicy",
         env,
         n_steps=options.rollout,
         batch_size=options.rollout * env.num_envs // 8,
-        n_epochs=4,
+        n_epochs=8,
         gamma=0.97,
         gae_lambda=0.95,
         rollout_buffer_class=PlayingRolloutBuffer,
-        learning_rate=1e-3,
-        target_kl=0.03,
-        policy_kwargs={"net_arch": [64, 64], "log_std_init": -2.5},
+        learning_rate=5e-4,
+        target_kl=0.05,
+        policy_kwargs={"net_arch": [64, 64], "log_std_init": -2.0},
         seed=options.seed,
         device="cpu",
     )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypedDict, Unpack
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,19 +21,6 @@ from swarm_pz.errors import ConfigError, GameOverError
 from swarm_pz.spaces.drones import DroneAction, DroneActions, DroneView
 
 Side = Literal["random", "red", "blue", "both"]
-
-
-class DroneOptions(TypedDict, total=False):
-    """The options of `DronesBatch` that all faces for drones have, by name."""
-
-    side: Side
-    opponent: Opponents | None
-    action: DroneAction
-    action_period: float
-    neighbours: int
-    grid: int
-    patch: int
-    max_cycles: int | None
 
 
 @dataclass(frozen=True)
@@ -92,24 +79,28 @@ class DronesBatch:
     """
 
     def __init__(
-        self, config: GameConfig, num_games: int, *, threads: int = 1, **options: Unpack[DroneOptions]
+        self,
+        config: GameConfig,
+        num_games: int,
+        *,
+        side: Side = "random",
+        opponent: Opponents | None = None,
+        action: DroneAction = "acceleration",
+        action_period: float = 0.2,
+        neighbours: int = 5,
+        grid: int = 10,
+        patch: int = 5,
+        threads: int = 1,
+        max_cycles: int | None = None,
     ) -> None:
-        side, opponent = options.get("side", "random"), options.get("opponent")
-        max_cycles = options.get("max_cycles")
         check_choice(side, "side", ("random", *TEAM_NAMES, "both"))
-        learns = side == "both"
         own = config.replace(
-            command_period=_check_period(config, options.get("action_period", 0.2), is_free=learns),
-            controllers="direct" if learns else ("direct", config.team_systems[1]),
+            command_period=_check_period(config, action_period, is_free=side == "both"),
+            controllers="direct" if side == "both" else ("direct", config.team_systems[1]),
         )
         self.config = own
-        self.view = DroneView(
-            own,
-            neighbours=options.get("neighbours", 5),
-            grid=options.get("grid", 10),
-            patch=options.get("patch", 5),
-        )
-        self.actions = DroneActions(options.get("action", "acceleration"))
+        self.view = DroneView(own, neighbours=neighbours, grid=grid, patch=patch)
+        self.actions = DroneActions(action)
         self.duel: DuelBatch | None = None
         if side == "both":
             if opponent is not None:
@@ -203,8 +194,11 @@ class DronesBatch:
 def _check_period(config: GameConfig, period: float, *, is_free: bool) -> float:
     """Return the seconds of a step, if opponents' commands can hold for a whole number of steps."""
     check_number(period, "action_period", CONTROL_PERIOD, 1e6)
-    ticks = config.replace(command_period=period).step_ticks
+    periods = period / CONTROL_PERIOD
+    is_whole = abs(periods - round(periods)) < 1e-6
+    check(is_whole, "action_period", period, "a whole number of control periods of 0.1 s")
     if not is_free:
+        ticks = config.replace(command_period=period).step_ticks
         expected = f"a whole part of command_period, which is {config.command_period:g} s and holds opponents' commands"
         check(config.step_ticks % ticks == 0, "action_period", period, expected)
     return period
