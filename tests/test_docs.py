@@ -249,7 +249,7 @@ def test_ippo_runs_draws_its_curve_and_compares_with_random_accelerations(tmp_pa
     options = [text for name, value in (few | {"out": tmp_path}).items() for text in (f"--{name}", str(value))]
     monkeypatch.setattr(sys, "argv", ["ippo.py", *options])
     load("tutorials/ippo.py").main()
-    assert "share above random: " in capsys.readouterr().out
+    assert "share above that of random: " in capsys.readouterr().out
     figures = json.loads((tmp_path / "figures.json").read_text())
     low, high = figures["share_above_random"]["ci95"]
     assert low <= figures["share_above_random"]["mean"] <= high

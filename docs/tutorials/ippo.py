@@ -67,6 +67,19 @@ class Random:
         return np.stack([self.generators[row].uniform(-1, 1, shape) for row in rows.tolist()])
 
 
+class Coast:
+    """No acceleration at all: mines that lie where they fell."""
+
+    name, answers = "coast", "accelerations"
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Begin new games; there is nothing to remember."""
+
+    def plan(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Answer with accelerations (n, N, 2)."""
+        return np.zeros((len(rows), simulator.config.num_drones, 2))
+
+
 class Watch(BaseCallback):
     """Notes how games end, and stops when time is up."""
 
@@ -119,17 +132,18 @@ def train(game: GameConfig, options: argparse.Namespace) -> tuple[PPO, Watch]:
     return model, watch
 
 
-def draw(ends: list[tuple[int, float]], random_share: float, path: Path) -> None:
-    """Draw the share at the end of the games of training, mean over a hundred games."""
+def draw(ends: list[tuple[int, float]], beside: dict[str, float], folder: Path) -> None:
+    """Draw the share at the end of the games of training, mean over a hundred games, and others' in whole games."""
     steps, shares = np.array(ends).T if ends else np.zeros((2, 0))
     window = min(100, len(steps))
     figure, axes = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
     if window:
         axes.plot(steps[window - 1 :] / 1e6, np.convolve(shares, np.ones(window) / window, "valid"), label="IPPO")
-    axes.axhline(random_share, color="0.5", linestyle="--", label="random accelerations")
+    for style, (name, share) in zip(("--", ":"), beside.items(), strict=True):
+        axes.axhline(share, color="0.5", linestyle=style, label=f"{name}, whole games")
     axes.set(xlabel="steps of drones, millions", ylabel="share of drones at the end", ylim=(-0.02, 1.02))
     axes.legend()
-    figure.savefig(path, dpi=150)
+    figure.savefig(folder / "learning_curve.png", dpi=100)
     plt.close(figure)
 
 
@@ -156,19 +170,20 @@ def main() -> None:
     minutes = (time.monotonic() - began) / 60
     model.save(options.out / "model.zip")
     match = game.replace(command_period=PERIOD, controllers=("direct", "ergodic"))
-    learned, drawn = (
+    learned, *others = (
         play_match(player, options.opponent, games=options.evaluation_games, seed=1, config=match)
-        for player in (Learned(model, DroneView(match)), Random())
+        for player in (Learned(model, DroneView(match)), Random(), Coast())
     )
-    gain, low, high = paired_difference(learned, drawn)
     figures: dict[str, Any] = {"steps": model.num_timesteps, "minutes": round(minutes, 1)}
-    figures |= {result.policy: result.summary() for result in (learned, drawn)}
-    figures["share_above_random"] = {"mean": gain, "ci95": [low, high]}
-    (options.out / "figures.json").write_text(json.dumps(figures, indent=2) + "\n")
-    draw(watch.ends, figures["random"]["mean_share"], options.out / "learning_curve.png")
-    for result in (learned, drawn):
+    for result in (learned, *others):
+        figures[result.policy] = result.summary()
         print(f"{result.policy}: {result.standing()} won-drawn-lost, share {result.summary()['mean_share']:.2f}")
-    print(f"share above random: {gain:.2f} [{low:.2f}, {high:.2f}]; all in {options.out}")
+    for result in others:
+        gain, low, high = paired_difference(learned, result)
+        figures[f"share_above_{result.policy}"] = {"mean": gain, "ci95": [low, high]}
+        print(f"share above that of {result.policy}: {gain:.2f} [{low:.2f}, {high:.2f}]")
+    (options.out / "figures.json").write_text(json.dumps(figures, indent=2) + "\n")
+    draw(watch.ends, {result.policy: figures[result.policy]["mean_share"] for result in others}, options.out)
 
 
 if __name__ == "__main__":
