@@ -16,6 +16,7 @@ from swarm_pz.config import (
     RewardConfig,
     SpawnConfig,
 )
+from swarm_pz.envs.drones_env import drones_env
 from swarm_pz.envs.parallel_env import env, parallel_env
 from swarm_pz.errors import (
     CheckpointError,
@@ -66,6 +67,7 @@ __all__ = [
     "SpawnConfig",
     "SwarmError",
     "UnknownNameError",
+    "drones_env",
     "env",
     "paired_difference",
     "parallel_env",

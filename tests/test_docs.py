@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import importlib
 import importlib.util
+import json
 import re
 import shlex
 import subprocess
@@ -244,6 +245,20 @@ def test_ppo_values_time_outs_and_leaves_out_restarts():
     assert estimates[0].tolist() == pytest.approx([0.0, ppo.GAMMA])
 
 
+def test_ippo_runs_draws_its_curve_and_compares_with_random_accelerations(tmp_path, capsys, monkeypatch):
+    few = {"steps": 256, "games": 2, "rollout": 16, "drones": 2, "time-limit": 4, "evaluation-games": 2}
+    options = [text for name, value in (few | {"out": tmp_path}).items() for text in (f"--{name}", str(value))]
+    monkeypatch.setattr(sys, "argv", ["ippo.py", *options])
+    load("tutorials/ippo.py").main()
+    assert "share above that of random: " in capsys.readouterr().out
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    low, high = figures["share_above_random"]["ci95"]
+    assert low <= figures["share_above_random"]["mean"] <= high
+    assert figures["ippo.py"]["games"] + figures["random"]["games"] >= 2 and figures["steps"] == 256
+    assert {path.name for path in tmp_path.iterdir()} == {"figures.json", "learning_curve.png", "model.zip"}
+    assert len((ROOT / "docs/tutorials/ippo.py").read_text().splitlines()) <= 200
+
+
 def test_the_environments_page_says_what_the_docstrings_say():
     environment = load("environment.py")
     page = environment.PAGE.read_text()
@@ -279,7 +294,7 @@ def test_examples_import_public_names_only():
     """Kernels are changed in a clone, and so are two tutorials about them."""
     named, imported = public_names(), 0
     named["swarm_pz.config"] |= named["swarm_pz"]
-    for page in [*PAGES, ROOT / "docs/tutorials/ppo.py"]:
+    for page in [*PAGES, *sorted((ROOT / "docs/tutorials").glob("*.py"))]:
         lines = re.findall(r"^(?:>>> |\.\.\. )?\s*from (swarm_pz[\w.]*) import ([\w, ]+)", page.read_text(), re.M)
         for module, names in lines:
             if module.startswith("swarm_pz.kernels"):
