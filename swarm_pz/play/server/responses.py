@@ -148,7 +148,7 @@ class Responses:
         """The tick at which the policy that acts was asked."""
         self._names = itertools.count()
         self._seed = np.random.SeedSequence()
-        """Of the random streams of policies; recordings hold what they said."""
+        """Of the policy that acts; recordings hold what it said."""
 
     def replace(self, rules: list[ReadyRule]) -> None:
         """Take other rules; the same ones change nothing."""
@@ -157,8 +157,10 @@ class Responses:
         self.rest()
         self._rules = rules
         named = {one.rule.do.policy for one in rules if one.rule.do.policy is not None}
-        for policy in set(self._places) - named:
-            self._forget(policy)
+        for policy in list(self._places):
+            has_failed = policy not in self._able and self._loading[policy].done()
+            if policy not in named or has_failed:
+                self._forget(policy)
         for policy in named - set(self._places):
             key = self._key, "auto", next(self._names)
             self._places[policy] = PolicySeat(key=key, policy=policy, game=self._game, team=self._team)
@@ -187,6 +189,8 @@ class Responses:
         """Let all of it go."""
         self.rest()
         self._rules = []
+        if self._thinking is not None:
+            self._thinking.cancel()
         for policy in list(self._places):
             self._forget(policy)
 
@@ -197,13 +201,11 @@ class Responses:
     def _act(self, acting: Acting) -> None:
         if acting == self.acting:
             return
-        if self._thinking is not None:
-            self._thinking.cancel()
         if self.acting.rule is not None:
             policy = self._rules[self.acting.rule].rule.do.policy
             if policy in self._places:
                 self._workers.pause(self._places[policy])
-        self._thinking = self._asked = None
+        self._asked = None
         self.acting = acting
         self._changed()
 
@@ -233,19 +235,23 @@ class Responses:
         is_free = self._thinking is None or self._thinking.done()
         is_due = self._asked is None or session.game.tick - self._asked >= self._game.step_ticks
         if is_free and is_due:
-            shown = session.game.simulator.snapshot()
-            self._thinking = asyncio.create_task(self._think(session, one, shown, begins=self._asked is None))
+            begins = self._asked is None
+            if begins:
+                self._seed = np.random.SeedSequence()
+            place, shown = self._places[str(one.rule.do.policy)], session.game.simulator.snapshot()
+            self._thinking = asyncio.create_task(self._think(session, place, shown, self.acting, begins=begins))
             self._asked = session.game.tick
 
-    async def _think(self, session: LiveSession, one: ReadyRule, shown: Games, *, begins: bool) -> None:
-        policy = str(one.rule.do.policy)
+    async def _think(
+        self, session: LiveSession, place: PolicySeat, shown: Games, acting: Acting, *, begins: bool
+    ) -> None:
         try:
-            answer = await self._workers.ask(self._places[policy], shown, self._seed, begins=begins)
+            answer = await self._workers.ask(place, shown, self._seed, begins=begins)
         except SwarmError as error:
-            self._give_up(policy, str(error))
+            self._give_up(place.policy, str(error))
         except Exception:
             log.exception("an automatic response was not asked")
-            self._give_up(policy, "it could not be asked")
+            self._give_up(place.policy, "it could not be asked")
         else:
-            if not session.ended and self.acting.sender == one.sender:
-                session.take_answer(self._team, self._count(one.sender), answer, one.sender)
+            if self.acting is acting and not session.ended:  # else it comes too late
+                session.take_answer(self._team, self._count(acting.sender), answer, acting.sender)

@@ -4,6 +4,7 @@ import asyncio
 import os
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,17 @@ def snapshot():
     simulator.reset([0])
     simulator.advance(60)
     return simulator.snapshot()
+
+
+def test_a_policy_is_loaded_for_what_flies_its_own_seat_and_a_mismatch_is_told_then():
+    game = GameConfig(controllers=("direct", "ergodic"))
+    place = PolicySeat(key=1, policy="uniform", game=game, team=1)
+    policy, batch = module._load(place, loader)
+    assert batch.ask(policy, np.array([1]), np.zeros(1, np.int64)).shape == (1, *batch.command_shape)
+    with pytest.raises(
+        PolicyError, match="'density', but the control system direct takes those of kind 'accelerations'"
+    ):
+        module._load(replace(place, team=0), loader)
 
 
 def test_policies_answer_as_they_would_here(snapshot):

@@ -1,5 +1,7 @@
 """Automatic responses: when they act, as whom they command, and what is refused."""
 
+import asyncio
+
 import numpy as np
 import pytest
 
@@ -133,6 +135,35 @@ def test_a_policy_that_cannot_act_is_refused_later_and_the_next_rule_acts(tmp_pa
         assert (refused.code, refused.about) == ("not_valid", "rules")
         assert refused.reason == "ring will not act: it answers commands of kind 'density'"
         assert acting(guest) == [(1, SAVED)]
+        hall.context.workers.loading = None
+        guest.say(protocol.Rules(rules[:1]))
+        await until(lambda: len(acting(guest)) == 3)
+        assert acting(guest)[-1] == (0, "auto:ring"), "it is tried again with other rules"
+
+    visiting(tmp_path, script)
+
+
+def test_an_answer_that_comes_when_its_rule_acts_no_more_is_nobodys_and_no_other_is_asked_before_it(tmp_path):
+    async def script(hall):
+        gate, asked = asyncio.Event(), []
+
+        async def answer(seat):
+            asked.append(seat)
+            await gate.wait()
+            return np.eye(10)
+
+        hall.context.workers.answer = answer
+        guest = await practising(hall)
+        guest.say(protocol.Rules([Rule(SILENT, Response(policy="ring"))]))
+        for number in (1, 2):
+            await until(lambda number=number: len(acting(guest)) == 2 * number - 1)
+            guest.say(protocol.CommandMessage(number, density=EVEN))
+            await until(lambda number=number: len(acting(guest)) == 2 * number)
+        assert len(asked) == 1
+        gate.set()
+        await until(lambda: len(guest.heard(protocol.InForceMessage)) == 3)
+        assert [one.sender for one in guest.heard(protocol.InForceMessage)] == ["", "", "auto:ring"]
+        assert len(asked) == 2, "the first answer was not followed"
 
     visiting(tmp_path, script)
 

@@ -270,7 +270,8 @@ def test_settings_leave_the_rules_of_the_house_alone():
 
 
 def test_settings_come_back_from_the_table():
-    settings = protocol.Settings(red=1, blue=19, time_limit=None, mapping="paper", speed=0.5)
+    systems = {"red_system": "direct", "blue_system": "ergodic"}
+    settings = protocol.Settings(red=1, blue=19, time_limit=None, mapping="paper", speed=0.5, **systems)
     house = TableConfig(min_command_interval=0.25)
     table = table_config(settings, house)
     assert settings_of(table) == settings and table.min_command_interval == 0.25
@@ -343,8 +344,9 @@ def test_a_seat_that_is_given_up_keeps_nothing_of_who_had_it(tmp_path):
             room.leave(red)
             assert room.seats[0] == Seat(0) and room.abandoned
             room.place_policy("red", "ring")
-            state = protocol.SeatState("policy", "ring", connected=True, ready=True, policy_state="loading")
-            assert room.seats[0].state() == state
+            about = {"system": "ergodic", "takes": "density"}
+            state = protocol.SeatState("policy", "ring", connected=True, ready=True, policy_state="loading", **about)
+            assert room.seats[0].state(room.reader.systems[0]) == state
             room.place_policy("red", None)
             assert room.seats[0] == Seat(0)
 
@@ -374,7 +376,8 @@ def test_a_seat_taken_back_is_said_to_have_changed_hands(tmp_path):
             assert not red.heard(protocol.Displaced), "it is its own"
             room.resume(new, seat)
             assert len(red.heard(protocol.Displaced)) == 1 and seat.connection is new
-            assert new.heard(protocol.Seated) == [protocol.Seated("ABCD", "red", seat.token)]
+            (told,) = new.heard(protocol.Seated)
+            assert (told.room, told.seat, told.token, told.commands.takes) == ("ABCD", "red", seat.token, "density")
             assert decode_frame(new.bytes[0]).altitudes is not None and new.bytes[1] == seat.target
             assert [line.event for line in read(room).of(SeatLine) if line.team == 0] == [
                 "connected",
@@ -498,11 +501,11 @@ def test_nobody_comes_back_to_a_seat_that_was_given_up_in_a_game(tmp_path):
             room.resume(blue, room.seats[1])
             room.leave(blue)
             assert room.abandoned and room.phase == "playing"
-            assert [seat.state().gone for seat in room.seats] == [True, True]
+            assert [seat.gone for seat in room.seats] == [True, True]
             events = [(line.team, line.event) for line in read(room).of(SeatLine)]
             assert events[2:] == [(1, "disconnected"), (0, "disconnected"), (1, "connected"), (1, "disconnected")]
             room.stop()
-            assert [(seat.kind, seat.state().gone) for seat in room.seats] == [("free", False)] * 2
+            assert [(seat.kind, seat.gone) for seat in room.seats] == [("free", False)] * 2
 
     asyncio.run(play())
 

@@ -114,7 +114,8 @@ def test_strokes_become_what_attracts_and_what_repels_where_a_seat_takes_both(tm
     result = Playback(recording).verify()
     assert result.verified, result
     line.command[0][9][9] += 0.01
-    assert any("not that of its strokes" in fault for fault in faults_of(recording, None))
+    changed = Recording("changed.jsonl", recording.header, recording.events)
+    assert any("not that of its strokes" in fault for fault in faults_of(changed, None))
 
 
 @pytest.mark.parametrize(
