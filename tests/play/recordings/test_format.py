@@ -396,7 +396,7 @@ def test_a_folder_becomes_tables(tmp_path, parquet):
     assert person.win_rate_low < 0.5 < person.win_rate_high
     paths = write_tables(rows, tmp_path / "tables", parquet=parquet, command="swarm-pz study")
     schema = json.loads((tmp_path / "tables" / "schema.json").read_text())
-    assert schema["version"] == 4
+    assert schema["version"] == 5
     assert schema["command"] == "swarm-pz study" and set(schema["versions"]) >= {"swarm-pz", "python"}
     if parquet:
         import pyarrow.parquet
