@@ -138,9 +138,22 @@ class LiveGame:
             return "draw"
         return TEAM_NAMES[RED if self.sizes[RED] else BLUE]
 
+    def check_size(self, command: Command) -> None:
+        """Refuse a command that a team of so many drones, as it is now, cannot fly.
+
+        Raises
+        ------
+        CommandError
+            If it is one.
+        """
+        team, control, name = command.team, self.simulator.control, f"{TEAM_NAMES[command.team]}'s command"
+        flown_by, sizes = self.simulator.games.flown_by[:, team], self.simulator.sizes[:, team]
+        control.check_sizes(self.reader.packed(command), flown_by, sizes, name)
+
     def submit(self, team: int, number: int, given: Any, kind: str = "density") -> Command:
         """Read a command, hand it in and return it; after errors, as of `CommandReader.read`, nothing has changed."""
         command = self.reader.read(team, number, given, kind)
+        self.check_size(command)
         self.hand_in(command)
         return command
 

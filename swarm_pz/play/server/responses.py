@@ -225,7 +225,11 @@ class Responses:
         if one.command is None:
             self._ask(session, one)
         elif now != before:
-            session.submit(replace(one.command, number=self._count(one.sender)))
+            try:
+                session.game.check_size(one.command)
+                session.submit(replace(one.command, number=self._count(one.sender)))
+            except CommandError as error:
+                self._failed(f"rule {now.rule + 1} commands nothing: {error}")
 
     def _count(self, sender: str) -> int:
         return next(self._counts.setdefault(sender, itertools.count(1)))

@@ -335,6 +335,7 @@ class Room:
         """Take a command that was made of a message."""
         seat = self.commanding(connection)
         assert self.session is not None  # noqa: S101
+        self.session.game.check_size(made.command)
         self.session.submit(made.command, message.strokes, message.timing)
         connection.send(protocol.Received(number=message.number, server_ms=self._context.now_ms()))
         seat.target = made.target
