@@ -59,6 +59,7 @@ class Formation(ControlSystem):
     name: ClassVar[str] = "formation"
     takes: ClassVar[str] = "formation"
     shares: ClassVar[str] = "its position"
+    shapes: ClassVar[tuple[str, ...]] = SHAPES
 
     stiffness: float = 4.0
     damping: float = 4.0

@@ -35,6 +35,6 @@ class Faulty:
         return answer
 
 
-def loader(name, config):
+def loader(name, config, system):
     """Load a policy, a faulty one too."""
-    return Faulty(name) if name in FAULTS else load(name, config)
+    return Faulty(name) if name in FAULTS else load(name, config, system)
