@@ -29,6 +29,7 @@ HOMES = {
     "swarm_pz/play/server/thinkers": "play/server/test_beginnings",
     "swarm_pz/policy/protocol": "policy/test_names",
     "swarm_pz/spaces/densities": "spaces/test_formats",
+    "swarm_pz/systems/shapes": "systems/test_formation",
     "swarm_pz/systems/ergodic": "systems/test_family",
     "training/learner": "training/test_resuming",
 }

@@ -10,7 +10,7 @@ from swarm_pz.errors import ConfigError
 from swarm_pz.simulator import Simulator
 from swarm_pz.spaces.densities import cell_centres, disc
 from swarm_pz.systems.coverage import Coverage
-from tests.systems import random_flights, reference_coverage
+from tests.systems import random_image_flights, reference_coverage
 from tests.systems.random_image_flights import CONFIG, SYMMETRIES, permuted, random_flight, stacked, turn_points, turned
 from tests.systems.reference_coverage import cost_of
 
@@ -91,7 +91,7 @@ def test_drones_at_one_place_on_walls_and_in_corners_fly_on(image):
     ]
     own = np.ones((1, 8), bool)
     for positions in odd:
-        flight = random_flights.Flight(
+        flight = random_image_flights.Flight(
             positions=positions.astype(np.float32)[None],
             velocities=np.zeros((1, 8, 2), np.float32),
             own=own,
