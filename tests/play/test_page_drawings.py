@@ -207,3 +207,70 @@ def test_the_library_has_room_on_every_screen(width, height, open_page):
     if width in (390, 1280):
         found = Axe().run(page).response["violations"]
         assert not found, found
+
+
+# --- automatic responses --------------------------------------------------------------------------
+
+
+def respond(page, when, number, what):
+    """Add an automatic response by the form, and go back to the game."""
+    open_tools(page)
+    page.select_option("#rule-when", when)
+    page.fill("#rule-number", number)
+    page.select_option("#rule-do", label=what)
+    page.click("#rule-add")
+    expect(page.locator("#rules li")).not_to_have_count(0)
+    page.click("#close-tools")
+
+
+def senders(table, room):
+    return {line.sender for line in latest(table, room, CommandLine)}
+
+
+def test_a_response_acts_is_shown_is_recorded_as_such_and_is_stopped_by_one_tap(open_page, table):
+    page = open_page(width=390, height=844)
+    room = begin(page, "uniform")
+    respond(page, "silent_s", "0.5", "ring")
+    expect(page.locator("#acting-text")).to_have_text("ring acts for you")
+    eventually(page, lambda: "auto:ring" in senders(table, room))
+    found = Axe().run(page).response["violations"]
+    assert not found, found
+    page.reload()
+    expect(page.locator("#acting-text")).to_have_text("ring acts for you")
+    page.click("#acting-stop")
+    expect(page.locator("#acting")).to_be_hidden()
+    expect(page.locator("#arena")).to_be_focused()
+    open_tools(page)
+    expect(page.locator("#rules li")).to_have_count(0)
+
+
+def test_a_saved_drawing_is_sent_when_its_condition_holds(open_page, table):
+    page = open_page(width=390, height=844)
+    room = begin(page, "uniform")
+    Hand(page).draw((0.2, 0.3), (0.4, 0.3))
+    page.keyboard.press("s")
+    expect(page.locator("#told")).to_have_text("Saved as 1")
+    respond(page, "fewer", "200", "Drawing 1")
+    expect(page.locator("#acting-text")).to_have_text("Drawing 1 acts for you")
+    eventually(page, lambda: "auto:saved" in senders(table, room))
+
+
+def test_responses_are_listed_in_words_and_removed_and_no_more_are_added_than_a_seat_may_have(open_page):
+    page = open_page(width=390, height=844)
+    begin(page)
+    open_tools(page)
+    for when, number in (("fewer", "4"), ("nobody_within", "0.2"), ("silent_s", "5")):
+        page.select_option("#rule-when", when)
+        expect(page.locator("#rule-number")).to_have_value(number)
+        page.select_option("#rule-do", "uniform")
+        page.click("#rule-add")
+    said = ["fewer than 4 drones: uniform", "nobody within 0.2: uniform", "nothing sent for 5 s: uniform"]
+    expect(page.locator("#rules li")).to_contain_text(said)
+    for _ in range(5):
+        page.click("#rule-add")
+    expect(page.locator("#rules li")).to_have_count(8)
+    expect(page.locator("#rule-add")).to_be_disabled()
+    page.locator("#rules button").first.click()
+    expect(page.locator("#rules li")).to_have_count(7)
+    expect(page.locator("#close-tools")).to_be_focused()
+    expect(page.locator("#rules-fault")).to_be_empty()
