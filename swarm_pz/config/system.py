@@ -53,12 +53,15 @@ class ControlSystem(Config):
         The kind of its commands. Policies say which kind they answer; the same word means the same space.
     shares : str
         What each drone tells those that hear it, in words. Talk radius, loss and relays apply to it.
+    shapes : tuple of str
+        Names of the shapes that its commands may have, for those who choose one by hand.
     kernel : str
         The controller of `swarm_pz.kernels.controllers` that flies in place of `solve`; empty for none.
     """
 
     takes: ClassVar[str]
     shares: ClassVar[str] = "nothing"
+    shapes: ClassVar[tuple[str, ...]] = ()
     kernel: ClassVar[str] = ""
 
     def space(self, config: GameConfig) -> spaces.Box:

@@ -177,18 +177,17 @@ class Control:
 
     # --- flying -------------------------------------------------------------------------------
 
-    def fly(self, games: Games, rows: NDArray[np.int64]) -> None:
-        """Let the systems of Python's choose the accelerations of the control period that begins in some games.
+    def fly(self, games: Games, rows: NDArray[np.int64], team: int) -> None:
+        """Let the systems of Python's choose a team's accelerations of the control period that begins in some games.
 
         Raises
         ------
         FlightError
             If one raises, answers anything but finite accelerations, or cannot keep up with the game.
         """
-        for team in range(2):
-            for number, chosen in self._by_system(games.flown_by[rows, team]):
-                if not self.systems[number].kernel:
-                    self._solve(games, rows[chosen], team, number)
+        for number, chosen in self._by_system(games.flown_by[rows, team]):
+            if not self.systems[number].kernel:
+                self._solve(games, rows[chosen], team, number)
 
     def _solve(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> None:
         system = self.systems[number]

@@ -77,6 +77,8 @@ class Simulator:
         """Who flies the teams."""
         self._target_mass, self._tells_sending = float(self.config.controller.target_mass), self.config.tells_sending
         self.controller = ergodic_parameters(self.config)
+        self._solved = np.full((num_games, 2), _NEVER, np.int64)
+        """Ticks at whose solve a control system of Python's has chosen accelerations already."""
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
         self.reset()
@@ -173,6 +175,7 @@ class Simulator:
         for array in games:
             array[chosen] = 0
         games.trails[chosen] = -1
+        self._solved[chosen] = _NEVER
         games.capture_ticks[chosen] = _NEVER
         games.flown_by[chosen] = flown_by
         games.targets[chosen] = uniform
@@ -323,12 +326,31 @@ class Simulator:
 
         self.for_rows(rows, work)
 
+    def solve(self, team: int, rows: ArrayLike | None = None) -> None:
+        """Let a control system of Python's choose a team's accelerations now, where a control period begins.
+
+        `advance` does so itself; who calls this before may do it in a thread, while others read the games.
+
+        Raises
+        ------
+        FlightError
+            As `advance`.
+        """
+        chosen = self.rows(rows)
+        self._solve(team, chosen[self.games.ticks[chosen] % self._rules.ticks_per_control_period == 0])
+
+    def _solve(self, team: int, rows: NDArray[np.int64]) -> None:
+        due = rows[self._solved[rows, team] != self.games.ticks[rows]]
+        self.control.fly(self.games, due, team)
+        self._solved[due, team] = self.games.ticks[due]
+
     def _advance_by_periods(self, part: NDArray[np.int64], left: NDArray[np.int64]) -> None:
         """Advance games by the ticks that are left (E,), from one solve to the next; `left` becomes zero."""
         games, period = self.games, self._rules.ticks_per_control_period
         while len(part := part[(left[part] > 0) & ~self._are_decided(part)]):
             phase = games.ticks[part] % period
-            self.control.fly(games, part[phase == 0])
+            for team in (RED, BLUE):
+                self._solve(team, part[phase == 0])
             ticks = np.zeros_like(left)
             ticks[part] = np.minimum(left[part], period - phase)
             advance_games(games, part, ticks, self._rules, self.controller, self._variants)
@@ -389,6 +411,7 @@ class Simulator:
                 )
         for _, array, copied in arrays:
             array[chosen] = copied
+        self._solved[chosen] = _NEVER
 
     def close(self) -> None:
         """End the threads; the games stay readable."""

@@ -61,7 +61,8 @@ def test_a_policys_first_answers_are_those_of_a_game_that_has_just_begun(snapsho
         answers = asyncio.run(play())
     finally:
         workers.close()
-    policy, batch, row = loader(place.policy, place.game), BatchEnv(place.game), np.zeros(1, int)
+    policy = loader(place.policy, place.game, place.game.team_systems[place.team])
+    batch, row = BatchEnv(place.game), np.zeros(1, int)
     batch.reset([0])
     batch.simulator.restore(snapshot)
     policy.reset([SEED], row)
@@ -117,7 +118,7 @@ def test_a_seat_keeps_its_stream_until_it_is_forgotten(snapshot):
 # --- loading --------------------------------------------------------------------------------------
 
 
-def waiting_loader(name, config):
+def waiting_loader(name, config, system):
     """Load a policy as soon as there is a file, whose name is that of the policy; others at once."""
     while name.startswith("/") and not Path(name).exists():
         time.sleep(0.01)
@@ -131,7 +132,7 @@ class Numbered(Faulty):
         return np.full((len(rows), 10, 10), os.getpid() % 9973 / 9973)
 
 
-def numbered(name, config):
+def numbered(name, config, system):
     return Numbered(name)
 
 

@@ -10,13 +10,15 @@ import pytest
 
 from swarm_pz.config import TICKS_PER_SECOND, CaptureConfig, GameConfig
 from swarm_pz.play import protocol
+from swarm_pz.play.commands import as_followed
 from swarm_pz.play.frames import decode_frame
-from swarm_pz.play.game import TableConfig, as_followed
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, PaintedLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server import room as module
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.live_session import ServerContext
+from swarm_pz.play.server.orders import make
 from swarm_pz.play.server.policy_workers import PolicyWorkers
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, RefusedError, Room, Seat
@@ -29,7 +31,7 @@ from tests.play.recordings.test_format import record
 class Client:
     """Keeps what it is sent."""
 
-    kind, client, address, last_heard = "person", None, "", 0.0
+    kind, client, address, last_heard, version = "person", None, "", 0.0, 2
 
     def __init__(self):
         self.messages, self.bytes, self.frames = [], [], []
@@ -121,6 +123,12 @@ async def running(room):
 async def playing(room):
     """Wait until a room's game runs."""
     await until(lambda: room.phase == "playing")
+
+
+def give(room, client, message):
+    """Let a client give a command."""
+    team = room.commanding(client).team
+    room.command(client, message, make(message, room.reader, room.config.mapping, team, message.number))
 
 
 def code_of(act, *what):
@@ -558,9 +566,8 @@ def test_what_players_do_is_written_as_it_was_done(tmp_path):
             room.ready(blue, True)
             await playing(room)
             assert red.messages[-1].min_command_interval == 0.25
-            drawn = density_of([Stroke(brush="attract", width=0.1, points=((0.85, 0.15),))], 10, "paper")
-            room.command(red, protocol.CommandMessage(7, strokes=[stroke], timing=timing), drawn)
-            room.command(blue, protocol.CommandMessage(3, density=np.eye(10).tolist()), np.eye(10))
+            give(room, red, protocol.CommandMessage(7, strokes=[stroke], timing=timing))
+            give(room, blue, protocol.CommandMessage(3, density=np.eye(10).tolist()))
             assert [m.number for m in red.heard(protocol.Received)] == [7]
             assert [m.number for m in blue.heard(protocol.Received)] == [3]
             await until(lambda: red.heard(protocol.InForceMessage) and blue.heard(protocol.InForceMessage))
