@@ -18,7 +18,8 @@ export const KINDS = {
   },
   formation: {
     read: ([shape, x, y, size, turn]) => [{ shape: Math.floor(shape), x, y, size, turn }], size: 3, turn: 4, sized: "Size",
-    write: ([{ shape, x, y, size, turn }], { shapes }) => ({ shape: shapes[shape], centre: [x, y], size, turn }),
+    write: ([{ shape, x, y, size, turn }], { shapes: names }) => (names.length
+      ? { shape: names[shape], centre: [x, y], size, turn } : [shape, x, y, size, turn]),
     hint: "Tap where it stands. Two fingers: size and turn.",
   },
 };
@@ -81,7 +82,7 @@ export class Marks extends Pen {
     Object.assign(mark, { x: within(mark.x, [0, 1]), y: within(mark.y, [0, 1]) });
     if (this.how.size) mark.size = within(mark.size, this.sizes);
     if (this.how.turn) mark.turn = low + ((mark.turn - low) % (high - low) + high - low) % (high - low);
-    mark.shape = within(mark.shape, [0, Math.max(this.commands.shapes.length - 1, 0)]);
+    if (this.commands.shapes.length) mark.shape = within(mark.shape, [0, this.commands.shapes.length - 1]);
   }
 
   // By a part of a whole turn.

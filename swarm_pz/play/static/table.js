@@ -100,7 +100,7 @@ export class Table {
     hear("seated", ({ seat, token, commands }) => {
       this.seat = SIDES.indexOf(seat);
       if (read("sessionStorage", "swarm-pz.rules")?.token === token) this.respond();
-      this.equip(commands ?? { takes: "density", shapes: [] });
+      this.equip(commands);
     });
     hear("frame", this.takeFrame);
     hear("target", (target) => {
