@@ -510,9 +510,15 @@ def test_axe_finds_nothing(open_page):
     check(lesson, "lesson")
 
 
-def test_the_page_is_light(table):
-    total = sum(path.stat().st_size for path in STATIC.iterdir())
-    assert total < 150_000
+def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later(open_page):
+    page = open_page()
+    begin(page)
+    Hand(page).draw((0.2, 0.2), (0.4, 0.2))
+    names = page.evaluate("performance.getEntriesByType('resource').map(({ name }) => name.split('/').at(-1))")
+    sizes = {path.name: path.stat().st_size for path in STATIC.iterdir()}
+    loaded = {"index.html", *names} & set(sizes)
+    assert sum(sizes[name] for name in loaded) < 150_000
+    assert set(sizes) - loaded == {"lesson.js", "marks.js", "responses.js", "stick.js"}
 
 
 def test_the_page_reads_the_same_bytes(open_page):

@@ -356,7 +356,7 @@ def test_a_whole_game_by_keys(open_page, table):
     page.keyboard.press("Enter")
     is_playing(page)
     stands_on(page, "arena")  # at the start of a game one is on the board
-    for key in ("2", "1", "+", "Shift+ArrowRight", "Space", "Shift+ArrowUp", "Shift+ArrowLeft", "Space", "Enter"):
+    for key in ("k", "g", "+", "Shift+ArrowRight", "Space", "Shift+ArrowUp", "Shift+ArrowLeft", "Space", "Enter"):
         page.keyboard.press(key)
     page.wait_for_selector("#recording", state="visible")
     (command,) = [line for line in latest(table, room, CommandLine) if line.team == 0]
