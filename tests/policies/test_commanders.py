@@ -130,7 +130,7 @@ def test_direct_commands_stand_in_the_rows_of_the_own_drones_and_are_not_too_lon
 def test_drones_of_a_board_stand_in_the_rows_of_their_numbers():
     config = GameConfig(drones_per_team=(1, 2))
     batch = BatchEnv(config, 1)
-    batch.reset([0], scenario={"positions": [[[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]]], "teams": [[0, 1, 1]]})
+    batch.reset([0], scenario={"positions": [[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]], "teams": [0, 1, 1]})
     np.testing.assert_allclose(batch.observe(DRONES, 0)[0, :, :2], [[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]], rtol=1e-6)
     np.testing.assert_array_equal(batch.observe(DRONES, 0)[0, :, 4], [1, -1, -1])
     np.testing.assert_array_equal(batch.observe(DRONES, 1)[0, :, 4], [-1, 1, 1])
