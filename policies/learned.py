@@ -59,7 +59,8 @@ class LearnedPolicy:
     card : dict
         What `policy.json` holds: format, width, config_hash, and the story of the training: command, training (its
         settings), steps, seconds, results. Of a policy that answers densities, channels, grid and action_cells, too; of
-        others `answers`, the shape of its actions, and head, as of `DronesActor`.
+        others `answers`, the shape of its actions, and head, as of `DronesActor`. If it names a `system`, no other is
+        commanded.
     weights : dict of array
         The actor's parameters by name.
     config : GameConfig
@@ -181,13 +182,18 @@ class LearnedPolicy:
             )
 
     def for_system(self, system: ControlSystem) -> LearnedPolicy:
-        """Return the policy that commands a team flown by a system of its kind; itself, if densities fly it.
+        """Return the policy that commands a team flown by a system; itself, if its commands are densities.
 
         Raises
         ------
         KindError
-            If its actions have another shape.
+            If it has learned to command another system, or its actions have another shape.
         """
+        if (learned := self.card.get("system", system.name)) != system.name:
+            raise KindError(
+                f"policy {self.name!r} has learned to command {learned}, and not {system.name}: choose another policy, "
+                f"or another system by GameConfig.controllers"
+            )
         if self.answers == "density" or system == self._system:
             return self
         return LearnedPolicy(self.card, self.weights(), self._config, self.name, system)

@@ -164,14 +164,13 @@ def policy_class(game: GameConfig) -> type[GridPolicy] | type[DronesPolicy]:
 
 def card_of(network: GridPolicy | DronesPolicy, game: GameConfig) -> dict[str, Any]:
     """Return what the card of a policy must say for the network to be made again."""
+    system = game.team_systems[0]
+    named = {} if system.name == "ergodic" else {"system": system.name}  # whose densities others take, too
     if isinstance(network, DronesPolicy):
-        actor, system = network.actor, game.team_systems[0]
-        return {"answers": system.takes, "shape": list(actor.shape), "head": actor.kind, "width": network.width}
-    observation = game.observations[0]
-    cells = network.action_space.shape[-1]  # type: ignore[index]
-    return {
-        "channels": list(observation.channels),
-        "grid": observation.grid,
-        "action_cells": cells,
-        "width": network.width,
-    }
+        actor = network.actor
+        seen: dict[str, Any] = {"answers": system.takes, "shape": list(actor.shape), "head": actor.kind}
+    else:
+        observation = game.observations[0]
+        cells = network.action_space.shape[-1]  # type: ignore[index]
+        seen = {"channels": list(observation.channels), "grid": observation.grid, "action_cells": cells}
+    return named | seen | {"width": network.width}

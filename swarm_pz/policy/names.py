@@ -139,11 +139,11 @@ def _check(made: object, name: str, config: GameConfig, system: ControlSystem) -
     if not isinstance(made, (Policy, PrivilegedPolicy)):
         raise PolicyError(f"{name} must have reset, and observation and act or else plan, got {made!r}")
     player = made
-    if answers_of(player) in (system.takes, ANY) and hasattr(player, "for_system"):
+    uniform = np.ones((1, config.command_cells, config.command_cells))
+    serves = answers_of(player) == "density" and system.from_densities(uniform, config) is not None
+    if (serves or answers_of(player) in (system.takes, ANY)) and hasattr(player, "for_system"):
         player = cast("Player", player.for_system(system))
     kind = answers_of(player)
-    uniform = np.ones((1, config.command_cells, config.command_cells))
-    serves = kind == "density" and system.from_densities(uniform, config) is not None
     if kind != system.takes and not serves:
         raise KindError(
             f"{name} answers commands of kind {kind!r}, but the control system {system.name} takes those of kind "
