@@ -190,8 +190,9 @@ class Simulator:
             getattr(games, name)[chosen] = values
         if self.control.is_given:
             games.former[chosen] = games.commands[chosen] = self.control.defaults(flown_by)
+            shape = (len(chosen), *self.control.command_shape)
             for team in (RED, BLUE):
-                self.command_checked(team, games.commands[chosen, team], chosen, holds=True)
+                self.command_checked(team, games.commands[chosen, team].reshape(shape), chosen, holds=True)
 
     def _flown_by(self, swapped: ArrayLike, games: int) -> NDArray[np.int8]:
         """Return the numbers of the controllers of red and blue, (games, 2)."""

@@ -3,6 +3,8 @@
 ======================  ====================================================
 `ergodic`               a density, covered over time
 `flocking`              a flock that flies to one place
+`coverage`              a density, each drone in the middle of its part
+`potential_field`       what attracts, and what repels
 `direct`                an acceleration for every drone
 ======================  ====================================================
 
