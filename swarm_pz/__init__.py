@@ -21,6 +21,7 @@ from swarm_pz.errors import (
     CheckpointError,
     CommandError,
     ConfigError,
+    FlightError,
     GameOverError,
     MissingExtraError,
     OutputError,
@@ -34,7 +35,8 @@ from swarm_pz.errors import (
 )
 from swarm_pz.evaluation.match import paired_difference, play_match
 from swarm_pz.policy import Policy, PrivilegedPolicy
-from swarm_pz.simulator import FlockingCommand, Simulator
+from swarm_pz.simulator import Simulator
+from swarm_pz.systems import FlockingCommand
 
 __all__ = [
     "CaptureConfig",
@@ -43,6 +45,7 @@ __all__ = [
     "ConfigError",
     "ControllerConfig",
     "DynamicsConfig",
+    "FlightError",
     "FlockingCommand",
     "FlockingConfig",
     "GameConfig",

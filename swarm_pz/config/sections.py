@@ -195,7 +195,7 @@ class ControllerConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class FlockingConfig(Config):
-    """Flocking, the other controller; see `swarm_pz.kernels.controllers.flocking` for what the numbers weigh.
+    """Flocking; see `swarm_pz.kernels.controllers.flocking` for what the numbers weigh.
 
     Attributes
     ----------
@@ -211,6 +211,8 @@ class FlockingConfig(Config):
         Largest turn in one control period, in radians.
     speed : float
         Velocity that drones aim at; map widths per second where the speed factor is 1.
+    dwell : float
+        Seconds that each attractor of a command is in force before the next one is; the last one stays.
     """
 
     alignment: float = 0.1
@@ -221,6 +223,7 @@ class FlockingConfig(Config):
     separation_radius: float = 0.05
     max_turn: float = math.pi / 10
     speed: float = 0.25
+    dwell: float = later(5.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -236,6 +239,7 @@ class FlockingConfig(Config):
         check_number(self.separation_radius, "flocking.separation_radius", 0.0, 2.0)
         check_number(self.max_turn, "flocking.max_turn", 0.0, math.pi, open_low=True)
         check_number(self.speed, "flocking.speed", 0.0, 10.0, open_low=True)
+        check_number(self.dwell, "flocking.dwell", 0.1, 1e6)
 
 
 @dataclass(frozen=True, kw_only=True)

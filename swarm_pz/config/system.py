@@ -54,7 +54,8 @@ class ControlSystem(Config):
     shares : str
         What each drone tells those that hear it, in words. Talk radius, loss and relays apply to it.
     kernel : str
-        The controller of `swarm_pz.kernels.controllers` that flies in place of `solve`; empty for none.
+        The controller of `swarm_pz.kernels.controllers` that flies in the games' own loop in place of `solve`: that is
+        "ergodic" alone; empty for none.
     """
 
     takes: ClassVar[str]

@@ -195,7 +195,10 @@ class LiveGame:
 
     def put_in_force(self, command: Command) -> None:
         """Let a team follow a command from the next solve on, however young its last one is."""
-        self.simulator.command_checked(command.team, command.density[None], np.zeros(1, np.int64))
+        first, name = np.zeros(1, np.int64), f"{TEAM_NAMES[command.team]}'s command"
+        flown_by = self.simulator.games.flown_by[first, command.team]
+        commands = self.simulator.control.read(command.density[None], flown_by, "density", name)
+        self.simulator.command_checked(command.team, commands, first)
         self._last_in_force[command.team] = self.tick
 
     def restore(self, games: Games, last_in_force: Sequence[int | None]) -> None:

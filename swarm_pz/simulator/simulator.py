@@ -21,16 +21,9 @@ from swarm_pz.config import (
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
-from swarm_pz.kernels.controllers.flocking import make_attractors
 from swarm_pz.kernels.fourier import make_targets
 from swarm_pz.kernels.game import Games, advance_games
-from swarm_pz.simulator.commands import (
-    FlockingCommand,
-    check_attractors,
-    coefficient_matrix,
-    density_around,
-    make_target,
-)
+from swarm_pz.simulator.commands import coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
 from swarm_pz.simulator.parameters import rule_parameters, rule_variants
 from swarm_pz.simulator.spawn import Seed, check_scenario, check_seed, check_team, random_start, random_velocities
@@ -120,7 +113,6 @@ class Simulator:
             seeds=np.zeros(e, np.uint64),
             failed=np.zeros((e, n), np.bool_),
             flown_by=np.zeros((e, 2), np.int8),
-            attractors=np.zeros((e, 2, 3), np.float32),
             followed=np.zeros((e, 2, followed, followed), np.float64),
             sent=np.zeros((e, 2), np.bool_),
             reconstruction=np.zeros((e, 2, grid, grid), np.float32),
@@ -177,7 +169,6 @@ class Simulator:
         games.flown_by[chosen] = flown_by
         games.targets[chosen] = uniform
         games.coefficients[chosen] = coefficients
-        games.attractors[chosen] = (0.5, 0.5, self.config.flocking.migration[0])
         if games.followed.size:
             games.followed[chosen] = uniform
         games.teams[chosen, self.config.team_sizes[RED] :] = 1
@@ -202,9 +193,7 @@ class Simulator:
         numbers = np.array(self.control.numbers, np.int8)
         return np.where(np.broadcast_to(given, games)[:, None], numbers[::-1], numbers)
 
-    def command(
-        self, team: int, commands: ArrayLike | Sequence[FlockingCommand], rows: ArrayLike | None = None
-    ) -> None:
+    def command(self, team: int, commands: ArrayLike | Sequence[Any], rows: ArrayLike | None = None) -> None:
         """Give a team its target from the next solve on: a command is sent, be it the one in force again.
 
         Parameters
@@ -225,24 +214,8 @@ class Simulator:
         check_team(team)
         chosen = self.rows(rows)
         name = f"{TEAM_NAMES[team]}'s command"
-        attractors = None
-        if isinstance(commands, FlockingCommand):
-            raise CommandError(f"expected a list with a FlockingCommand for each of {len(chosen)} games, got one alone")
-        if isinstance(commands, (list, tuple)) and any(isinstance(one, FlockingCommand) for one in commands):
-            cells = self.config.command_cells
-            for row in chosen:
-                if (controller := self.controller_of(row, team)) != "flocking":
-                    raise CommandError(
-                        f"{TEAM_NAMES[team]} is flown by the {controller} controller, which takes densities "
-                        f"{(cells, cells)}: a FlockingCommand needs controllers='flocking'"
-                    )
-            attractors = check_attractors(commands, len(chosen), self.config.flocking)
-            values = density_around(attractors, cells)
-        else:
-            values = self.control.parse(commands, self.games.flown_by[chosen, team], name)
+        values = self.control.parse(commands, self.games.flown_by[chosen, team], name)
         self.command_checked(team, values, chosen)
-        if attractors is not None:
-            self.games.attractors[chosen, team] = attractors
 
     def command_checked(
         self, team: int, commands: NDArray[np.float64], rows: NDArray[np.int64], *, holds: bool = False
@@ -276,14 +249,12 @@ class Simulator:
         matrix = coefficient_matrix(self.config.controller.modes, self.config.command_cells)
         if self.control.is_given:
             mine = rows[places]
-            asked = [
-                self.control.take_up(games, commands[places, place], mine, team, holds=holds)
-                for place, team in enumerate(teams.tolist())
-            ]
-            commands, places, rows = np.stack(asked, axis=1), np.arange(len(mine)), mine
+            given = [(commands[places, place], mine, team) for place, team in enumerate(teams.tolist())]
+            pictures = np.stack([self.control.pictures(games, *one) for one in given], axis=1)
+            for one in given:  # only now, when nothing can go wrong any more
+                self.control.take_up(games, *one, holds=holds)
+            commands, places, rows = pictures, np.arange(len(mine)), mine
         make_targets(commands, places, rows, teams, matrix, mass, holds, games.targets, games.coefficients, sent)
-        if "flocking" in self.config.team_controllers:
-            make_attractors(places, rows, teams, games.targets, self.config.flocking.migration, games.attractors)
 
     def advance(self, ticks: ArrayLike = TICKS_PER_SECOND, commands: NDArray[np.float64] | None = None) -> None:
         """Advance every game, or until the tick in which one team owns every drone.

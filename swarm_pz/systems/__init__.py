@@ -2,9 +2,9 @@
 
 ======================  ====================================================
 `ergodic`               a density, covered over time
-`flocking`              a flock that flies to one place
 `coverage`              a density, each drone in the middle of its part
 `potential_field`       what attracts, and what repels
+`flocking`              attractors, one after the other, for a flock
 `direct`                an acceleration for every drone
 ======================  ====================================================
 
@@ -14,5 +14,6 @@ installed under the entry points `swarm_pz.systems` can fly, those of other pack
 
 from swarm_pz.config.registry import registered, system_class
 from swarm_pz.config.system import ControlSystem, Flight
+from swarm_pz.systems.flocking import FlockingCommand
 
-__all__ = ["ControlSystem", "Flight", "registered", "system_class"]
+__all__ = ["ControlSystem", "Flight", "FlockingCommand", "registered", "system_class"]

@@ -134,7 +134,15 @@ def test_all_machine_code_that_is_kept_carries_the_stamp_of_the_sources():
         file = function._cache._cache_file
         assert file._source_stamp == STAMP == stamp_of(PACKAGE) and STAMP in file._index_name, function
     names = {function.__name__ for function in kept}
-    assert names >= {"advance_games", "make_targets", "make_attractors", "paint_grids", "paint", "find_coefficients"}
+    assert names >= {
+        "advance_games",
+        "make_targets",
+        "flocking",
+        "serve_densities",
+        "paint_grids",
+        "paint",
+        "find_coefficients",
+    }
     assert set(sources(PACKAGE)) >= {*(PACKAGE / "kernels").rglob("*.py"), Path(config.__file__)}
 
 

@@ -1,0 +1,233 @@
+"""Commands of several kinds in one game, and who flies whom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import GameConfig
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.errors import CommandError, FlightError
+from swarm_pz.simulator import Simulator
+from tests.systems_of_tests import Magnet, install
+
+MIXED = {"controllers": ("magnet", "ergodic"), "drones_per_team": 4}
+
+
+@pytest.fixture(autouse=True)
+def systems(monkeypatch):
+    install(monkeypatch, Magnet, Refuser, Faulty)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Refuser(Magnet):
+    """As the magnet, but densities mean nothing to it."""
+
+    name: ClassVar[str] = "refuser"
+
+    def from_densities(self, densities, config):
+        return None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Faulty(Magnet):
+    """Does what its `fault` says."""
+
+    name: ClassVar[str] = "faulty"
+    fault: str = ""
+
+    def solve(self, flight, config):
+        right = super().solve(flight, config)
+        if self.fault == "raises":
+            raise ZeroDivisionError("no place like home")
+        if self.fault == "exits":
+            raise SystemExit(3)
+        if self.fault == "shape":
+            return right[:, 1:]
+        if self.fault == "words":
+            return [["fly"]]
+        return np.where(flight.positions[:, :, :1] > 0.5, np.nan, right)
+
+
+def games(swapped=(False, True), **options) -> Simulator:
+    simulator = Simulator(GameConfig(**(MIXED | options)), num_games=len(swapped))
+    simulator.reset(range(len(swapped)), swapped=np.array(swapped))
+    return simulator
+
+
+def shown(simulator, row=0, team=0):
+    """Return what the first system of the pair is shown of a game."""
+    return simulator.control.flight_of(simulator.games, np.array([row]), team, simulator.control.numbers[0])
+
+
+def test_commands_of_all_kinds_have_one_shape_with_room_for_the_longest():
+    assert games().control.command_shape == (100,)
+    assert games(controllers="magnet").control.command_shape == (2,)
+    assert games(controllers="ergodic").control.command_shape == (10, 10)
+    assert games(controllers=("ergodic", "direct")).control.command_shape == (100,)
+    assert games(controllers=("ergodic", "direct"), drones_per_team=60).control.command_shape == (240,)
+
+
+def test_each_row_takes_the_command_of_who_flies_there():
+    simulator = games()
+    ring = np.random.default_rng(0).random((10, 10))
+    simulator.command(0, [[0.2, 0.3], ring])
+    simulator.command(1, [ring, [0.9, 0.7]])
+    held = simulator.games.commands
+    np.testing.assert_array_equal(held[0, 0, :3], [0.2, 0.3, 0.0])
+    np.testing.assert_array_equal(held[1, 1, :3], [0.9, 0.7, 0.0])
+    np.testing.assert_allclose(simulator.targets[0, 1], ring / ring.sum())
+    np.testing.assert_allclose(simulator.targets[1, 0], ring / ring.sum())
+    assert np.argwhere(simulator.targets[0, 0]).tolist() == [[3, 2]], "those who watch see where a team is sent"
+    simulator.advance(600)
+    for row, team in ((0, 0), (1, 1)):
+        places = simulator.positions[row][simulator.teams[row] == team]
+        np.testing.assert_allclose(places, np.broadcast_to(held[row, team, :2], places.shape), atol=0.02)
+
+
+def test_a_command_remembers_what_it_took_the_place_of_and_since_when():
+    simulator = games(swapped=(False,))
+    simulator.advance(30)
+    simulator.command(0, [[0.2, 0.3]])
+    flight = shown(simulator)
+    assert (flight.former.tolist(), flight.commands.tolist(), flight.age.tolist()) == (
+        [[0.5, 0.5]],
+        [[0.2, 0.3]],
+        [0.0],
+    )
+    simulator.advance(15)
+    held = np.zeros((1, 2, 100))
+    held[0, 0, :2], held[0, 1] = (0.2, 0.3), 1.0
+    simulator.advance(15, held)
+    flight = shown(simulator)
+    assert (flight.former.tolist(), flight.age.tolist()) == ([[0.5, 0.5]], [1.0]), "a step holds what is in force"
+    simulator.command(0, [[0.2, 0.3]])
+    flight = shown(simulator)
+    assert (flight.former.tolist(), flight.age.tolist()) == ([[0.2, 0.3]], [0.0]), "who sends it again sends it"
+
+
+def test_a_system_is_told_of_its_own_drones_alone():
+    simulator = games()
+    simulator.advance(3)
+    for row, team in ((0, 0), (1, 1)):
+        flight = shown(simulator, row, team)
+        own = simulator.teams[row] == team
+        np.testing.assert_array_equal(flight.own[0], own)
+        np.testing.assert_array_equal(np.isnan(flight.positions[0]).all(axis=1), ~own)
+        np.testing.assert_array_equal(np.isnan(flight.velocities[0]).all(axis=1), ~own)
+        np.testing.assert_array_equal(flight.positions[0][own], simulator.positions[row][own])
+        np.testing.assert_array_equal(flight.heard[0], own[:, None] & own[None, :])
+
+
+def test_who_hears_whom_follows_the_talk_radius():
+    simulator = games(swapped=(False,), controller=GameConfig().controller.replace(communication_radius=0.25))
+    line = np.stack([np.linspace(0.1, 0.8, 8), np.full(8, 0.5)], axis=1)
+    simulator.reset([0], scenario={"positions": line})
+    flight = shown(simulator)
+    near = np.abs(line[:4, None, 0] - line[None, :4, 0]) < 0.25
+    np.testing.assert_array_equal(flight.heard[0, :4, :4], near)
+    assert not flight.heard[0, 4:].any() and not flight.heard[0, :, 4:].any()
+
+
+def test_a_captured_drone_is_flown_by_its_new_team_from_the_next_solve_on():
+    simulator = games(swapped=(False,), controllers=("magnet", "direct"))
+    simulator.command(0, [[0.9, 0.5]])
+    simulator.games.teams[0, 5] = 0  # as a capture would
+    simulator.advance(3)
+    towards = np.array([0.9, 0.5]) - simulator.positions[0, 5]
+    assert simulator.games.accelerations[0, 5] @ towards > 0.0
+    assert not simulator.games.accelerations[0, 6:].any()
+
+
+def test_accelerations_are_cut_to_the_largest():
+    simulator = games(swapped=(False,), controllers="direct")
+    simulator.command(0, [np.ones((8, 2))])
+    simulator.advance(3)
+    np.testing.assert_allclose(simulator.games.accelerations[0, :4], 1 / np.sqrt(2), rtol=1e-6)
+    assert not simulator.games.accelerations[0, 4:].any()
+
+
+def test_systems_solve_at_control_periods_however_a_game_is_advanced():
+    whole, parts = (games(swapped=(False, True, False)) for _ in range(2))
+    whole.advance(np.array([37, 41, 0]))
+    for ticks in (1, 2, 7, 1, 26):
+        parts.advance(np.array([ticks, ticks, 0]))
+    parts.advance(np.array([0, 4, 0]))
+    for name, one, other in zip(whole.games._fields, whole.games, parts.games, strict=True):
+        np.testing.assert_array_equal(one, other, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("commands", "said"),
+    [
+        ([[0.2, 0.3], np.ones((9, 9))], "shape"),
+        ([[0.2, 0.9], np.ones((10, 10))], r"within \[0.25, 0.75\] at index \(1,\), got 0.9"),
+        ([[0.2, np.nan], np.ones((10, 10))], "nan at index"),
+        ([np.ones((10, 10)), np.ones((10, 10))], "of shape"),
+        ([[0.2, 0.3]], "one for each of 2 games"),
+        (7, "one for each of 2 games"),
+    ],
+)
+def test_a_bad_command_changes_no_game(commands, said):
+    simulator = games()
+    before = [array.copy() for array in simulator.games]
+    with pytest.raises(CommandError, match=said):
+        simulator.command(0, commands)
+    for array, former in zip(simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array, former)
+
+
+def test_densities_are_served_by_a_system_that_knows_how():
+    control = games().control
+    dots = np.zeros((2, 10, 10))
+    dots[:, 4, 8] = 1.0
+    numbers = np.array(control.numbers, np.int8)
+    served = control.read(dots, numbers, "density", "answer")
+    np.testing.assert_allclose(served[0, :3], [0.85, 0.45, 0.0])
+    np.testing.assert_array_equal(served[1], dots[1].ravel())
+    refuser = games(controllers=("refuser", "ergodic")).control
+    with pytest.raises(CommandError, match="'density' cannot fly refuser, which takes those of kind 'place'"):
+        refuser.read(dots, np.array(refuser.numbers, np.int8), "density", "answer")
+    with pytest.raises(CommandError, match="'place' cannot fly ergodic"):
+        control.read(np.zeros((2, 2)), numbers, "place", "answer")
+
+
+def test_a_pair_of_commands_steps_a_batch():
+    batch = BatchEnv(GameConfig(**MIXED), num_games=2)
+    batch.reset([0, 1])
+    batch.step(([[0.2, 0.3]] * 2, np.ones((2, 10, 10))))
+    np.testing.assert_array_equal(batch.simulator.games.commands[:, 0, :2], [[0.2, 0.3]] * 2)
+    with pytest.raises(CommandError, match="a pair: red's and blue's"):
+        batch.step(np.ones((2, 2, 10, 10)))
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        (
+            "raises",
+            r"faulty, which flies red, raised ZeroDivisionError\('no place.*'\) \(test_control.py:\d+\)",
+        ),
+        ("exits", r"raised SystemExit\(3\)"),
+        ("shape", r"answered accelerations of shape \(1, 7, 2\), not \(1, 8, 2\)"),
+        ("words", "raised ValueError"),
+        ("nan", r"answered \[nan, nan\] for drone \d: accelerations must be finite"),
+    ],
+)
+def test_a_system_at_fault_is_named(fault, said):
+    simulator = games(swapped=(False,), controllers=(Faulty(fault=fault), "ergodic"))
+    with pytest.raises(FlightError, match=said) as caught:
+        simulator.advance(30)
+    assert (caught.value.team, caught.value.system, caught.value.rows) == (0, "faulty", (0,))
+
+
+def test_a_system_that_cannot_keep_up_is_named(monkeypatch):
+    clock = iter(np.cumsum([0.0] + [0.15, 0.0] * 50).tolist())
+    monkeypatch.setattr("swarm_pz.simulator.control.time.perf_counter", lambda: next(clock))
+    simulator = games(swapped=(False,))
+    with pytest.raises(FlightError, match=r"magnet, which flies red, took 1\.35 s for 10 solves that may take 1\.00 s"):
+        simulator.advance(90)
+    assert simulator.games.ticks[0] == 27, "its first solve may compile, and one slow one is not yet a fault"
