@@ -22,6 +22,12 @@ BITS = (
 """Tests whose outcome can depend on how the processor rounds; those marked `bits` run a second time as on another."""
 
 
+def pytest_configure(config):
+    """Let tests that the clock measures come first on a busy machine: they are the largest group, which gw0 takes."""
+    if os.environ.get("PYTEST_XDIST_WORKER", "gw0") != "gw0" and hasattr(os, "nice"):
+        os.nice(10)
+
+
 def pytest_collection_modifyitems(items):
     for item in items:
         if HERE not in item.path.parents:

@@ -58,13 +58,22 @@ class ControlSystem(Config):
         "ergodic" alone; empty for none.
     """
 
+    name: ClassVar[str]
     takes: ClassVar[str]
     shares: ClassVar[str] = "nothing"
     kernel: ClassVar[str] = ""
 
+    def tag(self) -> dict[str, str]:
+        """Return the name, which stands among a system's plain values."""
+        return {"name": self.name}
+
     def space(self, config: GameConfig) -> spaces.Box:
         """Return the space of one command, in its own units."""
         raise NotImplementedError(f"{type(self).__name__} must say which commands it takes")
+
+    def learner_space(self, config: GameConfig) -> spaces.Box:
+        """Return the space of what learners send: the commands, or a shorter form that `parse_all` reads, too."""
+        return self.space(config)
 
     def default(self, config: GameConfig) -> NDArray[np.float64]:
         """Return the command that is in force from the start: cover evenly, or do nothing."""
@@ -85,6 +94,17 @@ class ControlSystem(Config):
         """As `parse` for the commands (n, *shape) of n games, as policies and learners write them: an array."""
         space = self.space(config)
         return check_values(commands, (count, *space.shape), space.low, space.high, name)
+
+    def check_sizes(
+        self, commands: NDArray[np.float64], sizes: NDArray[np.int64], config: GameConfig, name: str
+    ) -> None:
+        """Refuse parsed commands (n, *shape) that teams of so many drones (n,), as they are now, cannot fly.
+
+        Raises
+        ------
+        CommandError
+            If there is one; it says what was expected and what came. No system of ours refuses its default.
+        """
 
     def from_densities(self, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64] | None:
         """Return the commands (n, *shape) that serve densities (n, A, A) best; None if densities mean nothing to it.

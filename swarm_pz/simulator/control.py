@@ -157,6 +157,22 @@ class Control:
             )
         return commands
 
+    def check_sizes(
+        self, packed: NDArray[np.float64], flown_by: NDArray[np.int8], sizes: NDArray[np.int64], name: str
+    ) -> None:
+        """Refuse commands (n, *command_shape) that teams of so many drones (n,) cannot fly.
+
+        Raises
+        ------
+        CommandError
+            If a system refuses one.
+        """
+        if not self.is_given:
+            return
+        for number, chosen in self._by_system(flown_by):
+            own = self.unpack(packed[chosen], number)
+            self.systems[number].check_sizes(own, sizes[chosen], self.config, name)
+
     def _by_system(self, flown_by: NDArray[np.int8]) -> Iterator[tuple[int, NDArray[np.int64]]]:
         """Yield each system's number, and the places of what it flies."""
         for number in dict.fromkeys(self.numbers):

@@ -214,7 +214,9 @@ class Simulator:
         check_team(team)
         chosen = self.rows(rows)
         name = f"{TEAM_NAMES[team]}'s command"
-        values = self.control.parse(commands, self.games.flown_by[chosen, team], name)
+        flown_by = self.games.flown_by[chosen, team]
+        values = self.control.parse(commands, flown_by, name)
+        self.control.check_sizes(values, flown_by, self.sizes[chosen, team], name)
         self.command_checked(team, values, chosen)
 
     def command_checked(

@@ -5,6 +5,8 @@
 `coverage`              a density, each drone in the middle of its part
 `potential_field`       what attracts, and what repels
 `flocking`              attractors, one after the other, for a flock
+`formation`             a shape with a slot for every drone
+`leader_follower`       places of leaders, whom the rest follow
 `direct`                an acceleration for every drone
 ======================  ====================================================
 

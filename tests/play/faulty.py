@@ -15,15 +15,15 @@ class Faulty:
     observation = ObservationConfig(grid=10)
 
     def __init__(self, how):
-        self.how, self.answers = how, 0
+        self.how, self.count = how, 0
 
     def reset(self, seeds, rows):
         pass
 
     def act(self, observations, rows):
-        self.answers += 1
-        answer = np.full((len(rows), 10, 10), 1.0 / self.answers)
-        if self.answers == 3:  # the first is asked for when it is made
+        self.count += 1
+        answer = np.full((len(rows), 10, 10), 1.0 / self.count)
+        if self.count == 3:  # the first is asked for when it is made
             if self.how == "raises":
                 raise RuntimeError("no idea")
             if self.how == "nan":
