@@ -209,7 +209,8 @@ def test_every_python_snippet_is_run(monkeypatch, capsys):
 
 def test_toml_snippets_are_toml():
     for _, text in snippets("toml"):
-        assert tomllib.loads(text)["project"]["entry-points"]["swarm_pz.policies"]
+        groups = tomllib.loads(text)["project"]["entry-points"]
+        assert groups and set(groups) <= {"swarm_pz.policies", "swarm_pz.systems"}
 
 
 def load(name):

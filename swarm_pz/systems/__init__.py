@@ -14,8 +14,8 @@ A system's file holds all of it: its numbers, its commands, its accelerations an
 installed under the entry points `swarm_pz.systems` can fly, those of other packages, too.
 """
 
-from swarm_pz.config.registry import registered, system_class
+from swarm_pz.config.registry import about, faults, registered, system_class
 from swarm_pz.config.system import ControlSystem, Flight
 from swarm_pz.systems.flocking import FlockingCommand
 
-__all__ = ["ControlSystem", "Flight", "FlockingCommand", "registered", "system_class"]
+__all__ = ["ControlSystem", "Flight", "FlockingCommand", "about", "faults", "registered", "system_class"]

@@ -8,13 +8,13 @@ from tests.reference import saturate
 from tests.reference_variants import strongest_mode
 
 
-def decided_by_rounding(state, reference, attractors, failed=None) -> np.ndarray:
+def decided_by_rounding(state, reference, attractors, failed=None, heard=None) -> np.ndarray:
     """Return which drones (N,) stand so near a jump of the control that rounding may decide, as an array of bool."""
     positions, velocities = state.positions.astype(float), state.velocities.astype(float)
     distances = np.linalg.norm(positions[:, None] - positions[None], axis=-1)
     radii = (reference.communication_radius, reference.separation_radius)
     edge = np.any([np.abs(distances - radius).min(axis=1) < 1e-6 for radius in radii], axis=0)
-    urges = reference.urges(positions, velocities, state.teams, attractors, failed)
+    urges = reference.urges(positions, velocities, state.teams, attractors, failed, heard)
     weak = np.linalg.norm(urges, axis=1) < 0.05
     cross = velocities[:, 0] * urges[:, 1] - velocities[:, 1] * urges[:, 0]
     turn = np.arctan2(cross, (velocities * urges).sum(axis=1))
