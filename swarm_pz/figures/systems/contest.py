@@ -10,15 +10,15 @@ from swarm_pz.config.registry import registered, system_of
 from swarm_pz.errors import CommandError, KindError, SwarmError, nearest
 from swarm_pz.evaluation.survival import kaplan_meier
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
-from swarm_pz.policy import Player, PrivilegedPolicy, load
+from swarm_pz.policy import Player, PrivilegedPolicy, answers_of, load
 from swarm_pz.policy import registered as installed
 
 ADVERSARY = "ergodic/uniform"
 """Whom everybody plays: even coverage, flown by the ergodic controller."""
-TRAINED = "_ppo"
-"""A policy that was trained for a system is called as the system, and this."""
-FALLBACK = "hold"
-"""Commands a system for which there is no script."""
+TRAINED = "trained"
+"""Gives the policy that was trained for a system."""
+HOLD = "hold"
+"""Commands every system: it sends what that does by itself."""
 _PILOT = 1_000_003
 """Sets the seed of the games that choose among scripts apart from that of the games that count."""
 
@@ -106,7 +106,7 @@ def choose_systems(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def scripts_for(system: str, game: GameConfig) -> list[str]:
-    """Return the installed scripts that answer the commands of a system; `hold` if there is none."""
+    """Return the installed scripts that answer a system's commands, and `hold`, which for densities is `uniform`."""
     found = []
     flown, takes = game.replace(controllers=system), system_of(system).takes
     for name in sorted(installed()):
@@ -115,23 +115,19 @@ def scripts_for(system: str, game: GameConfig) -> list[str]:
         except SwarmError:  # of another kind, or not to be had here
             continue
         learned, planned = hasattr(made, "digest"), isinstance(made, PrivilegedPolicy)
-        if name != FALLBACK and not learned and not planned and getattr(made, "answers", "density") == takes:
+        if not learned and not planned and answers_of(made) == takes and (name, takes) != (HOLD, "density"):
             found.append(name)
-    return found or [FALLBACK]
+    return found
 
 
 def trained_for(system: str, game: GameConfig) -> str | None:
-    """Return the policy that was trained for a system; None if there is none for this game."""
-    name = system + TRAINED
+    """Return the entrant that was trained for a system; None if there is none for it and this game."""
+    entrant = f"{system}/{TRAINED}"
     try:
-        load_entrant(f"{system}/{name}", game)
+        load_entrant(entrant, game)
     except KindError:
         return None
-    except SwarmError:
-        if name in installed():
-            raise
-        return None
-    return name
+    return entrant
 
 
 def pilot(systems: Sequence[str], config: TournamentConfig, folder: Path, command: str = "") -> Contest:

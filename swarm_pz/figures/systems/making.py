@@ -132,8 +132,8 @@ def make(
     trial = pilot(systems, rules, folder / PILOT, command)
     trial.play(processes, progress, asked)
     best = best_scripts(trial)
-    trained = {system: name for system in systems if (name := trained_for(system, config.game)) is not None}
-    entrants = [ADVERSARY, *best.values(), *(f"{system}/{name}" for system, name in trained.items())]
+    trained = {system: one for system in systems if (one := trained_for(system, config.game)) is not None}
+    entrants = [ADVERSARY, *best.values(), *trained.values()]
     field_ = Contest(entrants, rules.replace(games=config.games), folder / CONTEST, command)
     field_.play(processes, progress, asked)
     traits = _measure_all(systems, config, folder / TRAITS, processes, progress, asked)
@@ -145,7 +145,7 @@ def make(
         "pilot": [{name: row[name] for name in ("entrant", "wins", "draws", "losses")} for row in standings(trial)],
         "standings": table,
         "trained_and_script": [
-            compare(field_, f"{system}/{name}", best[system]) for system, name in trained.items() if system in best
+            compare(field_, entrant, best[system]) for system, entrant in trained.items() if system in best
         ],
         "order": order,
         "payoffs": payoffs(field_, order),

@@ -51,9 +51,10 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
         ["## Against the adversary"],
         [
             f"{config['games']} games each: half from each side, all from the same starts, seed {config['seed']}.",
-            "Intervals are 95 %: Wilson's for games won, for means from a bootstrap over pairs of games. A pair",
-            f"of games that came out alike counts once. The mean length is restricted to {limit:g} s, which draws take,",
-            "and so is the mean time to a win: a game that is drawn or lost counts as not won until then. A command counts",
+            "Intervals are 95 %: Wilson's for games won, for means from a bootstrap over pairs of games. A pair of",
+            "games that came out alike counts once. The mean length is restricted to",
+            f"{limit:g} s, which draws take, and so is the mean time to a win: a game that is drawn or lost counts",
+            "as not won until then. A command counts",
             "if it differs from the one before.",
         ],
         _standings(results),
