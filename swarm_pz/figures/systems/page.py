@@ -9,6 +9,7 @@ import numpy as np
 
 from swarm_pz.errors import require_extra
 from swarm_pz.figures.style import DASHES, DPI, RC
+from swarm_pz.figures.systems.contest import TRAINED, player_name, system_name
 from swarm_pz.figures.systems.traits import LOSS, LOST, REACHED, SIZES, TALK
 from swarm_pz.files import draft_of
 
@@ -54,8 +55,7 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
             "Intervals are 95 %: Wilson's for games won, for means from a bootstrap over pairs of games. A pair of",
             "games that came out alike counts once. The mean length is restricted to",
             f"{limit:g} s, which draws take, and so is the mean time to a win: a game that is drawn or lost counts",
-            "as not won until then. A command counts",
-            "if it differs from the one before.",
+            "as not won until then. A command counts if it differs from the one before.",
         ],
         _standings(results),
         [f"![Share of games not yet won over time]({pictures}/time_to_win.png)"],
@@ -92,7 +92,7 @@ def _answer(results: dict[str, Any]) -> list[str]:
         (_EVEN, "cannot be told from the best script by the games won"),
         (_LESS, "wins **less** often than the best script"),
     ):
-        names = [f"`{row['one'].split('/')[0]}`" for row in results["trained_and_script"] if _verdict(row) == verdict]
+        names = [f"`{system_name(row['one'])}`" for row in results["trained_and_script"] if _verdict(row) == verdict]
         if names:
             lines.append(f"The policy trained for {', '.join(names)} {words}.")
     return lines
@@ -104,7 +104,7 @@ def _verdict(row: dict[str, Any]) -> str:
 
 
 def _by(row: dict[str, Any]) -> str:
-    return f"`{row['player']}`" + (", trained" if row["kind"] == "learned" else "")
+    return "a trained policy" if row["player"] == TRAINED else f"`{row['player']}`"
 
 
 def _standings(results: dict[str, Any]) -> list[str]:
@@ -135,15 +135,14 @@ def _comparisons(results: dict[str, Any]) -> list[str]:
     if not results["trained_and_script"]:
         return ["No policy that was trained for one of these systems is installed."]
     lines = [
-        "| system | trained | script | won more often by | sooner by, s | verdict |",
-        "|---|---|---|---|---|---|",
+        "| system | best script | trained: won more often by | sooner by, s | verdict |",
+        "|---|---|---|---|---|",
     ]
     for row in results["trained_and_script"]:
         low, high = row["more_often"]["ci95"]
-        system, player = row["one"].split("/", 1)
         often = {"mean": 100 * row["more_often"]["mean"], "ci95": [100 * low, 100 * high]}
         lines.append(
-            f"| `{system}` | `{player}` | `{row['other'].split('/', 1)[1]}` | {_interval(often, 0)} % "
+            f"| `{system_name(row['one'])}` | `{player_name(row['other'])}` | {_interval(often, 0)} % "
             f"| {_interval(row['sooner'], 0)} | {_verdict(row)} |"
         )
     return lines
