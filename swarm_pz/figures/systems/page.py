@@ -27,10 +27,10 @@ _COLOURS = [
 _CHANGES = {
     "size": f"{SIZES[-1]} drones, not {SIZES[0]}",
     "permutation": "drones in another order",
-    "captured": f"{LOST:.0%} captured",
+    "captured": f"{100 * LOST:g} % captured",
     "leader": "leader captured",
     "talk": f"heard within {TALK:g}",
-    "loss": f"{LOSS:.0%} of messages lost",
+    "loss": f"{100 * LOSS:g} % of messages lost",
 }
 """What is changed, as the table's columns say it."""
 _MORE, _EVEN, _LESS = "more often", "no clear difference", "**less often**"
@@ -55,7 +55,7 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
             "Intervals are 95 %: Wilson's for games won, for means from a bootstrap over pairs of games. A pair of",
             "games that came out alike counts once. The mean length is restricted to",
             f"{limit:g} s, which draws take, and so is the mean time to a win: a game that is drawn or lost counts",
-            "as not won until then. A command counts if it differs from the one before.",
+            "as not won until then. A command counts if it differs from the one before; the first one counts.",
         ],
         _standings(results),
         [f"![Share of games not yet won over time]({pictures}/time_to_win.png)"],
