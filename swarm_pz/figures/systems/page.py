@@ -44,7 +44,7 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
         ["# The ladder of systems"],
         [
             "Which control system wins more often, and sooner, against the same adversary? Each is commanded by the",
-            "best script for its kind of commands, and by a policy trained for it, all by one recipe and budget.",
+            "best script for its kind of commands, and by a policy trained for it, where there is one; its card says how.",
             f"The adversary is `{results['adversary']}`: even coverage, flown by the ergodic controller.",
         ],
         ["```bash", results["command"] or "swarm-pz systems", "```"],
@@ -95,6 +95,9 @@ def _answer(results: dict[str, Any]) -> list[str]:
         names = [f"`{system_name(row['one'])}`" for row in results["trained_and_script"] if _verdict(row) == verdict]
         if names:
             lines.append(f"The policy trained for {', '.join(names)} {words}.")
+    trained = {system_name(row["one"]) for row in results["trained_and_script"]}
+    if without := ", ".join(f"`{system}`" for system in sorted(best.keys() - trained)):
+        lines.append(f"No policy has been trained for {without}.")
     return lines
 
 

@@ -84,3 +84,4 @@ def test_the_page_says_where_a_trained_policy_does_not_beat_the_best_script(tmp_
     assert "The policy trained for `better` wins more often than the best script." in page
     assert "The policy trained for `alike` cannot be told from the best script by the games won." in page
     assert "The policy trained for `worse` wins **less** often than the best script." in page
+    assert "No policy has been trained for `direct`." in page
