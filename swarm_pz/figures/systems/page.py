@@ -44,7 +44,7 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
         ["# The ladder of systems"],
         [
             "Which control system wins more often, and sooner, against the same adversary? Each is commanded by the",
-            "best script for its kind of commands, and by a policy trained for it, where there is one; its card says how.",
+            "best script for its kind of commands, and by a policy trained for it, if there is one.",
             f"The adversary is `{results['adversary']}`: even coverage, flown by the ergodic controller.",
         ],
         ["```bash", results["command"] or "swarm-pz systems", "```"],
