@@ -20,7 +20,7 @@ import pytest
 import swarm_pz.play.client
 import swarm_pz.training.vec_env
 from swarm_pz import GameConfig
-from swarm_pz.cli import compare, evidence, learn, machine, main, table
+from swarm_pz.cli import compare, evidence, learn, machine, main, systems, table
 from swarm_pz.play.frames import Frame
 
 ROOT = Path(__file__).parents[1]
@@ -32,6 +32,7 @@ COMMANDS = {
     table: ("play", "replay", "study"),
     machine: ("render", "diagnose", "bench", "warmup"),
     evidence: ("figures",),
+    systems: ("systems",),
 }
 
 FIRST_STEPS = [("git", "clone", "ADDRESS", "swarm-pz"), ("cd", "swarm-pz"), (".", ".venv/bin/activate")]

@@ -59,8 +59,8 @@ def evaluate(
         overwrite: Replace the run that the folder holds.
         game: The rules.
     """
-    from swarm_pz import policies
     from swarm_pz.evaluation.match import play_match
+    from swarm_pz.policy import load_players
 
     check(not (held_out and exploit), "held_out and exploit", (held_out, exploit), "asked for one at a time")
     if not exploit:
@@ -78,8 +78,7 @@ def evaluate(
         return
     with progress() as show:
         match = play_match(
-            policies.load(policy, game),
-            policies.load(opponent, game),
+            *load_players(policy, opponent, game),
             games=games,
             seed=seed,
             config=game,

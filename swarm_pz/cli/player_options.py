@@ -9,7 +9,7 @@ import tyro
 
 from swarm_pz import systems
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import SwarmError
+from swarm_pz.errors import KindError, SwarmError
 from swarm_pz.policy import about, faults, load, registered
 
 Player = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="PLAYER")]
@@ -35,11 +35,13 @@ def able_to_fly() -> dict[str, str]:
 
 
 def able(game: GameConfig) -> tuple[str, ...]:
-    """Return the names of installed policies that can play a game; name others on stderr."""
+    """Return the names of installed policies that can play a game; name broken ones on stderr."""
     found = []
     for name in known():
         try:
             load(name, game)
+        except KindError:  # it is for other control systems
+            continue
         except SwarmError as error:
             print(f"left out: {name}: {error}", file=sys.stderr)
         else:

@@ -274,8 +274,8 @@ class ObservationConfig(Config):
 
     Attributes
     ----------
-    kind : {"grids", "entities"}
-        Images, channel first, or padded and masked lists of drones.
+    kind : {"grids", "entities", "drones"}
+        Images, channel first; padded and masked lists of drones; or one row for every drone, by its number.
     grid : int
         Cells a side of the images; divides 50.
     channels : tuple of str
@@ -283,7 +283,7 @@ class ObservationConfig(Config):
         no time.
     """
 
-    kind: Literal["grids", "entities"] = "grids"
+    kind: Literal["grids", "entities", "drones"] = "grids"
     grid: int = GRID_CELLS
     channels: tuple[str, ...] = CHANNELS
 
@@ -292,7 +292,7 @@ class ObservationConfig(Config):
         known = isinstance(self.channels, tuple) and all(channel in CHANNELS for channel in self.channels)
         fits = known and 0 < len(self.channels) == len(set(self.channels))
         check(fits, "observation.channels", self.channels, f"different ones of {', '.join(CHANNELS)}")
-        check_choice(self.kind, "observation.kind", ("grids", "entities"))
+        check_choice(self.kind, "observation.kind", ("grids", "entities", "drones"))
         check_count(self.grid, "observation.grid", 1, GRID_CELLS)
         check(GRID_CELLS % self.grid == 0, "observation.grid", self.grid, f"a divisor of {GRID_CELLS}")
 

@@ -71,6 +71,8 @@ class Game:
         Equal for two games that ended alike in every position and team; no two that were forfeited do.
     sizes : list of int
         Red's drones at the start and after every step.
+    sent : (int, int)
+        Commands of the policy and of its opponent that were others than those before.
     thinking_ms : (float, float)
         Mean milliseconds a command of the policy and of its opponent; not the same twice.
     forfeit : str
@@ -86,6 +88,7 @@ class Game:
     recaptures: int
     fingerprint: bytes
     sizes: list[int]
+    sent: tuple[int, int] = (0, 0)
     thinking_ms: tuple[float, float] = field(default=(0.0, 0.0), compare=False)
     forfeit: str = ""
 
@@ -193,6 +196,9 @@ class Rollout:
             with blame(place, self._names[place]), self._clock(len(self.rows), True):
                 player.reset(streams[place], self.rows)
         self._spent = np.zeros((2, len(self.rows)))
+        self._latest = np.full((len(self.rows), 2, *self.batch.command_shape), np.nan)
+        self._sent = np.zeros((len(self.rows), 2), np.int64)
+        """(E, 2) new commands of red and blue."""
         self._sizes = [self.simulator.sizes[:, RED]]
 
     def play(
@@ -245,6 +251,9 @@ class Rollout:
             with blame(place, self._names[place]), self._clock(len(rows), len(self._sizes) == 1):
                 commands[rows, teams] = self.batch.ask(player, teams, rows)
             self._spent[place, rows] += 1000.0 * (time.perf_counter() - began) / len(rows)
+        is_new = (commands[rows] != self._latest[rows]).any(axis=tuple(range(2, commands.ndim)))
+        self._sent[rows] += is_new
+        self._latest[rows] = commands[rows]
         return commands
 
     @property
@@ -279,6 +288,7 @@ class Rollout:
             recaptures=int(simulator.games.recaptures[row].sum()),
             fingerprint=simulator.positions[row].tobytes() + simulator.teams[row].tobytes(),
             sizes=sizes[: steps + 1].tolist(),
+            sent=(int(self._sent[row, side]), int(self._sent[row, 1 - side])),
             thinking_ms=(float(self._spent[0, row] / steps), float(self._spent[1, row] / steps)),
         )
 
