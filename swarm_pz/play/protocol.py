@@ -269,6 +269,8 @@ class PolicyInfo(_Message):
     about: str
     card: Card | None = None
     """Of those that were rated."""
+    answers: str = "density"
+    """The kind of its commands: it flies what takes them; "any" is for policies that suit themselves to the system."""
 
 
 class SystemInfo(_Message):
@@ -435,7 +437,7 @@ class Pong(_Message, tag="pong"):
 
 ServerMessage = Welcome | Seated | RoomState | Received | InForceMessage | Acting | Refused | Notice | Displaced | Pong
 _OF_VERSION_2 = {"red_system", "blue_system", "systems", "default_systems", "commands", "system", "takes", "sender"}
-_OF_VERSION_2 |= {"ended_by", "forfeit"}
+_OF_VERSION_2 |= {"ended_by", "forfeit", "answers"}
 """Fields of server's messages, and of their parts, that clients of version 1 do not know."""
 
 T = TypeVar("T")
@@ -478,6 +480,8 @@ def encode(message: ClientMessage | ServerMessage, version: int = 2) -> str:
 
 def _without(plain: Any, names: set[str]) -> Any:
     """Leave fields out of a message, and of all its parts."""
+    if isinstance(plain, list):
+        return [_without(entry, names) for entry in plain]
     if not isinstance(plain, dict):
         return plain
     return {name: _without(value, names) for name, value in plain.items() if name not in names}

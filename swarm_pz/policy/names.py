@@ -73,6 +73,15 @@ def about(name: str) -> str:
     return text.splitlines()[0] if text else ""
 
 
+def kind_of(name: str) -> str:
+    """Return the kind of commands that an installed policy answers, as its factory says; densities of others."""
+    point = registered().get(name.split(":", 1)[0])
+    try:
+        return str(getattr(point.load(), "answers", "density")) if point is not None else "density"
+    except _FAULTS:  # `faults` says it
+        return "density"
+
+
 def load(policy: str | Path | Player | Model, config: GameConfig, system: ControlSystem | None = None) -> Player:
     """Return the policy of a name or a folder, made for a game; a policy is returned as it is.
 

@@ -24,6 +24,7 @@ from swarm_pz.play.server.orders import Made
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, RefusedError, Room
 from swarm_pz.play.server.seat import Seat
+from swarm_pz.policy import kind_of
 
 MOST_ROOMS = 100
 MOST_ROOMS_OF_ADDRESS = 40
@@ -86,7 +87,8 @@ class Lobby:
         self._painting = ThreadPoolExecutor(1, "painting")
         known = cards if cards is not None else {}
         self._policies = [
-            protocol.PolicyInfo(name=name, about=text, card=known.get(name)) for name, text in policies.items()
+            protocol.PolicyInfo(name=name, about=text, card=known.get(name), answers=kind_of(name))
+            for name, text in policies.items()
         ]
 
     def welcome(self) -> protocol.Welcome:
