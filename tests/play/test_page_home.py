@@ -55,7 +55,8 @@ def test_levels_come_from_ratings_and_who_has_none_is_on_no_level(open_page):
             const { levelsOf } = await import("/static/cards.js");
             const rated = [["a", 899], ["b", 900], ["c", 1299], ["d", 1300], ["e", 2000]];
             const policies = rated.map(([name, rating]) => ({ name, card: { rating } }));
-            policies.push({ name: "mine", card: null });
+            policies.push({ name: "mine", card: null, answers: "density" });
+            for (const answers of ["formation", "any"]) policies.push({ name: answers, card: null, answers });
             return levelsOf(policies).map(({ title, policies }) => [title, policies.map(({ name }) => name)]);
         }"""
     )
