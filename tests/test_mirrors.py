@@ -15,6 +15,7 @@ HOMES = {
     "swarm_pz/cli/system_option": "cli/test_options",
     "swarm_pz/config/base": "config/test_game",
     "swarm_pz/config/constants": "config/test_game",
+    "swarm_pz/config/installed": "policies/test_entry_points",
     "swarm_pz/config/presets": "test_variants",
     "swarm_pz/config/system": "systems/test_family",
     "swarm_pz/config/values": "simulator/test_commands",

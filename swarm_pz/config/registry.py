@@ -7,39 +7,25 @@ import importlib.metadata
 from collections.abc import Mapping
 from typing import Any
 
+from swarm_pz.config.installed import FAULTS, entry_points, origin, registered_in
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import ConfigError, nearest
 
 GROUP = "swarm_pz.systems"
-_FAULTS = (Exception, SystemExit)
-"""Whatever another package's code does wrong; to end the process is for who started it."""
 
 
 def registered() -> dict[str, importlib.metadata.EntryPoint]:
     """Return the entry point of every installed control system, by name: of several, swarm-pz's own or the first."""
-    found: dict[str, importlib.metadata.EntryPoint] = {}
-    for point in _entry_points():
-        found.setdefault(point.name, point)
-    return found
-
-
-def _entry_points() -> list[importlib.metadata.EntryPoint]:
-    points = importlib.metadata.entry_points(group=GROUP)
-    return sorted(points, key=lambda one: (_origin(one) != "swarm-pz", _origin(one), one.value))
-
-
-def _origin(point: importlib.metadata.EntryPoint) -> str:
-    """Return the name of the package that registered a control system."""
-    return str(point.dist.name) if point.dist is not None else "unknown"
+    return registered_in(GROUP)
 
 
 def faults() -> dict[str, str]:
     """Return what is wrong with what is registered, in words: broken systems by name, copies by name and origin."""
     known, found = registered(), {}
-    for point in _entry_points():
+    for point in entry_points(GROUP):
         if point != known[point.name]:
-            taken = _origin(known[point.name])
-            found[f"{point.name} of {_origin(point)}"] = f"{_said(point)}: {taken} has a system of that name already"
+            taken = origin(known[point.name])
+            found[f"{point.name} of {origin(point)}"] = f"{_said(point)}: {taken} has a system of that name already"
             continue
         try:
             system_of(point.name)
@@ -49,7 +35,7 @@ def faults() -> dict[str, str]:
 
 
 def _said(point: importlib.metadata.EntryPoint) -> str:
-    return f"control system {point.name!r} of {_origin(point)} ({point.value})"
+    return f"control system {point.name!r} of {origin(point)} ({point.value})"
 
 
 @functools.cache
@@ -65,7 +51,7 @@ def system_class(name: str) -> type[ControlSystem]:
     said = f"controllers: {_said(point)}"
     try:
         found = point.load()
-    except _FAULTS as error:
+    except FAULTS as error:
         raise ConfigError(f"{said} cannot be imported: {error!r}") from error
     if not (isinstance(found, type) and issubclass(found, ControlSystem)):
         raise ConfigError(f"{said} must be a subclass of swarm_pz.systems.ControlSystem, got {found!r}")
@@ -97,7 +83,7 @@ def system_of(choice: str | ControlSystem) -> ControlSystem:
     found = system_class(choice)
     try:
         return found()
-    except _FAULTS as error:
+    except FAULTS as error:
         raise ConfigError(f"controllers: {_said(_find(choice))} cannot be made: {error!r}") from error
 
 

@@ -45,23 +45,22 @@ def check_values(
         If they do not cast to float, have another shape, or hold NaN, infinity or values outside
         the range.
     """
-    within = f"in {_range(low, high)} " if np.ndim(low) == 0 else ""
-    expected = f"{name} must be numbers {within}of shape {shape}"
     try:
         values = np.array(given, dtype=np.float64, order="C")  # sums must not depend on memory order
     except (TypeError, ValueError, OverflowError) as error:
-        raise CommandError(f"{expected}, got {describe(given)}") from error
+        raise CommandError(f"{_expected(name, shape, low, high)}, got {describe(given)}") from error
     if values.shape != shape:
-        raise CommandError(f"{expected}, got {describe(given) if values.ndim == 0 else f'shape {values.shape}'}")
+        came = describe(given) if values.ndim == 0 else f"shape {values.shape}"
+        raise CommandError(f"{_expected(name, shape, low, high)}, got {came}")
     if not values.size:
         return values
     least, largest = values.min(), values.max()  # NaN if any value is
     if not (math.isfinite(least) and math.isfinite(largest)):
         place = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])
-        raise CommandError(f"{expected}, got {values[place]} at index {place}")
-    if np.ndim(low) == 0:
+        raise CommandError(f"{_expected(name, shape, low, high)}, got {values[place]} at index {place}")
+    if not isinstance(low, np.ndarray):
         if least < low - TOLERANCE or largest > high + TOLERANCE:
-            raise CommandError(f"{expected}, got values from {least:g} to {largest:g}")
+            raise CommandError(f"{_expected(name, shape, low, high)}, got values from {least:g} to {largest:g}")
         if least < low or largest > high:
             np.clip(values, low, high, out=values)
         return values
@@ -69,9 +68,15 @@ def check_values(
     if outside.any():
         place = tuple(int(i) for i in np.argwhere(outside)[0])
         own = tuple(place[len(place) - np.ndim(low) :])
-        fits = _range(np.asarray(low)[own], np.asarray(high)[own])
+        fits = _range(low[own], np.asarray(high)[own])
+        expected = _expected(name, shape, low, high)
         raise CommandError(f"{expected}, within {fits} at index {place}, got {values[place]:g} there")
     return np.asarray(np.clip(values, low, high, out=values))
+
+
+def _expected(name: str, shape: tuple[int, ...], low: Any, high: Any) -> str:
+    within = "" if isinstance(low, np.ndarray) else f"in {_range(low, high)} "
+    return f"{name} must be numbers {within}of shape {shape}"
 
 
 def _range(low: Any, high: Any) -> str:

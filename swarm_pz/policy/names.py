@@ -16,46 +16,32 @@ from typing import cast
 import numpy as np
 
 from swarm_pz.config import GameConfig
+from swarm_pz.config.installed import FAULTS, entry_points, origin, registered_in
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import CheckpointError, KindError, PolicyError, SwarmError, nearest
 from swarm_pz.policy.model_policy import Model, ModelPolicy
 from swarm_pz.policy.protocol import ANY, Player, Policy, PrivilegedPolicy, answers_of
 
 GROUP, FOLDERS = "swarm_pz.policies", "swarm_pz.policy_folders"
-_FAULTS = (Exception, SystemExit)
-"""Whatever another package's code does wrong; to end the process is for who started it."""
 
 
 def registered() -> dict[str, importlib.metadata.EntryPoint]:
     """Return the entry point of every installed policy, by name: of several, swarm-pz's own or else the first."""
-    found: dict[str, importlib.metadata.EntryPoint] = {}
-    for point in _entry_points():
-        found.setdefault(point.name, point)
-    return found
-
-
-def _entry_points() -> list[importlib.metadata.EntryPoint]:
-    points = importlib.metadata.entry_points(group=GROUP)
-    return sorted(points, key=lambda point: (_origin(point) != "swarm-pz", _origin(point), point.value))
-
-
-def _origin(point: importlib.metadata.EntryPoint) -> str:
-    """Return the name of the package that registered a policy."""
-    return str(point.dist.name) if point.dist is not None else "unknown"
+    return registered_in(GROUP)
 
 
 def faults() -> dict[str, str]:
     """Return what is wrong with what other packages registered, in words: broken policies by name, copies by origin."""
     found: dict[str, str] = {}
-    for point in _entry_points():
-        where = f"policy {point.name!r} of {_origin(point)} ({point.value})"
+    for point in entry_points(GROUP):
+        where = f"policy {point.name!r} of {origin(point)} ({point.value})"
         if point != registered()[point.name]:
-            taken = _origin(registered()[point.name])
-            found[f"{point.name} of {_origin(point)}"] = f"{where}: {taken} has a policy of that name already"
+            taken = origin(registered()[point.name])
+            found[f"{point.name} of {origin(point)}"] = f"{where}: {taken} has a policy of that name already"
             continue
         try:
             factory = point.load()
-        except _FAULTS as error:
+        except FAULTS as error:
             found[point.name] = f"{where} cannot be imported: {error!r}"
         else:
             if not callable(factory):
@@ -68,7 +54,7 @@ def about(name: str) -> str:
     point = registered().get(name.split(":", 1)[0])
     try:
         text = (getattr(point.load(), "__doc__", None) or "").strip() if point is not None else ""
-    except _FAULTS:  # `faults` says it
+    except FAULTS:  # `faults` says it
         return ""
     return text.splitlines()[0] if text else ""
 
@@ -78,7 +64,7 @@ def kind_of(name: str) -> str:
     point = registered().get(name.split(":", 1)[0])
     try:
         return str(getattr(point.load(), "answers", "density")) if point is not None else "density"
-    except _FAULTS:  # `faults` says it
+    except FAULTS:  # `faults` says it
         return "density"
 
 
@@ -130,7 +116,7 @@ def _make(policy: str, config: GameConfig) -> object:
         return point.load()(*arguments)
     except SwarmError:
         raise
-    except _FAULTS as error:
+    except FAULTS as error:
         raise PolicyError(f"policy {policy!r} ({point.value}) cannot be made: {error!r}") from error
 
 

@@ -167,8 +167,6 @@ class Control:
         CommandError
             If a system refuses one.
         """
-        if not self.is_given:
-            return
         for number, chosen in self._by_system(flown_by):
             own = self.unpack(packed[chosen], number)
             self.systems[number].check_sizes(own, sizes[chosen], self.config, name)

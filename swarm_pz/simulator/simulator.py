@@ -219,7 +219,8 @@ class Simulator:
         name = f"{TEAM_NAMES[team]}'s command"
         flown_by = self.games.flown_by[chosen, team]
         values = self.control.parse(commands, flown_by, name)
-        self.control.check_sizes(values, flown_by, self.sizes[chosen, team], name)
+        if self.control.is_given:
+            self.control.check_sizes(values, flown_by, self.sizes[chosen, team], name)
         self.command_checked(team, values, chosen)
 
     def command_checked(

@@ -9,7 +9,7 @@ import numpy as np
 
 from swarm_pz.systems import Flight
 from swarm_pz.systems.coverage import Coverage
-from tests.systems.random_image_flights import CONFIG, Floats, worst_error
+from tests.systems.image_flights import CONFIG, Floats, worst_error
 
 
 def value(image: Floats, x: float, y: float) -> float:

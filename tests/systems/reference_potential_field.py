@@ -6,7 +6,7 @@ import numpy as np
 
 from swarm_pz.systems import Flight
 from swarm_pz.systems.potential_field import PotentialField
-from tests.systems.random_image_flights import Floats, worst_error
+from tests.systems.image_flights import Floats, worst_error
 
 
 def charge(command: Floats, row: int, column: int, system: PotentialField) -> float:

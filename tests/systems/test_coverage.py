@@ -9,9 +9,11 @@ from swarm_pz.config import CaptureConfig, ControllerConfig, DynamicsConfig, Gam
 from swarm_pz.errors import ConfigError
 from swarm_pz.simulator import Simulator
 from swarm_pz.spaces.densities import cell_centres, disc
+from swarm_pz.systems import Flight
 from swarm_pz.systems.coverage import Coverage
-from tests.systems import random_image_flights, reference_coverage
-from tests.systems.random_image_flights import CONFIG, SYMMETRIES, permuted, random_flight, stacked, turn_points, turned
+from tests.systems import reference_coverage
+from tests.systems.drawn_flights import turn
+from tests.systems.image_flights import CONFIG, SYMMETRIES, random_image_flight, turned_image_flight
 from tests.systems.reference_coverage import cost_of
 
 SYSTEM = Coverage()
@@ -37,42 +39,6 @@ def flown(density, drones=10, seconds=30, system=SYSTEM, games=4, **options):
     return simulator
 
 
-def test_it_is_its_slow_mirror():
-    assert reference_coverage.compare(60, seed=0) < 1e-4
-
-
-@pytest.mark.parametrize("symmetry", SYMMETRIES)
-def test_a_turned_square_turns_the_accelerations(symmetry):
-    generator = np.random.default_rng(1)
-    for size in (1, 2, 7, 20):
-        flight = random_flight(generator, SYSTEM, size)
-        own = flight.own[0]
-        one = SYSTEM.solve(flight, CONFIG)[0][own]
-        other = SYSTEM.solve(turned(flight, symmetry), CONFIG)[0][own]
-        np.testing.assert_allclose(turn_points(one, symmetry, 0.0), other, atol=1e-9)
-
-
-def test_drones_may_have_any_numbers():
-    generator = np.random.default_rng(2)
-    for size in (2, 10, 30):
-        flight = random_flight(generator, SYSTEM, size)
-        order = generator.permutation(flight.own.shape[1])
-        one, other = SYSTEM.solve(flight, CONFIG)[0], SYSTEM.solve(permuted(flight, order), CONFIG)[0]
-        np.testing.assert_allclose(one[order], other, atol=1e-9)
-
-
-def test_a_game_is_the_same_alone_and_among_others():
-    generator = np.random.default_rng(3)
-    flights = []
-    while len(flights) < 6:
-        flight = random_flight(generator, SYSTEM, 8)
-        if flight.own.shape[1] == 10:
-            flights.append(flight)
-    together = SYSTEM.solve(stacked(flights), CONFIG)
-    for row, flight in enumerate(flights):
-        np.testing.assert_array_equal(together[row], SYSTEM.solve(flight, CONFIG)[0])
-
-
 @pytest.mark.parametrize("image", ["empty", "one cell", "uniform"])
 def test_drones_at_one_place_on_walls_and_in_corners_fly_on(image):
     generator = np.random.default_rng(4)
@@ -91,7 +57,7 @@ def test_drones_at_one_place_on_walls_and_in_corners_fly_on(image):
     ]
     own = np.ones((1, 8), bool)
     for positions in odd:
-        flight = random_image_flights.Flight(
+        flight = Flight(
             positions=positions.astype(np.float32)[None],
             velocities=np.zeros((1, 8, 2), np.float32),
             own=own,
@@ -104,12 +70,12 @@ def test_drones_at_one_place_on_walls_and_in_corners_fly_on(image):
         assert np.isfinite(found).all()
         for symmetry in SYMMETRIES:
             if image != "one cell":
-                other = SYSTEM.solve(turned(flight, symmetry), CONFIG)
-                np.testing.assert_allclose(turn_points(found, symmetry, 0.0), other, atol=1e-6)
+                other = SYSTEM.solve(turned_image_flight(flight, symmetry), CONFIG)
+                np.testing.assert_allclose(turn(found, symmetry, 0.0), other, atol=1e-6)
 
 
 def test_who_hears_nobody_takes_the_whole_square_and_knows_of_nobody():
-    flight = random_flight(np.random.default_rng(5), SYSTEM, 10)
+    flight = random_image_flight(np.random.default_rng(5), SYSTEM, 10)
     flight = flight._replace(heard=np.eye(flight.own.shape[1], dtype=bool)[None] & flight.own[:, :, None])
     found = SYSTEM.solve(flight, CONFIG)[0]
     i, *others = np.flatnonzero(flight.own[0])
@@ -166,7 +132,7 @@ def test_drones_go_with_a_density_that_moves():
 
 
 def test_a_former_command_counts_until_it_is_blended_out():
-    flight = random_flight(np.random.default_rng(9), SYSTEM, 5)
+    flight = random_image_flight(np.random.default_rng(9), SYSTEM, 5)
     flight = flight._replace(heard=flight.own[:, :, None] & flight.own[:, None, :])
     solve = [
         SYSTEM.solve(flight._replace(former=former, age=np.array([age])), CONFIG)

@@ -10,8 +10,7 @@ from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.simulator import Simulator
 from swarm_pz.systems import Flight
 from swarm_pz.systems.potential_field import PotentialField
-from tests.systems import reference_potential_field
-from tests.systems.random_image_flights import CONFIG, SYMMETRIES, permuted, random_flight, stacked, turn_points, turned
+from tests.systems.image_flights import CONFIG, random_image_flight
 from tests.systems.reference_coverage import cost_of
 
 SYSTEM = PotentialField()
@@ -34,42 +33,6 @@ def flown(attracts, repels, drones=10, seconds=60, system=SYSTEM, games=4):
     return simulator
 
 
-def test_it_is_its_slow_mirror():
-    assert reference_potential_field.compare(60, seed=0) < 1e-4
-
-
-@pytest.mark.parametrize("symmetry", SYMMETRIES)
-def test_a_turned_square_turns_the_accelerations(symmetry):
-    generator = np.random.default_rng(1)
-    for size in (1, 2, 7, 20):
-        flight = random_flight(generator, SYSTEM, size)
-        own = flight.own[0]
-        one = SYSTEM.solve(flight, CONFIG)[0][own]
-        other = SYSTEM.solve(turned(flight, symmetry), CONFIG)[0][own]
-        np.testing.assert_allclose(turn_points(one, symmetry, 0.0), other, atol=1e-9)
-
-
-def test_drones_may_have_any_numbers():
-    generator = np.random.default_rng(2)
-    for size in (2, 10, 30):
-        flight = random_flight(generator, SYSTEM, size)
-        order = generator.permutation(flight.own.shape[1])
-        one, other = SYSTEM.solve(flight, CONFIG)[0], SYSTEM.solve(permuted(flight, order), CONFIG)[0]
-        np.testing.assert_allclose(one[order], other, atol=1e-9)
-
-
-def test_a_game_is_the_same_alone_and_among_others():
-    generator = np.random.default_rng(3)
-    flights = []
-    while len(flights) < 6:
-        flight = random_flight(generator, SYSTEM, 8)
-        if flight.own.shape[1] == 10:
-            flights.append(flight)
-    together = SYSTEM.solve(stacked(flights), CONFIG)
-    for row, flight in enumerate(flights):
-        np.testing.assert_array_equal(together[row], SYSTEM.solve(flight, CONFIG)[0])
-
-
 @pytest.mark.parametrize("places", [(0.5, 0.5), (0.0, 0.0), (1.0, 0.25), (0.0, 1.0)])
 def test_drones_at_one_place_on_walls_and_in_corners_are_pushed_finitely_and_alike(places):
     own = np.ones((1, 8), bool)
@@ -88,7 +51,7 @@ def test_drones_at_one_place_on_walls_and_in_corners_are_pushed_finitely_and_ali
 
 
 def test_who_hears_nobody_knows_of_nobody():
-    flight = random_flight(np.random.default_rng(5), SYSTEM, 10)
+    flight = random_image_flight(np.random.default_rng(5), SYSTEM, 10)
     flight = flight._replace(heard=np.eye(flight.own.shape[1], dtype=bool)[None] & flight.own[:, :, None])
     found = SYSTEM.solve(flight, CONFIG)[0]
     i, *others = np.flatnonzero(flight.own[0])
@@ -109,7 +72,7 @@ def test_images_that_are_empty_or_uniform_spread_drones_evenly(drones, attracts,
 
 
 def test_mutual_repulsion_is_what_spreads_them():
-    near = random_flight(np.random.default_rng(6), SYSTEM, 2)
+    near = random_image_flight(np.random.default_rng(6), SYSTEM, 2)
     own = np.ones((1, 2), bool)
     flight = near._replace(
         positions=np.array([[[0.49, 0.5], [0.51, 0.5]]], np.float32),
@@ -141,7 +104,7 @@ def test_both_modes_of_a_density_are_served(drones):
 
 def test_only_the_shape_of_an_image_counts():
     generator = np.random.default_rng(7)
-    flight = random_flight(generator, SYSTEM, 6)
+    flight = random_image_flight(generator, SYSTEM, 6)
     faint = flight._replace(commands=flight.commands * np.array([0.25, 0.5])[None, :, None, None])
     np.testing.assert_array_equal(SYSTEM.solve(flight, CONFIG), SYSTEM.solve(faint, CONFIG))
 

@@ -49,6 +49,14 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
         ],
         ["```bash", results["command"] or "swarm-pz systems", "```"],
         *([line] for line in _answer(results)),
+        [
+            "**Why systems that come to rest win.** A drone at rest leaves its whole trail in one cell, so that the ring",
+            "around it is ground that its team surrounds, and stays so. Whoever flies through is captured; a team that",
+            "covers evenly flies through everything. Coverage, formations and potential fields come to rest under a",
+            "command that stays, so nearly any command wins for them against this adversary, and games won say little",
+            "about them: times to a win, and the games against each other, tell them apart. It follows from the rule of",
+            "capture, which is the paper's, and not from these systems' skill.",
+        ],
         ["## Against the adversary"],
         [
             f"{config['games']} games each: half from each side, all from the same starts, seed {config['seed']}.",
@@ -228,7 +236,7 @@ def draw_field(results: dict[str, Any], path: Path) -> None:
     figure = figure_class(figsize=(1.3 * size, size), layout="constrained")
     axes = figure.add_subplot()
     shares = np.array([[np.nan if value is None else value for value in row] for row in results["payoffs"]])
-    image = axes.imshow(shares, cmap="RdBu", vmin=0, vmax=1, aspect="auto")
+    image = axes.imshow(100 * shares, cmap="RdBu", vmin=0, vmax=100, aspect="auto")
     axes.set_xticks(range(count), names, rotation=60, ha="right")
     axes.set_yticks(range(count), names)
     for (i, j), value in np.ndenumerate(shares):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.systems import ControlSystem, Flight
+from tests.systems.drawn_flights import turn
 
 Floats = NDArray[np.float64]
 CONFIG = GameConfig()
@@ -16,7 +17,7 @@ SYMMETRIES = [(flip_x, flip_y, swap) for flip_x in (False, True) for flip_y in (
 """The square's: mirrored in x, in y, and with x and y swapped afterwards."""
 
 
-def random_flight(generator: np.random.Generator, system: ControlSystem, size: int) -> Flight:
+def random_image_flight(generator: np.random.Generator, system: ControlSystem, size: int) -> Flight:
     """Draw a team of some drones among others, at places whose mirror images are exact; some do not hear all."""
     total = size + int(generator.integers(0, 5))
     own = np.zeros(total, bool)
@@ -50,7 +51,7 @@ def worst_error(
     """Return the largest difference (over the largest acceleration of its state) of a system from its reference."""
     generator, worst = np.random.default_rng(seed), 0.0
     for number in range(states):
-        flight = random_flight(generator, system, 1 + number % 40)
+        flight = random_image_flight(generator, system, 1 + number % 40)
         own = flight.own[0]
         found, expected = system.solve(flight, CONFIG)[0][own], reference(system, flight)[own]
         assert np.isfinite(found).all() and np.isfinite(expected).all()
@@ -66,38 +67,11 @@ def turn_images(images: Floats, symmetry: tuple[bool, bool, bool]) -> Floats:
     return np.ascontiguousarray(np.swapaxes(turned, -1, -2) if swap else turned)
 
 
-def turn_points(points: Floats, symmetry: tuple[bool, bool, bool], side: float) -> Floats:
-    """Turn places (..., 2) in a square of side 1, or vectors with side 0."""
-    turned = np.stack(
-        [
-            side - points[..., 0] if symmetry[0] else points[..., 0],
-            side - points[..., 1] if symmetry[1] else points[..., 1],
-        ],
-        axis=-1,
-    )
-    return np.ascontiguousarray(turned[..., ::-1] if symmetry[2] else turned)
-
-
-def turned(flight: Flight, symmetry: tuple[bool, bool, bool]) -> Flight:
+def turned_image_flight(flight: Flight, symmetry: tuple[bool, bool, bool]) -> Flight:
     """Return a flight as seen in a turned square."""
     return flight._replace(
-        positions=turn_points(flight.positions, symmetry, np.float32(1.0)),
-        velocities=turn_points(flight.velocities, symmetry, np.float32(0.0)),
+        positions=turn(flight.positions, symmetry, 0.5).astype(np.float32),
+        velocities=turn(flight.velocities, symmetry, 0.0).astype(np.float32),
         commands=turn_images(flight.commands, symmetry),
         former=turn_images(flight.former, symmetry),
     )
-
-
-def permuted(flight: Flight, order: NDArray[np.int64]) -> Flight:
-    """Return a flight whose drones have other numbers."""
-    return flight._replace(
-        positions=flight.positions[:, order],
-        velocities=flight.velocities[:, order],
-        own=flight.own[:, order],
-        heard=flight.heard[:, order][:, :, order],
-    )
-
-
-def stacked(flights: list[Flight]) -> Flight:
-    """Return flights of as many drones as one of many games."""
-    return Flight(*(np.concatenate(arrays) for arrays in zip(*flights, strict=True)))
