@@ -478,6 +478,31 @@ def test_it_fits_a_phone(open_page):
     assert wide.locator("#send").bounding_box()["y"] < 360 - 44
 
 
+OVERLAPPING = """() => {
+  const inked = one => {  // boxes end where they should, their words where they do
+    const range = document.createRange(), own = one.getBoundingClientRect();
+    range.selectNodeContents(one);
+    const words = range.getBoundingClientRect(), all = one.matches("button") || !words.width ? [own] : [own, words];
+    return {left: Math.min(...all.map(box => box.left)), right: Math.max(...all.map(box => box.right)),
+      top: own.top, bottom: own.bottom, width: own.width};
+  };
+  const shown = [...document.querySelectorAll("#scores button, .score > :first-child, #time, .row button, .row label")]
+    .map(one => [one.id || one.textContent.trim(), inked(one)]).filter(([, box]) => box.width);
+  return shown.flatMap(([name, a], i) => shown.slice(i + 1).filter(([, b]) =>
+    a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1)
+    .map(([other]) => `${name} and ${other}`));
+}"""
+"""Names what lies over something else."""
+
+
+@pytest.mark.parametrize(("width", "height"), [(320, 640), (390, 844), (800, 500), (1280, 800)])
+def test_nothing_lies_over_anything_else(open_page, width, height):
+    page = open_page(width=width, height=height)
+    begin(page, "uniform")
+    page.click("#shelf")
+    assert page.evaluate(OVERLAPPING) == []
+
+
 def test_axe_finds_nothing(open_page):
     def check(page, where):
         found = Axe().run(page).response
