@@ -16,6 +16,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check
 from swarm_pz.errors import require_extra
 from swarm_pz.files import check_file, check_folder
+from swarm_pz.policy import kind_of
 
 if TYPE_CHECKING:
     from swarm_pz.evaluation.match import MatchResult
@@ -214,9 +215,14 @@ def tournament(
 
 
 def list_policies() -> None:
-    """List the installed policies, and the control systems that they can fly by."""
+    """List the installed policies, and the control systems that they can fly by.
+
+    A policy for which no kind of commands is named answers densities.
+    """
     for name, line in known().items():
-        print(f"{name:<12} {line}".rstrip())
+        kind = kind_of(name)
+        answers = "" if kind == "density" else f"answers {kind}: "
+        print(f"{name:<12} {answers}{line}".rstrip())
     print("\ncontrol systems, by --game.controllers:")
     for name, line in able_to_fly().items():
         print(f"{name:<16} {line}")

@@ -66,7 +66,9 @@ def train(
                 trained, "uniform", out / "game.mp4", config=config.game, seed=1, speed=4.0, progress=show
             )
     print(f"learning curve: {out / 'learning_curve.png'}\none game, {standing}: {out / 'game.mp4'}")
-    print(f"policy: {out}  (try: {program()} evaluate {out} --opponent ring)")
+    flown = config.game.team_systems[0].name
+    rules = "" if flown == "ergodic" else f" --game.controllers {flown} ergodic"
+    print(f"policy: {out}  (try: {program()} evaluate {out} --opponent ring{rules})")
 
 
 def league(

@@ -10,6 +10,7 @@ import tyro
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
 from swarm_pz.cli.report import command, print_rules, progress
 from swarm_pz.config import GameConfig
+from swarm_pz.config.base import check
 from swarm_pz.errors import require_extra
 from swarm_pz.files import check_folder
 
@@ -43,7 +44,7 @@ def systems(
         quick: Play few and short games, which say whether all of it works, and nothing about the systems.
         folder: Keeps games and traits.
         out: Where systems.md and its pictures go; the folder, if not given.
-        game: The rules; who flies is not for them to say.
+        game: The rules. Who flies is not for them to say: `controllers` stays as it is.
     """
     for module in ("choix", "filelock", "matplotlib.figure"):
         require_extra(module, "ladder")
@@ -52,6 +53,9 @@ def systems(
     config = SystemsConfig(
         systems=only, games=games, pilot_games=pilot_games, starts=starts, seconds=seconds, seed=seed, game=game
     )
+    usual = GameConfig().controllers
+    expected = f"left at {usual!r}: each system flies in turn, and --only says which"
+    check(game.controllers == usual, "game.controllers", game.controllers, expected)
     out = folder if out is None else out
     for one in (folder, out):
         check_folder(one)
@@ -68,8 +72,9 @@ def systems(
         )
     for row in results["standings"]:
         low, high = row["win_rate_ci95"]
+        soon = f"{row['time_to_win']['mean']:.0f} s to a win" if row["wins"] else "no win"
         print(
             f"{row['entrant']:<32} won {row['wins']:>3} drawn {row['draws']:>3} lost {row['losses']:>3} "
-            f"({100 * low:.0f} to {100 * high:.0f} %), {row['time_to_win']['mean']:.0f} s to a win"
+            f"({100 * low:.0f} to {100 * high:.0f} %), {soon}"
         )
     print(f"systems: {out / 'systems.md'}")

@@ -58,6 +58,18 @@ def given():
     return {}
 
 
+def test_the_line_that_train_ends_with_names_what_the_policy_flies_by(given, monkeypatch, capsys):
+    baseline = SimpleNamespace(match=match("uniform"), difference=0.25, low=-0.125, high=0.5)
+    monkeypatch.setattr("swarm_pz.training.ppo.Training", stand_in(given))
+    monkeypatch.setattr("swarm_pz.training.report.compare", lambda *_, **__: (match("uniform"), [baseline]))
+    monkeypatch.setattr("swarm_pz.training.report.plot_learning_curve", lambda *_: None)
+    monkeypatch.setattr("swarm_pz.analysis.video.film_game", lambda *_, **__: "a draw")
+    monkeypatch.setattr(learn.tables, "print_matches", lambda _: None)
+    for flown, rules in (("ergodic", ")"), ("direct", " --game.controllers direct ergodic)")):
+        main(["train", "--out", str(OUT), "--game.controllers", flown, "ergodic"])
+        assert f"evaluate {OUT} --opponent ring{rules}\n" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("more", [[], ["--overwrite"], ["--resume"]])
 def test_train_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more):
     def compare(*args, **options):

@@ -50,8 +50,22 @@ def test_the_quick_one_is_short_and_stays_in_its_folder(made):
     assert (config, folder, out, processes) == (SystemsConfig().quick, Path("kept"), Path("kept"), 2)
 
 
+def test_who_never_won_has_no_time_to_a_win(made, monkeypatch, capsys):
+    monkeypatch.setitem(ROW, "wins", 0)
+    main(["systems"])
+    assert "won   0 drawn   1 lost   0 (30 to 95 %), no win\n" in capsys.readouterr().out
+
+
 def test_what_is_wrong_is_one_line(capsys):
     for words, said in ((["--only", "nothing"], "there is no control system 'nothing'"), (["--games", "3"], "even")):
         with pytest.raises(SystemExit):
             main(["systems", *words])
         assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("flown", [["direct"], ["ergodic", "direct"]], ids=" ".join)
+def test_who_flies_is_not_for_the_rules_to_say(made, capsys, flown):
+    with pytest.raises(SystemExit):
+        main(["systems", "--game.controllers", *flown])
+    assert "game.controllers must be left at 'ergodic': each system flies in turn" in capsys.readouterr().err
+    assert not made
