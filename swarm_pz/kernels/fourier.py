@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from swarm_pz.kernels import entry_point, kernel
 
 PI = np.float32(math.pi)
-FAINTEST = 1e-300
-"""Densities whose largest value is less are as good as empty: its reciprocal, by which fast math divides, may overflow."""
 SAME_TARGET = 1e-9
 """Targets whose cells differ by no more are the same command."""
 _S1, _S3, _S5, _S7, _S9, _S11 = (
@@ -86,14 +84,15 @@ def fill_harmonics(
 
 @kernel
 def normalise(density: NDArray[np.float64], target: NDArray[np.float64]) -> None:
-    """Scale a density image (A, A) so that its cells sum to 1; one that is empty, or as good as that, becomes uniform."""
+    """Scale a density image (A, A) so that its cells sum to 1; an empty one becomes uniform."""
     peak = density.max()
-    if peak < FAINTEST:
+    if peak == 0.0:
         target[:] = 1.0 / density.size
         return
     total = 0.0
     for row in range(density.shape[0]):
         for column in range(density.shape[1]):
+            # Division by the largest value first keeps the smallest subnormal commands from overflowing.
             target[row, column] = density[row, column] / peak
             total += target[row, column]
     for row in range(density.shape[0]):

@@ -231,3 +231,18 @@ def test_a_system_that_cannot_keep_up_is_named(monkeypatch):
     with pytest.raises(FlightError, match=r"magnet, which flies red, took 1\.35 s for 10 solves that may take 1\.00 s"):
         simulator.advance(90)
     assert simulator.games.ticks[0] == 27, "its first solve may compile, and one slow one is not yet a fault"
+
+
+@pytest.mark.parametrize("system", ["ergodic", "coverage", "potential_field"])
+@pytest.mark.parametrize("value", [1e-299, 3e-309, 5e-324])
+def test_the_faintest_images_fly(system, value):
+    simulator = games(swapped=(False,), controllers=(system, "ergodic"))
+    image = np.zeros(simulator.control.command_shape)
+    image.flat[3] = value
+    for team, shape in (
+        (0, image.reshape(simulator.control.systems[simulator.control.numbers[0]].space(simulator.config).shape)),
+        (1, np.full((10, 10), value)),
+    ):
+        simulator.command(team, [shape])
+    simulator.advance(6)
+    assert np.isfinite(simulator.positions).all() and np.isfinite(simulator.games.coefficients).all()
