@@ -33,18 +33,21 @@ class Painter:
         CommandError
             If it cannot be drawn or read, cannot fly its team, or takes too long.
         """
-        return await asyncio.shield(asyncio.create_task(self._make(work, system)))  # who leaves lets others wait on
+        await self._turn.acquire()
+        # Who leaves while theirs is made lets the others wait until it is done.
+        return await asyncio.shield(asyncio.create_task(self._make(work, system)))
 
     async def _make(self, work: Callable[[], Made], system: str) -> Made:
-        async with self._turn:
+        try:
             if system in self._hanging and self._hanging[system].is_alive:
                 raise CommandError(f"{system} still reads another command: it takes no more until it is done")
-            try:
-                return await self._thread.do(work, MAKE_S)
-            except TimeoutError as error:
-                self.close()
-                self._hanging[system], self._thread = self._thread, WatchedThread("painting")
-                raise CommandError(f"{system} did not read that command within {MAKE_S:g} s") from error
+            return await self._thread.do(work, MAKE_S)
+        except TimeoutError as error:
+            self.close()
+            self._hanging[system], self._thread = self._thread, WatchedThread("painting")
+            raise CommandError(f"{system} did not read that command within {MAKE_S:g} s") from error
+        finally:
+            self._turn.release()
 
     def close(self) -> None:
         """Let the thread end, as soon as it has nothing to do."""
