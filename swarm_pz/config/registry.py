@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import functools
 import importlib.metadata
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from swarm_pz.config.installed import FAULTS, entry_points, origin, registered_in
 from swarm_pz.config.system import ControlSystem
+from swarm_pz.config.values import repr_of
 from swarm_pz.errors import ConfigError, nearest
 
 GROUP = "swarm_pz.systems"
+_NAMES = re.compile(r"\w[\w-]*(\.[\w-]+)*", re.ASCII)
 
 
 def registered() -> dict[str, importlib.metadata.EntryPoint]:
@@ -52,11 +55,17 @@ def system_class(name: str) -> type[ControlSystem]:
     try:
         found = point.load()
     except FAULTS as error:
-        raise ConfigError(f"{said} cannot be imported: {error!r}") from error
+        raise ConfigError(f"{said} cannot be imported: {repr_of(error)}") from error
     if not (isinstance(found, type) and issubclass(found, ControlSystem)):
         raise ConfigError(f"{said} must be a subclass of swarm_pz.systems.ControlSystem, got {found!r}")
     if (called := getattr(found, "name", None)) != name:
         raise ConfigError(f"{said} must say name = {name!r} as its entry point does, got {called!r}")
+    if _NAMES.fullmatch(name) is None:
+        raise ConfigError(f"{said} must have a name of letters, digits, _, - and inner dots: it names files")
+    if "__dataclass_fields__" not in vars(found) or not found.__dataclass_params__.frozen:  # type: ignore[attr-defined]
+        raise ConfigError(f"{said} must be a frozen dataclass: put @dataclass(frozen=True, kw_only=True) above it")
+    if found.kernel and not point.value.startswith("swarm_pz."):
+        raise ConfigError(f"{said} must fly by its own solve: kernel is for swarm-pz's own, got {found.kernel!r}")
     if not isinstance(getattr(found, "takes", None), str):
         raise ConfigError(f"{said} must say by takes = '...' which kind of commands it takes")
     return found
@@ -84,7 +93,7 @@ def system_of(choice: str | ControlSystem) -> ControlSystem:
     try:
         return found()
     except FAULTS as error:
-        raise ConfigError(f"controllers: {_said(_find(choice))} cannot be made: {error!r}") from error
+        raise ConfigError(f"controllers: {_said(_find(choice))} cannot be made: {repr_of(error)}") from error
 
 
 def about(name: str) -> str:

@@ -12,6 +12,8 @@ from swarm_pz.errors import CommandError
 
 TOLERANCE = 1e-6
 """Values this far outside their range are taken for rounding and clipped."""
+_FAINTEST = 1e-300
+"""Values nearer to 0 are 0: fast math divides by reciprocals, which overflow for the least numbers there are."""
 
 
 def check_densities(densities: ArrayLike, shape: tuple[int, ...], name: str = "command") -> NDArray[np.float64]:
@@ -35,7 +37,8 @@ def check_values(
     shape : tuple of int
         Expected shape.
     low, high : float or array
-        Expected range, of all values or of each along the last axes; values up to 1e-6 outside are clipped.
+        Expected range, of all values or of each along the last axes; values up to 1e-6 outside are clipped, and those
+        within 1e-300 of 0 are 0.
     name : str
         What to call them in an error.
 
@@ -58,6 +61,8 @@ def check_values(
     if not (math.isfinite(least) and math.isfinite(largest)):
         place = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])
         raise CommandError(f"{_expected(name, shape, low, high)}, got {values[place]} at index {place}")
+    if least < _FAINTEST:
+        values[np.abs(values) < _FAINTEST] = 0.0
     if not isinstance(low, np.ndarray):
         if least < low - TOLERANCE or largest > high + TOLERANCE:
             raise CommandError(f"{_expected(name, shape, low, high)}, got values from {least:g} to {largest:g}")
@@ -85,5 +90,13 @@ def _range(low: Any, high: Any) -> str:
 
 def describe(value: Any) -> str:
     """Return a value as an error shows it: its type, and its beginning."""
-    text = repr(value)
+    text = repr_of(value)
     return f"{type(value).__name__} {text if len(text) <= 60 else text[:57] + '...'}"
+
+
+def repr_of(value: Any) -> str:
+    """Return the repr of what another package made: its type's name, where that fails."""
+    try:
+        return repr(value)
+    except (Exception, SystemExit):
+        return f"<{type(value).__name__} that cannot be shown>"

@@ -68,6 +68,37 @@ class PlayedGame:
         return self.outcome if player == self.one else _OPPOSITE[self.outcome]
 
 
+@contextlib.contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Keep other processes from playing in a folder.
+
+    The lock is the system's: it ends with the process, however that ends. The file beside it only tells
+    others who holds the lock.
+
+    Raises
+    ------
+    ResultsError
+        If another process holds it.
+    """
+    filelock = require_extra("filelock", "ladder")
+    folder.mkdir(parents=True, exist_ok=True)
+    lock, holder = filelock.FileLock(folder / _LOCK), folder / _HOLDER
+    try:
+        lock.acquire(timeout=0)
+    except filelock.Timeout as error:
+        name = holder.read_text() if holder.exists() else "another process"
+        raise ResultsError(
+            f"{folder} is being played in by {name}: wait until it is done or stop it, or use another folder; "
+            "no game is lost"
+        ) from error
+    try:
+        holder.write_text(f"process {os.getpid()} on {platform.node()}")
+        yield
+    finally:
+        holder.unlink(missing_ok=True)
+        lock.release()
+
+
 class Ledger:
     """A folder with one line for every finished game, in ``games.jsonl``, and the settings in ``tournament.json``.
 
@@ -92,36 +123,6 @@ class Ledger:
         self.folder, self._game, self._learned = folder, game, learned
         self._settings = {"seed": seed, "budget_ms": budget_ms}
         self._check()
-
-    @contextlib.contextmanager
-    def held(self) -> Iterator[None]:
-        """Keep other processes from playing in the folder.
-
-        The lock is the system's: it ends with the process, however that ends. The file beside it only tells
-        others who holds the lock.
-
-        Raises
-        ------
-        ResultsError
-            If another process holds it.
-        """
-        filelock = require_extra("filelock", "ladder")
-        self.folder.mkdir(parents=True, exist_ok=True)
-        lock, holder = filelock.FileLock(self.folder / _LOCK), self.folder / _HOLDER
-        try:
-            lock.acquire(timeout=0)
-        except filelock.Timeout as error:
-            name = holder.read_text() if holder.exists() else "another process"
-            raise ResultsError(
-                f"{self.folder} is being played in by {name}: wait until it is done or stop it, or use another folder; "
-                "no game is lost"
-            ) from error
-        try:
-            holder.write_text(f"process {os.getpid()} on {platform.node()}")
-            yield
-        finally:
-            holder.unlink(missing_ok=True)
-            lock.release()
 
     def _check(self) -> dict[str, str]:
         """Check that the folder holds no other tournament; return the digests of its learned players."""

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, check, check_count, check_number
 from swarm_pz.errors import CommandError, ResultsError, Stopped
-from swarm_pz.evaluation.ledger import Ledger, PlayedGame
+from swarm_pz.evaluation.ledger import Ledger, PlayedGame, held
 from swarm_pz.evaluation.match import POINTS
 from swarm_pz.evaluation.processes import alarm, end_processes, prepare_process
 from swarm_pz.evaluation.ratings import Results
@@ -218,7 +218,7 @@ class Tournament:
             If it was asked to; every game that began is finished and kept.
         """
         check_count(processes, "processes", 1, 1024)
-        with self._ledger.held():
+        with held(self._ledger.folder):
             self.games = self._ledger.take_up(self.command)
             self._play_missing(processes, progress, asked)
 

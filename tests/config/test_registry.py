@@ -68,12 +68,89 @@ class Torn(Magnet):
         raise KeyError("which")
 
 
+@dataclass(frozen=True, kw_only=True)
+class Outside(Magnet):
+    """Begins with what it does not take."""
+
+    name: ClassVar[str] = "outside"
+
+    def default(self, config):
+        return [0.5, 0.9]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Images(Magnet):
+    """Says that places are densities."""
+
+    name: ClassVar[str] = "images"
+    takes: ClassVar[str] = "density"
+
+
+class Undecorated(Magnet):
+    """Its numbers are no fields."""
+
+    name: ClassVar[str] = "undecorated"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Borrowed(Magnet):
+    """Wants to fly in the games' own loop."""
+
+    name: ClassVar[str] = "borrowed"
+    kernel: ClassVar[str] = "ergodic"
+
+
+class MuteError(Exception):
+    def __repr__(self):
+        raise RuntimeError("nothing to show")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evil(Magnet):
+    """Is called as a path."""
+
+    name: ClassVar[str] = "../evil"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Muted(Magnet):
+    """Cannot be made, nor say why."""
+
+    name: ClassVar[str] = "muted"
+
+    def __post_init__(self):
+        raise MuteError
+
+
 def raising(name):
     if name == "exits":
         sys.exit("needs another system")
     raise AttributeError(f"nothing called {name}")
 
 
+@dataclass(frozen=True, kw_only=True)
+class Unseen(Magnet):
+    """Shows its commands in another form."""
+
+    name: ClassVar[str] = "unseen"
+
+    def to_densities(self, commands, config):
+        return commands
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clumsy(Magnet):
+    """Serves densities by commands of another shape."""
+
+    name: ClassVar[str] = "clumsy"
+
+    def from_densities(self, densities, config):
+        return densities
+
+
+BROKEN = (Silent, Fragile, Undecorated, Borrowed, Evil, Muted)
+TAKEN = (Magnet, Endless, Lost, Torn, Outside, Images, Unseen, Clumsy)
+"""What is found; all but the first cannot be made part of a game."""
 REFUSED = {
     "gone": ("no_such_package:System", "cannot be imported: ModuleNotFoundError"),
     "attribute": ("guest_systems:missing", "nothing called missing"),
@@ -82,6 +159,10 @@ REFUSED = {
     "plain": ("guest_systems:GameConfig", "must be a subclass of swarm_pz.systems.ControlSystem, got <class"),
     "iron": ("guest_systems:Magnet", "must say name = 'iron' as its entry point does, got 'magnet'"),
     "silent": ("guest_systems:Silent", "must say by takes"),
+    "undecorated": ("guest_systems:Undecorated", r"must be a frozen dataclass: put @dataclass\(frozen=True"),
+    "borrowed": ("guest_systems:Borrowed", "must fly by its own solve"),
+    "../evil": ("guest_systems:Evil", "must have a name of letters, digits"),
+    "muted": ("guest_systems:Muted", "cannot be made: <MuteError that cannot be shown>"),
     "fragile": ("guest_systems:Fragile", r"cannot be made: RuntimeError\('no licence'\)"),
 }
 
@@ -90,7 +171,21 @@ REFUSED = {
 def guests(monkeypatch):
     """A package whose systems are broken in every way, and one that works."""
     module = types.ModuleType("guest_systems")
-    for found in (Magnet, Silent, Fragile, Endless, Lost, Torn, GameConfig):
+    for found in (
+        Magnet,
+        Silent,
+        Fragile,
+        Endless,
+        Lost,
+        Torn,
+        Outside,
+        Images,
+        Undecorated,
+        Borrowed,
+        Evil,
+        Muted,
+        GameConfig,
+    ):
         setattr(module, found.__name__, found)
     module.number, module.__getattr__ = 3, raising
     monkeypatch.setitem(sys.modules, "guest_systems", module)
@@ -102,7 +197,9 @@ def guests(monkeypatch):
         return made
 
     points = [point(name, value) for name, (value, _) in REFUSED.items()]
-    points += [point(one.name, f"guest_systems:{one.__name__}") for one in (Magnet, Endless, Lost, Torn)]
+    points += [
+        point(one.name, f"guest_systems:{one.__name__}") for one in (Magnet, Endless, Lost, Torn, Outside, Images, Unseen, Clumsy)
+    ]
     points += [point("ergodic", "guest_systems:Magnet"), point("magnet", "no_such_package:Magnet", "latecomers")]
 
     def entry_points(**wanted):
@@ -125,7 +222,14 @@ def test_a_system_that_cannot_fly_is_refused_with_its_package_and_what_is_wrong(
     ("name", "said"),
     [
         ("endless", "endless must take commands of a bounded Box"),
-        ("lost", r"lost must begin with finite numbers of shape \(2,\), got shape \(3,\)"),
+        ("lost", r"lost must begin with a command of its space: .* of shape \(2,\), got shape \(3,\)"),
+        (
+            "outside",
+            r"outside must begin with a command of its space: .* within \[0.25, 0.75\] at index \(1,\), got 0.9",
+        ),
+        ("images", r"images says that it takes densities, which are of shape \(10, 10\), got a space of shape \(2,\)"),
+        ("unseen", r"unseen cannot show its commands by to_densities: densities must be numbers .* got shape \(1, 2\)"),
+        ("clumsy", r"clumsy must serve densities by commands of shape \(1, 2\), got shape \(1, 10, 10\)"),
         ("torn", r"torn cannot say what it takes: KeyError\('which'\)"),
     ],
 )

@@ -98,6 +98,15 @@ def test_in_a_match_the_game_is_lost_by_its_side_and_the_others_go_on(fault):
     assert all((game.outcome, game.share) == ("win", 1.0) for game in mirrored.forfeits)
 
 
+def test_a_system_that_cannot_show_a_command_later_on_forfeits(monkeypatch):
+    monkeypatch.setattr(
+        Brittle, "to_densities", lambda _, commands, config: np.ones((len(commands), 3 if commands[0, 0] > 0.2 else 10, 10))
+    )
+    played = play_match("ring", "uniform", games=4, config=games_of("nan", (0,)))
+    assert len(played.forfeits) == 4
+    assert "cannot show its commands as densities" in played.forfeits[0].forfeit
+
+
 def test_the_games_that_go_on_are_those_of_a_match_without_faults():
     good = play_match("ring", "uniform", games=12, config=games_of("raises", (0,)))
     finished = []

@@ -57,6 +57,39 @@ class Hanging(Magnet):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Escaping(Magnet):
+    """Wants to end more than its game once it is sent to a corner."""
+
+    name: ClassVar[str] = "escaping"
+    corners: ClassVar[list[None]] = []
+
+    def solve(self, flight, config):
+        if (flight.commands == 0.0).all():
+            raise KeyboardInterrupt
+        return super().solve(flight, config)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dreaming(Magnet):
+    """Does not come back for long while it reads, or draws, a command for a corner."""
+
+    name: ClassVar[str] = "dreaming"
+    corners: ClassVar[list[None]] = []
+
+    def parse(self, command, config, name="command"):
+        if command == [0.0, 0.0]:
+            self.corners.append(None)
+            time.sleep(6.0)
+        return super().parse(command, config, name)
+
+    def to_densities(self, commands, config):
+        if (commands == 1.0).all():
+            self.corners.append(None)
+            time.sleep(6.0)
+        return super().to_densities(commands, config)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Unready(Magnet):
     """Cannot say what its commands are."""
 

@@ -231,3 +231,40 @@ def test_a_system_that_cannot_keep_up_is_named(monkeypatch):
     with pytest.raises(FlightError, match=r"magnet, which flies red, took 1\.35 s for 10 solves that may take 1\.00 s"):
         simulator.advance(90)
     assert simulator.games.ticks[0] == 27, "its first solve may compile, and one slow one is not yet a fault"
+
+
+@pytest.mark.parametrize("system", ["ergodic", "coverage", "potential_field"])
+@pytest.mark.parametrize("value", [1e-299, 3e-309, 5e-324])
+def test_the_faintest_images_fly(system, value):
+    simulator = games(swapped=(False,), controllers=(system, "ergodic"))
+    image = np.zeros(simulator.control.command_shape)
+    image.flat[3] = value
+    for team, shape in (
+        (0, image.reshape(simulator.control.systems[simulator.control.numbers[0]].space(simulator.config).shape)),
+        (1, np.full((10, 10), value)),
+    ):
+        simulator.command(team, [shape])
+    simulator.advance(6)
+    assert np.isfinite(simulator.positions).all() and np.isfinite(simulator.games.coefficients).all()
+
+
+@pytest.mark.parametrize("claimed", [True, False])
+def test_a_system_that_writes_into_its_flight_flies_its_own_drones_alone(claimed, monkeypatch):
+    def claim(self, flight, config):
+        flight.own[:] = claimed
+        return np.full(flight.positions.shape, 1.0 if claimed else np.nan)
+
+    monkeypatch.setattr(Magnet, "solve", claim)
+    simulator = games(swapped=(False,))
+    if not claimed:
+        with pytest.raises(FlightError, match="accelerations must be finite"):
+            simulator.solve(0)
+    else:
+        simulator.solve(0)
+        np.testing.assert_array_equal(simulator.games.given[0].any(axis=1), simulator.teams[0] == 0)
+
+
+def test_a_system_that_fails_to_check_a_size_refuses_the_command(monkeypatch):
+    monkeypatch.setattr(Magnet, "check_sizes", lambda *_: 1 / 0)
+    with pytest.raises(CommandError, match="cannot be read by the control system magnet: ZeroDivisionError"):
+        games(swapped=(False,)).command(0, [[0.5, 0.5]])

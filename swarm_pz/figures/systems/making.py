@@ -14,6 +14,7 @@ from typing import Any
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, check, check_count
 from swarm_pz.errors import ResultsError, Stopped
+from swarm_pz.evaluation.ledger import held
 from swarm_pz.evaluation.processes import prepare_process
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.evaluation.tournament import TournamentConfig
@@ -124,36 +125,37 @@ def make(
     Stopped
         If it was asked to; what was begun is finished and kept.
     ResultsError
-        If the folder holds another ladder.
+        If the folder holds another ladder, or another process makes one there.
     """
     check_count(processes, "processes", 1, 1024)
     systems = choose_systems(config.systems)
-    rules = TournamentConfig(games=config.pilot_games, seed=config.seed, game=config.game)
-    trial = pilot(systems, rules, folder / PILOT, command)
-    trial.play(processes, progress, asked)
-    best = best_scripts(trial)
-    trained = {system: one for system in systems if (one := trained_for(system, config.game)) is not None}
-    entrants = [ADVERSARY, *best.values(), *trained.values()]
-    field_ = Contest(entrants, rules.replace(games=config.games), folder / CONTEST, command)
-    field_.play(processes, progress, asked)
-    traits = _measure_all(systems, config, folder / TRAITS, processes, progress, asked)
-    table = standings(field_)
-    order = [ADVERSARY, *(row["entrant"] for row in table)]
-    results = {
-        "config": config.to_dict(),
-        "adversary": ADVERSARY,
-        "pilot": [{name: row[name] for name in ("entrant", "wins", "draws", "losses")} for row in standings(trial)],
-        "standings": table,
-        "trained_and_script": [
-            compare(field_, entrant, best[system]) for system, entrant in trained.items() if system in best
-        ],
-        "order": order,
-        "payoffs": payoffs(field_, order),
-        "traits": traits,
-        **provenance(config.game, command),
-    }
-    write(results, folder, out)
-    return results
+    with held(folder):
+        rules = TournamentConfig(games=config.pilot_games, seed=config.seed, game=config.game)
+        trial = pilot(systems, rules, folder / PILOT, command)
+        trial.play(processes, progress, asked)
+        best = best_scripts(trial)
+        trained = {system: one for system in systems if (one := trained_for(system, config.game)) is not None}
+        entrants = [ADVERSARY, *best.values(), *trained.values()]
+        field_ = Contest(entrants, rules.replace(games=config.games), folder / CONTEST, command)
+        field_.play(processes, progress, asked)
+        traits = _measure_all(systems, config, folder / TRAITS, processes, progress, asked)
+        table = standings(field_)
+        order = [ADVERSARY, *(row["entrant"] for row in table)]
+        results = {
+            "config": config.to_dict(),
+            "adversary": ADVERSARY,
+            "pilot": [{name: row[name] for name in ("entrant", "wins", "draws", "losses")} for row in standings(trial)],
+            "standings": table,
+            "trained_and_script": [
+                compare(field_, entrant, best[system]) for system, entrant in trained.items() if system in best
+            ],
+            "order": order,
+            "payoffs": payoffs(field_, order),
+            "traits": traits,
+            **provenance(config.game, command),
+        }
+        write(results, folder, out)
+        return results
 
 
 def write(results: dict[str, Any], folder: Path, out: Path) -> None:
@@ -224,7 +226,9 @@ def _read(path: Path, settings: dict[str, Any]) -> dict[str, Any] | None:
     try:
         kept = json.loads(path.read_text())
         before, traits = kept["settings"], dict(kept["traits"])
-    except (LookupError, TypeError, ValueError) as error:
+        if missing := {"system", "coverage", "bimodal"} - traits.keys():
+            raise ValueError(f"there is no {', '.join(sorted(missing))}")
+    except (LookupError, TypeError, ValueError, RecursionError, OSError) as error:
         raise ResultsError(f"{path} is corrupt or foreign ({error!r}); delete it, or use another folder") from error
     if before != settings:
         raise ResultsError(f"{path} was measured with {before}, and not {settings}; delete it, or use another folder")

@@ -33,6 +33,8 @@ _CHANGES = {
     "loss": f"{100 * LOSS:g} % of messages lost",
 }
 """What is changed, as the table's columns say it."""
+_FEWEST = 10
+"""Games of every two, below which a page says nothing about systems."""
 _MORE, _EVEN, _LESS = "more often", "no clear difference", "**less often**"
 
 
@@ -48,14 +50,19 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
             f"The adversary is `{results['adversary']}`: even coverage, flown by the ergodic controller.",
         ],
         ["```bash", results["command"] or "swarm-pz systems", "```"],
+        *(
+            [["**Few and short games: this page says that all of it works, and nothing about the systems.**"]]
+            if config["games"] < _FEWEST
+            else []
+        ),
         *([line] for line in _answer(results)),
         [
-            "**Why systems that come to rest win.** A drone at rest leaves its whole trail in one cell, so that the ring",
-            "around it is ground that its team surrounds, and stays so. Whoever flies through is captured; a team that",
-            "covers evenly flies through everything. Coverage, formations and potential fields come to rest under a",
-            "command that stays, so nearly any command wins for them against this adversary, and games won say little",
-            "about them: times to a win, and the games against each other, tell them apart. It follows from the rule of",
-            "capture, which is the paper's, and not from these systems' skill.",
+            "**Why systems that come to rest win.** A drone at rest leaves its whole trail in one cell, so that the",
+            "ring around it is ground that its team surrounds, and stays so. Whoever flies through is captured; a team",
+            "that covers evenly flies through everything. Coverage, formations and potential fields come to rest under",
+            "a command that stays, so nearly any command wins for them against this adversary, and games won say",
+            "little about them: times to a win, and the games against each other, tell them apart. It follows from the",
+            "rule of capture, which is the paper's, and not from these systems' skill.",
         ],
         ["## Against the adversary"],
         [
@@ -90,8 +97,8 @@ def _answer(results: dict[str, Any]) -> list[str]:
     for row in results["standings"]:
         best.setdefault(row["system"], row)
     said = [
-        f"`{row['system']}` wins {row['wins']} of {row['games']} (by {_by(row)}; "
-        f"{row['time_to_win']['mean']:.0f} s to a win)"
+        f"`{row['system']}` wins {row['wins']} of {row['games']} (by {_by(row)}"
+        + (f"; {row['time_to_win']['mean']:.0f} s to a win)" if row["wins"] else ")")
         for row in best.values()
     ]
     lines = ["**Most often, and of equals soonest:** " + "; ".join(said) + "."]
@@ -177,7 +184,7 @@ def _traits(results: dict[str, Any]) -> list[list[str]]:
         table.append(f"| `{row['system']}` | " + " | ".join(cells) + " |")
     asked = [
         f"**Two modes**, of different width: new commands until the ergodic metric against them is {REACHED:g}, within "
-        f"{2 * config['seconds']} s."
+        f"{2 * config['seconds']} s. A - is a system that does not serve densities, or never reached it."
     ]
     modes = ["| system | reached | commands needed, median | metric in the end, times 1000 |", "|---|---|---|---|"]
     return [explained, table, asked, [*modes, *(_modes(row["system"], row["bimodal"]) for row in results["traits"])]]

@@ -205,7 +205,8 @@ class ClientHandler:
             try:
                 if room is not self._room:
                     continue
-                made = await self._lobby.make(self._maker(room, message))
+                system = room.reader.systems[room.commanding(self._connection).team].name
+                made = await self._lobby.painter.make(self._maker(room, message), system)
                 if room is self._room:
                     room.command(self._connection, message, made)
             except Exception as error:
@@ -228,7 +229,8 @@ class ClientHandler:
                 rules = []
                 for rule in message.rules:
                     work = functools.partial(make, rule.do, room.reader, room.config.mapping, team, 0, SAVED)
-                    made = await self._lobby.make(work) if rule.do.policy is None else None
+                    system = room.reader.systems[team].name
+                    made = await self._lobby.painter.make(work, system) if rule.do.policy is None else None
                     rules.append(ReadyRule(rule, made.command if made is not None else None))
                 if room is self._room:
                     room.respond(self._connection, rules)

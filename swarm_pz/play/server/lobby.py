@@ -8,7 +8,7 @@ import importlib.metadata
 import logging
 import secrets
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from swarm_pz.play.recordings.summary import Summaries, Summary
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.games_folder import check_folder
 from swarm_pz.play.server.live_session import Moment, ServerContext
-from swarm_pz.play.server.orders import Made
+from swarm_pz.play.server.painter import Painter
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, RefusedError, Room
 from swarm_pz.play.server.seat import Seat
@@ -63,6 +63,8 @@ class Lobby:
         Recorded games that somebody watches.
     replaying : Executor
         The thread in which they are simulated.
+    painter : Painter
+        Where commands are made that take long, off the event loop.
     """
 
     def __init__(
@@ -84,7 +86,7 @@ class Lobby:
         self._summaries = Summaries()
         self._systems = installed_systems(context.table.game)
         self.replaying = ThreadPoolExecutor(1, "replaying")
-        self._painting = ThreadPoolExecutor(1, "painting")
+        self.painter = Painter()
         known = cards if cards is not None else {}
         self._policies = [
             protocol.PolicyInfo(name=name, about=text, card=known.get(name), answers=kind_of(name))
@@ -172,7 +174,8 @@ class Lobby:
         for room in list(self.rooms.values()):
             self.close_room(room)
         self.context.workers.close()
-        for thread in (self._reading, self._listing, self.replaying, self._painting):
+        self.painter.close()
+        for thread in (self._reading, self._listing, self.replaying):
             thread.shutdown(wait=False, cancel_futures=True)
 
     def seat_of(self, token: str) -> tuple[Room, Seat] | None:
@@ -237,16 +240,6 @@ class Lobby:
         """
         path = self.find_recording(name)
         return await asyncio.get_running_loop().run_in_executor(self._reading, LoadedRecording.read, path)
-
-    async def make(self, work: Callable[[], Made]) -> Made:
-        """Return a command that takes long to make, made off the event loop after those before it.
-
-        Raises
-        ------
-        CommandError
-            If it cannot be drawn or read, or cannot fly its team.
-        """
-        return await asyncio.get_running_loop().run_in_executor(self._painting, work)
 
 
 def _may_be_read(path: Path) -> bool:

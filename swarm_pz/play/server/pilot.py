@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
-import queue
-import threading
 from collections.abc import Callable
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, GameConfig
 from swarm_pz.errors import FlightError
 from swarm_pz.play.game import LiveGame
+from swarm_pz.play.server.watched_thread import WatchedThread
 from swarm_pz.simulator import Simulator
 
 SOLVE_S = 2.0
@@ -30,17 +27,11 @@ class Pilot:
 
     def __init__(self, game: GameConfig) -> None:
         self._game = game
-        self._work: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
-        # A daemon: what hangs in it does not keep the server from ending.
-        threading.Thread(target=self._run, name="pilot", daemon=True).start()
-
-    def _run(self) -> None:
-        while (work := self._work.get()) is not None:
-            work()
+        self._thread = WatchedThread("pilot")
 
     def close(self) -> None:
         """Let the thread end, as soon as it has nothing to do."""
-        self._work.put(None)
+        self._thread.close()
 
     async def fly(self, game: LiveGame, team: int) -> None:
         """Let a team's control system choose, where a control period begins.
@@ -63,26 +54,18 @@ class Pilot:
             trial.advance(TICKS_PER_CONTROL_PERIOD)
 
     async def _wait(self, team: int, work: Callable[[], None], limit_s: float) -> None:
-        loop = asyncio.get_running_loop()
-        done: asyncio.Future[None] = loop.create_future()
+        system = self._game.team_systems[team].name
+        who = f"{system}, which flies {TEAM_NAMES[team]},"
 
-        def answer(error: BaseException | None) -> None:
-            if not done.done():
-                done.set_result(None) if error is None else done.set_exception(error)
-
-        def run() -> None:
-            fault: BaseException | None = None
+        def watched() -> None:
             try:
                 work()
-            except BaseException as error:
-                fault = error
-            with contextlib.suppress(RuntimeError):  # the server has ended
-                loop.call_soon_threadsafe(answer, fault)
+            except Exception:
+                raise
+            except BaseException as error:  # whatever it wants to end, it ends its game
+                raise FlightError(team, system, (0,), f"{who} raised {type(error).__name__}") from error
 
-        self._work.put(run)
         try:
-            await asyncio.wait_for(done, limit_s)
+            await self._thread.do(watched, limit_s)
         except TimeoutError as error:
-            system = self._game.team_systems[team].name
-            told = f"{system}, which flies {TEAM_NAMES[team]}, did not answer within {limit_s:g} s"
-            raise FlightError(team, system, (0,), told) from error
+            raise FlightError(team, system, (0,), f"{who} did not answer within {limit_s:g} s") from error

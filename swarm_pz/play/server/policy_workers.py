@@ -109,7 +109,10 @@ def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
                     with alarm(asked.limit_s):
                         if is_new or asked.begins:
                             policy.reset([asked.seed], _ROW)
-                        answer = batch.ask(policy, np.array([seat.team]), _ROW)[0]
+                        given = batch.ask(policy, np.array([seat.team]), _ROW)
+                        # The game draws it for those who watch; a control system that cannot fails here already.
+                        batch.simulator.command_checked(seat.team, given, _ROW)
+                        answer = given[0]
         except FaultError as fault:
             answer = fault
         pipe.send(answer)

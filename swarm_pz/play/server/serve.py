@@ -21,7 +21,7 @@ from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.live_session import COUNTDOWN_S, ServerContext
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.policy_workers import Loader, PolicyWorkers
-from swarm_pz.play.server.sockets import RECEIVED_AT_ONCE, BoundedWebSocket
+from swarm_pz.play.server.sockets import RECEIVED_AT_ONCE, BoundedHTTP, BoundedWebSocket
 from swarm_pz.play.server.views import capture_fields, target_message
 from swarm_pz.play.strokes import WIDEST, Stroke, density_of
 
@@ -205,6 +205,7 @@ def serve(
     config = uvicorn.Config(
         app,
         log_level="warning",
+        http=BoundedHTTP,
         ws=BoundedWebSocket,
         ws_max_size=protocol.MAX_MESSAGE_BYTES,
         ws_max_queue=32,

@@ -1,10 +1,12 @@
-"""WebSockets below messages: what a peer sends there reaches no application, and may keep nobody waiting."""
+"""Connections below messages: what a peer does there reaches no application, and may keep nobody waiting."""
 
 from __future__ import annotations
 
+import asyncio
 import time
 from typing import Any
 
+from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from swarm_pz.play.server.budget import Budget
@@ -14,6 +16,30 @@ _MOST_PARTS, _PARTS_PER_SECOND = 100.0, 10.0
 _READ_AT_ONCE = 1024
 RECEIVED_AT_ONCE = 16 * 1024
 """Bytes that the system keeps of what a peer sent: all of it is read at once, and in six bytes is a ping."""
+REQUEST_S = 10.0
+"""Seconds within which a connection must have asked for something whole, and then again and again."""
+
+
+class BoundedHTTP(H11Protocol):
+    """A connection that is closed if no whole request comes, however little by little its parts do.
+
+    uvicorn itself waits for the first one for ever.
+    """
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Begin to look whether requests come."""
+        super().connection_made(transport)
+        self.loop.call_later(REQUEST_S, self._look, None)
+
+    def _look(self, before: Any) -> None:
+        """Close what has not begun a request since that one, and is not answered now; a WebSocket is others' affair."""
+        transport, cycle = self.transport, self.cycle
+        if transport.is_closing() or transport.get_protocol() is not self:
+            return
+        if cycle is before and (cycle is None or cycle.response_complete):
+            transport.abort()
+            return
+        self.loop.call_later(REQUEST_S, self._look, cycle)
 
 
 class BoundedWebSocket(WebSocketsSansIOProtocol):

@@ -114,7 +114,7 @@ function isDrawing(thing) {
 }
 
 function isStroke({ brush, width, points }) {
-  return Object.hasOwn(BRUSHES, brush) && isWithin(width, 0.05, 0.3) && Array.isArray(points) && points.length > 0
+  return typeof brush === "string" && Object.hasOwn(BRUSHES, brush) && isWithin(width, 0.05, 0.3) && Array.isArray(points) && points.length > 0
     && points.every((point) => Array.isArray(point) && point.length === 2 && point.every((value) => isWithin(value, -0.5, 1.5)));
 }
 
@@ -125,7 +125,7 @@ function isMark({ x, y, size, turn, shape }) {
 function isWithin(value, low, high) { return Number.isFinite(value) && value >= low && value <= high; }
 
 // One line of text.
-function plain(name) { return String(name ?? "").replace(/[\p{C}\p{Zl}\p{Zp}]/gu, " ").trim().slice(0, 40) || "Drawing"; }
+function plain(name) { return (typeof name === "string" ? name : "").replace(/[\p{C}\p{Zl}\p{Zp}]/gu, " ").trim().slice(0, 40) || "Drawing"; }
 
 function picture({ strokes }) {
   const canvas = make("canvas", { width: SIZE, height: SIZE, "aria-hidden": true }), pen = canvas.getContext("2d");

@@ -1,6 +1,7 @@
-"""WebSockets below messages: floods of what reaches no application, and peers that read nothing."""
+"""Connections below messages: floods of what reaches no application, and peers that ask or read nothing."""
 
 import asyncio
+import contextlib
 from types import SimpleNamespace
 from unittest.mock import Mock
 
@@ -12,7 +13,7 @@ from websockets.exceptions import ConnectionClosed
 
 from swarm_pz.play import protocol
 from swarm_pz.play.server import sockets
-from swarm_pz.play.server.sockets import BoundedWebSocket
+from swarm_pz.play.server.sockets import BoundedHTTP, BoundedWebSocket
 
 PING, PONG, PART = (bytes([first, 0x80, 0, 0, 0, 0]) for first in (0x89, 0x8A, 0x00))
 """Empty ones, as a client masks them."""
@@ -64,5 +65,50 @@ def test_a_peer_that_answers_no_ping_is_let_go_with_all_that_it_has_not_read():
         socket.transport = Mock()
         socket.keepalive_timeout()
         socket.transport.abort.assert_called_once()
+
+    asyncio.run(play())
+
+
+REQUEST = b"GET / HTTP/1.1\r\nHost: here\r\n\r\n"
+
+
+async def answer(scope, receive, send):
+    """Answer a request, after a while."""
+    await asyncio.sleep(0.5)
+    await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]})
+    await send({"type": "http.response.body", "body": b"ok"})
+
+
+@pytest.mark.parametrize(
+    ("first", "parts"),
+    [(b"", b""), (b"", REQUEST), (REQUEST, b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 100)],
+    ids=["nothing", "little", "one and then little"],
+)
+def test_who_asks_for_nothing_whole_is_let_go_and_whoever_does_is_answered(first, parts, monkeypatch):
+    monkeypatch.setattr(sockets, "REQUEST_S", 0.2)
+    state = ServerState()
+
+    async def play():
+        config = uvicorn.Config(answer, http=BoundedHTTP, lifespan="off", timeout_keep_alive=60)
+        config.load()
+        loop = asyncio.get_running_loop()
+        server = await loop.create_server(lambda: BoundedHTTP(config, state, {}), "127.0.0.1", 0)
+        reader, writer = await asyncio.open_connection(*server.sockets[0].getsockname()[:2])
+        writer.write(first)
+        if first:
+            heard = await asyncio.wait_for(reader.readuntil(b"ok"), 60)
+            assert heard.startswith(b"HTTP/1.1 200")
+        closing = asyncio.create_task(reader.read())
+        for byte in parts[:-1]:
+            if closing.done():
+                break
+            writer.write(bytes([byte]))
+            await asyncio.sleep(0.05)
+        with contextlib.suppress(ConnectionError):
+            assert await asyncio.wait_for(closing, 60) == b""
+        assert not state.connections
+        writer.transport.abort()
+        server.close()
+        await asyncio.sleep(0)
 
     asyncio.run(play())

@@ -13,11 +13,11 @@ from swarm_pz.play.recordings.format import CommandLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.recordings.verification import faults_of
-from swarm_pz.play.server import pilot
+from swarm_pz.play.server import painter, pilot
 from swarm_pz.play.server.room_settings import settings_of, table_config
 from tests.play.server.test_client_handler import Guest, visiting
 from tests.play.server.test_room import Client, code_of, give, opened, playing, read, seated, until
-from tests.play.systems import Fields, Hanging, Magnet, Raising, Unready, install
+from tests.play.systems import Dreaming, Escaping, Fields, Hanging, Magnet, Raising, Unready, install
 
 DOT = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])
 PUSH = [[0.5, 0.0], [-0.5, 0.0], [0.0, 0.0], [0.0, 0.0]]
@@ -181,7 +181,14 @@ def test_a_room_whose_system_cannot_say_what_it_takes_is_not_opened(tmp_path, mo
 # --- systems that fail ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("system", "told"), [(Raising, "lost in a corner"), (Hanging, "did not answer within")])
+@pytest.mark.parametrize(
+    ("system", "told"),
+    [
+        (Raising, "lost in a corner"),
+        (Hanging, "did not answer within"),
+        (Escaping, "raised KeyboardInterrupt"),
+    ],
+)
 def test_a_system_that_fails_forfeits_its_game_and_others_go_on(system, told, tmp_path, monkeypatch):
     install(monkeypatch, system)
     monkeypatch.setattr(pilot, "SOLVE_S", 3.0)
@@ -198,7 +205,7 @@ def test_a_system_that_fails_forfeits_its_game_and_others_go_on(system, told, tm
             await until(lambda: system.corners or room.phase == "over")
             before = other.session.game.tick
             await until(lambda: room.phase == "over")
-            assert system is Raising or other.session.game.tick > before, "others have gone on meanwhile"
+            assert system is not Hanging or other.session.game.tick > before, "others have gone on meanwhile"
             assert other.phase == "playing"
             state = red.heard(protocol.RoomState)[-1]
             assert (state.outcome, state.ended_by) == ("blue", "forfeit")
@@ -231,3 +238,31 @@ def test_a_system_that_fails_at_once_forfeits_when_the_game_begins(tmp_path, mon
     recording = asyncio.run(play())
     assert (recording.end.outcome, recording.end.tick, recording.end.ended_by) == ("red", 0, "forfeit")
     assert Playback(recording).verify().verified
+
+
+@pytest.mark.parametrize("corner", [[0.0, 0.0], [1.0, 1.0]], ids=["reads", "draws"])
+def test_a_system_that_hangs_over_a_command_refuses_it_and_others_are_commanded(corner, tmp_path, monkeypatch):
+    install(monkeypatch, Dreaming)
+    monkeypatch.setattr(painter, "MAKE_S", 2.0)
+    monkeypatch.setattr(Dreaming, "corners", [])
+    one, two = (protocol.Settings(red=2, blue=0, time_limit=600.0, red_system=name) for name in ("dreaming", "direct"))
+
+    async def script(hall):
+        guests = [Guest(hall) for _ in range(2)]
+        for guest, chosen in zip(guests, (one, two), strict=True):
+            guest.say(protocol.Create(settings=chosen))
+            guest.say(protocol.Ready())
+        dreamer, other = guests
+        rooms = list(hall.rooms.values())
+        await until(lambda: all(room.phase == "playing" for room in rooms))
+        dreamer.say(protocol.CommandMessage(1, command=corner))
+        await until(lambda: Dreaming.corners)
+        other.say(protocol.CommandMessage(1, command=PUSH[:2]))
+        dreamer.say(protocol.CommandMessage(2, command=corner))
+        before = rooms[0].session.game.tick
+        await until(lambda: other.heard(protocol.Received) and len(dreamer.heard(protocol.Refused)) == 2)
+        reasons = [refused.reason for refused in dreamer.heard(protocol.Refused)]
+        assert "did not read that command" in reasons[0] and "still reads another" in reasons[1]
+        assert rooms[0].session.game.tick > before and all(room.phase == "playing" for room in rooms)
+
+    visiting(tmp_path, script)
