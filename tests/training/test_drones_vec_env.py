@@ -41,19 +41,18 @@ def test_a_row_is_a_drone_of_the_pettingzoo_face():
             assert rewards[mine] == pytest.approx(list(result[1].values()))
 
 
-def test_a_game_that_ends_alone_tells_what_its_own_drones_saw_last():
+def test_games_that_end_before_others_tell_what_their_own_drones_saw_last():
     rows = DronesVecEnv(num_games=3, seed=4, **SMALL)
     rows.reset()
     drones = rows.drones
     assert len(set(drones.duel.sides.tolist())) == 2
-    ended = int(np.flatnonzero(drones.duel.sides != drones.duel.sides[0])[0])
-    drones.batch.simulator.games.teams[ended] = drones.duel.sides[ended]  # nobody is left on the other side
+    drones.batch.simulator.games.teams[1:] = drones.duel.sides[1:, None]  # nobody is left on the other side
     expected, restart = [], rows._restart
     rows._restart = lambda games: (expected.append(drones.observe()), restart(games))
     _, _, dones, infos = rows.step(choose(rows, np.random.default_rng(0)))
-    assert np.flatnonzero(dones).tolist() == list(range(4 * ended, 4 * ended + 4))
-    seen = np.stack([infos[row]["terminal_observation"] for row in np.flatnonzero(dones)])
-    assert (seen == expected[0][ended]).all() and (seen[:, 0] == 1).all()
+    assert np.flatnonzero(dones).tolist() == list(range(4, 12))
+    seen = np.stack([infos[row]["terminal_observation"] for row in range(4, 12)])
+    assert (seen == expected[0][1:].reshape(8, -1)).all() and (seen[:, 0] == 1).all()
 
 
 def test_games_that_end_tell_their_last_observation_and_whether_time_was_up():

@@ -44,11 +44,12 @@ def test_each_trait_is_the_ratio_of_what_was_changed_to_what_was_not(small, monk
 
     def metric(simulator, seconds):
         """Return a number that says how the games were flown, in place of the metric."""
-        controller, games = simulator.config.controller, simulator.num_games
+        controller = simulator.config.controller
         flown.append(controller)
         size = int((simulator.teams == RED).sum(axis=1)[0])
         hard = 2.0 if controller.communication_radius == traits.TALK else 3.0 if controller.message_loss else 1.0
-        return np.full(games, hard * 7.0**size)
+        simulator.games.ticks[:] += 30
+        return hard * 7.0**size * simulator.games.ticks.astype(float)
 
     monkeypatch.setattr(traits, "_metric", metric)
     monkeypatch.setattr(traits, "measure_bimodal", lambda *_, **__: None)
