@@ -36,9 +36,11 @@ def made(monkeypatch):
 
 
 def test_systems_makes_the_ladder_as_it_was_asked_and_prints_it(made, capsys):
-    main(["systems", "--only", "direct", "--games", "4", "--game.time-limit", "9", "--out", "here", "--processes", "1"])
-    config = SystemsConfig(systems=("direct",), games=4, game=GameConfig(time_limit=9.0))
-    command = "swarm-pz systems --only direct --games 4 --game.time-limit 9 --out here --processes 1"
+    words = "--only direct --games 4 --pilot-games 6 --starts 3 --seconds 5 --seed 7 --game.time-limit 9 --out here"
+    main(["systems", *words.split(), "--processes", "1"])
+    numbers = {"games": 4, "pilot_games": 6, "starts": 3, "seconds": 5, "seed": 7}
+    config = SystemsConfig(systems=("direct",), **numbers, game=GameConfig(time_limit=9.0))
+    command = f"swarm-pz systems {words} --processes 1"
     assert made == [(config, Path("runs/systems"), Path("here"), 1, command)]
     said = capsys.readouterr().out
     assert "won   3 drawn   1 lost   0 (30 to 95 %), 12 s to a win" in said and "systems: here/systems.md" in said

@@ -198,7 +198,8 @@ def guests(monkeypatch):
 
     points = [point(name, value) for name, (value, _) in REFUSED.items()]
     points += [
-        point(one.name, f"guest_systems:{one.__name__}") for one in (Magnet, Endless, Lost, Torn, Outside, Images, Unseen, Clumsy)
+        point(one.name, f"guest_systems:{one.__name__}")
+        for one in (Magnet, Endless, Lost, Torn, Outside, Images, Unseen, Clumsy)
     ]
     points += [point("ergodic", "guest_systems:Magnet"), point("magnet", "no_such_package:Magnet", "latecomers")]
 

@@ -218,6 +218,12 @@ def test_an_agent_flies_its_drone_and_the_opponents_system_the_others():
     assert velocities[2:] == pytest.approx(np.array([[0.1, 0], [0, -0.2]]), abs=1e-6)
 
 
+def test_the_second_of_the_control_systems_flies_for_the_opponent_on_either_side():
+    for side in ("red", "blue"):
+        environment = drones_env(side=side, controllers=("ergodic", "flocking"), drones_per_team=2)
+        assert environment.config.team_controllers == ("direct", "flocking")
+
+
 def test_one_who_comes_over_coasts_until_its_agent_has_seen_something():
     batch = DronesBatch(GameConfig(drones_per_team=2), 1, side="red")
     batch.reset([np.random.SeedSequence(0)], np.array([0]))

@@ -100,7 +100,9 @@ def test_in_a_match_the_game_is_lost_by_its_side_and_the_others_go_on(fault):
 
 def test_a_system_that_cannot_show_a_command_later_on_forfeits(monkeypatch):
     monkeypatch.setattr(
-        Brittle, "to_densities", lambda _, commands, config: np.ones((len(commands), 3 if commands[0, 0] > 0.2 else 10, 10))
+        Brittle,
+        "to_densities",
+        lambda _, commands, config: np.ones((len(commands), 3 if commands[0, 0] > 0.2 else 10, 10)),
     )
     played = play_match("ring", "uniform", games=4, config=games_of("nan", (0,)))
     assert len(played.forfeits) == 4

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from swarm_pz.config import RED, CaptureConfig, GameConfig
+from swarm_pz.config import BLUE, RED, CaptureConfig, GameConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.play.commands import CommandReader
 from swarm_pz.play.game import InForce, LiveGame, TableConfig
@@ -66,6 +66,12 @@ def test_a_policys_answer_has_the_kind_that_its_team_takes():
 def test_what_has_no_picture_asks_for_the_whole_square():
     reader = CommandReader(GAME)
     np.testing.assert_array_equal(reader.picture(reader.read(RED, 1, PUSH, "accelerations")), np.ones((10, 10)))
+
+
+def test_a_picture_is_drawn_by_the_system_of_the_commands_team():
+    reader = CommandReader(GAME.replace(controllers=("direct", "flocking")))
+    drawn = reader.picture(reader.read(BLUE, 1, [0.95, 0.05, 60.0], "attractors"))
+    assert np.argwhere(drawn).tolist() == [[0, 9]]
 
 
 def test_who_solves_ahead_plays_the_same_game():

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import FlockingConfig, GameConfig
 from swarm_pz.config.registry import registered, system_of
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.play.forms import commands_of, installed_systems, read_form
+from swarm_pz.systems.leader_follower import LeaderFollower
 from tests.play.systems import Magnet, Unready, install
 
 GAME = GameConfig(drones_per_team=2)
@@ -21,6 +22,12 @@ def test_what_a_client_is_told_of_a_system_is_a_command_of_it(name):
     np.testing.assert_array_equal(default, system.default(GAME))
     shape, (low, high) = default.shape, (np.asarray(one, float) for one in (told.low, told.high))
     assert low.shape in ((), shape) and (low <= default + 1e-6).all() and (default <= high + 1e-6).all()
+
+
+def test_leaders_and_weights_are_told_as_they_were_configured():
+    assert commands_of(LeaderFollower(leaders=3), GAME).leaders == 3
+    game = GAME.replace(flocking=FlockingConfig(migration=(0.1, 0.7)))
+    assert commands_of(system_of("flocking"), game).weights == (0.1, 0.7)
 
 
 def test_the_systems_that_are_told_are_those_that_are_installed(monkeypatch):

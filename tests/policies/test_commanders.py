@@ -12,7 +12,7 @@ from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import KindError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import commanders
-from swarm_pz.policies.commanders import SCRIPTS, Board, hold
+from swarm_pz.policies.commanders import SCRIPTS, Board, Commander, Script, hold
 from swarm_pz.policy import load
 
 SYSTEMS = {name: system_of(name) for name in sorted(registered())}
@@ -99,6 +99,59 @@ def test_hold_sends_what_the_system_of_its_team_does_by_itself():
     assert load(first, config) is first
 
 
+def test_a_commander_plays_its_own_drones_and_counts_the_steps_of_each_game():
+    config = rules("direct", command_period=2.0)
+    boards = []
+
+    def note(board):
+        boards.append(board)
+        return board.system.default(board.config)
+
+    policy = Commander(Script(note, "accelerations"), config)
+    seen = np.zeros((2, 7, 5), np.float32)
+    seen[:, :, :4] = np.random.default_rng(0).random((2, 7, 4))
+    seen[:, :, 4] = [[1, -1, 1, 1, -1, -1, -1], [-1, 1, 1, -1, -1, -1, -1]]
+    rows = np.array([3, 5])
+    policy.reset([0, 1], rows)
+    policy.act(seen, rows)
+    policy.act(seen[1:], rows[1:])
+    policy.reset([2], rows[:1])
+    policy.act(seen, rows)
+    assert [board.step for board in boards] == [0, 0, 1, 0, 2] and boards[-1].seconds == 4.0
+    assert boards[0].numbers.tolist() == [0, 2, 3]
+    np.testing.assert_array_equal(boards[0].own, seen[0, [0, 2, 3], :2].astype(float))
+    np.testing.assert_array_equal(boards[0].velocities, seen[0, [0, 2, 3], 2:4].astype(float))
+    np.testing.assert_array_equal(boards[0].opposing, seen[0, [1, 4, 5, 6], :2].astype(float))
+    other = policy.for_system(system_of("ergodic")).for_system(system_of("flocking"))
+    assert other.answers == "attractors"
+
+
+def test_scripts_send_towards_the_weak_and_away_from_the_strong():
+    alone, crowded = [0.1, 0.9], [0.8, 0.3]
+    seen = {"own": [[0.5, 0.5]], "opposing": [alone, crowded, [0.85, 0.3], [0.8, 0.35]]}
+    attractors = {
+        script: script.play(board(**seen, system="flocking"))[0]
+        for script in (commanders.pounce, commanders.pick_off, commanders.slip_away)
+    }
+    np.testing.assert_allclose(attractors[commanders.pounce], [0.8167, 0.3167, 100.0], atol=1e-4)
+    np.testing.assert_allclose(attractors[commanders.pick_off], [*alone, 100.0])
+    assert attractors[commanders.slip_away][2] == 75.0
+    besieged = commanders.besiege.play(board(own=[], opposing=[[0.95, 0.5]] * 2, system="potential_field"))
+    assert besieged[0, :, 5:].sum() > 2 * besieged[0, :, :5].sum() and not besieged[1].any(), "right of the middle"
+    drawn, repelled = commanders.shun.play(board(opposing=[[0.1, 0.15]] * 3, system="potential_field"))
+    assert drawn[9, 9] > 0.5 > drawn[1, 1] and repelled[1, 0] > 0.5 > repelled[9, 9]
+
+
+def test_direct_scripts_push_away_or_towards_and_brake():
+    away = commanders.scatter.play(board(own=[[0.5, 0.5]], opposing=[[0.4, 0.5], [0.9, 0.9]]))
+    assert away[0, 0] > 0.1 and away[0, 1] == pytest.approx(0.0)
+    still, moving = (
+        commanders.hem_in.play(board(own=[[0.5, 0.5]], opposing=[[0.5, 0.5]], velocities=[[speed, 0.0]]))[0, 0]
+        for speed in (0.0, 0.2)
+    )
+    assert moving < still
+
+
 def test_the_crowd_is_the_middle_of_the_largest_cluster():
     np.testing.assert_allclose(board(opposing=[[0.1, 0.1], [0.7, 0.7], [0.8, 0.7], [0.75, 0.85]]).crowd(), [0.75, 0.75])
 
@@ -106,10 +159,14 @@ def test_the_crowd_is_the_middle_of_the_largest_cluster():
 def test_the_weakest_has_the_fewest_beside_it_and_is_the_nearest_of_these():
     seen = board(own=[[0.0, 1.0]], opposing=[[0.5, 0.5], [0.55, 0.5], [0.9, 0.1], [0.1, 0.9]])
     np.testing.assert_allclose(seen.weakest(), [0.1, 0.9])
+    seen = board(own=[[0.5, 0.4]], opposing=[[0.5, 0.5], [0.55, 0.5], [0.9, 0.1], [0.1, 0.9]])
+    np.testing.assert_allclose(seen.weakest(), [0.9, 0.1], err_msg="not those that have each other")
 
 
 def test_the_refuge_is_far_from_everybody():
     np.testing.assert_allclose(board(opposing=[[0.1, 0.1], [0.9, 0.1], [0.1, 0.9]]).refuge(), [0.9, 0.9], atol=0.05)
+    refuge = board(opposing=[[0.1, 0.1], [0.9, 0.9]]).refuge()
+    assert sorted(refuge.tolist()) == pytest.approx([0.1, 0.9]), "from the nearest of them, not from the farthest"
 
 
 def test_a_ring_closes_and_opens_again():

@@ -284,6 +284,15 @@ def test_fewer_points_than_drones_are_refused_when_sent_and_the_game_is_unchange
     assert simulator.sizes[0, 0] == 11
 
 
+def test_a_part_of_a_point_is_no_point():
+    simulator = Simulator(CONFIG)
+    simulator.reset([0])
+    command = parse({"points": (SQUARE * 3)[:10]})
+    command[5] = 9.5
+    with pytest.raises(CommandError, match="that is 10, got 9 points"):
+        simulator.command(0, [command])
+
+
 def test_environments_and_policies_cannot_send_fewer_points_than_drones():
     batch = BatchEnv(CONFIG, num_games=1)
     batch.reset([0])
@@ -310,6 +319,10 @@ def test_watchers_see_the_slots():
     density = Formation().to_densities(command[None], CONFIG)[0]
     np.testing.assert_allclose(density[2, 2], 1.0)
     assert density.sum() == pytest.approx(1.0)
+    pair = [(-0.8, -0.8), (0.8, 0.8)]
+    unequal = CONFIG.replace(drones_per_team=(1, 2))
+    two = Formation().to_densities(parse({"points": pair, "size": 0.5}, unequal)[None], unequal)[0]
+    assert two[:5, :5].any() and two[5:, 5:].any(), "of the larger team"
     ring = Formation().to_densities(np.stack([command, parse({"shape": "ring"})]), CONFIG)[1]
     assert ring.max() == 1.0 and ring[4:6, 4:6].max() == 0.0
 

@@ -41,6 +41,20 @@ def test_a_row_is_a_drone_of_the_pettingzoo_face():
             assert rewards[mine] == pytest.approx(list(result[1].values()))
 
 
+def test_games_that_end_before_others_tell_what_their_own_drones_saw_last():
+    rows = DronesVecEnv(num_games=3, seed=4, **SMALL)
+    rows.reset()
+    drones = rows.drones
+    assert len(set(drones.duel.sides.tolist())) == 2
+    drones.batch.simulator.games.teams[1:] = drones.duel.sides[1:, None]  # nobody is left on the other side
+    expected, restart = [], rows._restart
+    rows._restart = lambda games: (expected.append(drones.observe()), restart(games))
+    _, _, dones, infos = rows.step(choose(rows, np.random.default_rng(0)))
+    assert np.flatnonzero(dones).tolist() == list(range(4, 12))
+    seen = np.stack([infos[row]["terminal_observation"] for row in range(4, 12)])
+    assert (seen == expected[0][1:].reshape(8, -1)).all() and (seen[:, 0] == 1).all()
+
+
 def test_games_that_end_tell_their_last_observation_and_whether_time_was_up():
     calm = CaptureConfig(enabled=False)
     env = DronesVecEnv(num_games=2, seed=0, side="red", max_cycles=3, capture=calm, **SMALL)
@@ -124,6 +138,7 @@ def test_rows_that_sat_out_are_not_learned_from_and_are_worth_nothing():
     parts = list(buffer.get(16))
     assert sum(len(part.actions) for part in parts) == (~sits_out).sum()
     assert all((part.observations[:, 0] == 1).all() for part in parts)
+    assert all(len(part.actions) > 1 for part in buffer.get(2)), "PPO cannot normalise the advantage of one alone"
 
 
 def test_actions_that_are_none_are_refused_and_options_as_of_the_pettingzoo_face():

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
 from swarm_pz.config import GameConfig
@@ -61,6 +63,11 @@ def test_each_entrant_flies_by_its_own_system(tmp_path):
     assert len(Contest(FIELD, SHORT, tmp_path, against=ADVERSARY).pairings()) == 2
 
 
+def test_who_is_played_by_all_is_so_whatever_the_alphabet_says(tmp_path):
+    contest = Contest((ADVERSARY, "direct/tighten", "flocking/pounce"), SHORT, tmp_path, against=ADVERSARY)
+    assert contest.pairings() == [("direct/tighten", ADVERSARY), (ADVERSARY, "flocking/pounce")]
+
+
 def test_scripts_of_a_system_answer_its_commands_and_nobody_learned_is_among_them():
     assert scripts_for("direct", GameConfig()) == ["hem_in", "hold", "scatter", "tighten"]
     ergodic = scripts_for("ergodic", GameConfig())
@@ -88,6 +95,15 @@ def test_the_pilot_chooses_who_takes_most_points_and_then_who_wins_soonest(conte
     assert best_scripts(contest) == {"direct": "direct/scatter"}
 
 
+def test_a_game_that_is_lost_early_does_not_make_the_wins_sooner(contest):
+    lost_late, lost_early = (
+        [("win", won, 4), ("loss", lost, 4), ("draw", 20.0, 4), ("draw", 20.0, 4)]
+        for won, lost in ((10.0, 19.0), (11.0, 5.0))
+    )
+    played(contest, {"direct/scatter": lost_early, "direct/tighten": lost_late})
+    assert best_scripts(contest) == {"direct": "direct/tighten"}
+
+
 def test_the_pilot_plays_the_adversary_on_other_seeds(tmp_path):
     made = pilot(["direct"], SHORT, tmp_path)
     assert made.config.seed != SHORT.seed
@@ -104,6 +120,33 @@ def test_standings_count_games_lengths_and_new_commands(contest):
     assert first["commands_a_minute"]["mean"] == pytest.approx(30.0)
     assert first["won_after_s"] == [8.0, 10.0, 12.0]
     assert (first["system"], first["player"], first["takes"]) == ("direct", "tighten", "accelerations")
+
+
+def test_intervals_are_over_pairs_of_games_and_begin_with_the_lower_end(contest):
+    both_ways = [("win", 10.0, 5), ("win", 20.0, 10), ("win", 10.0, 5), ("win", 20.0, 10)]
+    played(contest, {"direct/tighten": both_ways})
+    rows = {row["entrant"]: row for row in standings(contest)}
+    assert rows["direct/tighten"]["length"]["ci95"] == pytest.approx([15.0, 15.0]), "pairs are alike"
+    low, high = rows["direct/scatter"]["length"]["ci95"]
+    assert low < rows["direct/scatter"]["length"]["mean"] < high
+    found = compare(contest, "direct/tighten", "direct/scatter")
+    for name in ("more_often", "sooner"):
+        low, high = found[name]["ci95"]
+        assert low < found[name]["mean"] < high
+
+
+def test_a_forfeit_is_a_game_lost_whose_length_and_commands_do_not_count(contest):
+    before = {row["entrant"]: row for row in standings(contest)}
+    for entrant, number in (("direct/scatter", 2), ("direct/tighten", 0)):  # lost, and won by the other's forfeit
+        key = entrant, ADVERSARY, number
+        contest.games[key] = dataclasses.replace(contest.games[key], forfeit="it raised", seconds=0.1, sent=(99, 99))
+    rows = {row["entrant"]: row for row in standings(contest)}
+    scatter, tighten = rows["direct/scatter"], rows["direct/tighten"]
+    assert (scatter["forfeits"], tighten["forfeits"]) == (1, 0)
+    for name in ("wins", "draws", "losses", "games"):
+        assert (scatter[name], tighten[name]) == (before["direct/scatter"][name], before["direct/tighten"][name])
+    assert scatter["length"]["mean"] == pytest.approx((20 + 10 + 20) / 3)
+    assert tighten["commands_a_minute"]["mean"] == pytest.approx(30.0)
 
 
 def test_two_are_compared_on_the_same_starts(contest):

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -64,11 +65,47 @@ def test_traits_of_other_settings_are_not_taken_for_these(tmp_path, quick_traits
         make(TINY.replace(starts=3), tmp_path, tmp_path, processes=1)
 
 
+def test_traits_of_another_seed_are_not_taken_for_these(tmp_path, quick_traits):
+    measured = making._measure_all(["direct"], TINY, tmp_path, 1, None, lambda: False)
+    assert making._measure_all(["direct"], TINY, tmp_path, 1, None, lambda: False) == measured
+    with pytest.raises(ResultsError, match="was measured with"):
+        making._measure_all(["direct"], TINY.replace(seed=1), tmp_path, 1, None, lambda: False)
+
+
+def test_traits_that_are_measured_side_by_side_are_kept_as_those_of_their_systems(tmp_path, monkeypatch, quick_traits):
+    monkeypatch.setattr(making, "ProcessPoolExecutor", lambda processes, **_: ThreadPoolExecutor(processes))
+    names = ["direct", "ergodic", "flocking"]
+    found = making._measure_all(names, TINY, tmp_path, 2, None, lambda: False)
+    assert [one["system"] for one in found] == names
+    assert making._measure_all(names, TINY, tmp_path, 2, None, lambda: False) == found
+    assert sorted(quick_traits) == names, "the second time they are read"
+
+
 def test_the_quick_ladder_is_short_and_settings_are_checked():
     quick = SystemsConfig().quick
     assert (quick.games, quick.pilot_games, quick.starts, quick.game.time_limit) == (2, 2, 2, 10.0)
     with pytest.raises(ConfigError, match="games must be even"):
         SystemsConfig(games=3)
+
+
+def test_the_pilot_and_the_contest_play_as_many_games_as_each_is_to(tmp_path, monkeypatch, quick_traits):
+    monkeypatch.setattr(making, "best_scripts", lambda trial: {"direct": "direct/hold"})
+    monkeypatch.setattr(making, "trained_for", lambda system, game: "direct/scatter")
+    results = make(TINY.replace(games=4), tmp_path, tmp_path, processes=1)
+    pilot, contest = (
+        len((tmp_path / part / "games.jsonl").read_text().splitlines()) for part in (making.PILOT, making.CONTEST)
+    )
+    assert (pilot, contest) == (4 * 2, 3 * 4), "four scripts play the adversary, and three entrants each other"
+    (compared,) = results["trained_and_script"]
+    assert (compared["one"], compared["other"]) == ("direct/scatter", "direct/hold")
+
+
+def test_the_page_tells_wins_draws_losses_and_forfeits_in_this_order(tmp_path, quick_traits):
+    results = make(TINY, tmp_path, tmp_path, processes=1)
+    row = results["standings"][0] | {"wins": 3, "draws": 5, "losses": 7, "forfeits": 2}
+    trial = {"entrant": "direct/hem_in", "wins": 11, "draws": 13, "losses": 17}
+    page = to_markdown(results | {"standings": [row], "pilot": [trial]}, "images")
+    assert "| 3 | 5 | 7 (2 forfeited) |" in page and "- `direct`: `hem_in` 11-13-17" in page
 
 
 def test_the_page_says_where_a_trained_policy_does_not_beat_the_best_script(tmp_path, quick_traits):

@@ -13,9 +13,9 @@ from swarm_pz.play.protocol import Response, Rule, When
 from swarm_pz.play.recordings.format import CommandLine, InForceLine
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
-from swarm_pz.play.server.responses import SAVED, Look, check_rules
+from swarm_pz.play.server.responses import SAVED, Look, ReadyRule, Responses, check_rules
 from tests.play.server.test_client_handler import Guest, visiting
-from tests.play.server.test_room import playing, read, until
+from tests.play.server.test_room import Workers, playing, read, until
 
 EVEN = np.ones((10, 10)).tolist()
 DOT = [protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])]
@@ -52,6 +52,96 @@ def test_a_condition_holds_exactly_when_it_says():
 def test_a_rule_has_one_condition_and_one_answer(rules, told):
     with pytest.raises(CommandError, match=told):
         check_rules(rules)
+
+
+class Session:
+    """A game without a clock, and what is handed in to it."""
+
+    ended = False
+
+    def __init__(self, **rules):
+        game = GameConfig(drones_per_team=2, capture=CaptureConfig(enabled=False), **rules)
+        self.game, self.sent, self.commands = LiveGame(TableConfig(game=game), 0), [0, 0], []
+
+    def submit(self, command):
+        self.commands.append(command)
+
+    def take_answer(self, team, number, answer, sender):
+        self.submit(self.game.reader.answered(team, number, answer, sender))
+
+    def responses(self, team, workers=None, failed=None):
+        """Return those of a seat of this game."""
+        rules = self.game.config.game
+        return Responses("seat", rules, team, workers or Workers(), lambda: None, failed or pytest.fail)
+
+
+async def settled():
+    """Let all that can go on do so."""
+    for _ in range(10):
+        await asyncio.sleep(0)
+
+
+def saved(session, team, when, given, kind="density"):
+    return ReadyRule(Rule(when, Response(density=EVEN)), session.game.reader.read(team, 0, given, kind, SAVED))
+
+
+@pytest.mark.parametrize("team", [0, 1])
+def test_the_first_rule_whose_condition_holds_for_its_own_side_acts(team):
+    session = Session()
+    session.game.simulator.games.teams[0] = [1 - team, 1 - team, 1 - team, team]
+    responses = session.responses(team)
+    dot = np.eye(10)
+    always = When(silent_s=0.0)
+    responses.replace([saved(session, team, when, dot) for when in (When(fewer=1), When(fewer=2), always)])
+    responses.look(session)
+    responses.look(session)
+    assert responses.acting == (1, SAVED)
+    assert [(command.team, command.number, command.sender) for command in session.commands] == [(team, 1, SAVED)]
+    responses.replace([saved(session, team, always, dot)])
+    assert responses.acting == (None, ""), "other rules act from when they are looked at"
+
+
+def test_a_saved_command_that_cannot_fly_the_team_as_it_is_now_is_told_of_and_not_sent():
+    session, told = Session(controllers="formation"), []
+    responses = session.responses(1, failed=told.append)
+    points = {"points": [(-1, 0), (1, 0)]}
+    responses.replace([saved(session, 1, When(silent_s=0.0), points, "formation")])
+    session.game.simulator.games.teams[0, 1] = 1
+    responses.look(session)
+    (reason,) = told
+    assert reason.startswith("rule 1 commands nothing: ") and "that is 3, got 2" in reason and not session.commands
+
+
+def test_a_policy_that_acts_anew_is_asked_at_once_for_its_own_side_with_a_new_stream():
+    async def script():
+        workers, session = Workers(), Session()
+        responses = session.responses(1, workers)
+        responses.replace([ReadyRule(Rule(SILENT, Response(policy="ring")), None)])
+
+        async def look(ticks):
+            session.game.advance(ticks)
+            responses.look(session)
+            await settled()
+
+        await settled()
+        await look(15)
+        await look(6)
+        ((seat, _),) = workers.asked
+        assert (seat.team, seat.policy) == (1, "ring") and workers.paused == []
+        first = workers.seeds[seat.key]
+        session.sent[1] = session.game.tick
+        await look(3)
+        assert (responses.acting, workers.paused) == ((None, ""), [seat.key])
+        await look(15)
+        assert [tick for _, tick in workers.asked] == [15, 39] and workers.seeds[seat.key] is not first
+        await look(30)
+        assert [tick for _, tick in workers.asked] == [15, 39, 69]
+        assert [(one.team, one.number, one.sender) for one in session.commands] == [
+            (1, number, "auto:ring") for number in (1, 2, 3)
+        ]
+        responses.close()
+
+    asyncio.run(script())
 
 
 async def practising(hall, **settings):
