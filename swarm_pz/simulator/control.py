@@ -351,7 +351,7 @@ def _check_densities_of(system: ControlSystem, default: NDArray[np.float64], con
         said = repr_of(error) if not isinstance(error, CommandError) else error
         raise ConfigError(f"controllers: {system.name} cannot show its commands by to_densities: {said}") from error
     try:
-        served = system.from_densities(np.ones(cells), config)
+        served: Any = system.from_densities(np.ones(cells), config)
         fits = served is None or np.shape(served) == (1, *default.shape)
     except (Exception, SystemExit) as error:
         raise ConfigError(

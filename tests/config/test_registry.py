@@ -197,10 +197,7 @@ def guests(monkeypatch):
         return made
 
     points = [point(name, value) for name, (value, _) in REFUSED.items()]
-    points += [
-        point(one.name, f"guest_systems:{one.__name__}")
-        for one in (Magnet, Endless, Lost, Torn, Outside, Images, Unseen, Clumsy)
-    ]
+    points += [point(one.name, f"guest_systems:{one.__name__}") for one in TAKEN]
     points += [point("ergodic", "guest_systems:Magnet"), point("magnet", "no_such_package:Magnet", "latecomers")]
 
     def entry_points(**wanted):

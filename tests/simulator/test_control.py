@@ -262,16 +262,38 @@ def test_only_games_whose_answers_are_broken_are_named():
     assert caught.value.rows == (1,), "the others may go on"
 
 
-def test_a_system_that_cannot_keep_up_is_named(monkeypatch):
-    clock = iter(np.cumsum([0.0] + [0.15, 0.0] * 50).tolist())
-    monkeypatch.setattr("swarm_pz.simulator.control.time.perf_counter", lambda: next(clock))
+def clocks(monkeypatch, waits, works):
+    """Let solves wait and work for so many seconds, in turn."""
+    for name, spans in (("perf_counter", waits), ("thread_time", works)):
+        clock = iter(np.cumsum([0.0] + [span for one in spans for span in (one, 0.0)]).tolist())
+        monkeypatch.setattr(f"swarm_pz.simulator.control.time.{name}", lambda clock=clock: next(clock))
+
+
+@pytest.mark.parametrize(("waits", "works"), [([0.15] * 50, [0.0] * 50), ([0.15, 0.0] * 25, [0.15] * 50)])
+def test_a_system_that_cannot_keep_up_is_named(waits, works, monkeypatch):
+    clocks(monkeypatch, waits, works)
     simulator = games(swapped=(False,))
-    with pytest.raises(FlightError, match=r"magnet, which flies red, took 1\.35 s for 10 solves that may take 1\.00 s"):
+    with pytest.raises(
+        FlightError, match=r"magnet, which flies red, took 0\.1\d s for a solve of a game, for which it"
+    ):
         simulator.advance(90)
-    assert simulator.games.ticks[0] == 27, "its first solve may compile, and one slow one is not yet a fault"
+    assert simulator.games.ticks[0] in (27, 30), "its first solve may compile"
 
 
-<<<<<<< HEAD
+def test_who_waits_for_a_busy_machine_can_keep_up(monkeypatch):
+    clocks(monkeypatch, [3.0, 0.01] * 50, [0.05] * 100)
+    simulator = games(swapped=(False,))
+    simulator.advance(90)
+    assert simulator.games.ticks[0] == 90
+
+
+def test_games_flown_together_may_take_as_long_as_all_of_them_one_by_one(monkeypatch):
+    clocks(monkeypatch, [0.15] * 50, [0.15] * 50)
+    simulator = games(swapped=(False, False))
+    simulator.advance(90)
+    assert (simulator.games.ticks == 90).all()
+
+
 @pytest.mark.parametrize("system", ["ergodic", "coverage", "potential_field"])
 @pytest.mark.parametrize("value", [1e-299, 3e-309, 5e-324])
 def test_the_faintest_images_fly(system, value):
@@ -307,11 +329,3 @@ def test_a_system_that_fails_to_check_a_size_refuses_the_command(monkeypatch):
     monkeypatch.setattr(Magnet, "check_sizes", lambda *_: 1 / 0)
     with pytest.raises(CommandError, match="cannot be read by the control system magnet: ZeroDivisionError"):
         games(swapped=(False,)).command(0, [[0.5, 0.5]])
-=======
-def test_games_flown_together_may_take_as_long_as_all_of_them_one_by_one(monkeypatch):
-    clock = iter(np.cumsum([0.0] + [0.15, 0.0] * 50).tolist())
-    monkeypatch.setattr("swarm_pz.simulator.control.time.perf_counter", lambda: next(clock))
-    simulator = games(swapped=(False, False))
-    simulator.advance(90)
-    assert (simulator.games.ticks == 90).all()
->>>>>>> w-sab20
