@@ -7,6 +7,7 @@ import pytest
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError, ResultsError, Stopped
+from swarm_pz.evaluation.ledger import held
 from swarm_pz.figures.systems import making
 from swarm_pz.figures.systems.making import SystemsConfig, make
 from swarm_pz.figures.systems.page import to_markdown
@@ -79,6 +80,26 @@ def test_traits_that_are_measured_side_by_side_are_kept_as_those_of_their_system
     assert [one["system"] for one in found] == names
     assert making._measure_all(names, TINY, tmp_path, 2, None, lambda: False) == found
     assert sorted(quick_traits) == names, "the second time they are read"
+
+
+@pytest.mark.parametrize("kept", ["{", "[]", '{"settings": {}}', '{"settings": {}, "traits": {}}', "[" * 100_000])
+def test_corrupt_traits_are_refused_by_name(kept, tmp_path, quick_traits):
+    make(TINY, tmp_path, tmp_path, processes=1)
+    (tmp_path / "traits" / "direct.json").write_text(kept)
+    with pytest.raises(ResultsError, match=r"direct.json is corrupt or foreign .*; delete it, or use another folder"):
+        make(TINY, tmp_path, tmp_path, processes=1)
+
+
+def test_two_ladders_are_not_made_in_one_folder(tmp_path, quick_traits):
+    with held(tmp_path), pytest.raises(ResultsError, match="is being played in by process"):
+        make(TINY, tmp_path, tmp_path, processes=1)
+
+
+def test_the_page_of_few_games_says_so(tmp_path, quick_traits):
+    results = make(TINY, tmp_path, tmp_path, processes=1)
+    assert "says that all of it works, and nothing about the systems" in (tmp_path / "systems.md").read_text()
+    results["config"]["games"] = 40
+    assert "nothing about the systems" not in to_markdown(results, "images")
 
 
 def test_the_quick_ladder_is_short_and_settings_are_checked():
