@@ -110,6 +110,12 @@ def _answer(results: dict[str, Any]) -> list[str]:
         names = [f"`{system_name(row['one'])}`" for row in results["trained_and_script"] if _verdict(row) == verdict]
         if names:
             lines.append(f"The policy trained for {', '.join(names)} {words}.")
+    for is_so, words in ((lambda low, _: low > 0, "sooner"), (lambda _, high: high < 0, "later")):
+        names = [
+            f"`{system_name(row['one'])}`" for row in results["trained_and_script"] if is_so(*row["sooner"]["ci95"])
+        ]
+        if names:
+            lines.append(f"It wins {words} than the best script for {', '.join(names)}.")
     trained = {system_name(row["one"]) for row in results["trained_and_script"]}
     if without := ", ".join(f"`{system}`" for system in sorted(best.keys() - trained)):
         lines.append(f"No policy has been trained for {without}.")
