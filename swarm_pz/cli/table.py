@@ -12,7 +12,7 @@ import tyro
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.player_options import known
-from swarm_pz.cli.report import command, filming, print_rules
+from swarm_pz.cli.report import command, filming, in_seconds, print_rules
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check, check_count, check_number
 from swarm_pz.errors import SwarmError, require_extra
@@ -85,6 +85,7 @@ def replay(
     /,
     verify: bool = False,
     film: Path | None = None,
+    mcap: Path | None = None,
     speed: float = 2.0,
     host: str = "127.0.0.1",
     port: int = 8000,
@@ -95,6 +96,7 @@ def replay(
         recording: File that the table wrote.
         verify: Only say whether the game comes out as recorded when it is simulated here.
         film: Only write it as a film, .gif or .mp4.
+        mcap: Only write it as ROS 2 messages, .mcap.
         speed: Seconds of game a second of film.
         host: Where to listen; 0.0.0.0 lets the local network in.
         port: Port to listen at; 0 takes any that is free.
@@ -113,6 +115,12 @@ def replay(
         with filming() as show:
             playback.film(film, speed, show)
         print(f"film: {film}")
+    if mcap is not None:
+        from swarm_pz.play.ros.mcap import write
+
+        with in_seconds("writing messages") as show:
+            count = write(playback.recording, mcap, show)
+        print(f"{count} messages: {mcap}")
     if verify:
         result = playback.verify()
         faults = list(result.faults)
@@ -130,7 +138,7 @@ def replay(
         link = playback.recording.link
         chain = f"the chain of its lines ends with {link}" if link else "its lines have no chain, as of version 1"
         print(f"verified: {result.frames} frames of {recording} come out as recorded; {chain}")
-    if film is None and not verify:
+    if film is None and mcap is None and not verify:
         page = f"replay={checked_name(recording.name)}"
         say = functools.partial(print, flush=True)
         folder = recording.parent
