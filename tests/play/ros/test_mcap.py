@@ -7,7 +7,6 @@ from collections import defaultdict
 
 import numpy as np
 import pytest
-
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
