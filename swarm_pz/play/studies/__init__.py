@@ -1,0 +1,8 @@
+"""Studies with people: a file says what happens, and a table does it, person by person.
+
+=============  ==============================================================
+`design`       what a study is: conditions, orders, blocks, forms
+`forms`        questionnaires as data, and their scores
+`progress`     what a person has done already, line by line, and what is next
+=============  ==============================================================
+"""
