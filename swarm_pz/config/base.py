@@ -9,7 +9,7 @@ import json
 import types
 import typing
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -70,9 +70,6 @@ class Config:
     tuples, and a pair of two equal values as that value where a field is `PER_TEAM`.
     """
 
-    name: ClassVar[str] = ""
-    """Stands among the plain values of those that are one of several kinds, so that who reads them knows which."""
-
     def __post_init__(self) -> None:
         """Keep every field in its one form; the checks of a subclass come after this."""
         for entry in dataclasses.fields(self):  # type: ignore[arg-type]
@@ -87,6 +84,10 @@ class Config:
             if name not in known:
                 raise UnknownNameError(f"{cls.__name__} has no field {name!r}; {nearest(name, known)}")
         return super().__new__(cls)
+
+    def tag(self) -> dict[str, str]:
+        """Return what stands before the plain values of one of several kinds, so that who reads them knows which."""
+        return {}
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
@@ -135,9 +136,8 @@ class Config:
 def _plain(value: Any) -> Any:
     """Return a configuration as plain values, however deep it stands."""
     if isinstance(value, Config):
-        tag = {"name": value.name} if value.name else {}
         fields = dataclasses.fields(value)  # type: ignore[arg-type]
-        return tag | {entry.name: _plain(getattr(value, entry.name)) for entry in fields}
+        return value.tag() | {entry.name: _plain(getattr(value, entry.name)) for entry in fields}
     return tuple(_plain(entry) for entry in value) if isinstance(value, tuple) else value
 
 
@@ -194,7 +194,7 @@ def canonical(value: Any, pairs: Sequence[str] = ()) -> Any:
     out; and fields named in `pairs` are written twice, as versions did that kept pairs of equal values.
     """
     if isinstance(value, Config):
-        plain = {"name": value.name} if value.name else {}
+        plain: dict[str, Any] = dict(value.tag())
         for entry in dataclasses.fields(value):  # type: ignore[arg-type]
             held = getattr(value, entry.name)
             held = (held, held) if entry.name in pairs else held

@@ -57,9 +57,14 @@ class ControlSystem(Config):
         The controller of `swarm_pz.kernels.controllers` that flies in place of `solve`; empty for none.
     """
 
+    name: ClassVar[str]
     takes: ClassVar[str]
     shares: ClassVar[str] = "nothing"
     kernel: ClassVar[str] = ""
+
+    def tag(self) -> dict[str, str]:
+        """Return the name, which stands among a system's plain values."""
+        return {"name": self.name}
 
     def space(self, config: GameConfig) -> spaces.Box:
         """Return the space of one command, in its own units."""
