@@ -2,7 +2,7 @@
 
 | form | source |
 |---|---|
-| `nasa-tlx` | Hart and Staveland, Development of NASA-TLX, 1988: six scales from 0 to 100, and fifteen pairs that weigh them |
+| `nasa-tlx` | Hart and Staveland, 1988: six scales from 0 to 100, and fifteen pairs that weigh them |
 | `nasa-tlx-raw` | the same without the pairs: their mean (Byers, Bittner and Hill 1989) |
 | `sus` | Brooke, SUS: a quick and dirty usability scale, 1996: ten statements, five points each |
 """

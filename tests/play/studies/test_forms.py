@@ -14,7 +14,7 @@ SUS, TLX, RAW = KNOWN_FORMS["sus"], KNOWN_FORMS["nasa-tlx"], KNOWN_FORMS["nasa-t
         ([3] * 10, 50.0),
         ([5, 1] * 5, 100.0),
         ([1, 5] * 5, 0.0),
-        ([5, 4, 2, 1, 2, 3, 2, 4, 5, 4], 50.0),  # the sheet filled in by Brooke: 20 points
+        ([5, 4, 2, 1, 2, 3, 2, 4, 5, 2], 55.0),  # the sheet in that paper: 22 points
     ],
 )
 def test_the_usability_score_is_that_of_its_sheet(points, score):
@@ -24,7 +24,7 @@ def test_the_usability_score_is_that_of_its_sheet(points, score):
 
 
 def test_the_task_load_is_weighed_by_the_choices_as_in_the_manual():
-    # The example of the manual (NASA TLX 1.0, paper and pencil): ratings, weights, and 1,235 / 15.
+    # The worked example of the manual (NASA TLX 1.0): ratings and weights, 640 / 15.
     ratings = {"mental": 30, "physical": 15, "temporal": 60, "performance": 40, "effort": 30, "frustration": 40}
     weights = {"mental": 3, "physical": 0, "temporal": 5, "performance": 1, "effort": 3, "frustration": 3}
     chosen = [TLX_SCALES[scale][0] for scale, weight in weights.items() for _ in range(weight)]
