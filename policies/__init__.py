@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 from swarm_pz.config import GameConfig
+from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import require_extra
 from swarm_pz.policy import Player, registered
 from swarm_pz.policy import load as _load
@@ -23,7 +24,7 @@ def names() -> list[str]:
     return sorted(registered())
 
 
-def load(name: str | Path, config: GameConfig | None = None) -> Player:
+def load(name: str | Path, config: GameConfig | None = None, system: ControlSystem | None = None) -> Player:
     """Return the policy of a name, or of a folder that training wrote: `swarm_pz.policy.load`.
 
     Parameters
@@ -32,15 +33,17 @@ def load(name: str | Path, config: GameConfig | None = None) -> Player:
         One of `names()`, or a folder that holds ``policy.safetensors`` and ``policy.json``.
     config : GameConfig, optional
         The game that it will play.
+    system : ControlSystem, optional
+        What flies its team: the first of `config.controllers` if not given.
 
     Raises
     ------
     PolicyError
-        If there is no such name; the message gives the nearest.
+        If there is no such name; the message gives the nearest. If its commands cannot fly that system.
     CheckpointError
         If the folder's files are missing or corrupt, or do not fit the game.
     """
-    return _load(name, config if config is not None else GameConfig())
+    return _load(name, config if config is not None else GameConfig(), system)
 
 
 def read_folder(folder: Path, config: GameConfig) -> Player:

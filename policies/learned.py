@@ -18,11 +18,13 @@ from safetensors.numpy import load_file, save
 from torch import Tensor
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.errors import CheckpointError, SwarmError
+from swarm_pz.config.system import ControlSystem
+from swarm_pz.errors import CheckpointError, KindError, SwarmError
 from swarm_pz.files import draft_of
+from swarm_pz.policies.drones_network import DronesActor
 from swarm_pz.policies.network import Actor
 from swarm_pz.simulator.spawn import Seed
-from swarm_pz.spaces.actions import command_from_action
+from swarm_pz.spaces.actions import command_from_action, make_actions
 
 WEIGHTS, CARD = "policy.safetensors", "policy.json"
 FORMAT = 3
@@ -39,22 +41,38 @@ def _digest(card: dict[str, Any], weights: dict[str, Tensor]) -> str:
     return content.hexdigest()[:32]
 
 
+def _network(card: dict[str, Any]) -> tuple[ObservationConfig, Actor | DronesActor]:
+    """Return what a policy sees, and the network that its card describes."""
+    if card.get("answers", "density") != "density":
+        shape = tuple(int(size) for size in card["shape"])
+        return ObservationConfig(kind="drones"), DronesActor(shape, card["head"], card["width"])
+    observation = ObservationConfig(grid=card["grid"], channels=card["channels"])
+    seen = (len(observation.channels), card["grid"], card["grid"])
+    return observation, Actor(seen, card["action_cells"], card["width"])
+
+
 class LearnedPolicy:
     """Plays the mean action of a trained actor.
 
     Parameters
     ----------
     card : dict
-        What `policy.json` holds: format, channels, grid, action_cells, width, config_hash, and the story
-        of the training: command, training (its settings), steps, seconds, results.
+        What `policy.json` holds: format, width, config_hash, and the story of the training: command, training (its
+        settings), steps, seconds, results. Of a policy that answers densities, channels, grid and action_cells, too; of
+        others `answers`, the shape of its actions, and head, as of `DronesActor`. If it names a `system`, no other is
+        commanded.
     weights : dict of array
         The actor's parameters by name.
     config : GameConfig
         The game that it will play.
     name : str
+    system : ControlSystem, optional
+        What flies its team; only who answers densities can do without.
 
     Attributes
     ----------
+    answers : str
+        The kind of its commands.
     noise : float
         Standard deviation of noise on its actions, 0 unless it is to be a learner's partner that explores
         as the learner does.
@@ -65,28 +83,38 @@ class LearnedPolicy:
         If the card or the weights are not such as training writes.
     """
 
-    def __init__(self, card: dict[str, Any], weights: dict[str, Any], config: GameConfig, name: str) -> None:
-        missing = {"format", "grid", "action_cells", "width", "channels"} - set(card)
+    def __init__(
+        self,
+        card: dict[str, Any],
+        weights: dict[str, Any],
+        config: GameConfig,
+        name: str,
+        system: ControlSystem | None = None,
+    ) -> None:
+        self.answers = str(card.get("answers", "density"))
+        of_kind = {"grid", "action_cells", "channels"} if self.answers == "density" else {"shape", "head"}
+        missing = {"format", "width", *of_kind} - set(card)
         if missing:
             raise CheckpointError(f"a policy's card must hold {sorted(missing)}, got only {sorted(card)}")
         if card["format"] != FORMAT:
             raise CheckpointError(f"the card of policy {name!r} must be of format {FORMAT}, got {card['format']!r}")
         try:
-            self.observation = ObservationConfig(grid=card["grid"], channels=card["channels"])
-            shape = (len(self.observation.channels), card["grid"], card["grid"])
-            self._actor = Actor(shape, card["action_cells"], card["width"])
+            self.observation, self._actor = _network(card)
             self._actor.load_state_dict({name: torch.as_tensor(values) for name, values in weights.items()})
         except (SwarmError, ArithmeticError, RuntimeError, TypeError, ValueError) as error:
             raise CheckpointError(f"the weights of policy {name!r} do not fit its card: {error}") from error
         if not all(bool(torch.isfinite(values).all()) for values in self._actor.state_dict().values()):
             raise CheckpointError(f"the weights of policy {name!r} must be finite numbers, got NaN or infinity")
-        self._actor.freeze()
+        if isinstance(self._actor, Actor):
+            self._actor.freeze()
         self.name = name
         self.card = card
         self.digest = _digest(card, self.weights())
         """Identifies card and weights together."""
         self.noise = 0.0
-        self._config = config
+        self._config, self._system = config, system
+        self._actions = None if system is None else make_actions(config, system, "normalised", None, flat=False)
+        self._check_shape()
         self._generators: dict[int, np.random.Generator] = {}
 
     @classmethod
@@ -141,7 +169,34 @@ class LearnedPolicy:
 
     def with_results(self, results: dict[str, Any]) -> LearnedPolicy:
         """Return the same policy with results on its card."""
-        return LearnedPolicy(self.card | {"results": results}, self.weights(), self._config, self.name)
+        return LearnedPolicy(self.card | {"results": results}, self.weights(), self._config, self.name, self._system)
+
+    def _check_shape(self) -> None:
+        if self._system is None or self._actions is None or isinstance(self._actor, Actor):
+            return
+        learned, taken = self._actor.shape, self._actions.space.shape
+        if learned != taken:
+            raise KindError(
+                f"policy {self.name!r} has learned to send actions of shape {learned}, but {self._system.name} takes "
+                f"those of shape {taken}: choose another policy, or the numbers that it was trained with"
+            )
+
+    def for_system(self, system: ControlSystem) -> LearnedPolicy:
+        """Return the policy that commands a team flown by a system; itself, if its commands are densities.
+
+        Raises
+        ------
+        KindError
+            If it has learned to command another system, or its actions have another shape.
+        """
+        if (learned := self.card.get("system", system.name)) != system.name:
+            raise KindError(
+                f"policy {self.name!r} has learned to command {learned}, and not {system.name}: choose another policy, "
+                f"or another system by GameConfig.controllers"
+            )
+        if self.answers == "density" or system == self._system:
+            return self
+        return LearnedPolicy(self.card, self.weights(), self._config, self.name, system)
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin new games in some rows, each with a random stream of its own."""
@@ -150,19 +205,23 @@ class LearnedPolicy:
                 row: np.random.default_rng(seed) for seed, row in zip(seeds, rows.tolist(), strict=True)
             }
 
-    def act(self, observations: NDArray[np.uint8], rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Answer observations (n, C, G', G') with densities (n, A, A)."""
+    def act(self, observations: NDArray[Any], rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Answer observations (n, ...) with commands (n, ...)."""
         # Always the same number of rows: another one would round differently, and a game would depend
         # on how many others are played beside it.
         count = len(observations)
-        padded = np.zeros((-(-count // _ROWS) * _ROWS, *observations.shape[1:]), np.uint8)
+        padded = np.zeros((-(-count // _ROWS) * _ROWS, *observations.shape[1:]), observations.dtype)
         padded[:count] = observations
         with torch.inference_mode():
-            images = torch.from_numpy(padded).float() / 255.0
-            parts = [self._actor(images[start : start + _ROWS]) for start in range(0, len(images), _ROWS)]
+            seen = torch.from_numpy(padded).float() / (255.0 if padded.dtype == np.uint8 else 1.0)
+            parts = [self._actor(seen[start : start + _ROWS]) for start in range(0, len(seen), _ROWS)]
             actions = torch.cat(parts)[:count].double().numpy()
         if self.noise:
             shape = actions.shape[1:]
             actions += self.noise * np.stack([self._generators[row].normal(size=shape) for row in rows.tolist()])
         actions = actions.clip(-1.0, 1.0)
-        return command_from_action(actions, self._config.command_cells, is_log=True)
+        if self.answers == "density":
+            return command_from_action(actions, self._config.command_cells, is_log=True)
+        if self._actions is None:
+            raise KindError(f"policy {self.name!r} must be told which control system flies its team: load it by `load`")
+        return self._actions.read(actions, count, f"the actions of policy {self.name}")

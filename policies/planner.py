@@ -25,7 +25,7 @@ from swarm_pz.config.base import Config, check_count, check_number
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.game import Games
 from swarm_pz.policies.lookahead import Array, Lookahead
-from swarm_pz.policy import Player, load, registered
+from swarm_pz.policy import Player, kind_of, load, registered
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.spawn import Seed
 
@@ -195,7 +195,8 @@ class Planner:
 def _known() -> list[str]:
     """Return the names of the project's own scripts and learned tactics, best explanations first."""
     modules = ("swarm_pz.policies.zoo", "swarm_pz.policies.scripted")
-    return [name for module in modules for name, point in sorted(registered().items()) if point.module == module]
+    known = [name for module in modules for name, point in sorted(registered().items()) if point.module == module]
+    return [name for name in known if kind_of(name) == "density"]
 
 
 def planner(config: GameConfig, model: str | None = None) -> Planner:

@@ -16,11 +16,13 @@ from swarm_pz.config import (
     RewardConfig,
     SpawnConfig,
 )
+from swarm_pz.envs.drones_env import drones_env
 from swarm_pz.envs.parallel_env import env, parallel_env
 from swarm_pz.errors import (
     CheckpointError,
     CommandError,
     ConfigError,
+    FlightError,
     GameOverError,
     MissingExtraError,
     OutputError,
@@ -34,7 +36,8 @@ from swarm_pz.errors import (
 )
 from swarm_pz.evaluation.match import paired_difference, play_match
 from swarm_pz.policy import Policy, PrivilegedPolicy
-from swarm_pz.simulator import FlockingCommand, Simulator
+from swarm_pz.simulator import Simulator
+from swarm_pz.systems import FlockingCommand
 
 __all__ = [
     "CaptureConfig",
@@ -43,6 +46,7 @@ __all__ = [
     "ConfigError",
     "ControllerConfig",
     "DynamicsConfig",
+    "FlightError",
     "FlockingCommand",
     "FlockingConfig",
     "GameConfig",
@@ -63,6 +67,7 @@ __all__ = [
     "SpawnConfig",
     "SwarmError",
     "UnknownNameError",
+    "drones_env",
     "env",
     "paired_difference",
     "parallel_env",

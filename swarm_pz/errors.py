@@ -7,6 +7,7 @@ SwarmError
 ├── CommandError (ValueError)        a command, scenario or seed is not one the game can take
 ├── GameOverError (RuntimeError)     a step was asked of a game that has ended or not begun
 ├── PolicyError (ValueError)         a policy is unknown, cannot be loaded, or answered nonsense
+│   └── KindError                        its commands are of another kind than the control system takes
 ├── FlightError (RuntimeError)       a control system raised, answered nonsense, or took too long
 ├── CheckpointError (ValueError)     a file of a training run is corrupt, foreign or does not fit
 ├── ResultsError (ValueError)        results are corrupt, too few, in use, or of another tournament
@@ -58,6 +59,10 @@ class GameOverError(SwarmError, RuntimeError):
 
 class PolicyError(SwarmError, ValueError):
     """A policy is unknown, cannot be loaded, or answered nonsense."""
+
+
+class KindError(PolicyError):
+    """A policy answers commands of another kind than those that fly its team."""
 
 
 class FlightError(SwarmError, RuntimeError):

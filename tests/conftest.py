@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,34 @@ BITS = (
 """Tests whose outcome can depend on how the processor rounds; those marked `bits` run a second time as on another."""
 
 
+PLAY = "tests/play/"
+"""What is measured by the clock: one process runs these tests, one after another."""
+
+
+def pytest_xdist_make_scheduler(config, log):
+    """Share tests out one by one, but for those that stay together (xdist's own groups do nothing with pytest 9.2)."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Scheduling(LoadScopeScheduling):
+        def _split_scope(self, nodeid):
+            return PLAY if nodeid.startswith(PLAY) else nodeid
+
+    return Scheduling(config, log)
+
+
+@cache
+def make_way():
+    """Let others come first on a busy machine, from now on."""
+    if hasattr(os, "nice"):
+        os.nice(10)
+
+
+def pytest_runtest_setup(item):
+    """Let what the clock measures come first: the process that has it begins with it, the others with other tests."""
+    if "PYTEST_XDIST_WORKER" in os.environ and not item.nodeid.startswith(PLAY):
+        make_way()
+
+
 def pytest_collection_modifyitems(items):
     for item in items:
         if HERE not in item.path.parents:
@@ -29,8 +58,6 @@ def pytest_collection_modifyitems(items):
         path = item.path.relative_to(HERE)
         if any(path.match(pattern) for pattern in BITS):
             item.add_marker(pytest.mark.bits)
-        if path.parts[0] == "play":  # what is measured by the clock is measured one at a time
-            item.add_marker(pytest.mark.xdist_group("play"))
 
 
 @pytest.fixture(autouse=True)

@@ -280,6 +280,7 @@ class FlockingReference:
         teams: NDArray[np.integer],
         attractors: NDArray[np.floating],
         failed: Booleans | None = None,
+        heard: Booleans | None = None,
     ) -> Floats:
         """Accelerations of all drones, (N, 2) float64, not saturated; of failed drones 0.
 
@@ -290,10 +291,12 @@ class FlockingReference:
         attractors : (2, 3) array
             x, y and weight of each team's attractor.
         failed : (N,) bool array, optional
+        heard : (N, N) bool array, optional
+            [i, j] whether drone i hears drone j; everybody hears the team if not given.
         """
         accelerations = np.zeros((len(positions), 2))
         now = np.asarray(velocities, dtype=np.float64)
-        urges = self.urges(positions, velocities, teams, attractors, failed)
+        urges = self.urges(positions, velocities, teams, attractors, failed, heard)
         for i, urge in enumerate(urges):
             strength = math.hypot(urge[0], urge[1])
             if (failed is not None and failed[i]) or strength < 1e-6:
@@ -308,6 +311,7 @@ class FlockingReference:
         teams: NDArray[np.integer],
         attractors: NDArray[np.floating],
         failed: Booleans | None = None,
+        heard: Booleans | None = None,
     ) -> Floats:
         """Where drones want to go, the (N, 2) float64 vectors F; parameters as of `solve`."""
         p, v = np.asarray(positions, dtype=np.float64), np.asarray(velocities, dtype=np.float64)
@@ -317,6 +321,8 @@ class FlockingReference:
         for i in range(drones):
             # A failed drone says nothing: nobody knows where it is.
             mates = [j for j in range(drones) if j != i and teams[j] == teams[i] and not down[j]]
+            if heard is not None:
+                mates = [j for j in mates if heard[i, j]]
             distance = {j: math.hypot(*(p[i] - p[j])) for j in mates}
             near = [j for j in mates if distance[j] <= self.communication_radius]
             align = sum(v[j] for j in near) / len(near) - v[i] if near else np.zeros(2)

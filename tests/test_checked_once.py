@@ -24,8 +24,8 @@ from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server.live_session import ServerContext
+from swarm_pz.play.server.orders import make
 from swarm_pz.play.server.room import Room
-from swarm_pz.play.strokes import Stroke, density_of
 from swarm_pz.policies.lookahead import Lookahead
 from swarm_pz.simulator import Simulator
 from swarm_pz.training.vec_env import SwarmVecEnv
@@ -153,7 +153,7 @@ def test_a_bad_density_of_either_side_is_refused_and_the_game_stays(face, densit
 class Client:
     """A person's connection, which hears what is in force."""
 
-    kind, client = "person", None
+    kind, client, version = "person", None, 2
 
     def __init__(self):
         self.in_force = []
@@ -184,7 +184,6 @@ class PolicyWorkers:
 
 def test_a_room_checks_what_people_ask_for_once_and_what_policies_answer_not_again(tmp_path):
     drawing = [protocol.StrokeMessage(brush="attract", width=0.1, points=[(0.5, 0.5)])]
-    drawn = density_of([Stroke(brush="attract", width=0.1, points=((0.5, 0.5),))], 10)
     asked_for = [{"density": GOOD.tolist()}, {"strokes": drawing}]
 
     async def play():
@@ -197,8 +196,8 @@ def test_a_room_checks_what_people_ask_for_once_and_what_policies_answer_not_aga
         while room.phase != "playing":
             await asyncio.sleep(0.02)
         for number, how in enumerate(asked_for, start=1):
-            density = how.get("density", drawn)
-            room.command(client, protocol.CommandMessage(number=number, **how), density)
+            message = protocol.CommandMessage(number=number, **how)
+            room.command(client, message, make(message, room.reader, "firm", 0, number))
             while number not in client.in_force:
                 await asyncio.sleep(0.02)
         room.stop()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import importlib
 import importlib.util
+import json
 import re
 import shlex
 import subprocess
@@ -19,7 +20,7 @@ import pytest
 import swarm_pz.play.client
 import swarm_pz.training.vec_env
 from swarm_pz import GameConfig
-from swarm_pz.cli import compare, evidence, learn, machine, main, table
+from swarm_pz.cli import compare, evidence, learn, machine, main, systems, table
 from swarm_pz.play.frames import Frame
 
 ROOT = Path(__file__).parents[1]
@@ -31,6 +32,7 @@ COMMANDS = {
     table: ("play", "replay", "study"),
     machine: ("render", "diagnose", "bench", "warmup"),
     evidence: ("figures",),
+    systems: ("systems",),
 }
 
 FIRST_STEPS = [("git", "clone", "ADDRESS", "swarm-pz"), ("cd", "swarm-pz"), (".", ".venv/bin/activate")]
@@ -173,7 +175,7 @@ def test_what_the_players_page_calls_by_a_name_is_on_the_page_and_so_are_its_key
     acts = re.search(r"const acts = {(.*?)};", (static / "table.js").read_text(), re.S)
     keys = set(re.findall(r'"?([^\s"]+?)"?: \(\) =>', acts[1])) - {"="}  # plus without Shift
     listed = set(re.findall(r"[^\s,|]+", " ".join(re.findall(r"^(\|[^|]*)\|", page.split("| key |")[1], re.M))))
-    assert {"1", "+", "u", "Enter"} <= keys
+    assert {"g", "+", "u", "Enter"} <= keys
     listed = {key.lower() if len(key) == 1 else key for key in listed}
     assert keys <= {key.replace("\N{MINUS SIGN}", "-") for key in listed}
 
@@ -209,7 +211,8 @@ def test_every_python_snippet_is_run(monkeypatch, capsys):
 
 def test_toml_snippets_are_toml():
     for _, text in snippets("toml"):
-        assert tomllib.loads(text)["project"]["entry-points"]["swarm_pz.policies"]
+        groups = tomllib.loads(text)["project"]["entry-points"]
+        assert groups and set(groups) <= {"swarm_pz.policies", "swarm_pz.systems"}
 
 
 def load(name):
@@ -241,6 +244,20 @@ def test_ppo_values_time_outs_and_leaves_out_restarts():
     ended = torch.tensor([[True, False], [False, False]])
     estimates = ppo.advantages(rewards, values, after, ended, over)
     assert estimates[0].tolist() == pytest.approx([0.0, ppo.GAMMA])
+
+
+def test_ippo_runs_draws_its_curve_and_compares_with_random_accelerations(tmp_path, capsys, monkeypatch):
+    few = {"steps": 256, "games": 2, "rollout": 16, "drones": 2, "time-limit": 4, "evaluation-games": 2}
+    options = [text for name, value in (few | {"out": tmp_path}).items() for text in (f"--{name}", str(value))]
+    monkeypatch.setattr(sys, "argv", ["ippo.py", *options])
+    load("tutorials/ippo.py").main()
+    assert "share above that of random: " in capsys.readouterr().out
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    low, high = figures["share_above_random"]["ci95"]
+    assert low <= figures["share_above_random"]["mean"] <= high
+    assert figures["ippo.py"]["games"] + figures["random"]["games"] >= 2 and figures["steps"] == 256
+    assert {path.name for path in tmp_path.iterdir()} == {"figures.json", "learning_curve.png", "model.zip"}
+    assert len((ROOT / "docs/tutorials/ippo.py").read_text().splitlines()) <= 200
 
 
 def test_the_environments_page_says_what_the_docstrings_say():
@@ -278,7 +295,7 @@ def test_examples_import_public_names_only():
     """Kernels are changed in a clone, and so are two tutorials about them."""
     named, imported = public_names(), 0
     named["swarm_pz.config"] |= named["swarm_pz"]
-    for page in [*PAGES, ROOT / "docs/tutorials/ppo.py"]:
+    for page in [*PAGES, *sorted((ROOT / "docs/tutorials").glob("*.py"))]:
         lines = re.findall(r"^(?:>>> |\.\.\. )?\s*from (swarm_pz[\w.]*) import ([\w, ]+)", page.read_text(), re.M)
         for module, names in lines:
             if module.startswith("swarm_pz.kernels"):

@@ -10,10 +10,9 @@ from collections.abc import Callable
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
 
-from swarm_pz import policies
 from swarm_pz.errors import Stopped
 from swarm_pz.evaluation.match import play_match
-from swarm_pz.policy import Player
+from swarm_pz.policy import Player, load
 from swarm_pz.training.randomness import kept
 from swarm_pz.training.run_state import RunState
 
@@ -100,7 +99,7 @@ class PeriodicEvaluation(BaseCallback):
         with kept():  # an evaluation more or less changes nothing in the run
             match = play_match(
                 self._policy(),
-                policies.load(config.opponents[0], config.game),
+                load(config.opponents[0], config.game, config.game.team_systems[1]),
                 games=config.evaluation_games,
                 seed=EVALUATION_SEEDS + config.seed,
                 config=config.game,

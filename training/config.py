@@ -25,7 +25,7 @@ class TrainConfig(Config):
     Attributes
     ----------
     game : GameConfig
-        The rules, and what the learner sees.
+        The rules, and what the learner sees; who learns to command a system that takes no densities sees the drones.
     sizes : tuple of int
         Drones a team, each in an equal part of the games; that of `game` if none is given. Evaluations
         are at the size of `game`.
@@ -39,7 +39,7 @@ class TrainConfig(Config):
         Steps at the start in which only the critic learns, for it knows nothing of a tactic that is
         taken over.
     action_cells : int
-        Cells a side of the learner's action; divides the observation's grid.
+        Cells a side of the learner's action, if it is a density; divides the observation's grid.
     width : int
         Channels of the network's hidden layers, a multiple of eight.
     total_steps : int
@@ -139,6 +139,15 @@ class TrainConfig(Config):
             check_number(getattr(self, name), name, lowest, highest)
         shared = self.num_envs % max(len(self.sizes), 1) == 0
         check(shared, "num_envs", self.num_envs, f"a multiple of {len(self.sizes)}, the number of sizes")
+        check(self.evaluation_games % 2 == 0, "evaluation_games", self.evaluation_games, "even")
+        if self.game.team_systems[0].takes == "density":
+            self._check_images()
+        else:  # the network for other commands looks at drones
+            rules = self.game.replace(observation=ObservationConfig(kind="drones"))
+            object.__setattr__(self, "game", rules)
+
+    def _check_images(self) -> None:
+        """Check what the network that learns densities is made for."""
         observation = self.game.observations[0]
         check(
             observation.kind == "grids",
@@ -153,7 +162,6 @@ class TrainConfig(Config):
             "at least 10, else SB3 takes channels for rows",
         )
         check(self.width % 8 == 0, "width", self.width, "a multiple of 8, the symmetries of the square")
-        check(self.evaluation_games % 2 == 0, "evaluation_games", self.evaluation_games, "even")
         check(
             isinstance(self.action_cells, int) and self.action_cells >= 2 and observation.grid % self.action_cells == 0,
             "action_cells",

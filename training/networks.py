@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
+import torch
 from stable_baselines3.common.policies import ActorCriticPolicy
 from torch import Tensor, nn
 
+from swarm_pz.config import GameConfig
+from swarm_pz.policies.drones_network import COLUMNS, DronesActor, head_of
 from swarm_pz.policies.network import Actor, Critic
 
 _CRITIC_FEATURES = 16
@@ -81,3 +84,93 @@ class GridPolicy(ActorCriticPolicy):
         nn.init.zeros_(self.actor.head.bias)  # type: ignore[arg-type]
         self.action_net = _Decide(self.actor, cells, self.width)
         self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
+
+
+class _DronesHeads(nn.Module):
+    """As `_Heads` for an actor that looks at drones."""
+
+    def __init__(self, actor: DronesActor, drones: int) -> None:
+        super().__init__()
+        self._reader, self._shape = [actor], (drones, COLUMNS)  # in a list: its weights are the policy's already
+        rows = actor.features(torch.zeros(1, *self._shape)).shape[1]
+        self.latent_dim_pi, self.latent_dim_vf = rows * actor.width, actor.width
+        self.critic = nn.Sequential(nn.Linear(2 * actor.width + 2, actor.width), nn.Tanh())
+
+    def forward(self, observations: Tensor) -> tuple[Tensor, Tensor]:
+        return self.forward_actor(observations), self.forward_critic(observations)
+
+    def forward_actor(self, observations: Tensor) -> Tensor:
+        return self._reader[0].features(observations.reshape(-1, *self._shape)).flatten(1)
+
+    def forward_critic(self, observations: Tensor) -> Tensor:
+        value: Tensor = self.critic(self._reader[0].summary(observations.reshape(-1, *self._shape)))
+        return value
+
+
+class _DecideRows(nn.Module):
+    """As `_Decide` for an actor that looks at drones."""
+
+    def __init__(self, actor: DronesActor) -> None:
+        super().__init__()
+        self.head = actor.head
+        self._actor = [actor]
+
+    def forward(self, features: Tensor) -> Tensor:
+        actor = self._actor[0]
+        rows = features.shape[1] // actor.width
+        return actor.decide(features.reshape(-1, rows, actor.width)).flatten(1)
+
+
+class DronesPolicy(ActorCriticPolicy):
+    """SB3 actor-critic whose observation is a row for each drone and whose action is any Box.
+
+    Parameters
+    ----------
+    *args, **kwargs
+        Of `ActorCriticPolicy`.
+    width : int
+        Features of the hidden layers.
+
+    Attributes
+    ----------
+    actor : DronesActor
+        The part that plays.
+    """
+
+    def __init__(self, *args: Any, width: int = 32, **kwargs: Any) -> None:
+        self.width = width
+        super().__init__(*args, **kwargs)
+
+    def _build_mlp_extractor(self) -> None:
+        drones, shape = (
+            cast("tuple[int, int]", self.observation_space.shape)[0],
+            cast("tuple[int, ...]", self.action_space.shape),
+        )
+        self.actor = DronesActor(shape, head_of(shape, drones), self.width)
+        self.mlp_extractor = _DronesHeads(self.actor, drones)  # type: ignore[assignment]
+
+    def _build(self, lr_schedule: Any) -> None:
+        super()._build(lr_schedule)
+        nn.init.orthogonal_(self.actor.head.weight, gain=0.01)
+        nn.init.zeros_(self.actor.head.bias)
+        self.action_net = _DecideRows(self.actor)
+        self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
+
+
+def policy_class(game: GameConfig) -> type[GridPolicy] | type[DronesPolicy]:
+    """Return the network that learns to command the first of a game's control systems."""
+    return GridPolicy if game.team_systems[0].takes == "density" else DronesPolicy
+
+
+def card_of(network: GridPolicy | DronesPolicy, game: GameConfig) -> dict[str, Any]:
+    """Return what the card of a policy must say for the network to be made again."""
+    system = game.team_systems[0]
+    named = {} if system.name == "ergodic" else {"system": system.name}  # whose densities others take, too
+    if isinstance(network, DronesPolicy):
+        actor = network.actor
+        seen: dict[str, Any] = {"answers": system.takes, "shape": list(actor.shape), "head": actor.kind}
+    else:
+        observation = game.observations[0]
+        cells = network.action_space.shape[-1]  # type: ignore[index]
+        seen = {"channels": list(observation.channels), "grid": observation.grid, "action_cells": cells}
+    return named | seen | {"width": network.width}

@@ -22,7 +22,7 @@ from swarm_pz.errors import CheckpointError
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import CARD, FORMAT, WEIGHTS, LearnedPolicy
-from swarm_pz.policy import Player
+from swarm_pz.policy import Player, load
 from swarm_pz.training import randomness
 from swarm_pz.training.callbacks import (
     Account,
@@ -37,7 +37,7 @@ from swarm_pz.training.config import TrainConfig
 from swarm_pz.training.flight import InFlight, Opponent
 from swarm_pz.training.folders import OLD_CHECKPOINT, check_folder
 from swarm_pz.training.learner import Learner
-from swarm_pz.training.networks import GridPolicy
+from swarm_pz.training.networks import DronesPolicy, GridPolicy, card_of, policy_class
 from swarm_pz.training.run_state import History, RunState
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
@@ -50,7 +50,7 @@ def never() -> bool:
 
 
 def _load_opponent(opponent: Opponent, game: GameConfig) -> Player:
-    return policies.load(opponent.name, game)
+    return load(opponent.name, game, game.team_systems[1])
 
 
 class Training:
@@ -113,7 +113,7 @@ class Training:
         self._monitor = VecMonitor(self.env)
         torch.set_num_threads(config.threads)
         self.model = Learner(
-            GridPolicy,
+            policy_class(config.game),
             self._monitor,
             n_steps=config.rollout,
             batch_size=min(config.batch_size, config.rollout * config.num_envs),
@@ -170,7 +170,7 @@ class Training:
         """Return the tactic of a network that has learned nothing yet, of this seed."""
         with randomness.kept():
             torch.manual_seed(self.config.seed)
-            fresh = GridPolicy(
+            fresh = policy_class(self.config.game)(
                 self.model.observation_space,
                 self.model.action_space,
                 lambda _: 0.0,
@@ -182,13 +182,10 @@ class Training:
         """Return the tactic as it stands, playing its mean action."""
         return self._policy(self.model.policy, self.folder.name)  # type: ignore[arg-type]
 
-    def _policy(self, network: GridPolicy, name: str) -> LearnedPolicy:
+    def _policy(self, network: GridPolicy | DronesPolicy, name: str) -> LearnedPolicy:
         card = {
             "format": FORMAT,
-            "channels": list(self.config.game.observations[0].channels),
-            "grid": self.config.game.observations[0].grid,
-            "action_cells": self.config.action_cells,
-            "width": self.config.width,
+            **card_of(network, self.config.game),
             "config_hash": self.config.game.hash,
             **provenance(self.config.game, self.command),
             "training": self.config.to_dict(),
@@ -196,7 +193,7 @@ class Training:
             "seconds": round(self.history.seconds, 1),
         }
         weights = {key: value.detach().clone().numpy() for key, value in network.actor.state_dict().items()}
-        return LearnedPolicy(card, weights, self.config.game, name)
+        return LearnedPolicy(card, weights, self.config.game, name, self.config.game.team_systems[0])
 
     @property
     def is_finished(self) -> bool:
@@ -363,8 +360,8 @@ class Training:
 
 
 def load_all(names: Sequence[str], config: GameConfig) -> list[Player]:
-    """Load policies by name or folder; equal names share one object, so that they are answered together."""
-    loaded = {name: policies.load(name, config) for name in dict.fromkeys(names)}
+    """Load opponents by name or folder; equal names share one object, so that they are answered together."""
+    loaded = {name: load(name, config, config.team_systems[1]) for name in dict.fromkeys(names)}
     return [loaded[name] for name in names]
 
 
@@ -374,7 +371,7 @@ def _make_env(config: TrainConfig) -> SwarmVecEnv | StackedVecEnv:
             game,
             num_envs,
             opponent=load_all(config.opponents, game),
-            action_cells=config.action_cells,
+            action_cells=config.action_cells if game.team_systems[0].takes == "density" else None,
             threads=config.threads,
             seed=seed,
         )

@@ -9,7 +9,6 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
-from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
 from swarm_pz.files import draft_of
@@ -42,16 +41,21 @@ def compare(
     match : MatchResult
         The trained tactic's.
     comparisons : list of Comparison
-        With its untrained network, `noise` and the best constant script.
+        With its untrained network, `noise` and the best constant script; in place of these two with `hold`, where
+        its control system takes no densities.
     """
 
     def play(policy: Any) -> MatchResult:
         return play_match(policy, "uniform", games=games, seed=seed, config=config, threads=threads)
 
     match = play(trained)
-    constant = max((play(name) for name in CONSTANT), key=lambda played: float(played.summary()["mean_share"]))
+    if config.team_systems[0].takes == "density":
+        constant = max((play(name) for name in CONSTANT), key=lambda played: float(played.summary()["mean_share"]))
+        scripts = [play("noise"), constant]
+    else:
+        scripts = [play("hold")]
     comparisons = []
-    for baseline in (play(untrained), play(policies.load("noise", config)), constant):
+    for baseline in (play(untrained), *scripts):
         difference, low, high = paired_difference(match, baseline)
         comparisons.append(Comparison(match=baseline, difference=difference, low=low, high=high))
     return match, comparisons

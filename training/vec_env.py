@@ -22,7 +22,28 @@ from swarm_pz.spaces.formats import Dtype
 from swarm_pz.spaces.observation import of_game
 
 
-class SwarmVecEnv(VecEnv):
+class BatchVecEnv(VecEnv):
+    """A VecEnv over one batch: its games have neither attributes nor methods of their own."""
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """Return an attribute of this object for each of the games."""
+        return [getattr(self, attr_name) for _ in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Refuse: games of a batch have no attributes of their own."""
+        name = type(self).__name__
+        raise AttributeError(f"games of a {name} share their attributes: set {attr_name!r} on the {name}")
+
+    def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
+        """Refuse: games of a batch have no methods of their own."""
+        raise AttributeError(f"games of a {type(self).__name__} have no method {method_name!r} of their own")
+
+    def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:
+        """Return False for each of the games: none is wrapped on its own."""
+        return [False for _ in self._get_indices(indices)]
+
+
+class SwarmVecEnv(BatchVecEnv):
     """E games at once, a learner in each, opponents answered in one batch.
 
     Infos are empty but for games that have just ended, which carry ``terminal_observation``,
@@ -140,22 +161,6 @@ class SwarmVecEnv(VecEnv):
     def get_images(self) -> list[NDArray[np.uint8] | None]:
         """Draw every game."""
         return [draw(self.duel.batch.simulator, row) for row in range(self.num_envs)]
-
-    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Return an attribute of this object for each of the games."""
-        return [getattr(self, attr_name) for _ in self._get_indices(indices)]
-
-    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Refuse: games of a batch have no attributes of their own."""
-        raise AttributeError(f"games of a SwarmVecEnv share their attributes: set {attr_name!r} on the SwarmVecEnv")
-
-    def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
-        """Refuse: games of a batch have no methods of their own."""
-        raise AttributeError(f"games of a SwarmVecEnv have no method {method_name!r} of their own")
-
-    def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:
-        """Return False for each of the games: none is wrapped on its own."""
-        return [False for _ in self._get_indices(indices)]
 
 
 class StackedVecEnv(VecEnv):

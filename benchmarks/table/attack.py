@@ -180,7 +180,7 @@ def _record_long_game(folder: Path, drones: int) -> str:
     while not game.over:
         if game.tick % 30 == 0:
             command = game.submit(0, game.tick + 1, CHANCE.random((10, 10)))
-            recorder.write(CommandLine(0, command.number, command.density.tolist(), 0.0, tick=game.tick))
+            recorder.write(CommandLine(0, command.number, command.values.tolist(), 0.0, tick=game.tick))
         for event in game.advance():
             if isinstance(event, InForce):
                 recorder.write(InForceLine(0, event.command.number, event.tick, 0.0))

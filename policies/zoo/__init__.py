@@ -1,16 +1,25 @@
 """Learned tactics that ship with the project: a folder each, weights and a card.
 
-An attribute of this module is a folder's name; called with a game, it gives the policy.
+An attribute of this module is a folder's name; called with a game, it gives the policy. `systems` holds a folder for
+each control system, all trained by the recipe of scripts/systems: `trained` gives the one that fits.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from swarm_pz.config import GameConfig
-from swarm_pz.errors import require_extra
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config.system import ControlSystem
+from swarm_pz.errors import KindError, require_extra
+from swarm_pz.policy.protocol import ANY
+from swarm_pz.simulator.spawn import Seed
+from swarm_pz.spaces.observation import Observations
 
 if TYPE_CHECKING:
     from swarm_pz.policies.learned import LearnedPolicy
@@ -40,6 +49,43 @@ class Shipped:
         from swarm_pz.policies.learned import LearnedPolicy
 
         return LearnedPolicy.read(self.folder, config)
+
+
+class trained:  # noqa: N801  (reads like the policy's name that it is)
+    """The policy that was trained for the control system that flies its team."""
+
+    answers = ANY
+    observation = ObservationConfig(kind="drones")
+
+    def __init__(self, config: GameConfig) -> None:
+        self._config = config
+
+    def for_system(self, system: ControlSystem) -> LearnedPolicy:
+        """Return the policy that was trained for a system.
+
+        Raises
+        ------
+        KindError
+            If there is none.
+        MissingExtraError
+            If PyTorch is not installed.
+        """
+        folder = _HERE / "systems" / system.name
+        if not (folder / "policy.json").is_file():
+            there = ", ".join(sorted(path.name for path in (_HERE / "systems").glob("*"))) or "none"
+            raise KindError(f"no policy was trained for {system.name}; there are some for: {there}")
+        require_extra("torch", "training")
+        from swarm_pz.policies.learned import LearnedPolicy
+
+        return LearnedPolicy.read(folder, self._config).for_system(system)
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Begin new games: not before `for_system` has said who plays them."""
+        raise KindError("the policy 'trained' plays once it is told which system flies its team: load it by `load`")
+
+    def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Answer observations: not before `for_system` has said who does."""
+        raise KindError("the policy 'trained' plays once it is told which system flies its team: load it by `load`")
 
 
 def __getattr__(name: str) -> Shipped:

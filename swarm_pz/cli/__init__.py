@@ -22,7 +22,7 @@ except MissingExtraError as missing:  # the entry point is installed even withou
 
 import tyro
 
-from swarm_pz.cli import compare, evidence, learn, machine, preset_option, report, table
+from swarm_pz.cli import compare, evidence, learn, machine, preset_option, report, systems, table
 from swarm_pz.cli.printing import printable
 from swarm_pz.cli.system_option import REGISTRY
 
@@ -38,6 +38,7 @@ def main(arguments: list[str] | None = None) -> None:
         "replay": table.replay,
         "study": table.study,
         "figures": evidence.figures,
+        "systems": systems.systems,
         "policies": compare.list_policies,
         "render": machine.render,
         "diagnose": machine.diagnose,

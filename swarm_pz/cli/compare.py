@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
-from swarm_pz.cli.player_options import Opponent, Player, Players, able, known
+from swarm_pz.cli.player_options import Opponent, Player, Players, able, able_to_fly, known
 from swarm_pz.cli.report import arguments, command, print_rules, program, progress, write_json
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check
@@ -59,8 +59,8 @@ def evaluate(
         overwrite: Replace the run that the folder holds.
         game: The rules.
     """
-    from swarm_pz import policies
     from swarm_pz.evaluation.match import play_match
+    from swarm_pz.policy import load_players
 
     check(not (held_out and exploit), "held_out and exploit", (held_out, exploit), "asked for one at a time")
     if not exploit:
@@ -78,8 +78,7 @@ def evaluate(
         return
     with progress() as show:
         match = play_match(
-            policies.load(policy, game),
-            policies.load(opponent, game),
+            *load_players(policy, opponent, game),
             games=games,
             seed=seed,
             config=game,
@@ -215,6 +214,9 @@ def tournament(
 
 
 def list_policies() -> None:
-    """List the installed policies."""
+    """List the installed policies, and the control systems that they can fly by."""
     for name, line in known().items():
         print(f"{name:<12} {line}".rstrip())
+    print("\ncontrol systems, by --game.controllers:")
+    for name, line in able_to_fly().items():
+        print(f"{name:<16} {line}")

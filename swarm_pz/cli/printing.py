@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -53,6 +54,9 @@ def _print_table(rows: list[tuple[str, MatchResult]], who: str, title: str) -> N
         title=title,
         caption=f"share of all drones at the end; in the mean length, draws count {limit:g} s{note}",
     )
+    for name, match in rows:
+        for reason, count in Counter(game.forfeit for game in match.forfeits).items():
+            print(f"{name}: {count} of {len(match.games)} games are forfeits: {reason}")
 
 
 def print_ladder(ladder: dict[str, Any]) -> None:

@@ -58,7 +58,7 @@ def play(
     check_number(countdown, "countdown", 0.0, 60.0)
     installed = known()
     if opponent is not None and opponent != "none":
-        policies.load(opponent, game)
+        policies.load(opponent, game, game.team_systems[1])
         installed |= {opponent: about(opponent)}
     page = f"play={opponent}" if opponent is not None else ""
     say = functools.partial(print, flush=True)

@@ -79,7 +79,7 @@ class Config:
 
     def __new__(cls, *_: object, **given: object) -> Self:
         """Refuse unknown names before `__init__` would, with a better message."""
-        known = cls.__dataclass_fields__  # type: ignore[attr-defined]
+        known = [entry.name for entry in dataclasses.fields(cls)]  # type: ignore[arg-type]
         for name in given:
             if name not in known:
                 raise UnknownNameError(f"{cls.__name__} has no field {name!r}; {nearest(name, known)}")
@@ -111,7 +111,7 @@ class Config:
         ConfigError
             If a name is unknown or a value is out of range.
         """
-        fields = {name: getattr(self, name) for name in self.__dataclass_fields__}  # type: ignore[attr-defined]
+        fields = {entry.name: getattr(self, entry.name) for entry in dataclasses.fields(self)}  # type: ignore[arg-type]
         return type(self)(**(fields | changes))
 
     def to_dict(self) -> dict[str, Any]:

@@ -18,15 +18,38 @@ _FAULTS = (Exception, SystemExit)
 def registered() -> dict[str, importlib.metadata.EntryPoint]:
     """Return the entry point of every installed control system, by name: of several, swarm-pz's own or the first."""
     found: dict[str, importlib.metadata.EntryPoint] = {}
-    for point in sorted(importlib.metadata.entry_points(group=GROUP), key=lambda one: (_origin(one), one.value)):
+    for point in _entry_points():
         found.setdefault(point.name, point)
     return found
 
 
-def _origin(point: importlib.metadata.EntryPoint) -> tuple[bool, str]:
-    """Return where a control system comes from; swarm-pz's own sorts first."""
-    name = str(point.dist.name) if point.dist is not None else "unknown"
-    return name != "swarm-pz", name
+def _entry_points() -> list[importlib.metadata.EntryPoint]:
+    points = importlib.metadata.entry_points(group=GROUP)
+    return sorted(points, key=lambda one: (_origin(one) != "swarm-pz", _origin(one), one.value))
+
+
+def _origin(point: importlib.metadata.EntryPoint) -> str:
+    """Return the name of the package that registered a control system."""
+    return str(point.dist.name) if point.dist is not None else "unknown"
+
+
+def faults() -> dict[str, str]:
+    """Return what is wrong with what is registered, in words: broken systems by name, copies by name and origin."""
+    known, found = registered(), {}
+    for point in _entry_points():
+        if point != known[point.name]:
+            taken = _origin(known[point.name])
+            found[f"{point.name} of {_origin(point)}"] = f"{_said(point)}: {taken} has a system of that name already"
+            continue
+        try:
+            system_of(point.name)
+        except ConfigError as error:
+            found[point.name] = str(error).removeprefix("controllers: ")
+    return found
+
+
+def _said(point: importlib.metadata.EntryPoint) -> str:
+    return f"control system {point.name!r} of {_origin(point)} ({point.value})"
 
 
 @functools.cache
@@ -39,14 +62,17 @@ def system_class(name: str) -> type[ControlSystem]:
         If there is none of that name, or it cannot be imported, or is no control system of that name.
     """
     point = _find(name)
+    said = f"controllers: {_said(point)}"
     try:
         found = point.load()
     except _FAULTS as error:
-        raise ConfigError(f"controllers: {name!r} ({point.value}) cannot be imported: {error!r}") from error
-    if not (isinstance(found, type) and issubclass(found, ControlSystem) and found.name == name):
-        raise ConfigError(
-            f"controllers: {name!r} ({point.value}) must be a ControlSystem with name = {name!r}, got {found!r}"
-        )
+        raise ConfigError(f"{said} cannot be imported: {error!r}") from error
+    if not (isinstance(found, type) and issubclass(found, ControlSystem)):
+        raise ConfigError(f"{said} must be a subclass of swarm_pz.systems.ControlSystem, got {found!r}")
+    if (called := getattr(found, "name", None)) != name:
+        raise ConfigError(f"{said} must say name = {name!r} as its entry point does, got {called!r}")
+    if not isinstance(getattr(found, "takes", None), str):
+        raise ConfigError(f"{said} must say by takes = '...' which kind of commands it takes")
     return found
 
 
@@ -59,8 +85,25 @@ def _find(name: str) -> importlib.metadata.EntryPoint:
 
 
 def system_of(choice: str | ControlSystem) -> ControlSystem:
-    """Return a control system by its name, with its usual numbers; one that is given is returned as it is."""
-    return system_class(choice)() if isinstance(choice, str) else choice
+    """Return a control system by its name, with its usual numbers; one that is given is returned as it is.
+
+    Raises
+    ------
+    ConfigError
+        As of `system_class`, and if it cannot be made.
+    """
+    if not isinstance(choice, str):
+        return choice
+    found = system_class(choice)
+    try:
+        return found()
+    except _FAULTS as error:
+        raise ConfigError(f"controllers: {_said(_find(choice))} cannot be made: {error!r}") from error
+
+
+def about(name: str) -> str:
+    """Return a line about an installed control system: the first of its docstring."""
+    return (system_class(name).__doc__ or "").strip().partition("\n")[0]
 
 
 def read_choice(choice: Any) -> str | ControlSystem:

@@ -195,7 +195,7 @@ class ControllerConfig(Config):
 
 @dataclass(frozen=True, kw_only=True)
 class FlockingConfig(Config):
-    """Flocking, the other controller; see `swarm_pz.kernels.controllers.flocking` for what the numbers weigh.
+    """Flocking; see `swarm_pz.kernels.controllers.flocking` for what the numbers weigh.
 
     Attributes
     ----------
@@ -211,6 +211,8 @@ class FlockingConfig(Config):
         Largest turn in one control period, in radians.
     speed : float
         Velocity that drones aim at; map widths per second where the speed factor is 1.
+    dwell : float
+        Seconds that each attractor of a command is in force before the next one is; the last one stays.
     """
 
     alignment: float = 0.1
@@ -221,6 +223,7 @@ class FlockingConfig(Config):
     separation_radius: float = 0.05
     max_turn: float = math.pi / 10
     speed: float = 0.25
+    dwell: float = later(5.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -236,6 +239,7 @@ class FlockingConfig(Config):
         check_number(self.separation_radius, "flocking.separation_radius", 0.0, 2.0)
         check_number(self.max_turn, "flocking.max_turn", 0.0, math.pi, open_low=True)
         check_number(self.speed, "flocking.speed", 0.0, 10.0, open_low=True)
+        check_number(self.dwell, "flocking.dwell", 0.1, 1e6)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -270,8 +274,8 @@ class ObservationConfig(Config):
 
     Attributes
     ----------
-    kind : {"grids", "entities"}
-        Images, channel first, or padded and masked lists of drones.
+    kind : {"grids", "entities", "drones"}
+        Images, channel first; padded and masked lists of drones; or one row for every drone, by its number.
     grid : int
         Cells a side of the images; divides 50.
     channels : tuple of str
@@ -279,7 +283,7 @@ class ObservationConfig(Config):
         no time.
     """
 
-    kind: Literal["grids", "entities"] = "grids"
+    kind: Literal["grids", "entities", "drones"] = "grids"
     grid: int = GRID_CELLS
     channels: tuple[str, ...] = CHANNELS
 
@@ -288,7 +292,7 @@ class ObservationConfig(Config):
         known = isinstance(self.channels, tuple) and all(channel in CHANNELS for channel in self.channels)
         fits = known and 0 < len(self.channels) == len(set(self.channels))
         check(fits, "observation.channels", self.channels, f"different ones of {', '.join(CHANNELS)}")
-        check_choice(self.kind, "observation.kind", ("grids", "entities"))
+        check_choice(self.kind, "observation.kind", ("grids", "entities", "drones"))
         check_count(self.grid, "observation.grid", 1, GRID_CELLS)
         check(GRID_CELLS % self.grid == 0, "observation.grid", self.grid, f"a divisor of {GRID_CELLS}")
 

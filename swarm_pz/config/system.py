@@ -53,13 +53,17 @@ class ControlSystem(Config):
         The kind of its commands. Policies say which kind they answer; the same word means the same space.
     shares : str
         What each drone tells those that hear it, in words. Talk radius, loss and relays apply to it.
+    shapes : tuple of str
+        Names of the shapes that its commands may have, for those who choose one by hand.
     kernel : str
-        The controller of `swarm_pz.kernels.controllers` that flies in place of `solve`; empty for none.
+        The controller of `swarm_pz.kernels.controllers` that flies in the games' own loop in place of `solve`: that is
+        "ergodic" alone; empty for none.
     """
 
     name: ClassVar[str]
     takes: ClassVar[str]
     shares: ClassVar[str] = "nothing"
+    shapes: ClassVar[tuple[str, ...]] = ()
     kernel: ClassVar[str] = ""
 
     def tag(self) -> dict[str, str]:
@@ -69,6 +73,10 @@ class ControlSystem(Config):
     def space(self, config: GameConfig) -> spaces.Box:
         """Return the space of one command, in its own units."""
         raise NotImplementedError(f"{type(self).__name__} must say which commands it takes")
+
+    def learner_space(self, config: GameConfig) -> spaces.Box:
+        """Return the space of what learners send: the commands, or a shorter form that `parse_all` reads, too."""
+        return self.space(config)
 
     def default(self, config: GameConfig) -> NDArray[np.float64]:
         """Return the command that is in force from the start: cover evenly, or do nothing."""
@@ -89,6 +97,17 @@ class ControlSystem(Config):
         """As `parse` for the commands (n, *shape) of n games, as policies and learners write them: an array."""
         space = self.space(config)
         return check_values(commands, (count, *space.shape), space.low, space.high, name)
+
+    def check_sizes(
+        self, commands: NDArray[np.float64], sizes: NDArray[np.int64], config: GameConfig, name: str
+    ) -> None:
+        """Refuse parsed commands (n, *shape) that teams of so many drones (n,), as they are now, cannot fly.
+
+        Raises
+        ------
+        CommandError
+            If there is one; it says what was expected and what came. No system of ours refuses its default.
+        """
 
     def from_densities(self, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64] | None:
         """Return the commands (n, *shape) that serve densities (n, A, A) best; None if densities mean nothing to it.

@@ -161,10 +161,12 @@ class BatchEnv:
             return check_densities(commands, (self.num_games, 2, cells, cells), "commands")
         if not isinstance(commands, (tuple, list)) or len(commands) != 2:
             raise CommandError(f"commands must be a pair: red's and blue's of each game, got {commands!r}")
-        flown_by = self.simulator.games.flown_by
-        sides = [
-            control.parse(commands[team], flown_by[:, team], f"{TEAM_NAMES[team]}'s commands") for team in (RED, BLUE)
-        ]
+        flown_by, sizes, running = self.simulator.games.flown_by, self.simulator.sizes, self.running
+        sides = []
+        for team in (RED, BLUE):
+            name = f"{TEAM_NAMES[team]}'s commands"
+            sides.append(control.parse(commands[team], flown_by[:, team], name))
+            control.check_sizes(sides[team][running], flown_by[running, team], sizes[running, team], name)
         return np.stack(sides, axis=1)
 
     def step_checked(
@@ -251,7 +253,9 @@ class BatchEnv:
             answer = policy.act(self.observe(policy.observation, teams, rows), rows)
         try:
             name, flown_by = f"policy {name_of(policy)}'s answer", self.simulator.games.flown_by[rows, teams]
-            return self.simulator.control.read(answer, flown_by, answers_of(policy), name)
+            commands = self.simulator.control.read(answer, flown_by, answers_of(policy), name)
+            self.simulator.control.check_sizes(commands, flown_by, self.simulator.sizes[rows, teams], name)
+            return commands
         except CommandError as error:
             raise PolicyError(str(error)) from error
 

@@ -56,6 +56,8 @@ class DuelBatch:
         Where the learner sits; drawn anew for every game if random.
     threads : int
     max_cycles : int, optional
+    answer_ticks : int, optional
+        Ticks for which opponents' answers hold; a step if not given.
     **options
         How the learner sees and acts: those of `swarm_pz.spaces.formats.Format`.
 
@@ -76,6 +78,7 @@ class DuelBatch:
         side: Literal["random", "red", "blue"] = "random",
         threads: int = 1,
         max_cycles: int | None = None,
+        answer_ticks: int | None = None,
         **options: Unpack[FormatOptions],
     ) -> None:
         check_choice(side, "side", ("random", *TEAM_NAMES))
@@ -88,6 +91,8 @@ class DuelBatch:
             **options,
         )
         self._side = side
+        self._answer_ticks = config.step_ticks if answer_ticks is None else answer_ticks
+        self._answers = np.zeros((num_games, *self.batch.command_shape))
         self.sides = np.zeros(num_games, np.int64)
         """Team of each game's learner."""
         self.opponent_names: list[str] = []
@@ -171,9 +176,9 @@ class DuelBatch:
             raise GameOverError("no game is running: call reset before step")
         commands = np.zeros((self.batch.num_games, 2, *self.batch.command_shape))
         commands[rows, self.sides[rows]] = learners[rows]
-        for policy, mine in self._by_opponent(rows):
-            others = 1 - self.sides[mine]
-            commands[mine, others] = self.batch.ask(policy, others, mine)
+        for policy, mine in self._by_opponent(rows[self.batch.simulator.games.ticks[rows] % self._answer_ticks == 0]):
+            self._answers[mine] = self.batch.ask(policy, 1 - self.sides[mine], mine)
+        commands[rows, 1 - self.sides[rows]] = self._answers[rows]
         result = self.batch.step_checked(commands, after_control_period)
         games = np.arange(self.batch.num_games)
         return DuelResult(result.rewards[games, self.sides], result.terminated, result.truncated, result)

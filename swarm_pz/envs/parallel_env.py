@@ -7,38 +7,24 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.utils import seeding
 from numpy.typing import NDArray
-from pettingzoo import AECEnv, ParallelEnv
+from pettingzoo import AECEnv
 from pettingzoo.utils import BaseParallelWrapper, wrappers
 from pettingzoo.utils.conversions import parallel_to_aec_wrapper
 
-from swarm_pz.config import AGENTS, BLUE, CHANNELS, GRID_CELLS, RED, GameConfig, ObservationConfig, resolve
+from swarm_pz.config import AGENTS, RED, GameConfig, resolve
 from swarm_pz.envs.batch_env import BatchEnv, StepResult, plain
+from swarm_pz.envs.one_game import OneGameEnv
 from swarm_pz.errors import CommandError, GameOverError
-from swarm_pz.rendering.painter import METADATA, Screen
-from swarm_pz.simulator.spawn import check_seed, next_seed, seeds_of
 from swarm_pz.spaces.actions import ActionKind
 from swarm_pz.spaces.formats import Dtype, Format
 from swarm_pz.spaces.observation import Observations, of_game
 
 Step = tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]
 """Observations, rewards, terminations, truncations and infos, each by agent."""
-STATE_CHANNELS = (
-    "red_positions",
-    "blue_positions",
-    "red_trail_age",
-    "blue_trail_age",
-    "red_capture_field",
-    "blue_capture_field",
-    "red_target",
-    "blue_target",
-    "red_share",
-    "time_left",
-)
 
 
-class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # untyped base
+class CaptureEnv(OneGameEnv):
     """Two swarms, each trying to capture all of the other's drones.
 
     Each agent sends a coarse *density image*, its command; a decentralized ergodic controller flies
@@ -117,8 +103,6 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
     Version history: v0, the first.
     """
 
-    metadata = METADATA
-
     def __init__(
         self,
         config: GameConfig | None = None,
@@ -133,12 +117,8 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
         **overrides: Any,
     ) -> None:
         self.config = resolve(config, overrides, type(self))
-        self.render_mode = render_mode
-        self.batch = BatchEnv(self.config, max_cycles=max_cycles)
-        self.screen = Screen(render_mode, self.batch.simulator)
-        self.metadata = self.screen.metadata
+        super().__init__(BatchEnv(self.config, max_cycles=max_cycles), render_mode)
         self.possible_agents = list(AGENTS)
-        self.agents: list[str] = []
         self.formats = {
             agent: Format(
                 self.config,
@@ -154,38 +134,11 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
                 AGENTS, self.config.observations, self.config.team_systems, strict=True
             )
         }
-        self.state_space = spaces.Box(0, 255, (len(STATE_CHANNELS), GRID_CELLS, GRID_CELLS), np.uint8)
-        self._np_random: np.random.Generator | None = None
-
-    @property
-    def np_random(self) -> np.random.Generator:
-        """The generator from which games without a seed come; may be assigned."""
-        if self._np_random is None:
-            self._np_random = seeding.np_random()[0]
-        return self._np_random
-
-    @np_random.setter
-    def np_random(self, generator: np.random.Generator) -> None:
-        self._np_random = generator
-
-    @property
-    def np_random_seed(self) -> Any:
-        """What `np_random` was seeded with."""
-        return seeds_of(self.np_random).entropy
 
     @property
     def command_names(self) -> tuple[str, ...]:
         """What each of red's discrete actions asks for; nothing for actions of other kinds."""
         return self.formats[AGENTS[RED]].command_names
-
-    @property
-    def max_cycles(self) -> int:
-        """Steps until a draw; may be assigned."""
-        return self.batch.max_cycles
-
-    @max_cycles.setter
-    def max_cycles(self, cycles: int) -> None:
-        self.batch.max_cycles = cycles
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """Return an agent's observation space, the same object at every call."""
@@ -211,13 +164,8 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
         -------
         observations, infos : dict by agent
         """
-        if seed is not None:
-            self.batch.reset([check_seed(seed)], scenario=options)
-            self._np_random = seeding.np_random(int(seed))[0]
-        else:
-            self.batch.reset([next_seed(self.np_random)], scenario=options)
-        self.agents = list(AGENTS)
-        self.screen.begin()
+        self.batch.reset([self._seed_of_game(seed)], scenario=options)
+        self._began(seed, self.possible_agents)
         return self._observations(), self._infos(None)
 
     def step(self, actions: Mapping[str, Any]) -> Step:
@@ -259,22 +207,6 @@ class CaptureEnv(ParallelEnv[str, Observations, Any]):  # type: ignore[misc]  # 
             {agent: bool(result.truncated[0]) for agent in AGENTS},
             self._infos(result),
         )
-
-    def state(self) -> NDArray[np.uint8]:
-        """Return the whole board, channels in the order of `STATE_CHANNELS`."""
-        observation = ObservationConfig(grid=GRID_CELLS)
-        red, blue = (self.batch.observe(observation, team)[0] for team in (RED, BLUE))
-        target = CHANNELS.index("own_target")
-        return np.concatenate([red[: target + 1], blue[target : target + 1], red[target + 1 :]])
-
-    def render(self) -> Any:
-        """Show or return the board as the render mode says."""
-        return self.screen.render()
-
-    def close(self) -> None:
-        """Close the window and end threads."""
-        self.screen.close()
-        self.batch.close()
 
     def check_action(self, agent: str, action: Any) -> NDArray[np.float64]:
         """Return an agent's action as a command (*command_shape).

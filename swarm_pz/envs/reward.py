@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import RED, GameConfig
+from swarm_pz.config import BLUE, RED, GameConfig
 
 
 def red_rewards(
@@ -30,3 +30,48 @@ def red_rewards(
     gain = (sizes_after - sizes_before)[:, RED] / (config.num_drones / 2)
     won = np.where(sizes_after[:, RED] > 0, 1.0, -1.0)
     return np.asarray(config.reward.size_change * gain + config.reward.outcome * np.where(decided, won, 0.0))
+
+
+def drone_rewards(
+    config: GameConfig,
+    rewards: NDArray[np.float64],
+    flew: NDArray[np.bool_],
+    teams_before: NDArray[np.int8],
+    teams_after: NDArray[np.int8],
+    captured_at: NDArray[np.int64],
+    decided: NDArray[np.bool_],
+) -> NDArray[np.float64]:
+    """Return what each drone gets of its team's reward of a step.
+
+    All of it; but a drone that is captured in the step gets what its team had got to that tick, and one that sat
+    out nothing. A drone that changes sides twice in one step was never away.
+
+    Parameters
+    ----------
+    config : GameConfig
+    rewards : float64 array (E, 2)
+        Of the step, red's and blue's.
+    flew : bool array (E, N)
+        Whether each drone's agent played when the step began.
+    teams_before, teams_after : int8 array (E, N)
+    captured_at : int64 array (E, N)
+        Tick in which each drone was captured last.
+    decided : bool array (E,)
+        Whether the step decided the game; the last capture did it.
+
+    Returns
+    -------
+    float64 array (E, N)
+    """
+    shares = np.where(flew, np.take_along_axis(rewards, teams_before.astype(np.int64), axis=1), 0.0)
+    changed = teams_after != teams_before
+    games, drones = np.nonzero(flew & changed)
+    tick, side = captured_at[games, drones], teams_before[games, drones]
+    until = changed[games] & (captured_at[games] <= tick[:, None])
+    gain = np.where(until, teams_after[games].astype(np.int64) - teams_before[games], 0).sum(axis=1)
+    blue = teams_before[games].sum(axis=1, dtype=np.int64)
+    sizes = np.stack([config.num_drones - blue, blue], axis=1)
+    last = decided[games] & (tick == captured_at[games].max(axis=1))
+    red = red_rewards(config, sizes, sizes + np.stack([-gain, gain], axis=1), last)
+    shares[games, drones] = np.where(side == BLUE, 0.0 - red, red)
+    return shares

@@ -41,6 +41,8 @@ class PlayedGame:
         Equal for games that ended alike.
     forfeit : str
         Why the loser forfeited; empty if nobody did.
+    sent : (int, int)
+        Commands of both that were others than those before; (0, 0) in files from before they were counted.
     thinking_ms : (float, float)
         Mean milliseconds a command.
     """
@@ -53,6 +55,7 @@ class PlayedGame:
     seconds: float
     fingerprint: str
     forfeit: str = ""
+    sent: tuple[int, int] = (0, 0)
     thinking_ms: tuple[float, float] = (0.0, 0.0)
 
     @property
@@ -175,7 +178,8 @@ class Ledger:
         for number, line in enumerate(whole.splitlines(), 1):
             try:
                 plain = json.loads(line)
-                game = PlayedGame(**plain | {"thinking_ms": tuple(plain["thinking_ms"])})
+                pairs = {name: tuple(plain[name]) for name in ("sent", "thinking_ms") if name in plain}
+                game = PlayedGame(**plain | pairs)
                 games[game.key] = game
             except (LookupError, TypeError, ValueError) as error:
                 raise ResultsError(f"line {number} of {path} is not a finished game: {error!r}") from error

@@ -18,7 +18,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.evaluation.intervals import middle, wilson
 from swarm_pz.evaluation.provenance import provenance
-from swarm_pz.evaluation.rollout import Game, Rollout, play_games
+from swarm_pz.evaluation.rollout import Game, play_or_forfeit
 from swarm_pz.policy import Player, PrivilegedPolicy, load_players, name_of
 
 _BATCH = 256
@@ -69,6 +69,11 @@ class MatchResult:
     def lost(self) -> list[Game]:
         """The games that count and that the policy lost."""
         return [game for game in self.unique if game.outcome == "loss"]
+
+    @property
+    def forfeits(self) -> list[Game]:
+        """The games that a side lost because its control system failed."""
+        return [game for game in self.games if game.forfeit]
 
     def count(self, outcome: str) -> int:
         """Count unique games that ended in "win", "draw" or "loss"."""
@@ -128,9 +133,15 @@ class MatchResult:
         }
 
     def write(self, path: Path, command: str = "") -> None:
-        """Write the summary as JSON, with the lost games, and where it comes from (`evaluation.provenance`)."""
+        """Write the summary as JSON, with the lost and forfeited games, and its origin (`evaluation.provenance`)."""
         lost = [{"pair": game.pair, "side": game.side, "seconds": game.seconds} for game in self.lost]
-        figures = self.summary() | {"lost": lost} | provenance(self.config, command)
+        forfeits = [{"pair": game.pair, "side": game.side, "reason": game.forfeit} for game in self.forfeits]
+        figures = (
+            self.summary()
+            | {"lost": lost}
+            | ({"forfeits": forfeits} if forfeits else {})
+            | provenance(self.config, command)
+        )
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(figures, indent=2) + "\n")
 
@@ -146,6 +157,8 @@ def play_match(
     progress: Callable[[int, int], None] | None = None,
 ) -> MatchResult:
     """Play a match, half of the games from each side.
+
+    A game in which a control system raises, answers nonsense or takes too long is a forfeit of the side that it flies.
 
     Parameters
     ----------
@@ -173,13 +186,13 @@ def play_match(
     players = load_players(policy, opponent, config)
     played: list[Game] = []
 
-    def report(rollout: Rollout) -> None:
+    def report(ended: int) -> None:
         if progress is not None:
-            progress(len(played) + rollout.finished, games)
+            progress(len(played) + ended, games)
 
     for start in range(0, games, _BATCH):
         numbers = range(start, min(start + _BATCH, games))
-        played += play_games(*players, numbers, seed=seed, config=config, threads=threads, after_step=report)
+        played += play_or_forfeit(*players, numbers, seed=seed, config=config, threads=threads, progress=report)
     names = name_of(policy), name_of(opponent)
     return MatchResult(
         policy=names[0],

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check_choice, check_count
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import CommandError, PolicyError
+from swarm_pz.errors import CommandError, FlightError, PolicyError
 from swarm_pz.policy import Player, load_players, name_of
 from swarm_pz.simulator.spawn import check_seed
 
@@ -67,11 +68,15 @@ class Game:
     captures, recaptures : int
         Drones taken by both teams together, and those taken back within a second.
     fingerprint : bytes
-        Equal for two games that ended alike in every position and team.
+        Equal for two games that ended alike in every position and team; no two that were forfeited do.
     sizes : list of int
         Red's drones at the start and after every step.
+    sent : (int, int)
+        Commands of the policy and of its opponent that were others than those before.
     thinking_ms : (float, float)
         Mean milliseconds a command of the policy and of its opponent; not the same twice.
+    forfeit : str
+        Which control system did what, where one failed and its side lost by that; else empty.
     """
 
     pair: int
@@ -83,7 +88,9 @@ class Game:
     recaptures: int
     fingerprint: bytes
     sizes: list[int]
+    sent: tuple[int, int] = (0, 0)
     thinking_ms: tuple[float, float] = field(default=(0.0, 0.0), compare=False)
+    forfeit: str = ""
 
 
 class FaultError(PolicyError):
@@ -101,6 +108,10 @@ class FaultError(PolicyError):
 
     def __str__(self) -> str:
         return self.reason
+
+
+class GroundedError(FaultError):
+    """A control system raised, answered nonsense or took too long: the side that it flies forfeits."""
 
 
 @contextmanager
@@ -151,7 +162,7 @@ class Rollout:
     PolicyError
         If a policy is unknown.
     FaultError
-        If a policy raises when its games begin.
+        If a policy, or a control system, fails when its games begin.
     """
 
     def __init__(
@@ -179,11 +190,15 @@ class Rollout:
         self.batch = BatchEnv(self.config, len(self._numbers), threads=threads)
         self.simulator = self.batch.simulator
         starts, *streams = zip(*(_streams(seed, number) for number in self._numbers), strict=True)
-        self.batch.reset(starts, swapped=self._sides[0] == BLUE)
+        with self._flying():
+            self.batch.reset(starts, swapped=self._sides[0] == BLUE)
         for place, player in enumerate(self._players):
             with blame(place, self._names[place]), self._clock(len(self.rows), True):
                 player.reset(streams[place], self.rows)
         self._spent = np.zeros((2, len(self.rows)))
+        self._latest = np.full((len(self.rows), 2, *self.batch.command_shape), np.nan)
+        self._sent = np.zeros((len(self.rows), 2), np.int64)
+        """(E, 2) new commands of red and blue."""
         self._sizes = [self.simulator.sizes[:, RED]]
 
     def play(
@@ -204,16 +219,27 @@ class Rollout:
         Raises
         ------
         FaultError
-            If a policy raises, answers nonsense or too late.
+            If a policy raises, answers nonsense or too late; a GroundedError if a control system does.
         """
         end = math.inf if seconds is None else seconds
         look = None if after_control_period is None else functools.partial(after_control_period, self)
         while self.batch.running.any() and self.simulator.time_s.max() < end:
             self.rows = np.flatnonzero(self.batch.running)
-            self.batch.step_checked(self._ask(), look)
+            commands = self._ask()
+            with self._flying():
+                self.batch.step_checked(commands, look)
             self._sizes.append(self.simulator.sizes[:, RED])
             if after_step is not None:
                 after_step(self)
+
+    @contextmanager
+    def _flying(self) -> Iterator[None]:
+        """Blame who flies by a control system for what it does wrong in here."""
+        try:
+            yield
+        except FlightError as error:
+            place = 0 if self._sides[0, error.rows[0]] == error.team else 1
+            raise GroundedError(place, str(error)) from error
 
     def _ask(self) -> NDArray[np.float64]:
         """Return the commands (E, 2, *command_shape) of both players in the running games."""
@@ -225,6 +251,9 @@ class Rollout:
             with blame(place, self._names[place]), self._clock(len(rows), len(self._sizes) == 1):
                 commands[rows, teams] = self.batch.ask(player, teams, rows)
             self._spent[place, rows] += 1000.0 * (time.perf_counter() - began) / len(rows)
+        is_new = (commands[rows] != self._latest[rows]).any(axis=tuple(range(2, commands.ndim)))
+        self._sent[rows] += is_new
+        self._latest[rows] = commands[rows]
         return commands
 
     @property
@@ -259,6 +288,7 @@ class Rollout:
             recaptures=int(simulator.games.recaptures[row].sum()),
             fingerprint=simulator.positions[row].tobytes() + simulator.teams[row].tobytes(),
             sizes=sizes[: steps + 1].tolist(),
+            sent=(int(self._sent[row, side]), int(self._sent[row, 1 - side])),
             thinking_ms=(float(self._spent[0, row] / steps), float(self._spent[1, row] / steps)),
         )
 
@@ -298,9 +328,52 @@ def play_games(
     Raises
     ------
     FaultError
-        If a policy raises, answers nonsense or too late.
+        If a policy raises, answers nonsense or too late; a GroundedError if a control system does.
     """
     rollout = Rollout(policy, opponent, numbers, seed=seed, config=config, threads=threads, clock=clock)
     with closing(rollout):
         rollout.play(after_step=after_step)
         return rollout.games()
+
+
+def play_or_forfeit(
+    policy: Player, opponent: Player, numbers: Sequence[int], *, progress: Callable[[int], None], **options: Any
+) -> list[Game]:
+    """Play games as `play_games` does; those in which a control system fails are lost by the side that it flies.
+
+    Systems fly many games at once, so after a failure each game is played again on its own, to see in which they fail.
+    `progress` is called with the number of games that have ended.
+
+    Raises
+    ------
+    FaultError
+        If a policy raises, answers nonsense or too late.
+    """
+    try:
+        return play_games(policy, opponent, numbers, after_step=lambda rollout: progress(rollout.finished), **options)
+    except GroundedError as fault:
+        if len(numbers) == 1:
+            return [_forfeited(numbers[0], fault)]
+    played: list[Game] = []
+
+    def report(ended: int) -> None:
+        progress(len(played) + ended)
+
+    for number in numbers:
+        played += play_or_forfeit(policy, opponent, [number], progress=report, **options)
+    return played
+
+
+def _forfeited(number: int, fault: GroundedError) -> Game:
+    return Game(
+        pair=number // 2,
+        side=TEAM_NAMES[number % 2],
+        outcome="loss" if fault.place == 0 else "win",
+        share=float(fault.place),
+        seconds=0.0,
+        captures=0,
+        recaptures=0,
+        fingerprint=f"forfeit {number}".encode(),
+        sizes=[],
+        forfeit=str(fault),
+    )

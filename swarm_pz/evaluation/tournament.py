@@ -126,6 +126,7 @@ def _line(one: str, other: str, number: int, game: Game) -> PlayedGame:
         share=game.share,
         seconds=game.seconds,
         fingerprint=hashlib.sha256(game.fingerprint).hexdigest()[:16],
+        sent=game.sent,
         thinking_ms=(round(game.thinking_ms[0], 2), round(game.thinking_ms[1], 2)),
     )
 
@@ -174,10 +175,18 @@ class Tournament:
         )
         self.games = self._ledger.read()
 
+    def pairings(self) -> list[tuple[str, str]]:
+        """Return who plays whom, each two in alphabetical order: everybody everybody else."""
+        return list(itertools.combinations(sorted(self.players), 2))
+
+    def rules_of(self, one: str, other: str) -> TournamentConfig:
+        """Return what the games of two players share: the same for all."""
+        return self.config
+
     def missing(self) -> list[tuple[str, str, list[int]]]:
         """Return what is still to be played: blocks of games of two players."""
         blocks = []
-        for one, other in itertools.combinations(sorted(self.players), 2):
+        for one, other in self.pairings():
             numbers = [number for number in range(self.config.games) if (one, other, number) not in self.games]
             size = _BLOCK // 10 if {one, other} & self.privileged else _BLOCK  # planners think game by game
             blocks += [(one, other, numbers[start : start + size]) for start in range(0, len(numbers), size)]
@@ -232,7 +241,7 @@ class Tournament:
             for block in blocks:
                 if asked():
                     raise self._stopped()
-                keep(play_block(self._loader, *block, self.config))
+                keep(play_block(self._loader, *block, self.rules_of(*block[:2])))
             return
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(processes, mp_context=context, initializer=prepare_process) as pool:
@@ -241,7 +250,8 @@ class Tournament:
             try:
                 while not asked():
                     for block in itertools.islice(left, 2 * processes - len(waiting)):
-                        waiting[pool.submit(play_block, self._loader, *block, self.config)] = block
+                        rules = self.rules_of(*block[:2])
+                        waiting[pool.submit(play_block, self._loader, *block, rules)] = block
                     if not waiting:
                         return
                     for future in wait(waiting, return_when=FIRST_COMPLETED).done:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import BLUE, RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, CaptureConfig, GameConfig
 from swarm_pz.evaluation.intervals import bootstrap, rounded
-from swarm_pz.simulator import Simulator
+from swarm_pz.simulator import Simulator, make_target
 from swarm_pz.simulator.ergodicity import ErgodicMetric
 
 Array = NDArray[np.float64]
@@ -59,9 +59,11 @@ def start(config: GameConfig, seeds: Sequence[int], command: ArrayLike) -> Simul
 
 
 def give(simulator: Simulator, command: ArrayLike) -> None:
-    """Give the same density (A, A) to the team in all games."""
-    density = np.asarray(command)
+    """Give the same density (A, A) to the team in all games; the metric compares with it, whoever flies."""
+    density = np.asarray(command, np.float64)
     simulator.command(RED, np.broadcast_to(density, (simulator.num_games, *density.shape)))
+    if simulator.config.team_systems[RED].takes != "density":  # its target is what it makes of that
+        simulator.games.coefficients[:, RED] = make_target(density, simulator.config.controller.modes)[1]
 
 
 def periods(simulator: Simulator, seconds: int, after: Callable[[int], Any]) -> None:

@@ -42,6 +42,20 @@ STAMP = stamp_of(Path(__file__).parents[1])
 """Of the sources as this process found them."""
 
 
+class _Files(IndexDataCacheFile):
+    """numba's files of a function's machine code, each called by the arguments that its code takes.
+
+    numba numbers them. Of two processes that compile a function at once for other arguments, both would take the
+    same number, and the index of one could then lead to the code of the other.
+    """
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep machine code in a file that no other arguments have."""
+        name, arguments = self._index_name.removesuffix(".nbi"), hashlib.sha256(repr(key).encode()).hexdigest()[:16]
+        self._data_name_pattern = f"{name}-{arguments}.{{number}}.nbc"
+        super().save(key, data)
+
+
 class StampedCache(FunctionCache):
     """numba's cache of a function's machine code, in files that carry the stamp in their names.
 
@@ -64,7 +78,7 @@ class StampedCache(FunctionCache):
         super().__init__(function)
         self._function_name = function.__name__
         self._unstamped = self._impl.filename_base
-        self._cache_file = IndexDataCacheFile(self.cache_path, f"{self._unstamped}-{STAMP}", STAMP)
+        self._cache_file = _Files(self.cache_path, f"{self._unstamped}-{STAMP}", STAMP)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Load machine code for a signature, or say that it is compiled."""

@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.capture import Boards, add_up, find_captured
-from swarm_pz.kernels.controllers import GIVEN, NUMBERS
 from swarm_pz.kernels.controllers.communication import Communication, ergodic_among_heard, who_hears_whom
 from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
-from swarm_pz.kernels.controllers.flocking import FlockingParameters, flocking
 from swarm_pz.kernels.dynamics import move
 from swarm_pz.kernels.fourier import differ
 from swarm_pz.kernels.reconstruction import find_captured_by_density, rebuild_field
@@ -20,7 +18,10 @@ from swarm_pz.kernels.rng import FAILURE, draw
 from swarm_pz.kernels.swarm import Swarm, with_teams
 from swarm_pz.kernels.trails import cell_of, extend_trails, forget_trail, hand_over_trail, take_back_newest
 
-FLOCKING = NUMBERS["flocking"]
+ERGODIC = 0
+"""Who flies a team: the ergodic controller, in this loop."""
+GIVEN = 1
+"""From this number on, its accelerations are given by a control system outside of the kernels."""
 
 
 class Games(NamedTuple):
@@ -63,9 +64,7 @@ class Games(NamedTuple):
     failed: NDArray[np.bool_]
     """(E, N) drones that do not work now."""
     flown_by: NDArray[np.int8]
-    """(E, 2) who flies each team: a number of `swarm_pz.kernels.controllers.NUMBERS`, or one from `GIVEN` on."""
-    attractors: NDArray[np.float32]
-    """(E, 2, 3) x, y and weight of each team's attractor, if anybody flocks."""
+    """(E, 2) who flies each team: `ERGODIC`, or a number from `GIVEN` on."""
     followed: NDArray[np.float64]
     """(E, 2, A, A) each team's target at the last solve, if commands make it forget; else (E, 2, 0, 0)."""
     sent: NDArray[np.bool_]
@@ -116,7 +115,6 @@ class RuleVariants(NamedTuple):
     repair_chance: float
     """Of a failed one."""
     communication: Communication
-    flocking: FlockingParameters
     is_given: bool
     """Whether control systems outside of the kernels fly any team."""
     is_ergodic: bool
@@ -198,22 +196,6 @@ def at_work(teams: NDArray[np.int8], failed: NDArray[np.bool_]) -> NDArray[np.in
 
 
 @kernel
-def flies(flown_by: NDArray[np.int8], controller: int) -> bool:
-    """Whether a controller flies any team of a game."""
-    return bool(flown_by[0] == controller or flown_by[1] == controller)
-
-
-@kernel
-def flown(crew: NDArray[np.int8], flown_by: NDArray[np.int8], controller: int) -> NDArray[np.int8]:
-    """Return each drone's team, -1 for those of a team that another controller flies."""
-    own = crew.copy()
-    for i in range(crew.shape[0]):
-        if crew[i] >= 0 and flown_by[crew[i]] != controller:
-            own[i] = -1
-    return own
-
-
-@kernel
 def solve_with_variants(
     games: Games,
     e: int,
@@ -223,10 +205,10 @@ def solve_with_variants(
     scratch: Scratch,
     boards: Boards,
 ) -> None:
-    """Let the controllers choose all accelerations, where variants have a say.
+    """Choose all accelerations, where variants have a say.
 
     Where anybody needs it, the ergodic controller runs for all drones, since memories and coefficients are kept of
-    whoever is flown by another one, too; the others then steer their own drones.
+    whoever is flown by another one, too; those then get what they were given.
     """
     if games.followed.shape[2]:
         take_up_commands(games, e, variants, boards)
@@ -248,9 +230,6 @@ def solve_with_variants(
         )
     else:
         ergodic(swarm, games.coefficients[e], controller, scratch)
-    if flies(games.flown_by[e], FLOCKING):
-        flock = with_teams(swarm, flown(swarm.teams, games.flown_by[e], FLOCKING))
-        flocking(flock, games.attractors[e], variants.flocking, scratch)
     if variants.is_given:
         for i in range(games.teams.shape[1]):
             if games.flown_by[e, games.teams[e, i]] >= GIVEN and not games.failed[e, i]:

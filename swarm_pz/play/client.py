@@ -1,4 +1,4 @@
-"""A program at the table: takes a seat in a room, is shown the game, answers with densities.
+"""A program at the table: takes a seat in a room, is shown the game, answers with commands.
 
 A seat from a script of one's own, against the ring:
 
@@ -7,13 +7,21 @@ A seat from a script of one's own, against the ring:
     ...     return np.eye(10)
     >>> play("127.0.0.1:8000", flank, opponent="ring")         # doctest: +SKIP
     'red'
+
+And one whose drones it flies itself:
+
+    >>> def brake(frame, team):                                # doctest: +SKIP
+    ...     return np.clip(-frame.velocities, -1, 1)
+    >>> play("127.0.0.1:8000", brake, opponent="ring", system="direct", answers="accelerations")  # doctest: +SKIP
+    'blue'
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
-from numpy.typing import ArrayLike
+import numpy as np
 from websockets import Subprotocol
 from websockets.sync.client import connect
 
@@ -25,12 +33,14 @@ from swarm_pz.play.frames import FRAME, Frame, decode_frame
 
 def play(
     address: str,
-    tactic: Callable[[Frame, int], ArrayLike],
+    tactic: Callable[[Frame, int], Any],
     *,
     room: str | None = None,
     opponent: str | None = None,
     seat: protocol.Side = "red",
     period: float = 1.0,
+    system: str | None = None,
+    answers: str = "density",
 ) -> str:
     """Play one game and return who won it: "red", "blue" or "draw".
 
@@ -39,7 +49,8 @@ def play(
     address : str
         Host and port of the server.
     tactic : callable
-        From a frame and the own team (0 red, 1 blue) to a density (A, A) with values in [0, 1].
+        From a frame and the own team (0 red, 1 blue) to a density (A, A) with values in [0, 1], or to a command of
+        the kind that it `answers`: an array, or a mapping that the control system reads.
     room : str, optional
         Code of a room to join; a new one is opened if none is given, with `opponent` in the other seat.
     opponent : str, optional
@@ -47,14 +58,24 @@ def play(
     seat : {"red", "blue"}
     period : float
         Seconds of game between two commands.
+    system : str, optional
+        The control system that flies the own seat of a room that is opened; the table's if not given.
+    answers : str
+        The kind of the tactic's commands.
+
+    Raises
+    ------
+    PolicyError
+        If the table refuses something, hangs up, or the seat's control system does not take such commands.
     """
-    with connect(f"ws://{address}/socket", subprotocols=[Subprotocol(protocol.SUBPROTOCOL)], max_size=None) as socket:
+    spoken = [Subprotocol(name) for name in protocol.VERSIONS]
+    with connect(f"ws://{address}/socket", subprotocols=spoken, max_size=None) as socket:
 
         def say(message: protocol.ClientMessage) -> None:
             socket.send(protocol.encode(message))
 
         say(protocol.Hello(kind="program"))
-        say(protocol.Join(room, seat) if room is not None else protocol.Create(seat=seat, opponent=opponent))
+        say(protocol.Join(room, seat) if room is not None else _opening(seat, opponent, system))
         say(protocol.Ready())
         team, number, next_tick, frames, has_begun = TEAM_NAMES.index(seat), 0, 0, 0, False
         for data in socket:
@@ -62,6 +83,8 @@ def play(
                 message = protocol.decode_server(data)
                 if isinstance(message, protocol.Refused) and message.code != "too_many":
                     raise PolicyError(f"the table refused {message.about or 'a message'}: {message.reason}")
+                if isinstance(message, protocol.Seated):
+                    _check_kind(message.commands, answers)
                 if isinstance(message, protocol.RoomState):
                     if message.phase == "starting":
                         next_tick = 0  # commands count from the countdown on, and anew in each
@@ -75,6 +98,28 @@ def play(
                     say(protocol.Acknowledge(frame.sequence))
                 if frame.tick >= next_tick:
                     number, next_tick = number + 1, frame.tick + round(period * TICKS_PER_SECOND)
-                    density = [[float(value) for value in row] for row in tactic(frame, team)]  # type: ignore
-                    say(protocol.CommandMessage(number, density=density))
+                    asked = _plain(tactic(frame, team))
+                    is_density = answers == "density"
+                    say(protocol.CommandMessage(number, **{"density" if is_density else "command": asked}))
     raise PolicyError("the table closed the connection")
+
+
+def _opening(seat: protocol.Side, opponent: str | None, system: str | None) -> protocol.Create:
+    settings = protocol.Settings(red_system=system) if seat == "red" else protocol.Settings(blue_system=system)
+    return protocol.Create(settings=settings, seat=seat, opponent=opponent)
+
+
+def _check_kind(commands: protocol.Commands | None, answers: str) -> None:
+    """Refuse a seat whose control system takes other commands; tables of version 1 take densities."""
+    takes = commands.takes if commands is not None else "density"
+    serves = commands is None or commands.serves_densities
+    if answers != takes and not (answers == "density" and serves):
+        flown = f"{commands.system}, " if commands is not None else ""
+        raise PolicyError(f"the seat is flown by {flown}which takes commands of kind {takes!r}, not {answers!r}")
+
+
+def _plain(command: Any) -> Any:
+    """Return a command as JSON holds it."""
+    if isinstance(command, Mapping):
+        return {str(name): value if isinstance(value, str) else _plain(value) for name, value in command.items()}
+    return np.asarray(command, np.float64).tolist()

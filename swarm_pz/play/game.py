@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import (
     BLUE,
@@ -20,26 +20,13 @@ from swarm_pz.config import (
     GameConfig,
 )
 from swarm_pz.config.base import Config, check, check_number
-from swarm_pz.config.values import check_densities
-from swarm_pz.errors import CommandError
 from swarm_pz.kernels.fourier import SAME_TARGET
 from swarm_pz.kernels.game import Games
+from swarm_pz.play.commands import Command, CommandReader
 from swarm_pz.play.strokes import DEFAULT_MAPPING, MAPPINGS, Mapping
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import make_target
 from swarm_pz.simulator.spawn import Seed
-
-_DECIMALS = 4
-"""Digits of a density at the table, so that recordings hold exactly what was played, and are short."""
-
-
-def as_followed(density: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a checked density (A, A) as it is followed and written down at the table: its largest value 1, rounded.
-
-    An image and its double are the same, however faint: only what stands beside its largest value counts.
-    """
-    largest = density.max(initial=0.0)
-    return np.round(density / largest if largest > 0.0 else density, _DECIMALS)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,15 +67,6 @@ class TableConfig(Config):
 
 
 @dataclass(frozen=True)
-class Command:
-    """A team's command, its density checked, and the number by which its sender knows it."""
-
-    team: int
-    number: int
-    density: NDArray[np.float64] = field(repr=False, compare=False)
-
-
-@dataclass(frozen=True)
 class InForce:
     """A command that the swarm follows from a tick on."""
 
@@ -121,14 +99,18 @@ class LiveGame:
     ----------
     simulator : Simulator
         Of this one game.
+    reader : CommandReader
+        Of its commands.
     """
 
     def __init__(self, config: TableConfig, seed: Seed) -> None:
-        self.config = config
+        self.config, self.reader = config, CommandReader(config.game)
         self.simulator = Simulator(config.game)
         self.simulator.reset([seed])
         self._waiting: list[Command | None] = [None, None]
         self._never = -config.interval_ticks
+        self._begun = -1
+        """The tick whose control period has begun: commands count from the next one on."""
         self._last_in_force = [self._never, self._never]
 
     @property
@@ -156,38 +138,49 @@ class LiveGame:
             return "draw"
         return TEAM_NAMES[RED if self.sizes[RED] else BLUE]
 
-    def submit(self, team: int, number: int, density: ArrayLike) -> Command:
-        """Hand in a command, and return it as it will be followed; one that still waits is forgotten.
+    def check_size(self, command: Command) -> None:
+        """Refuse a command that a team of so many drones, as it is now, cannot fly.
 
         Raises
         ------
         CommandError
-            If the team or the density is not valid; the game goes on with what it had.
+            If it is one.
         """
-        if team not in (RED, BLUE):
-            raise CommandError(f"team must be 0 (red) or 1 (blue), got {team!r}")
-        cells = self.config.game.command_cells
-        values = check_densities(density, (cells, cells), f"{TEAM_NAMES[team]}'s command")
-        return self.submit_checked(team, number, values)
+        team, control, name = command.team, self.simulator.control, f"{TEAM_NAMES[command.team]}'s command"
+        flown_by, sizes = self.simulator.games.flown_by[:, team], self.simulator.sizes[:, team]
+        control.check_sizes(self.reader.packed(command), flown_by, sizes, name)
 
-    def submit_checked(self, team: int, number: int, density: NDArray[np.float64]) -> Command:
-        """As `submit`, for who has checked team and density (A, A) already."""
-        command = Command(team, number, as_followed(density))
-        self._waiting[team] = command
+    def submit(self, team: int, number: int, given: Any, kind: str = "density") -> Command:
+        """Read a command, hand it in and return it; after errors, as of `CommandReader.read`, nothing has changed."""
+        command = self.reader.read(team, number, given, kind)
+        self.check_size(command)
+        self.hand_in(command)
         return command
 
-    def holds(self, team: int, density: NDArray[np.float64]) -> bool:
-        """Whether a checked density (A, A) need not be handed in by who asks for something at every step.
+    def hand_in(self, command: Command) -> None:
+        """Let a command that was read wait for its solve; one of its team that still waits is forgotten."""
+        self._waiting[command.team] = command
 
-        It asks for what was handed in last, and the rules tell that held from that sent again; see `MemoryConfig`.
+    def holds(self, command: Command) -> bool:
+        """Whether a command need not be handed in, by who asks for something at every step.
+
+        It asks for what was handed in last, and that held is another thing than that sent again: densities by the
+        rules (see `MemoryConfig`), commands of control systems of Python's always.
         """
-        game, waiting, last = self.config.game, self._waiting[team], self.simulator.targets[0, team]
+        game, team, waiting = self.config.game, command.team, self._waiting[command.team]
+        if not self.reader.systems[team].kernel:
+            asked = self.reader.packed(command).ravel()
+            former = self.simulator.games.commands[0, team]
+            if waiting is not None:
+                former = self.reader.packed(waiting).ravel()
+            return bool((asked == former[: asked.size]).all())
         if not game.tells_sending:
             return False
+        last = self.simulator.targets[0, team]
         if waiting is not None:
-            last, _ = make_target(waiting.density, game.controller.modes)
-        asked, _ = make_target(as_followed(density), game.controller.modes)
-        return bool(np.abs(asked - last).max() <= SAME_TARGET)
+            last, _ = make_target(waiting.values, game.controller.modes)
+        wanted, _ = make_target(command.values, game.controller.modes)
+        return bool(np.abs(wanted - last).max() <= SAME_TARGET)
 
     def withdraw(self) -> None:
         """Forget the commands that wait."""
@@ -195,7 +188,7 @@ class LiveGame:
 
     def put_in_force(self, command: Command) -> None:
         """Let a team follow a command from the next solve on, however young its last one is."""
-        self.simulator.command_checked(command.team, command.density[None], np.zeros(1, np.int64))
+        self.simulator.command_checked(command.team, self.reader.packed(command), np.zeros(1, np.int64))
         self._last_in_force[command.team] = self.tick
 
     def restore(self, games: Games, last_in_force: Sequence[int | None]) -> None:
@@ -209,7 +202,7 @@ class LiveGame:
             Ticks at which the last commands of red and blue had come into force before; None if there was none.
         """
         self.simulator.restore(games)
-        self._waiting = [None, None]
+        self._waiting, self._begun = [None, None], -1
         self._last_in_force = [self._never if tick is None else tick for tick in last_in_force]
 
     def advance(self, ticks: int = 1) -> list[Event]:
@@ -218,13 +211,24 @@ class LiveGame:
         for _ in range(ticks):
             if self.over:
                 break
-            if self.tick % TICKS_PER_CONTROL_PERIOD == 0:
-                events += self._take_waiting()
+            events += self.begin_period()
             before = self.simulator.games.teams[0].copy()
             self.simulator.advance(1)
             teams = self.simulator.games.teams[0]
             events += [Captured(self.tick, int(i), int(teams[i])) for i in np.flatnonzero(teams != before)]
         return events
+
+    @property
+    def is_at_solve(self) -> bool:
+        """Whether a control period begins."""
+        return self.tick % TICKS_PER_CONTROL_PERIOD == 0
+
+    def begin_period(self) -> list[InForce]:
+        """Where a control period begins, put in force what waits; `advance` does so unless it was done before."""
+        if not self.is_at_solve or self.tick == self._begun:
+            return []
+        self._begun = self.tick
+        return list(self._take_waiting())
 
     def _take_waiting(self) -> Iterable[InForce]:
         for team, command in enumerate(self._waiting):

@@ -1,7 +1,8 @@
 """What a table and its clients say to each other: JSON messages; what they show is in `frames`.
 
 `docs/protocol.md` explains both; these files decide them. Messages are the structs below, told apart by
-their ``type``; whatever does not fit them is refused before anything else sees it.
+their ``type``; whatever does not fit them is refused before anything else sees it. A client of version 1 knows
+densities alone: it is sent these messages without what version 2 has added.
 """
 
 from __future__ import annotations
@@ -15,9 +16,13 @@ from msgspec import Meta, Struct
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play.strokes import DEFAULT_MAPPING, MOST_POINTS, Brush, Mapping
 
-SUBPROTOCOL = "swarm-pz.play.v1"
+SUBPROTOCOL, FORMER_SUBPROTOCOL = "swarm-pz.play.v2", "swarm-pz.play.v1"
+VERSIONS = {SUBPROTOCOL: 2, FORMER_SUBPROTOCOL: 1}
+"""What a client may speak, the latest first."""
 MAX_MESSAGE_BYTES = 65_536
 MAX_MESSAGES_PER_SECOND = 20
+MOST_RULES = 8
+"""Automatic responses of a seat."""
 
 Side = Literal["red", "blue"]
 Milliseconds = Annotated[float, Meta(ge=-1e15, le=1e15)]
@@ -63,6 +68,9 @@ class Settings(_Message):
     time_limit: Annotated[float, Meta(ge=1, le=36_000)] | None = 300.0
     mapping: Mapping = DEFAULT_MAPPING
     speed: Annotated[float, Meta(ge=0.25, le=2)] = 1.0
+    red_system: Name | None = None
+    """The control system that flies red; None for that of the table. So below."""
+    blue_system: Name | None = None
 
 
 class Create(_Message, tag="create"):
@@ -119,13 +127,52 @@ class Timing(_Message):
     drawing_ms: Milliseconds = 0.0
 
 
+Strokes = Annotated[list[StrokeMessage], Meta(max_length=256)]
+Form = list[Any] | dict[str, Any]
+"""A command as its control system reads it: numbers in the array form of its kind, or a form for people."""
+
+
 class CommandMessage(_Message, tag="command"):
-    """A command: strokes or a density, not both."""
+    """A command in one of its forms, not more: strokes, a density, or what the seat's control system takes."""
 
     number: Count
-    strokes: Annotated[list[StrokeMessage], Meta(max_length=256)] | None = None
+    strokes: Strokes | None = None
     density: list[list[float]] | None = None
+    command: Form | None = None
     timing: Timing | None = None
+
+
+class When(_Message):
+    """A condition of one's own side: one of these, not more."""
+
+    fewer: Annotated[int, Meta(ge=1, le=400)] | None = None
+    """One has fewer drones than this."""
+    nobody_within: Annotated[float, Meta(gt=0, le=1.5)] | None = None
+    """No opponent is within so many map widths of any own drone."""
+    silent_s: Annotated[float, Meta(ge=0.5, le=3600)] | None = None
+    """One has sent nothing for so many seconds of game."""
+
+
+class Response(_Message):
+    """Who commands, or what is commanded: one of these, not more."""
+
+    policy: Name | None = None
+    strokes: Strokes | None = None
+    density: list[list[float]] | None = None
+    command: Form | None = None
+
+
+class Rule(_Message):
+    """An automatic response: while the condition holds, it commands in place of the player."""
+
+    when: When
+    do: Response
+
+
+class Rules(_Message, tag="rules"):
+    """The automatic responses of one's seat, in place of those that it had; the first acts whose condition holds."""
+
+    rules: Annotated[list[Rule], Meta(max_length=MOST_RULES)]
 
 
 class Painted(_Message, tag="painted"):
@@ -189,6 +236,7 @@ ClientMessage = (
     | Invite
     | Ready
     | CommandMessage
+    | Rules
     | Painted
     | Acknowledge
     | Ping
@@ -221,6 +269,39 @@ class PolicyInfo(_Message):
     about: str
     card: Card | None = None
     """Of those that were rated."""
+    answers: str = "density"
+    """The kind of its commands: it flies what takes them; "any" is for policies that suit themselves to the system."""
+
+
+class SystemInfo(_Message):
+    """A control system that may fly a seat."""
+
+    name: str
+    about: str
+    takes: str
+    """The kind of its commands."""
+    serves_densities: bool
+    """Whether it can be flown by densities, and so by strokes."""
+
+
+class Commands(_Message):
+    """What commands a seat takes, and what is needed to make them by hand."""
+
+    system: str
+    takes: str
+    shape: list[int]
+    low: float | list[Any]
+    """Least numbers, nested as the shape; one number if all are the same. So below."""
+    high: float | list[Any]
+    default: list[Any]
+    """The command that is in force at the start."""
+    serves_densities: bool
+    leaders: int | None = None
+    """How many places one moves."""
+    shapes: list[str] = []
+    """Names of formations."""
+    weights: tuple[float, float] | None = None
+    """Least and largest weight of an attractor."""
 
 
 class Welcome(_Message, tag="welcome"):
@@ -235,6 +316,10 @@ class Welcome(_Message, tag="welcome"):
     """Of this page, as other devices in the network reach it; none if only this machine can."""
     records_labels: bool = False
     """Whether labels stand in recordings; else only those at the table see them."""
+    systems: list[SystemInfo] = []
+    """Control systems that may fly a seat."""
+    default_systems: list[str] = []
+    """Names of those that fly red and blue where a room's settings say nothing else."""
 
 
 class Seated(_Message, tag="seated"):
@@ -243,6 +328,8 @@ class Seated(_Message, tag="seated"):
     room: str
     seat: Side
     token: str
+    commands: Commands | None = None
+    """What it takes."""
 
 
 class SeatState(_Message):
@@ -259,6 +346,10 @@ class SeatState(_Message):
     """Why a policy failed to load."""
     gone: bool = False
     """Who had it gave it up for good in the game that is played; its swarm goes on with its last command."""
+    system: str = ""
+    """The control system that flies it."""
+    takes: str = ""
+    """The kind of its commands."""
 
 
 class RoomState(_Message, tag="room"):
@@ -283,6 +374,10 @@ class RoomState(_Message, tag="room"):
     """When the countdown is over, on the server's clock; the first tick waits for policies' first commands, too."""
     verified: bool | None = None
     """Whether the recorded game plays here as it did; else it cannot be taken over."""
+    ended_by: str | None = None
+    """Of a game that is over, as in its recording."""
+    forfeit: str = ""
+    """Which side's control system failed, so that it lost, and how."""
 
 
 class Received(_Message, tag="received"):
@@ -299,6 +394,18 @@ class InForceMessage(_Message, tag="in_force"):
     number: int
     tick: int
     server_ms: float
+    sender: str = ""
+    """Of a command that an automatic response gave: "auto:" and its policy, or "auto:saved"."""
+
+
+class Acting(_Message, tag="acting"):
+    """Which of the seat's automatic responses commands now; whenever that changes."""
+
+    seat: Side
+    rule: int | None
+    """Its place among the rules, from 0; None for none."""
+    sender: str = ""
+    """As in `in_force`."""
 
 
 class Refused(_Message, tag="refused"):
@@ -328,7 +435,10 @@ class Pong(_Message, tag="pong"):
     server_ms: float
 
 
-ServerMessage = Welcome | Seated | RoomState | Received | InForceMessage | Refused | Notice | Displaced | Pong
+ServerMessage = Welcome | Seated | RoomState | Received | InForceMessage | Acting | Refused | Notice | Displaced | Pong
+_OF_VERSION_2 = {"red_system", "blue_system", "systems", "default_systems", "commands", "system", "takes", "sender"}
+_OF_VERSION_2 |= {"ended_by", "forfeit", "answers"}
+"""Fields of server's messages, and of their parts, that clients of version 1 do not know."""
 
 T = TypeVar("T")
 
@@ -362,9 +472,19 @@ def _decode(decoder: msgspec.json.Decoder[T], text: str | bytes) -> T:
         raise ProtocolError(f"not a message of {SUBPROTOCOL}: {error}") from error
 
 
-def encode(message: ClientMessage | ServerMessage) -> str:
-    """Write a message as JSON."""
-    return _encoder.encode(message).decode()
+def encode(message: ClientMessage | ServerMessage, version: int = 2) -> str:
+    """Write a message as JSON, as a client of this version knows it."""
+    told = message if version > 1 else _without(msgspec.to_builtins(message), _OF_VERSION_2)
+    return _encoder.encode(told).decode()
+
+
+def _without(plain: Any, names: set[str]) -> Any:
+    """Leave fields out of a message, and of all its parts."""
+    if isinstance(plain, list):
+        return [_without(entry, names) for entry in plain]
+    if not isinstance(plain, dict):
+        return plain
+    return {name: _without(value, names) for name, value in plain.items() if name not in names}
 
 
 def schema() -> dict[str, Any]:

@@ -130,11 +130,33 @@ def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = DEFAULT
     CommandError
         If there is no such mapping, or the strokes have too many points or too much ink together.
     """
-    if mapping not in MAPPINGS:
-        raise CommandError(f"there is no mapping {mapping!r}; {nearest(mapping, MAPPINGS)}")
+    painted, chosen = _painted(strokes), _mapping(mapping)
+    attracts, repels = painted == BRUSHES.index("attract"), painted == BRUSHES.index("repel")
+    untouched = chosen.untouched_beside_attract if attracts.any() else chosen.untouched
+    image = np.where(attracts, chosen.attract, np.where(repels, chosen.repel, untouched))
+    if chosen.repel_is_kept and repels.any():
+        image = _keep_repelling(_smooth(image, chosen.smoothing, _PIXELS), repels, chosen)
+        means = _averaging_matrix(cells)
+        return np.asarray(means @ image @ means.T)
+    return _smooth(image, chosen.smoothing, cells)
+
+
+def attraction_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = DEFAULT_MAPPING) -> NDArray[np.float64]:
+    """Return what a drawing attracts to and repels from, two images (2, A, A); arguments and errors as `density_of`."""
+    painted, smoothing = _painted(strokes), _mapping(mapping).smoothing
+    return np.stack([_smooth((painted == BRUSHES.index(brush)) * 1.0, smoothing, cells) for brush in BRUSHES[:2]])
+
+
+def _mapping(name: Mapping) -> StrokeMapping:
+    if name not in MAPPINGS:
+        raise CommandError(f"there is no mapping {name!r}; {nearest(name, MAPPINGS)}")
+    return MAPPINGS[name]
+
+
+def _painted(strokes: Sequence[Stroke]) -> NDArray[np.int8]:
+    """Return which brush was last at each pixel."""
     if (count := sum(len(stroke.points) for stroke in strokes)) > MOST_POINTS:
         raise CommandError(f"a drawing may have {MOST_POINTS} points, got {count}")
-    chosen = MAPPINGS[mapping]
     lines = [np.array(stroke.points, np.float64) for stroke in strokes]
     ink = sum(stroke.width * _length(line) for stroke, line in zip(strokes, lines, strict=True))
     if ink > MOST_INK:
@@ -145,14 +167,7 @@ def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = DEFAULT
     painted = np.full((_PIXELS, _PIXELS), BRUSHES.index("erase"), np.int8)
     for stroke, line in zip(strokes, lines, strict=True):
         paint(painted, line * _PIXELS, stroke.width / 2 * _PIXELS, BRUSHES.index(stroke.brush))
-    attracts, repels = painted == BRUSHES.index("attract"), painted == BRUSHES.index("repel")
-    untouched = chosen.untouched_beside_attract if attracts.any() else chosen.untouched
-    image = np.where(attracts, chosen.attract, np.where(repels, chosen.repel, untouched))
-    if chosen.repel_is_kept and repels.any():
-        image = _keep_repelling(_smooth(image, chosen.smoothing, _PIXELS), repels, chosen)
-        means = _averaging_matrix(cells)
-        return np.asarray(means @ image @ means.T)
-    return _smooth(image, chosen.smoothing, cells)
+    return painted
 
 
 def _smooth(image: NDArray[np.float64], smoothing: float, cells: int) -> NDArray[np.float64]:

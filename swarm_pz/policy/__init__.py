@@ -1,7 +1,7 @@
 """Policies: what they are, and how a name, a folder or a trained model becomes one."""
 
 from swarm_pz.policy.model_policy import Model, ModelPolicy
-from swarm_pz.policy.names import FOLDERS, GROUP, about, faults, load, load_players, name_of, registered
+from swarm_pz.policy.names import FOLDERS, GROUP, about, faults, kind_of, load, load_players, name_of, registered
 from swarm_pz.policy.protocol import Player, Policy, PolicyFactory, PrivilegedPolicy, answers_of
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "about",
     "answers_of",
     "faults",
+    "kind_of",
     "load",
     "load_players",
     "name_of",

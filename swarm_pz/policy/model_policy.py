@@ -146,9 +146,12 @@ def _images_of(
     if isinstance(space, spaces.Dict):
         return given or ObservationConfig(kind="entities"), {}
     shape = space.shape or ()
+    if isinstance(space, spaces.Box) and shape == (config.num_drones, 5):
+        return given or ObservationConfig(kind="drones"), {}
     if not isinstance(space, spaces.Box) or len(shape) != 3 or space.dtype not in (np.uint8, np.float32):
         raise PolicyError(
-            f"a model must observe images (C, G, G) or (G, G, C) of uint8 or float32, or lists of drones, got {space}"
+            "a model must observe images (C, G, G) or (G, G, C) of uint8 or float32, or lists of drones, or a row "
+            f"for each drone, got {space}"
         )
     last = shape[1] != shape[2]
     grid, count = (shape[0], shape[2]) if last else (shape[1], shape[0])

@@ -11,14 +11,15 @@ from __future__ import annotations
 import copy
 import importlib.metadata
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from swarm_pz.config import GameConfig
 from swarm_pz.config.system import ControlSystem
-from swarm_pz.errors import CheckpointError, PolicyError, SwarmError, nearest
+from swarm_pz.errors import CheckpointError, KindError, PolicyError, SwarmError, nearest
 from swarm_pz.policy.model_policy import Model, ModelPolicy
-from swarm_pz.policy.protocol import Player, Policy, PrivilegedPolicy, answers_of
+from swarm_pz.policy.protocol import ANY, Player, Policy, PrivilegedPolicy, answers_of
 
 GROUP, FOLDERS = "swarm_pz.policies", "swarm_pz.policy_folders"
 _FAULTS = (Exception, SystemExit)
@@ -70,6 +71,15 @@ def about(name: str) -> str:
     except _FAULTS:  # `faults` says it
         return ""
     return text.splitlines()[0] if text else ""
+
+
+def kind_of(name: str) -> str:
+    """Return the kind of commands that an installed policy answers, as its factory says; densities of others."""
+    point = registered().get(name.split(":", 1)[0])
+    try:
+        return str(getattr(point.load(), "answers", "density")) if point is not None else "density"
+    except _FAULTS:  # `faults` says it
+        return "density"
 
 
 def load(policy: str | Path | Player | Model, config: GameConfig, system: ControlSystem | None = None) -> Player:
@@ -137,15 +147,18 @@ def _reader_of(folder: Path) -> importlib.metadata.EntryPoint:
 def _check(made: object, name: str, config: GameConfig, system: ControlSystem) -> Player:
     if not isinstance(made, (Policy, PrivilegedPolicy)):
         raise PolicyError(f"{name} must have reset, and observation and act or else plan, got {made!r}")
-    kind = answers_of(made)
+    player = made
     uniform = np.ones((1, config.command_cells, config.command_cells))
-    serves = kind == "density" and system.from_densities(uniform, config) is not None
+    serves = answers_of(player) == "density" and system.from_densities(uniform, config) is not None
+    if (serves or answers_of(player) in (system.takes, ANY)) and hasattr(player, "for_system"):
+        player = cast("Player", player.for_system(system))
+    kind = answers_of(player)
     if kind != system.takes and not serves:
-        raise PolicyError(
+        raise KindError(
             f"{name} answers commands of kind {kind!r}, but the control system {system.name} takes those of kind "
             f"{system.takes!r}: choose another policy, or another system by GameConfig.controllers"
         )
-    return made
+    return player
 
 
 def name_of(policy: str | Path | Player | Model) -> str:

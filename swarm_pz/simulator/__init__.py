@@ -3,18 +3,18 @@
 =============  =============================================================
 `simulator`    `Simulator`: E games, advanced together
 `spawn`        how a game begins
-`commands`     from a command to a target
+`control`      who flies which team: control systems, their commands and solves
+`commands`     from a density to a target
 `parameters`   from a configuration to the numbers that the kernels take
 `ergodicity`   looking inside the controller
 =============  =============================================================
 """
 
-from swarm_pz.simulator.commands import FlockingCommand, make_target
+from swarm_pz.simulator.commands import make_target
 from swarm_pz.simulator.simulator import Simulator
 from swarm_pz.simulator.spawn import Seed
 
 __all__ = [
-    "FlockingCommand",
     "Seed",
     "Simulator",
     "make_target",

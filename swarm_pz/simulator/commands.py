@@ -6,65 +6,12 @@ interpolation, constant beyond the outer centres, normalised to integrate to 1.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import FlockingConfig
-from swarm_pz.config.values import describe
-from swarm_pz.errors import CommandError
 from swarm_pz.kernels.fourier import make_targets
-
-
-@dataclass(frozen=True, kw_only=True)
-class FlockingCommand:
-    """A command to a team that flocks: everybody to one place.
-
-    Attributes
-    ----------
-    position : (float, float)
-        The attractor x, y, in map widths.
-    weight : float
-        How strongly it draws, within the range of `FlockingConfig.migration`.
-    """
-
-    position: tuple[float, float]
-    weight: float
-
-
-def check_attractors(commands: Sequence[FlockingCommand], count: int, config: FlockingConfig) -> NDArray[np.float32]:
-    """Return flocking commands as an array (count, 3) of x, y and weight.
-
-    Raises
-    ------
-    CommandError
-        If there are not so many, or one names a place outside the square or a weight out of range.
-    """
-    if len(commands) != count or not all(isinstance(command, FlockingCommand) for command in commands):
-        raise CommandError(f"expected a FlockingCommand for each of {count} games, got {describe(commands)}")
-    least, largest = config.migration
-    for command in commands:
-        try:
-            x, y, weight = map(float, (*command.position, command.weight))
-        except (TypeError, ValueError, OverflowError) as error:
-            raise CommandError(f"a FlockingCommand has a position (x, y) and a weight, got {command!r}") from error
-        fits = 0.0 <= x <= 1.0 and 0.0 <= y <= 1.0 and math.isfinite(weight) and least <= weight <= largest
-        if not fits:
-            raise CommandError(
-                f"a FlockingCommand's position must lie in [0, 1] x [0, 1] and its weight in [{least:g}, {largest:g}], "
-                f"got {command!r}"
-            )
-    return np.array([(*command.position, command.weight) for command in commands], np.float32)
-
-
-def density_around(attractors: NDArray[np.float32], cells: int) -> NDArray[np.float64]:
-    """Return densities (n, cells, cells) whose mass lies in the cells nearest to attractors (n, 3)."""
-    hats = [_hats(np.clip(attractors[:, axis] * cells - 0.5, 0.0, cells - 1.0), cells) for axis in range(2)]
-    return np.asarray(hats[1][:, :, None] * hats[0][:, None, :])
 
 
 @cache
@@ -76,7 +23,7 @@ def interpolation_matrix(points: int, cells: int) -> NDArray[np.float64]:
     float64 array (points, cells), each row summing to 1
     """
     centres = (np.arange(points) + 0.5) / points * cells - 0.5
-    return _hats(np.clip(centres, 0.0, cells - 1.0), cells)
+    return hats(np.clip(centres, 0.0, cells - 1.0), cells)
 
 
 @cache
@@ -94,12 +41,12 @@ def coefficient_matrix(modes: int, cells: int) -> NDArray[np.float64]:
     knots = np.concatenate([[0.0], (np.arange(cells) + 0.5) / cells, [1.0]])
     half_widths = np.diff(knots)[:, None] / 2
     x = ((knots[:-1, None] + half_widths) + half_widths * nodes).ravel()
-    hats = _hats(np.clip(x * cells - 0.5, 0.0, cells - 1.0), cells)
+    weighing = hats(np.clip(x * cells - 0.5, 0.0, cells - 1.0), cells)
     cosines = np.cos(np.pi * np.arange(modes)[:, None] * x)
-    return np.ascontiguousarray(((cosines * (half_widths * weights).ravel()) @ hats).T)
+    return np.ascontiguousarray(((cosines * (half_widths * weights).ravel()) @ weighing).T)
 
 
-def _hats(places: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
+def hats(places: NDArray[np.float64], cells: int) -> NDArray[np.float64]:
     """Linear interpolation weights of places in [0, cells - 1], shape (places, cells)."""
     return np.maximum(0.0, 1.0 - np.abs(places[:, None] - np.arange(cells)))
 

@@ -6,19 +6,20 @@ import collections
 import time
 import traceback
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
 from swarm_pz.config.system import ControlSystem, Flight
 from swarm_pz.config.values import check_densities, describe
-from swarm_pz.errors import CommandError, FlightError, SwarmError
-from swarm_pz.kernels.controllers import GIVEN, NUMBERS
+from swarm_pz.errors import CommandError, ConfigError, FlightError, SwarmError
 from swarm_pz.kernels.controllers.communication import communication_parameters
-from swarm_pz.kernels.game import Games, find_heard
+from swarm_pz.kernels.game import ERGODIC, GIVEN, Games, find_heard
 
 _SOLVES = 10
 """Solves over which a system must keep up with the game: one alone may have waited for the processor."""
@@ -52,7 +53,7 @@ class Control:
         self.systems: dict[int, ControlSystem] = dict(zip(self.numbers, (first, second), strict=True))
         self.is_given = any(not system.kernel for system in self.systems.values())
         self._densities = (config.command_cells, config.command_cells)
-        self._shapes = {number: system.space(config).shape for number, system in self.systems.items()}
+        self._shapes = {number: command_shape(system, config) for number, system in self.systems.items()}
         longest = max(int(np.prod(shape)) for shape in self._shapes.values())
         are_densities = set(self._shapes.values()) == {self._densities}
         self.command_shape: tuple[int, ...] = self._densities if are_densities else (longest,)
@@ -109,9 +110,10 @@ class Control:
             raise CommandError(f"{name} must be one for each of {len(flown_by)} games, got {describe(commands)}")
         packed = np.zeros((len(flown_by), *self.command_shape))
         for number, chosen in self._by_system(flown_by):
-            for place in chosen:
-                one = self.systems[number].parse(commands[place], self.config, name)
-                packed[place] = self.pack(one[None])[0]
+            system = self.systems[number]
+            with reading(system, name):
+                own = np.stack([system.parse(commands[place], self.config, name) for place in chosen])
+                packed[chosen] = self.pack(self._in_shape(own, number))
         return packed
 
     def read(self, answer: Any, flown_by: NDArray[np.int8], kind: str, name: str) -> NDArray[np.float64]:
@@ -133,15 +135,43 @@ class Control:
                 return densities
             commands = np.zeros((count, *self.command_shape))
             for number, chosen in self._by_system(flown_by):
-                served = serve_densities(self.systems[number], densities[chosen], self.config, name)
-                commands[chosen] = self.pack(served)
+                with reading(self.systems[number], name):
+                    served = serve_densities(self.systems[number], densities[chosen], self.config, name)
+                    commands[chosen] = self.pack(self._in_shape(served, number))
             return commands
         groups = list(self._by_system(flown_by))
         for number, _ in groups:
             check_kind(self.systems[number], kind, name)
         if len(groups) > 1:
             raise CommandError(f"{name} are for several control systems at once: give them for one after the other")
-        return self.pack(self.systems[groups[0][0]].parse_all(answer, count, self.config, name))
+        number, _ = groups[0]
+        with reading(self.systems[number], name):
+            return self.pack(self._in_shape(self.systems[number].parse_all(answer, count, self.config, name), number))
+
+    def _in_shape(self, commands: NDArray[np.float64], number: int) -> NDArray[np.float64]:
+        """Return commands (n, ...) as a system has read them, which must be of the shape of its space."""
+        if commands.shape[1:] != self._shapes[number] or commands.dtype != np.float64:
+            raise TypeError(
+                f"commands must be float64 of shape {self._shapes[number]}, not {commands.dtype} of shape "
+                f"{commands.shape[1:]}"
+            )
+        return commands
+
+    def check_sizes(
+        self, packed: NDArray[np.float64], flown_by: NDArray[np.int8], sizes: NDArray[np.int64], name: str
+    ) -> None:
+        """Refuse commands (n, *command_shape) that teams of so many drones (n,) cannot fly.
+
+        Raises
+        ------
+        CommandError
+            If a system refuses one.
+        """
+        if not self.is_given:
+            return
+        for number, chosen in self._by_system(flown_by):
+            own = self.unpack(packed[chosen], number)
+            self.systems[number].check_sizes(own, sizes[chosen], self.config, name)
 
     def _by_system(self, flown_by: NDArray[np.int8]) -> Iterator[tuple[int, NDArray[np.int64]]]:
         """Yield each system's number, and the places of what it flies."""
@@ -150,10 +180,16 @@ class Control:
             if len(places):
                 yield number, places
 
-    def take_up(
-        self, games: Games, commands: NDArray[np.float64], rows: NDArray[np.int64], team: int, *, holds: bool
+    def pictures(
+        self, games: Games, commands: NDArray[np.float64], rows: NDArray[np.int64], team: int
     ) -> NDArray[np.float64]:
-        """Put commands (n, *command_shape) in force, and return them as densities (n, A, A) for those who watch."""
+        """Return commands (n, *command_shape) as densities (n, A, A) for those who watch.
+
+        Raises
+        ------
+        FlightError
+            If a system cannot say that.
+        """
         densities = np.zeros((len(rows), *self._densities))
         for number, chosen in self._by_system(games.flown_by[rows, team]):
             system, own, mine = self.systems[number], self.unpack(commands[chosen], number), rows[chosen]
@@ -164,8 +200,16 @@ class Control:
                     densities[chosen] = check_densities(
                         system.to_densities(own, self.config), (len(mine), *self._densities), "a picture of commands"
                     )
-            if system.kernel:
+        return densities
+
+    def take_up(
+        self, games: Games, commands: NDArray[np.float64], rows: NDArray[np.int64], team: int, *, holds: bool
+    ) -> None:
+        """Put commands (n, *command_shape) in force."""
+        for number, chosen in self._by_system(games.flown_by[rows, team]):
+            if self.systems[number].kernel:
                 continue
+            own, mine = self.unpack(commands[chosen], number), rows[chosen]
             flat = own.reshape(len(mine), -1)
             size = flat.shape[1]
             is_new = (flat != games.commands[mine, team, :size]).any(axis=1) | (not holds)
@@ -173,22 +217,20 @@ class Control:
             games.former[changed, team] = games.commands[changed, team]
             games.commands[changed, team, :size] = flat[is_new]
             games.commanded[changed, team] = games.ticks[changed]
-        return densities
 
     # --- flying -------------------------------------------------------------------------------
 
-    def fly(self, games: Games, rows: NDArray[np.int64]) -> None:
-        """Let the systems of Python's choose the accelerations of the control period that begins in some games.
+    def fly(self, games: Games, rows: NDArray[np.int64], team: int) -> None:
+        """Let the systems of Python's choose a team's accelerations of the control period that begins in some games.
 
         Raises
         ------
         FlightError
             If one raises, answers anything but finite accelerations, or cannot keep up with the game.
         """
-        for team in range(2):
-            for number, chosen in self._by_system(games.flown_by[rows, team]):
-                if not self.systems[number].kernel:
-                    self._solve(games, rows[chosen], team, number)
+        for number, chosen in self._by_system(games.flown_by[rows, team]):
+            if not self.systems[number].kernel:
+                self._solve(games, rows[chosen], team, number)
 
     def _solve(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> None:
         system = self.systems[number]
@@ -246,6 +288,47 @@ class Control:
         raise FlightError(team, system.name, tuple(rows.tolist()), told)
 
 
+@contextmanager
+def reading(system: ControlSystem, name: str) -> Iterator[None]:
+    """Let a system refuse commands, as those that it does not take, and whatever else goes wrong while it reads them.
+
+    Raises
+    ------
+    CommandError
+        Which names the system.
+    """
+    try:
+        yield
+    except CommandError as error:
+        raise CommandError(f"{error} (for {system.name}, which takes {system.takes})") from error
+    except (Exception, SystemExit) as error:
+        raise CommandError(f"{name} cannot be read by the control system {system.name}: {error!r}") from error
+
+
+def command_shape(system: ControlSystem, config: GameConfig) -> tuple[int, ...]:
+    """Return the shape of a system's commands.
+
+    Raises
+    ------
+    ConfigError
+        If what it takes is not told by a Box, or the command that it begins with is none of these.
+    """
+    try:
+        space, default = system.space(config), np.asarray(system.default(config), np.float64)
+    except SwarmError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise ConfigError(f"controllers: {system.name} cannot say what it takes: {error!r}") from error
+    if not isinstance(space, spaces.Box) or not (space.shape and np.prod(space.shape) and space.is_bounded()):
+        raise ConfigError(f"controllers: {system.name} must take commands of a bounded Box, got {space!r}")
+    if default.shape != space.shape or not np.isfinite(default).all():
+        raise ConfigError(
+            f"controllers: {system.name} must begin with finite numbers of shape {space.shape}, got shape "
+            f"{default.shape}"
+        )
+    return tuple(space.shape)
+
+
 class blame:  # noqa: N801  (reads like the function that it is)
     """Turn whatever a control system raises in here into a FlightError that says where."""
 
@@ -296,4 +379,4 @@ def _mismatch(system: ControlSystem, kind: str, name: str) -> CommandError:
 
 
 def _number(system: ControlSystem, place: int) -> int:
-    return NUMBERS[system.kernel] if system.kernel else GIVEN + place
+    return ERGODIC if system.kernel else GIVEN + place

@@ -11,7 +11,6 @@ from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_
 from swarm_pz.config.sections import Occasion
 from swarm_pz.kernels.capture import ring_weights
 from swarm_pz.kernels.controllers.communication import communication_parameters
-from swarm_pz.kernels.controllers.flocking import flocking_parameters
 from swarm_pz.kernels.game import RuleParameters, RuleVariants
 
 _ENDLESS = 2**40
@@ -56,7 +55,6 @@ def rule_variants(config: GameConfig) -> RuleVariants | None:
         failure_chance=-math.expm1(-dynamics.failure_rate * CONTROL_PERIOD),
         repair_chance=-math.expm1(-dynamics.repair_rate * CONTROL_PERIOD),
         communication=communication,
-        flocking=flocking_parameters(config),
         is_given="" in kernels,
         is_ergodic="ergodic" in kernels or reconstructs,
     )

@@ -21,16 +21,9 @@ from swarm_pz.config import (
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
-from swarm_pz.kernels.controllers.flocking import make_attractors
 from swarm_pz.kernels.fourier import make_targets
 from swarm_pz.kernels.game import Games, advance_games
-from swarm_pz.simulator.commands import (
-    FlockingCommand,
-    check_attractors,
-    coefficient_matrix,
-    density_around,
-    make_target,
-)
+from swarm_pz.simulator.commands import coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
 from swarm_pz.simulator.parameters import rule_parameters, rule_variants
 from swarm_pz.simulator.spawn import Seed, check_scenario, check_seed, check_team, random_start, random_velocities
@@ -77,6 +70,8 @@ class Simulator:
         """Who flies the teams."""
         self._target_mass, self._tells_sending = float(self.config.controller.target_mass), self.config.tells_sending
         self.controller = ergodic_parameters(self.config)
+        self._solved = np.full((num_games, 2), _NEVER, np.int64)
+        """Ticks at whose solve a control system of Python's has chosen accelerations already."""
         self.games = self._empty_games()
         """The arrays of all games; see `swarm_pz.kernels.game.Games`."""
         self.reset()
@@ -120,7 +115,6 @@ class Simulator:
             seeds=np.zeros(e, np.uint64),
             failed=np.zeros((e, n), np.bool_),
             flown_by=np.zeros((e, 2), np.int8),
-            attractors=np.zeros((e, 2, 3), np.float32),
             followed=np.zeros((e, 2, followed, followed), np.float64),
             sent=np.zeros((e, 2), np.bool_),
             reconstruction=np.zeros((e, 2, grid, grid), np.float32),
@@ -173,11 +167,11 @@ class Simulator:
         for array in games:
             array[chosen] = 0
         games.trails[chosen] = -1
+        self._solved[chosen] = _NEVER
         games.capture_ticks[chosen] = _NEVER
         games.flown_by[chosen] = flown_by
         games.targets[chosen] = uniform
         games.coefficients[chosen] = coefficients
-        games.attractors[chosen] = (0.5, 0.5, self.config.flocking.migration[0])
         if games.followed.size:
             games.followed[chosen] = uniform
         games.teams[chosen, self.config.team_sizes[RED] :] = 1
@@ -190,8 +184,9 @@ class Simulator:
             getattr(games, name)[chosen] = values
         if self.control.is_given:
             games.former[chosen] = games.commands[chosen] = self.control.defaults(flown_by)
+            shape = (len(chosen), *self.control.command_shape)
             for team in (RED, BLUE):
-                self.command_checked(team, games.commands[chosen, team], chosen, holds=True)
+                self.command_checked(team, games.commands[chosen, team].reshape(shape), chosen, holds=True)
 
     def _flown_by(self, swapped: ArrayLike, games: int) -> NDArray[np.int8]:
         """Return the numbers of the controllers of red and blue, (games, 2)."""
@@ -201,9 +196,7 @@ class Simulator:
         numbers = np.array(self.control.numbers, np.int8)
         return np.where(np.broadcast_to(given, games)[:, None], numbers[::-1], numbers)
 
-    def command(
-        self, team: int, commands: ArrayLike | Sequence[FlockingCommand], rows: ArrayLike | None = None
-    ) -> None:
+    def command(self, team: int, commands: ArrayLike | Sequence[Any], rows: ArrayLike | None = None) -> None:
         """Give a team its target from the next solve on: a command is sent, be it the one in force again.
 
         Parameters
@@ -224,24 +217,10 @@ class Simulator:
         check_team(team)
         chosen = self.rows(rows)
         name = f"{TEAM_NAMES[team]}'s command"
-        attractors = None
-        if isinstance(commands, FlockingCommand):
-            raise CommandError(f"expected a list with a FlockingCommand for each of {len(chosen)} games, got one alone")
-        if isinstance(commands, (list, tuple)) and any(isinstance(one, FlockingCommand) for one in commands):
-            cells = self.config.command_cells
-            for row in chosen:
-                if (controller := self.controller_of(row, team)) != "flocking":
-                    raise CommandError(
-                        f"{TEAM_NAMES[team]} is flown by the {controller} controller, which takes densities "
-                        f"{(cells, cells)}: a FlockingCommand needs controllers='flocking'"
-                    )
-            attractors = check_attractors(commands, len(chosen), self.config.flocking)
-            values = density_around(attractors, cells)
-        else:
-            values = self.control.parse(commands, self.games.flown_by[chosen, team], name)
+        flown_by = self.games.flown_by[chosen, team]
+        values = self.control.parse(commands, flown_by, name)
+        self.control.check_sizes(values, flown_by, self.sizes[chosen, team], name)
         self.command_checked(team, values, chosen)
-        if attractors is not None:
-            self.games.attractors[chosen, team] = attractors
 
     def command_checked(
         self, team: int, commands: NDArray[np.float64], rows: NDArray[np.int64], *, holds: bool = False
@@ -275,14 +254,12 @@ class Simulator:
         matrix = coefficient_matrix(self.config.controller.modes, self.config.command_cells)
         if self.control.is_given:
             mine = rows[places]
-            asked = [
-                self.control.take_up(games, commands[places, place], mine, team, holds=holds)
-                for place, team in enumerate(teams.tolist())
-            ]
-            commands, places, rows = np.stack(asked, axis=1), np.arange(len(mine)), mine
+            given = [(commands[places, place], mine, team) for place, team in enumerate(teams.tolist())]
+            pictures = np.stack([self.control.pictures(games, *one) for one in given], axis=1)
+            for one in given:  # only now, when nothing can go wrong any more
+                self.control.take_up(games, *one, holds=holds)
+            commands, places, rows = pictures, np.arange(len(mine)), mine
         make_targets(commands, places, rows, teams, matrix, mass, holds, games.targets, games.coefficients, sent)
-        if "flocking" in self.config.team_controllers:
-            make_attractors(places, rows, teams, games.targets, self.config.flocking.migration, games.attractors)
 
     def advance(self, ticks: ArrayLike = TICKS_PER_SECOND, commands: NDArray[np.float64] | None = None) -> None:
         """Advance every game, or until the tick in which one team owns every drone.
@@ -323,12 +300,31 @@ class Simulator:
 
         self.for_rows(rows, work)
 
+    def solve(self, team: int, rows: ArrayLike | None = None) -> None:
+        """Let a control system of Python's choose a team's accelerations now, where a control period begins.
+
+        `advance` does so itself; who calls this before may do it in a thread, while others read the games.
+
+        Raises
+        ------
+        FlightError
+            As `advance`.
+        """
+        chosen = self.rows(rows)
+        self._solve(team, chosen[self.games.ticks[chosen] % self._rules.ticks_per_control_period == 0])
+
+    def _solve(self, team: int, rows: NDArray[np.int64]) -> None:
+        due = rows[self._solved[rows, team] != self.games.ticks[rows]]
+        self.control.fly(self.games, due, team)
+        self._solved[due, team] = self.games.ticks[due]
+
     def _advance_by_periods(self, part: NDArray[np.int64], left: NDArray[np.int64]) -> None:
         """Advance games by the ticks that are left (E,), from one solve to the next; `left` becomes zero."""
         games, period = self.games, self._rules.ticks_per_control_period
         while len(part := part[(left[part] > 0) & ~self._are_decided(part)]):
             phase = games.ticks[part] % period
-            self.control.fly(games, part[phase == 0])
+            for team in (RED, BLUE):
+                self._solve(team, part[phase == 0])
             ticks = np.zeros_like(left)
             ticks[part] = np.minimum(left[part], period - phase)
             advance_games(games, part, ticks, self._rules, self.controller, self._variants)
@@ -389,6 +385,7 @@ class Simulator:
                 )
         for _, array, copied in arrays:
             array[chosen] = copied
+        self._solved[chosen] = _NEVER
 
     def close(self) -> None:
         """End the threads; the games stay readable."""

@@ -1,10 +1,13 @@
-"""What a side sees and how it answers: observations, named densities, and the forms libraries want them in."""
+"""What a side or a drone sees and how it answers: observations, named densities, the forms libraries want."""
 
 from swarm_pz.spaces.actions import command_from_action
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
+from swarm_pz.spaces.drones import DIRECTIONS, DroneView
 
 __all__ = [
     "COMMAND_NAMES",
+    "DIRECTIONS",
+    "DroneView",
     "command_from_action",
     "named_commands",
 ]

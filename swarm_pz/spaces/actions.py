@@ -111,7 +111,7 @@ class _Vectors:
 
     def __init__(self, config: GameConfig, system: ControlSystem, *, is_normalised: bool, flat: bool) -> None:
         self._system, self._config = system, config
-        own = system.space(config)
+        own = system.learner_space(config)
         self._own, self._shape = own.shape, (int(np.prod(own.shape)),) if flat else own.shape
         self._low = own.low.astype(np.float64).reshape(self._shape)
         self._high = own.high.astype(np.float64).reshape(self._shape)

@@ -61,6 +61,15 @@ def cell_centres(cells: int) -> tuple[Array, Array]:
     return centres[None, :] + np.zeros((cells, 1)), centres[:, None] + np.zeros((1, cells))
 
 
+def density_at(places: Array, cells: int) -> Array:
+    """Return densities (n, A, A) that are largest in the cells nearest to places (n, P, 2), 1 the largest value."""
+    along = np.clip(places * cells - 0.5, 0.0, cells - 1.0)
+    weights = np.maximum(0.0, 1.0 - np.abs(along[..., None] - np.arange(cells)))  # as commands are interpolated
+    x, y = weights[:, :, 0], weights[:, :, 1]
+    densities = (y[:, :, :, None] * x[:, :, None, :]).sum(axis=1)
+    return np.asarray(densities / densities.max(axis=(1, 2), keepdims=True))
+
+
 @cache
 def named_commands(cells: int) -> NDArray[Any]:
     """Return the densities (n, A, A) of `COMMAND_NAMES`, each with 1 as its largest value; read-only."""

@@ -1,4 +1,4 @@
-"""What a side sees: grid images or lists of drones, always from its own side.
+"""What a side sees: grid images, lists of drones or a row for each, always from its own side.
 
 Grid observations are images, channel first, of brightness 0 to 255, `[channel, row = y, column = x]`.
 Which of these channels a side sees, and in which order, says its `ObservationConfig`:
@@ -14,6 +14,9 @@ Which of these channels a side sees, and in which order, says its `ObservationCo
 | `own_target`             | the density asked for, over its largest command cell     | mean       |
 | `own_share`              | 255 times the own share of all drones, everywhere        | -          |
 | `time_left`              | 255 times the fraction of time left, everywhere          | -          |
+
+Observations of kind `drones` have a row for every drone of either side, at its number: x, y, vx, vy, and 1 if it is
+an own one or -1 if it is not. Who commands each drone by its number, as `direct` has it, needs them.
 """
 
 from __future__ import annotations
@@ -34,14 +37,17 @@ _WORTH_THREADS = 256
 """Images from which on it is quicker to share them out among threads than to paint them at once."""
 
 Observations = Any
-"""uint8 array (n, C, G', G'), or a dict of arrays with first axis n; n sides of n games."""
+"""uint8 array (n, C, G', G'), float32 array (n, N, 5), or a dict of arrays with first axis n; n sides of n games."""
 
 
 def observation_space(config: GameConfig, observation: ObservationConfig) -> spaces.Space[Any]:
-    """Return the space of one side's observation: a Box of images or a Dict of drone lists."""
+    """Return the space of one side's observation: a Box of images or of drones, or a Dict of drone lists."""
     if observation.kind == "grids":
         return spaces.Box(0, 255, (len(observation.channels), observation.grid, observation.grid), np.uint8)
     n = config.num_drones
+    if observation.kind == "drones":
+        low, high = np.array([0.0, 0.0, -np.inf, -np.inf, -1.0]), np.array([1.0, 1.0, np.inf, np.inf, 1.0])
+        return spaces.Box(np.tile(low, (n, 1)).astype(np.float32), np.tile(high, (n, 1)).astype(np.float32))
     entries: dict[str, spaces.Space[Any]] = {}
     for side in ("own", "opposing"):
         entries[f"{side}_positions"] = spaces.Box(0.0, 1.0, (n, 2), np.float32)
@@ -74,8 +80,10 @@ def observe(
 
     Returns
     -------
-    uint8 array (n, C, G', G') or dict of arrays (n, ...), as `observation_space` says
+    uint8 array (n, C, G', G'), float32 array (n, N, 5) or dict of arrays (n, ...), as `observation_space` says
     """
+    if observation.kind == "drones":
+        return _rows_of_drones(simulator, teams, rows)
     if observation.kind == "entities":
         return _entities(simulator, teams, rows, time_left)
     observations = np.empty((len(rows), len(observation.channels), observation.grid, observation.grid), np.uint8)
@@ -140,6 +148,13 @@ def _coarse_interpolation(grid: int, cells: int) -> NDArray[np.float64]:
     """Interpolate a command on the full grid and average blocks of it, along one axis."""
     full = interpolation_matrix(GRID_CELLS, cells)
     return np.ascontiguousarray(full.reshape(grid, GRID_CELLS // grid, cells).mean(axis=1))
+
+
+def _rows_of_drones(simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float32]:
+    """Put every drone into the row of its number."""
+    games = simulator.games
+    side = np.where(games.teams[rows] == teams[:, None], np.float32(1.0), np.float32(-1.0))
+    return np.concatenate([games.positions[rows], games.velocities[rows], side[..., None]], axis=2)
 
 
 def _entities(

@@ -2,7 +2,11 @@
 
 ======================  ====================================================
 `ergodic`               a density, covered over time
-`flocking`              a flock that flies to one place
+`flocking`              attractors, one after the other, for a flock
+`coverage`              a density, each drone in the middle of its part
+`potential_field`       what attracts, and what repels
+`formation`             a shape with a slot for every drone
+`leader_follower`       places of leaders, whom the rest follow
 `direct`                an acceleration for every drone
 ======================  ====================================================
 
@@ -10,7 +14,8 @@ A system's file holds all of it: its numbers, its commands, its accelerations an
 installed under the entry points `swarm_pz.systems` can fly, those of other packages, too.
 """
 
-from swarm_pz.config.registry import registered, system_class
+from swarm_pz.config.registry import about, faults, registered, system_class
 from swarm_pz.config.system import ControlSystem, Flight
+from swarm_pz.systems.flocking import FlockingCommand
 
-__all__ = ["ControlSystem", "Flight", "registered", "system_class"]
+__all__ = ["ControlSystem", "Flight", "FlockingCommand", "about", "faults", "registered", "system_class"]

@@ -20,6 +20,8 @@ def test_policies_are_listed(capsys):
     main(["policies"])
     printed = capsys.readouterr().out
     assert "ring         Make a ring around the opponents' mean position." in printed
+    _, _, systems = printed.partition("control systems, by --game.controllers:\n")
+    assert "flocking         takes attractors: Everybody flies to one place" in systems
 
 
 def test_evaluate_prints_a_table_and_writes_json(tmp_path, capsys):

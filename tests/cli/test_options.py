@@ -227,7 +227,7 @@ def test_of_play(monkeypatch, tmp_path, opponent, page):
 
 
 def test_a_folder_of_ones_own_is_an_opponent_at_the_table(monkeypatch):
-    monkeypatch.setattr("swarm_pz.policies.load", lambda name, config: None)
+    monkeypatch.setattr("swarm_pz.policies.load", lambda name, config, system: None)
     monkeypatch.setattr("swarm_pz.cli.table.about", lambda name: f"about {name}")
     (_, installed), _ = asked(monkeypatch, "swarm_pz.play.server.serve.serve", ["play", "--opponent", "runs/mine"])
     assert installed["runs/mine"] == "about runs/mine"

@@ -38,7 +38,14 @@ SPEEDS = {
 
 def match():
     return SimpleNamespace(
-        policy=LONG, opponent="uniform", privileged=[LONG], seed=0, limit_s=300.0, summary=lambda: SUMMARY
+        policy=LONG,
+        opponent="uniform",
+        privileged=[LONG],
+        seed=0,
+        limit_s=300.0,
+        forfeits=[],
+        games=[],
+        summary=lambda: SUMMARY,
     )
 
 
@@ -78,8 +85,9 @@ def test_a_ladder_fits_the_terminal(columns, capsys, monkeypatch):
 def test_every_number_stands_under_its_heading(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     one = SimpleNamespace(
-        policy="one", opponent="other", privileged=["other"], seed=7, limit_s=300.0, summary=lambda: SUMMARY
-    )
+        policy="one", opponent="other", privileged=["other"], seed=7, limit_s=300.0, forfeits=[], games=[],
+        summary=lambda: SUMMARY,
+    )  # fmt: skip
     numbers = "12345 23456 34567 45678 12 to 99 % 0.543 6789"
     headings = "games won drawn lost won 95 % share mean s"
     for show, title, who in (

@@ -20,9 +20,10 @@ from swarm_pz import (
     SpawnConfig,
 )
 from swarm_pz.config.presets import FORMER, PRESETS
-from swarm_pz.errors import ConfigError
+from swarm_pz.errors import ConfigError, UnknownNameError
 from swarm_pz.play.game import TableConfig
 from swarm_pz.simulator.parameters import rule_parameters
+from swarm_pz.systems.formation import Formation
 from swarm_pz.training.config import LeagueConfig, TrainConfig
 from tests.config.former import CONFIG_HASH, RELEASED_1, RULES_HASH
 
@@ -315,3 +316,10 @@ def test_only_some_rules_tell_a_command_that_is_sent_again_from_one_that_is_held
         assert GameConfig(memory=MemoryConfig(**{name: ("sending",)})).tells_sending
         assert not GameConfig(memory=MemoryConfig(**{name: ("capture", "command")})).tells_sending
     assert not GameConfig().tells_sending
+
+
+def test_a_control_system_can_be_replaced_and_has_no_fields_but_its_numbers():
+    faster = Formation().replace(stiffness=9.0)
+    assert faster == Formation(stiffness=9.0) and faster.damping == Formation().damping
+    with pytest.raises(UnknownNameError, match=r"Formation has no field 'takes'; .*Known: damping, margin, stiffness"):
+        Formation(takes="density")

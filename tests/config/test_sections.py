@@ -50,6 +50,7 @@ NUMBERS = [
     (FlockingConfig, "flocking.separation_radius", 0.0, 2.0),
     (FlockingConfig, "flocking.max_turn", 0.0, math.pi, OPEN),
     (FlockingConfig, "flocking.speed", 0.0, 10.0, OPEN),
+    (FlockingConfig, "flocking.dwell", 0.1, 1e6),
     (DynamicsConfig, "dynamics.speed_factor", 0.0, 10.0, OPEN),
     (DynamicsConfig, "dynamics.failure_rate", 0.0, 1e3),
     (DynamicsConfig, "dynamics.repair_rate", 0.0, 1e3),
@@ -187,4 +188,5 @@ def test_options_are_off_at_rest():
         "separation_radius": 0.05,
         "max_turn": math.pi / 10,
         "speed": 0.25,
+        "dwell": 5.0,
     }

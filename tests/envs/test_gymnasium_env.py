@@ -42,6 +42,7 @@ def test_sb3_checks_the_density_action_with_its_one_recommendation():
 
 def test_gymnasium_makes_it_by_name_and_checks_it():
     environment = gymnasium.make("swarm_pz/Capture-v0", opponent="noise", max_cycles=5)
+    environment.action_space.seed(0)
     environment.reset(seed=0)
     steps, truncated = 0, False
     while not truncated:

@@ -17,7 +17,7 @@ from pettingzoo.test import (
 import swarm_pz
 from swarm_pz import GameConfig, ObservationConfig, env, parallel_env
 from swarm_pz.config import CaptureConfig
-from swarm_pz.envs.parallel_env import STATE_CHANNELS
+from swarm_pz.envs import STATE_CHANNELS
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
 

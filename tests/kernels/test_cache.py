@@ -16,7 +16,7 @@ from numba.core.dispatcher import Dispatcher
 import swarm_pz
 from swarm_pz import config, kernels
 from swarm_pz.errors import SwarmError
-from swarm_pz.kernels.cache import SOURCES, STAMP, StampedCache, sources, stamp_of
+from swarm_pz.kernels.cache import SOURCES, STAMP, StampedCache, _Files, sources, stamp_of
 
 PACKAGE = Path(swarm_pz.__file__).parent
 ROOT = PACKAGE.parent
@@ -134,8 +134,32 @@ def test_all_machine_code_that_is_kept_carries_the_stamp_of_the_sources():
         file = function._cache._cache_file
         assert file._source_stamp == STAMP == stamp_of(PACKAGE) and STAMP in file._index_name, function
     names = {function.__name__ for function in kept}
-    assert names >= {"advance_games", "make_targets", "make_attractors", "paint_grids", "paint", "find_coefficients"}
+    assert names >= {
+        "advance_games",
+        "make_targets",
+        "flocking",
+        "serve_densities",
+        "paint_grids",
+        "paint",
+        "find_coefficients",
+    }
     assert set(sources(PACKAGE)) >= {*(PACKAGE / "kernels").rglob("*.py"), Path(config.__file__)}
+
+
+def test_processes_that_compile_at_once_for_other_arguments_keep_their_code_apart(tmp_path, monkeypatch):
+    one, other = (_Files(str(tmp_path), "push", "stamp") for _ in range(2))
+    write = one._save_data
+
+    def write_last(name, data):
+        other.save("float64", "code for float64")
+        write(name, data)
+
+    monkeypatch.setattr(one, "_save_data", write_last)
+    monkeypatch.setattr(other, "_load_index", dict)  # which it had looked at before this one wrote it
+    one.save("float32", "code for float32")
+    files = _Files(str(tmp_path), "push", "stamp")
+    assert files.load("float64") == "code for float64"
+    assert files.load("float32") is None, "what is not in the index is compiled again"
 
 
 @pytest.mark.parametrize("constants", ["config.py", "config/constants.py"])

@@ -10,12 +10,16 @@ import time
 import urllib.request
 
 import pytest
+from playwright.sync_api import expect
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, TARGET, decode_frame
 
+SLOW_MS = 120_000
+"""What pages wait for anything, games and their recordings too, on the slowest machine."""
+expect.set_options(timeout=SLOW_MS)
 COMMAND = "from swarm_pz.cli import main; main()"
 
 
@@ -168,6 +172,13 @@ def own_table(tmp_path):
 # --- browsers -------------------------------------------------------------------------------------
 
 
+def new_page(browser, width=360, height=640, **how):
+    """Give an empty page, on a device of its own."""
+    page = browser.new_context(viewport={"width": width, "height": height}, **how).new_page()
+    page.context.set_default_timeout(SLOW_MS)
+    return page
+
+
 @pytest.fixture
 def open_page(chromium, table):
     """Give a function that opens the table's page in a browser of its own.
@@ -178,9 +189,8 @@ def open_page(chromium, table):
     faults = []
 
     def open_(address="", width=360, height=640, **how):
-        context = chromium.new_context(viewport={"width": width, "height": height}, **how)
-        contexts.append(context)
-        page = context.new_page()
+        page = new_page(chromium, width, height, **how)
+        contexts.append(page.context)
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
         page.goto(f"http://{table.address}/{address}")

@@ -15,15 +15,15 @@ class Faulty:
     observation = ObservationConfig(grid=10)
 
     def __init__(self, how):
-        self.how, self.answers = how, 0
+        self.how, self.count = how, 0
 
     def reset(self, seeds, rows):
         pass
 
     def act(self, observations, rows):
-        self.answers += 1
-        answer = np.full((len(rows), 10, 10), 1.0 / self.answers)
-        if self.answers == 3:  # the first is asked for when it is made
+        self.count += 1
+        answer = np.full((len(rows), 10, 10), 1.0 / self.count)
+        if self.count == 3:  # the first is asked for when it is made
             if self.how == "raises":
                 raise RuntimeError("no idea")
             if self.how == "nan":
@@ -35,6 +35,6 @@ class Faulty:
         return answer
 
 
-def loader(name, config):
+def loader(name, config, system):
     """Load a policy, a faulty one too."""
-    return Faulty(name) if name in FAULTS else load(name, config)
+    return Faulty(name) if name in FAULTS else load(name, config, system)

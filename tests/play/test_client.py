@@ -95,3 +95,47 @@ def test_a_program_joins_the_room_that_it_is_told():
 def test_a_table_that_hangs_up_is_an_error():
     with stand_in(room("playing")) as (address, _, _), pytest.raises(PolicyError, match="closed the connection"):
         play(address, None)
+
+
+def seated(system, takes, serves):
+    told = protocol.Commands(system, takes, [2, 2], 0.0, 1.0, [], serves)
+    return protocol.Seated("ABCD", "red", "0" * 32, told)
+
+
+@pytest.mark.parametrize(
+    ("command", "written"),
+    [
+        (np.eye(2), [[1.0, 0.0], [0.0, 1.0]]),
+        (
+            {"shape": "ring", "centre": (0.5, 0.25), "size": np.float32(0.5)},
+            {"shape": "ring", "centre": [0.5, 0.25], "size": 0.5},
+        ),
+    ],
+)
+def test_a_program_commands_in_the_kind_that_it_answers(command, written):
+    answers = [seated("formation", "formation", serves=False), room("playing"), frame(0), room("over", "red")]
+    with stand_in(*answers) as (address, said, heard_all):
+        assert play(address, lambda frame, team: command, system="formation", answers="formation") == "red"
+        assert heard_all.wait(30)
+    assert said[1] == protocol.Create(settings=protocol.Settings(red_system="formation"), seat="red")
+    (given,) = [message for message in said if isinstance(message, protocol.CommandMessage)]
+    assert given.density is None and given.command == written
+
+
+@pytest.mark.parametrize(
+    ("takes", "serves", "answers", "fits"),
+    [
+        ("density", True, "density", True),
+        ("leaders", True, "density", True),
+        ("leaders", False, "density", False),
+        ("density", True, "leaders", False),
+    ],
+)
+def test_a_program_whose_commands_cannot_fly_the_seat_is_told_before_the_game(takes, serves, answers, fits):
+    answered = [seated("one", takes, serves), room("over", "red"), room("playing"), frame(0), room("over", "red")]
+    with stand_in(*answered) as (address, _, _):
+        if fits:
+            assert play(address, lambda frame, team: np.eye(2), answers=answers) == "red"
+        else:
+            with pytest.raises(PolicyError, match=f"flown by one, which takes commands of kind '{takes}'"):
+                play(address, lambda frame, team: np.eye(2), answers=answers)

@@ -105,20 +105,20 @@ def test_what_is_followed_is_what_a_recording_can_hold():
     command = game.submit(BLUE, 7, asked)
     (event,) = game.advance()
     assert event.command is command and (command.team, command.number) == (BLUE, 7)
-    np.testing.assert_array_equal(command.density, np.round(asked / asked.max(), 4))
-    np.testing.assert_allclose(game.simulator.targets[0, BLUE], command.density / command.density.sum(), rtol=1e-12)
+    np.testing.assert_array_equal(command.values, np.round(asked / asked.max(), 4))
+    np.testing.assert_allclose(game.simulator.targets[0, BLUE], command.values / command.values.sum(), rtol=1e-12)
 
 
 @pytest.mark.parametrize("factor", [2.0, 1 / 3, 4e-5, 1e-300])
 def test_an_image_and_its_double_are_the_same_however_faint(factor):
     asked = np.linspace(0.0, 0.5, 100).reshape(10, 10)
-    first, second = (LiveGame(TableConfig(), seed=0).submit(RED, 1, image).density for image in (asked, factor * asked))
+    first, second = (LiveGame(TableConfig(), seed=0).submit(RED, 1, image).values for image in (asked, factor * asked))
     np.testing.assert_array_equal(first, second)
     assert first[0, 0] == 0.0 and first[9, 9] == 1.0
 
 
 def test_a_command_of_nothing_stays_one_of_nothing():
-    assert not LiveGame(TableConfig(), seed=0).submit(RED, 1, np.zeros((10, 10))).density.any()
+    assert not LiveGame(TableConfig(), seed=0).submit(RED, 1, np.zeros((10, 10))).values.any()
 
 
 def test_commands_have_the_cells_of_the_game():
@@ -147,14 +147,18 @@ def test_a_command_at_the_table_is_sent_be_it_the_same_again():
     assert weights == [[2.0, 2.0], [2.0, 4.0], [2.0, 6.0]]
 
 
+def holds(game, team, density):
+    return game.holds(game.reader.read(team, 0, density))
+
+
 def test_who_asks_at_every_step_hands_in_only_what_is_not_held():
     evenly, aside = np.full((10, 10), 1 / 3), corner(0, 0)
     game = LiveGame(TableConfig(game=GameConfig.preset("released")), seed=0)
-    assert game.holds(RED, evenly) and not game.holds(RED, aside)
+    assert holds(game, RED, evenly) and not holds(game, RED, aside)
     game.submit(RED, 1, aside)
-    assert game.holds(RED, aside / 2) and not game.holds(RED, evenly), "the one that waits will be followed"
-    assert game.holds(BLUE, evenly)
+    assert holds(game, RED, aside / 2) and not holds(game, RED, evenly), "the one that waits will be followed"
+    assert holds(game, BLUE, evenly)
     game.advance(3)
-    assert game.holds(RED, aside) and not game.holds(RED, evenly)
+    assert holds(game, RED, aside) and not holds(game, RED, evenly)
     # Where it is all the same, everything is handed in, and recordings tell of it.
-    assert not LiveGame(TableConfig(), seed=0).holds(RED, evenly)
+    assert not holds(LiveGame(TableConfig(), seed=0), RED, evenly)

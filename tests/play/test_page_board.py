@@ -11,7 +11,6 @@ from swarm_pz.play.recordings.format import CommandLine
 from tests.play.test_page import INK, STATIC, Hand, begin, eventually, latest, play_through, room_of
 
 pytestmark = pytest.mark.browser
-expect.set_options(timeout=30_000)
 SCENE = """
     const { Arena } = await import("/static/arena.js");
     const canvas = () => Object.assign(document.createElement("canvas"), { width: 500, height: 500 });

@@ -8,8 +8,8 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 
 from swarm_pz.play.recordings.format import CommandLine
-from tests.play.conftest import Table
-from tests.play.test_page import INK, SLOW_MS, Hand, begin, choose_time_limit, eventually, latest, open_form, room_of
+from tests.play.conftest import Table, new_page
+from tests.play.test_page import INK, Hand, begin, choose_time_limit, eventually, latest, open_form, room_of
 
 pytestmark = pytest.mark.browser
 
@@ -20,14 +20,13 @@ def stands_on(page, name):
 
 
 def is_playing(page):
-    page.wait_for_selector("#cover", state="hidden", timeout=SLOW_MS)
-    page.wait_for_selector("#send:not([disabled])", timeout=SLOW_MS)
+    page.wait_for_selector("#cover", state="hidden")
+    page.wait_for_selector("#send:not([disabled])")
 
 
 def guest(page, address):
     """Give somebody else's page, on another device."""
-    context = page.context.browser.new_context(viewport={"width": 360, "height": 640})
-    other = context.new_page()
+    other = new_page(page.context.browser)
     other.goto(address)
     return other
 
@@ -56,7 +55,8 @@ def test_levels_come_from_ratings_and_who_has_none_is_on_no_level(open_page):
             const { levelsOf } = await import("/static/cards.js");
             const rated = [["a", 899], ["b", 900], ["c", 1299], ["d", 1300], ["e", 2000]];
             const policies = rated.map(([name, rating]) => ({ name, card: { rating } }));
-            policies.push({ name: "mine", card: null });
+            policies.push({ name: "mine", card: null, answers: "density" });
+            for (const answers of ["formation", "any"]) policies.push({ name: answers, card: null, answers });
             return levelsOf(policies).map(({ title, policies }) => [title, policies.map(({ name }) => name)]);
         }"""
     )
@@ -292,7 +292,7 @@ def test_after_the_server_came_back_the_page_leads_to_the_recording(open_page, o
     expect(page.locator("#send")).to_be_disabled()
     again = Table(own_table.folder, "--port", own_table.address.split(":")[1])
     try:
-        page.wait_for_selector("#scrubber", state="visible", timeout=SLOW_MS)
+        page.wait_for_selector("#scrubber", state="visible")
         expect(page.locator("#says")).to_contain_text("recorded as")
         page.click("#leave")
         expect(page.locator("#lobby")).to_be_visible()
@@ -357,9 +357,9 @@ def test_a_whole_game_by_keys(open_page, table):
     page.keyboard.press("Enter")
     is_playing(page)
     stands_on(page, "arena")  # at the start of a game one is on the board
-    for key in ("2", "1", "+", "Shift+ArrowRight", "Space", "Shift+ArrowUp", "Shift+ArrowLeft", "Space", "Enter"):
+    for key in ("k", "g", "+", "Shift+ArrowRight", "Space", "Shift+ArrowUp", "Shift+ArrowLeft", "Space", "Enter"):
         page.keyboard.press(key)
-    page.wait_for_selector("#recording", state="visible", timeout=SLOW_MS)
+    page.wait_for_selector("#recording", state="visible")
     (command,) = [line for line in latest(table, room, CommandLine) if line.team == 0]
     (stroke,) = command.strokes
     assert stroke.brush == "attract" and stroke.width == pytest.approx(0.12) and len(stroke.points) == 3

@@ -13,6 +13,7 @@ from swarm_pz.cli import main
 from swarm_pz.cli.player_options import able, known
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError
+from swarm_pz.policies import commanders
 from swarm_pz.policies.scripted import halo
 from swarm_pz.policy import GROUP, about, faults, registered
 
@@ -101,7 +102,8 @@ def test_the_own_policy_stays_where_another_package_takes_its_name(guests):
 def test_commands_name_broken_policies_and_go_on(guests, capsys):
     main(["policies"])
     printed = capsys.readouterr()
-    assert len(printed.out.splitlines()) == guests + 4
+    players, _, _ = printed.out.partition("\n\ncontrol systems")
+    assert len(players.splitlines()) == guests + 4
     assert "works        Make a broad ring" in printed.out
     assert printed.err.count("left out: policy") == 7
     assert set(known()) == set(registered()) - BROKEN
@@ -114,7 +116,8 @@ def test_a_tournament_of_all_leaves_out_who_cannot_play(guests, capsys):
     assert "left out: fails: policy 'fails' (guests_tactics:fail) cannot be made" in said
     assert "left out: leaves: policy 'leaves' (guests_tactics:leave) cannot be made: SystemExit('no licence')" in said
     assert "left out: picky: this tactic wants ten drones" in said
-    assert {*BROKEN, "fails", "leaves", "picky"} == set(registered()) - set(field)
+    others = {script.__name__ for script in commanders.SCRIPTS}  # those who command other control systems
+    assert {*BROKEN, *others, "fails", "leaves", "picky"} == set(registered()) - {*field, "trained"}
     assert "picky" in able(GameConfig())
 
 

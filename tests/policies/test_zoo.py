@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,11 +11,11 @@ from scipy.stats import binomtest
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import CheckpointError
+from swarm_pz.errors import CheckpointError, KindError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import zoo
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.policy import about
+from swarm_pz.policy import about, load
 from swarm_pz.training.config import TrainConfig
 
 FOLDER = Path(zoo.__file__).parent
@@ -127,3 +128,21 @@ def test_writing_and_reading_change_nothing(copy):
     assert again.digest == policy.digest
     for name, values in policy.weights().items():
         np.testing.assert_array_equal(values, again.weights()[name])
+
+
+def test_trained_is_the_policy_that_was_trained_for_the_system_that_flies_its_team():
+    policy = load("trained", GameConfig(controllers=("direct", "ergodic")))
+    assert policy.answers == "accelerations" and policy.card["system"] == "direct"
+    with pytest.raises(KindError, match=r"no policy was trained for nobody; there are some for: .*direct"):
+        zoo.trained(GameConfig()).for_system(SimpleNamespace(name="nobody"))
+    with pytest.raises(KindError, match="load it by `load`"):
+        zoo.trained(GameConfig()).act(None, None)
+
+
+@pytest.mark.parametrize("folder", sorted((FOLDER / "systems").glob("*")), ids=lambda one: one.name)
+def test_every_policy_that_was_trained_for_a_system_says_how_and_is_small(folder):
+    card = json.loads((folder / "policy.json").read_text())
+    assert card["command"].startswith(f"swarm-pz train --game.controllers {folder.name} ergodic")
+    assert card["seconds"] <= 1200
+    assert (folder / "policy.safetensors").stat().st_size < 300_000
+    assert card.get("system", "ergodic") == folder.name

@@ -47,7 +47,8 @@ def test_what_is_neither_name_nor_folder_is_said(tmp_path):
     with pytest.raises(PolicyError, match="there is no policy 'rign', and no such folder; did you mean 'ring'"):
         load("rign", config)
     with pytest.raises(
-        PolicyError, match=r"there is no folder 'runs/frist', nor a policy of that name; there are blind_ring, "
+        PolicyError,
+        match=r"there is no folder 'runs/frist', nor a policy of that name; there are besiege, blind_ring, ",
     ):
         load("runs/frist", config)
     (tmp_path / "empty").mkdir()

@@ -16,6 +16,7 @@ from swarm_pz.config import (
 )
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.controllers.flocking import flocking_parameters
+from swarm_pz.kernels.game import ERGODIC, GIVEN
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.parameters import rule_parameters, rule_variants
 
@@ -81,8 +82,9 @@ def test_a_variant_is_told_and_no_other(name):
     assert variants.communication.radius == (2.0 if name == "radius" else math.inf)
     assert variants.communication.loss == (0.5 if name in ("loss", "relays") else 0.0)
     assert variants.communication.relays == (name == "relays")
-    flocks = (name == "red flocks", name == "blue flocks")
-    assert Simulator(GameConfig(**VARIANTS[name])).games.flown_by[0].tolist() == list(flocks)
+    assert variants.is_given == name.endswith("flocks") and variants.is_ergodic
+    numbers = {"red flocks": [GIVEN, ERGODIC], "blue flocks": [ERGODIC, GIVEN + 1]}.get(name, [ERGODIC] * 2)
+    assert Simulator(GameConfig(**VARIANTS[name])).games.flown_by[0].tolist() == numbers
 
 
 def test_chances_are_those_of_a_control_period():

@@ -15,7 +15,7 @@ from swarm_pz.config import BLUE, RED, CaptureConfig, ControllerConfig, Dynamics
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.game import advance_games
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.commands import FlockingCommand
+from swarm_pz.systems import FlockingCommand
 from tests.reference import cell_of
 
 
@@ -237,12 +237,12 @@ def test_games_that_are_swapped_take_flocking_commands_for_the_other_team():
     simulator.command(1, [command], rows=[0])
     simulator.command(0, [command], rows=[1])
     for team, row in ((0, [0]), (1, [1])):
-        with pytest.raises(CommandError, match="flown by the ergodic controller"):
+        with pytest.raises(CommandError, match="for ergodic, which takes density"):
             simulator.command(team, [command], rows=row)
-    with pytest.raises(CommandError, match="red is flown by the ergodic controller"):
+    with pytest.raises(CommandError, match=r"red's command .*for ergodic, which takes density"):
         simulator.command(0, [command] * 2)
     simulator.advance(3)
-    np.testing.assert_allclose(simulator.games.attractors[[0, 1], [1, 0]], [(0.2, 0.3, 60.0)] * 2, rtol=1e-6)
+    np.testing.assert_allclose(simulator.games.commands[[0, 1], [1, 0], :3], [(0.2, 0.3, 60.0)] * 2)
 
 
 def test_a_team_without_drones_flies_alone():
@@ -435,8 +435,8 @@ def test_a_command_is_for_the_games_and_the_team_that_it_names(controllers, team
         before = simulator.snapshot()
         simulator.command(team, order, rows=[3, 1])
         for name, array, then in zip(before._fields, simulator.games, before, strict=True):
-            changed = name in ("targets", "coefficients") or (name == "attractors" and "flocking" in controllers)
-            if name in ("targets", "coefficients", "attractors"):
+            changed = name in ("targets", "coefficients") or config.team_controllers[team] == "flocking"
+            if name in ("targets", "coefficients", "commands"):
                 np.testing.assert_array_equal(array[[0, 2]], then[[0, 2]], err_msg=name)
                 np.testing.assert_array_equal(array[:, 1 - team], then[:, 1 - team], err_msg=name)
                 for row in (1, 3):
@@ -449,7 +449,7 @@ def test_a_command_is_for_the_games_and_the_team_that_it_names(controllers, team
             alone.command(team, order[place : place + 1])
             assert_same_game(simulator, row, alone, 0)
     if len(orders) > 1:
-        np.testing.assert_allclose(simulator.games.attractors[[3, 1], team], [[0.2, 0.7, 60], [0.9, 0.1, 80]])
+        np.testing.assert_allclose(simulator.games.commands[[3, 1], team, :3], [[0.2, 0.7, 60], [0.9, 0.1, 80]])
         targets, centres = simulator.targets[[3, 1], team], (np.arange(10) + 0.5) / 10
         middles = np.stack([targets.sum(axis=1) @ centres, targets.sum(axis=2) @ centres], axis=1)
         np.testing.assert_allclose(middles, [[0.2, 0.7], [0.9, 0.1]], atol=1e-6)
@@ -572,9 +572,9 @@ def test_a_flocking_command_is_refused_if_any_of_the_games_is_flown_by_another_c
     simulator.reset(seeds=[1, 2], swapped=[False, True])  # blue flocks in game 0 alone
     before = simulator.snapshot()
     commands = [FlockingCommand(position=(0.2, 0.7), weight=config.flocking.migration[1])] * 2
-    with pytest.raises(CommandError, match="blue is flown by the ergodic controller"):
+    with pytest.raises(CommandError, match=r"blue's command .*for ergodic, which takes density"):
         simulator.command(BLUE, commands)
     assert all(np.array_equal(one, other) for one, other in zip(before, simulator.games, strict=True))
     simulator.command(BLUE, commands[:1], rows=[0])
     simulator.command(RED, commands[:1], rows=[1])
-    np.testing.assert_allclose(simulator.games.attractors[[0, 1], [BLUE, RED], :2], [(0.2, 0.7)] * 2, rtol=1e-6)
+    np.testing.assert_allclose(simulator.games.commands[[0, 1], [BLUE, RED], :2], [(0.2, 0.7)] * 2)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import torch
 
-from swarm_pz import policies
 from swarm_pz.errors import CheckpointError
 from swarm_pz.training import ppo
 from swarm_pz.training.checkpoint import CHECKPOINT
@@ -47,7 +46,7 @@ def test_a_minibatch_is_no_larger_than_what_a_rollout_gathers(tmp_path):
 
 
 def test_the_settings_reach_the_games_of_every_size(tmp_path, monkeypatch):
-    made, loaded, load = [], [], policies.load
+    made, loaded, load = [], [], ppo.load
 
     class Noted(SwarmVecEnv):
         def __init__(self, game, num_envs, *, opponent, **given):
@@ -55,12 +54,12 @@ def test_the_settings_reach_the_games_of_every_size(tmp_path, monkeypatch):
             self.met = opponent
             super().__init__(game, num_envs, opponent=opponent, **given)
 
-    def noted(name, game):
+    def noted(name, game, system):
         loaded.append((name, game))
-        return load(name, game)
+        return load(name, game, system)
 
     monkeypatch.setattr(ppo, "SwarmVecEnv", Noted)
-    monkeypatch.setattr(policies, "load", noted)
+    monkeypatch.setattr(ppo, "load", noted)
     config = TINY.replace(sizes=(1, 3), action_cells=2, threads=2, opponents=("noise", "ring", "noise"), seed=5)
     run = Training(config, tmp_path, say=quiet)
     games = [config.game.replace(drones_per_team=size) for size in (1, 3)]

@@ -12,7 +12,7 @@ from swarm_pz.evaluation.intervals import rounded
 from swarm_pz.figures.coverage import SECONDS, Flight, lone_team, over_seeds, start
 from swarm_pz.figures.drawings import DRAWINGS, interpolated
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.commands import FlockingCommand
+from swarm_pz.systems import FlockingCommand
 
 DRONES = 12
 DRAWING = DRAWINGS["two_spots"]

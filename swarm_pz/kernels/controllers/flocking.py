@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.kernels import entry_point, kernel
-from swarm_pz.kernels.controllers.ergodic import Scratch
-from swarm_pz.kernels.swarm import Swarm
+from swarm_pz.kernels.fourier import normalise
 
 _CLOSE = 0.001
 """Map widths below which a distance counts as this much: coinciding drones push finitely."""
@@ -56,15 +55,19 @@ def flocking_parameters(config: GameConfig) -> FlockingParameters:
 
 @kernel
 def find_pull(
-    i: int, swarm: Swarm, attractor: NDArray[np.float32], parameters: FlockingParameters
+    i: int,
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    heard: NDArray[np.bool_],
+    attractor: NDArray[np.float32],
+    parameters: FlockingParameters,
 ) -> tuple[float, float]:
-    """Return the weighted sum of what draws drone i somewhere."""
-    positions, velocities, teams = swarm.positions, swarm.velocities, swarm.teams
+    """Return the weighted sum of what draws drone i somewhere; `heard` (N,) are those whom it hears."""
     x, y = np.float64(positions[i, 0]), np.float64(positions[i, 1])
     away_x, away_y, velocity_x, velocity_y, place_x, place_y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     neighbours = 0
-    for j in range(teams.shape[0]):
-        if j == i or teams[j] != teams[i]:
+    for j in range(heard.shape[0]):
+        if j == i or not heard[j]:
             continue
         from_x, from_y = x - positions[j, 0], y - positions[j, 1]
         distance = math.sqrt(from_x * from_x + from_y * from_y)
@@ -103,42 +106,52 @@ def turn_to(pull: tuple[float, float], velocity: NDArray[np.float32], max_turn: 
     return heading_x * cosine - heading_y * sine, heading_x * sine + heading_y * cosine
 
 
-@kernel
-def flocking(swarm: Swarm, target: NDArray[np.float32], parameters: FlockingParameters, scratch: Scratch) -> None:
-    """Steer every drone that takes part.
+@entry_point
+def flocking(
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    own: NDArray[np.bool_],
+    heard: NDArray[np.bool_],
+    attractors: NDArray[np.float32],
+    parameters: FlockingParameters,
+    accelerations: NDArray[np.float32],
+) -> None:
+    """Steer one team of each of n games.
 
-    With neighbours j, the team-mates within the communication radius,
+    With neighbours j, the team-mates that it hears within the communication radius,
 
     pull = w_a (mean v_j - v) + w_c (mean p_j - p) + w_s sum (p - p_j) / |p - p_j|^2 + w (a - p),
 
-    where the third sum runs over team-mates within the separation radius and a and w are the
+    where the third sum runs over those that it hears within the separation radius and a and w are the
     attractor's position and weight. The heading turns towards the pull by at most `max_turn` a control
     period, and u = (speed * heading - v) / period. Accelerations are not yet saturated. (Weights and
     terms as published; that speed is constant follows Hauert et al., the units are chosen here.)
 
     Parameters
     ----------
-    swarm : Swarm
-        Accelerations are overwritten for drones that take part; those that have failed, or whose team another
-        controller flies, do not. Memories are not used: flocking has none.
-    target : float32 array (2, 3)
-        Each team's attractor: x, y, weight.
+    positions, velocities : float32 array (n, N, 2)
+    own : bool array (n, N)
+        The drones that fly.
+    heard : bool array (n, N, N)
+        `[i, j]`: whether drone i hears drone j.
+    attractors : float32 array (n, 3)
+        x, y, weight.
     parameters : FlockingParameters
-    scratch : Scratch
-        Not used: every controller takes the same.
+    accelerations : float32 array (n, N, 2)
+        Overwritten for the drones that fly.
     """
-    velocities, teams, accelerations = swarm.velocities, swarm.teams, swarm.accelerations
-    for i in range(teams.shape[0]):
-        if teams[i] < 0:
-            continue
-        pull = find_pull(i, swarm, target[teams[i]], parameters)
-        if pull[0] ** 2 + pull[1] ** 2 < _WEAK**2:
-            accelerations[i] = np.float32(0.0)
-            continue
-        heading = turn_to(pull, velocities[i], parameters.max_turn)
-        for axis in range(2):
-            wanted = parameters.speed * heading[axis]
-            accelerations[i, axis] = (wanted - velocities[i, axis]) / parameters.period
+    for e in range(own.shape[0]):
+        for i in range(own.shape[1]):
+            if not own[e, i]:
+                continue
+            pull = find_pull(i, positions[e], velocities[e], heard[e, i], attractors[e], parameters)
+            if pull[0] ** 2 + pull[1] ** 2 < _WEAK**2:
+                accelerations[e, i] = np.float32(0.0)
+                continue
+            heading = turn_to(pull, velocities[e, i], parameters.max_turn)
+            for axis in range(2):
+                wanted = parameters.speed * heading[axis]
+                accelerations[e, i, axis] = (wanted - velocities[e, i, axis]) / parameters.period
 
 
 @kernel
@@ -166,29 +179,23 @@ def strongest_mode(target: NDArray[np.float64]) -> tuple[float, float, float]:
 
 
 @entry_point
-def make_attractors(
-    places: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    teams: NDArray[np.int64],
-    targets: NDArray[np.float64],
-    migration: tuple[float, float],
-    attractors: NDArray[np.float32],
+def serve_densities(
+    densities: NDArray[np.float64], migration: tuple[float, float], attractors: NDArray[np.float64]
 ) -> None:
-    """Serve the targets of games `rows[place]` by attractors, so that density commands can drive flocks.
+    """Serve densities by attractors, so that who sends densities can lead flocks.
 
     Parameters
     ----------
-    places, rows, teams
-        As of `swarm_pz.kernels.fourier.make_targets`.
-    targets : float64 array (E, 2, A, A)
+    densities : float64 array (n, A, A)
     migration : (float, float)
-        Weight of an attractor for none and for all of the target's mass.
-    attractors : float32 array (E, 2, 3)
-        Updated.
+        Weight of an attractor for none and for all of a density's mass.
+    attractors : float64 array (n, 3)
+        Overwritten: x, y, weight.
     """
     least, largest = migration
-    for place in places:
-        for team in teams:
-            x, y, share = strongest_mode(targets[rows[place], team])
-            attractor = attractors[rows[place], team]
-            attractor[0], attractor[1], attractor[2] = x, y, least + (largest - least) * share
+    target = np.empty(densities.shape[1:], np.float64)
+    for place in range(densities.shape[0]):
+        normalise(densities[place], target)
+        x, y, share = strongest_mode(target)
+        attractors[place, 0], attractors[place, 1] = x, y
+        attractors[place, 2] = least + (largest - least) * share

@@ -17,12 +17,13 @@ from typing import Annotated, Any, Literal, TypeVar
 import msgspec
 import numpy as np
 from msgspec import Meta, Struct
-from numpy.typing import NDArray
 
 from swarm_pz.config.values import check_densities
 from swarm_pz.errors import CommandError, ProtocolError, RecordingError, SwarmError
+from swarm_pz.play.commands import Command
+from swarm_pz.play.forms import read_form
 from swarm_pz.play.frames import Frame, decode_frame
-from swarm_pz.play.game import Command, TableConfig
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import ClientInfo, StrokeMessage, Timing
 from swarm_pz.play.recordings.chain import START, followed
 from swarm_pz.play.recordings.folder import read_regular
@@ -30,9 +31,9 @@ from swarm_pz.play.recordings.folder import read_regular
 VERSION = 2
 FRAME_TICKS = 3
 """Ticks between two recorded frames."""
-SeatEvent = Literal["connected", "disconnected", "displaced", "hidden", "shown", "failed"]
+SeatEvent = Literal["connected", "disconnected", "displaced", "hidden", "shown", "failed", "forfeit"]
 Outcome = Literal["red", "blue", "draw", "stopped"]
-EndedBy = Literal["capture", "time", "left", "server"]
+EndedBy = Literal["capture", "time", "left", "server", "forfeit"]
 Team = Annotated[int, Meta(ge=0, le=1)]
 Tick = Annotated[int, Meta(ge=0, lt=2**32)]
 Drone = Annotated[int, Meta(ge=0, lt=2**16)]
@@ -82,17 +83,21 @@ class Header(_Line, tag="game"):
 
 
 class CommandLine(_Line, tag="command"):
-    """A command as it arrived; with ``strokes`` from a drawing, which ``density`` follows from."""
+    """A command as it arrived, a density or of another kind; with ``strokes`` from a drawing, which it follows from."""
 
     team: Team
     number: Number
-    density: list[list[float]]
+    density: list[list[float]] | None
     received_ms: float
     strokes: list[StrokeMessage] | None = None
     timing: Timing | None = None
     """Its sender's clock, and how far it is from the server's."""
     tick: Tick | None = None
     """When it arrived: a solve at this tick already counts it. Files of version 1 do not tell."""
+    command: list[Any] | None = None
+    """In place of a density: what the team's control system takes, nested as its space."""
+    sender: str = ""
+    """Of a command that an automatic response gave in the player's place: "auto:" and its policy, or "auto:saved"."""
 
 
 class InForceLine(_Line, tag="in_force"):
@@ -102,6 +107,7 @@ class InForceLine(_Line, tag="in_force"):
     number: Number
     tick: Tick
     ms: float
+    sender: str = ""
 
 
 class PaintedLine(_Line, tag="painted"):
@@ -128,7 +134,7 @@ class FrameLine(_Line, tag="frame"):
 
 
 class SeatLine(_Line, tag="seat"):
-    """A connection came, went or changed; with what the client says about its screen."""
+    """A connection came, went or changed, with what the client says about its screen; or a seat failed, and why."""
 
     team: Team
     event: SeatEvent
@@ -265,6 +271,11 @@ class Recording:
                 (away.add if line.event == "disconnected" else away.discard)(line.team)
         return away
 
+    @property
+    def forfeit(self) -> str:
+        """How a control system failed, so that its side lost; empty if none did."""
+        return next((line.reason for line in self.of(SeatLine) if line.event == "forfeit"), "")
+
     @cached_property
     def last_tick(self) -> int:
         """The last tick that it knows of."""
@@ -276,14 +287,14 @@ class Recording:
     def in_force(self) -> list[tuple[int, Command]]:
         """Return the commands that were followed, each with its tick."""
         followed = []
-        arrived: dict[tuple[int, int], Command] = {}
-        densities = iter(self.densities)
+        arrived: dict[tuple[int, str, int], Command] = {}
+        commands = iter(self.commands)
         # In order: a client that comes back may count its commands from the start again.
         for line in self.events:
             if isinstance(line, CommandLine):
-                arrived[line.team, line.number] = Command(line.team, line.number, next(densities))
+                arrived[line.team, line.sender, line.number] = next(commands)
             elif isinstance(line, InForceLine):
-                command = arrived.get((line.team, line.number))
+                command = arrived.get((line.team, line.sender, line.number))
                 if command is None:
                     raise RecordingError(
                         f"{self.name} lacks command {line.number} of team {line.team}, which was followed"
@@ -292,16 +303,24 @@ class Recording:
         return followed
 
     @cached_property
-    def densities(self) -> list[NDArray[np.float64]]:
-        """The densities (A, A) of all commands, in order."""
-        return [self._density(line) for line in self.of(CommandLine)]
+    def commands(self) -> list[Command]:
+        """All commands, in order."""
+        return [self._command(line) for line in self.of(CommandLine)]
 
-    def _density(self, line: CommandLine) -> NDArray[np.float64]:
-        cells = self.config.game.command_cells
+    def _command(self, line: CommandLine) -> Command:
+        game, name = self.config.game, f"command {line.number} of team {line.team}"
+        cells, system = game.command_cells, game.team_systems[line.team]
+        kind, values = "density", np.zeros(0)
         try:
-            return check_densities(line.density, (cells, cells), f"command {line.number} of team {line.team}")
+            if (line.density is None) == (line.command is None):
+                raise CommandError(f"{name} must be a density or of another kind")
+            if line.density is not None:
+                values = check_densities(line.density, (cells, cells), name)
+            else:
+                kind, values = system.takes, read_form(line.command, system, game, name)
         except CommandError as error:
             raise RecordingError(f"{self.name} is corrupt: {error}") from error
+        return Command(line.team, line.number, values, kind, line.sender)
 
     def until(self, tick: int) -> list[EventLine]:
         """Return what of the game itself had happened before the solve at a tick: commands, captures, frames."""

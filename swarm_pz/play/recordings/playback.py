@@ -16,8 +16,9 @@ import numpy as np
 
 from swarm_pz.analysis.video import FILM_RATE, open_film
 from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
+from swarm_pz.play.commands import Command
 from swarm_pz.play.frames import FASTEST, Frame
-from swarm_pz.play.game import Command, LiveGame
+from swarm_pz.play.game import LiveGame
 from swarm_pz.play.recordings.format import FRAME_TICKS, CapturedLine, Recording
 from swarm_pz.play.recordings.verification import Verification, faults_of
 from swarm_pz.rendering.painter import FILM, Painter

@@ -41,17 +41,20 @@ class SeatRow:
         The game went on from a moment of another one.
     lesson : bool
         It was a lesson, not a match.
-    ended_by : {"capture", "time", "left", "server", ""}
-        "left" if a client was away for good or at the end, however the game ended; empty if it is unfinished.
-    left_out : {"", "unfinished", "taken over", "no opponent", "lesson", "left", "stopped", "no command"}
+    ended_by : {"capture", "time", "left", "server", "forfeit", ""}
+        "left" if a client was away for good or at the end, however the game ended; "forfeit" if a control system
+        failed; empty if it is unfinished.
+    left_out : {"", "unfinished", "taken over", "no opponent", "lesson", "left", "stopped", "forfeit", "no command"}
         Why the game does not count in the summary; empty if it does.
     side : {"red", "blue"}
     kind : {"person", "program", "policy"}
     player : str
         Policy or label.
+    system : str
+        The control system that flew it.
     opponent_kind : {"person", "program", "policy", "free"}
-    opponent : str
-        The other seat's policy or label.
+    opponent, opponent_system : str
+        The other seat's policy or label, and what flew it.
     start_size, drones : int
         Drones at the start, and of both teams.
     outcome : {"win", "draw", "loss", "stopped"}
@@ -60,7 +63,11 @@ class SeatRow:
     final_share : float
         Of all drones.
     commands : int
+        Its player's own.
+    automatic_commands : int
+        Those that automatic responses gave in its player's place.
     commands_per_minute : float
+        Of its player's own.
     first_command_s : float or None
     drawing_s_per_command : float or None
     lost_while_drawing : int
@@ -88,14 +95,17 @@ class SeatRow:
     side: str
     kind: str
     player: str
+    system: str
     opponent_kind: str
     opponent: str
+    opponent_system: str
     start_size: int
     drones: int
     outcome: str
     seconds: float
     final_share: float
     commands: int
+    automatic_commands: int
     commands_per_minute: float
     first_command_s: float | None
     drawing_s_per_command: float | None
@@ -145,8 +155,10 @@ def seat_rows(recording: Recording) -> list[SeatRow]:
                 side=TEAM_NAMES[team],
                 kind=seat.kind,
                 player=seat.policy or seat.label,
+                system=config.game.team_controllers[team],
                 opponent_kind=other.kind,
                 opponent=other.policy or other.label,
+                opponent_system=config.game.team_controllers[1 - team],
                 start_size=config.game.team_sizes[team],
                 drones=config.game.num_drones,
                 outcome=outcome,
@@ -175,6 +187,7 @@ def _left_out(recording: Recording, ended_by: str, commands: Sequence[int]) -> s
         "lesson": header.lesson,
         "left": ended_by == "left",
         "stopped": ended_by == "server",
+        "forfeit": ended_by == "forfeit",
         "no command": any(seat.kind == "person" and not count for seat, count in zip(seats, commands, strict=True)),
     }
     return next((reason for reason, holds in reasons.items() if holds), "")
@@ -187,7 +200,7 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
     played_s = seconds - begin_s
     speed = recording.config.speed
     inputs: dict[int, float] = {}
-    drawing_s, first_s, commands, lost, disconnections = [], None, 0, 0, 0
+    drawing_s, first_s, commands, automatic, lost, disconnections = [], None, 0, 0, 0, 0
     spans: list[tuple[float, float]] = []
     captured_ms: list[float] = []
     to_force, to_paint = [], []
@@ -201,6 +214,8 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
                 captured_ms.append(1000.0 * (line.tick / TICKS_PER_SECOND - begin_s) / speed)
         elif isinstance(line, FrameLine | EndLine) or line.team != team:
             continue
+        elif isinstance(line, CommandLine | InForceLine) and line.sender:
+            automatic += isinstance(line, CommandLine)
         elif isinstance(line, CommandLine):
             commands += 1
             inputs.pop(line.number, None)
@@ -230,6 +245,7 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
     lost = sum(any(began <= ms <= ended for began, ended in spans) for ms in captured_ms)
     return {
         "commands": commands,
+        "automatic_commands": automatic,
         "commands_per_minute": 60.0 * commands / played_s if played_s > 0 else 0.0,
         "first_command_s": first_s,
         "drawing_s_per_command": float(np.mean(drawing_s)) if drawing_s else None,

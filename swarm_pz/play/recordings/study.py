@@ -30,12 +30,13 @@ from swarm_pz.play.recordings.folder import SUFFIX
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 NOTES = {
     "text": "In CSV, text that begins with = + - @ TAB or CR has an apostrophe before it, so that no spreadsheet "
     "takes it for a formula.",
     "left_out": "Why a game is not in the summary; empty if it is. Lessons, games that a player left (for good, or "
-    "away at the end) and games in which a person gave no command are in it with --all, if they have a result.",
+    "away at the end), games that a control system's fault ended and games in which a person gave no command are in it "
+    "with --all, if they have a result.",
     "both_seats": "Player and opponent are the same, so that both seats of each game are in the row. Each game counts "
     "once, as red's: won is what red won, and win_rate tells whether a side is better off, not a player.",
 }
@@ -48,10 +49,10 @@ class SummaryRow:
 
     Attributes
     ----------
-    kind, player, opponent_kind, opponent : str
+    kind, player, system, opponent_kind, opponent, opponent_system : str
     both_seats : bool
-        Player and opponent are the same, so that both seats of each game are of this row: it counts once, as red's,
-        and what is won, lost and the share at the end are red's.
+        Player and opponent are the same, flown by the same control system, so that both seats of each game are of this
+        row: it counts once, as red's, and what is won, lost and the share at the end are red's.
     config_hash, rules_hash, rules : str
     min_command_interval : float
     games, wins, draws, losses : int
@@ -68,8 +69,10 @@ class SummaryRow:
 
     kind: str
     player: str
+    system: str
     opponent_kind: str
     opponent: str
+    opponent_system: str
     both_seats: bool
     config_hash: str
     rules_hash: str
@@ -112,11 +115,12 @@ def summarise(rows: Sequence[SeatRow], every_game: bool = False) -> list[Summary
     groups: dict[tuple[str, ...], list[SeatRow]] = {}
     for row in rows:
         if counts(row, every_game):
-            key = (row.kind, row.player, row.opponent_kind, row.opponent, row.config_hash)
-            groups.setdefault(key, []).append(row)
+            key = (row.kind, row.player, row.system, row.opponent_kind, row.opponent, row.opponent_system)
+            groups.setdefault((*key, row.config_hash), []).append(row)
     summary = []
-    for (kind, player, opponent_kind, opponent, config_hash), seats in sorted(groups.items()):
-        both_seats = (kind, player) == (opponent_kind, opponent)
+    for (*player_of, config_hash), seats in sorted(groups.items()):
+        kind, player, system, opponent_kind, opponent, opponent_system = player_of
+        both_seats = (kind, player, system) == (opponent_kind, opponent, opponent_system)
         group = [row for row in seats if row.side == TEAM_NAMES[RED]] if both_seats else seats
         outcomes = [row.outcome for row in group]
         wins = outcomes.count("win")
@@ -126,8 +130,10 @@ def summarise(rows: Sequence[SeatRow], every_game: bool = False) -> list[Summary
             SummaryRow(
                 kind=kind,
                 player=player,
+                system=system,
                 opponent_kind=opponent_kind,
                 opponent=opponent,
+                opponent_system=opponent_system,
                 both_seats=both_seats,
                 config_hash=config_hash,
                 rules_hash=group[0].rules_hash,

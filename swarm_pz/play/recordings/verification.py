@@ -14,7 +14,8 @@ import numpy as np
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_CONTROL_PERIOD
 from swarm_pz.errors import CommandError
-from swarm_pz.play.game import LiveGame, as_followed
+from swarm_pz.play.commands import as_followed
+from swarm_pz.play.game import LiveGame
 from swarm_pz.play.recordings.format import (
     CommandLine,
     EndLine,
@@ -25,7 +26,7 @@ from swarm_pz.play.recordings.format import (
     SeatLine,
     reason_of_end,
 )
-from swarm_pz.play.strokes import Stroke, density_of
+from swarm_pz.play.strokes import Stroke, attraction_of, density_of
 
 _DENSITY_STEP = 2e-4
 """What the last digit of a drawing's density may differ by on another processor."""
@@ -120,26 +121,33 @@ def _schedule(recording: Recording) -> Iterator[str]:
                 if line.tick < begin:
                     before = latest
                 else:
-                    told.append((line.tick, line.number))
+                    told.append((line.tick, _called(line)))
         for number, line in _live(recording):
             if isinstance(line, CommandLine) and line.team == team:
                 if line.tick is not None:
-                    arrived.append((line.tick, line.number))
+                    arrived.append((line.tick, _called(line)))
                 elif recording.header.version > 1:
                     yield f"line {number}: a command must tell the tick at which it arrived"
         if recording.header.version > 1:
             due = _due(arrived, before, interval)
-            # Where the recording breaks off, what came into force at last may have been lost.
+            # Where the recording breaks off, what came into force at last may have been lost; where the game ended
+            # while control systems chose accelerations, it came into force before.
             least = sum(tick < recording.last_tick for tick, _ in due)
-            due = due[: least if recording.end is not None else max(least, len(told))]
+            is_cut = recording.end is None or recording.end.outcome == "stopped" or recording.end.ended_by == "forfeit"
+            due = due[: max(least, len(told)) if is_cut else least]
             for tick, name in sorted(set(due) ^ set(told)):
                 verb = "had to" if (tick, name) in due else "cannot"
                 yield f"command {name} of {side} {verb} come into force at tick {tick}"
 
 
-def _due(arrived: list[tuple[int, int]], latest: int, interval: int) -> list[tuple[int, int]]:
+def _called(line: CommandLine | InForceLine) -> str:
+    """Return what a command is called: its number, and who gave it in the player's place."""
+    return f"{line.number} by {line.sender}" if line.sender else str(line.number)
+
+
+def _due(arrived: list[tuple[int, str]], latest: int, interval: int) -> list[tuple[int, str]]:
     """Return the ticks at which commands come into force, of those that arrived at some; the latest one waits."""
-    due: list[tuple[int, int]] = []
+    due: list[tuple[int, str]] = []
     for place, (tick, number) in enumerate(arrived):
         solve = -(-max(tick, latest + interval) // TICKS_PER_CONTROL_PERIOD) * TICKS_PER_CONTROL_PERIOD
         # One that arrives before that solve takes its place.
@@ -155,10 +163,13 @@ def _commands(recording: Recording) -> Iterator[str]:
     counted = [0, 0]
     lines = [(n, line) for n, line in enumerate(recording.events, _FIRST_LINE) if isinstance(line, CommandLine)]
     past = header.origin.lines if header.origin is not None else 0
-    for (number, line), density in zip(lines, recording.densities, strict=True):
-        seat, is_live = (header.red, header.blue)[line.team], number - _FIRST_LINE >= past
-        if is_live and header.version > 1 and (density != as_followed(density)).any():
+    for (number, line), command in zip(lines, recording.commands, strict=True):
+        seat, is_live, values = (header.red, header.blue)[line.team], number - _FIRST_LINE >= past, command.values
+        is_density = command.kind == "density"
+        if is_live and header.version > 1 and is_density and (values != as_followed(values)).any():
             yield f"line {number}: the density is not as tables write it, with 1 for its largest value"
+        if line.sender and (line.timing is not None or line.strokes is not None or seat.kind == "policy"):
+            yield f"line {number}: an automatic response has no clock, draws nothing and is a player's"
         if is_live and seat.kind == "policy":
             if line.strokes is not None or line.timing is not None:
                 yield f"line {number}: a policy draws nothing and has no clock"
@@ -168,11 +179,13 @@ def _commands(recording: Recording) -> Iterator[str]:
         if line.strokes is not None:
             try:
                 strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in line.strokes]
-                asked = density_of(strokes, config.game.command_cells, config.mapping)
+                draw = density_of if is_density else attraction_of
+                asked = draw(strokes, config.game.command_cells, config.mapping)
             except CommandError as error:
                 yield f"line {number}: {error}"
                 continue
-            if np.abs(as_followed(density) * asked.max() - asked).max() > _DENSITY_STEP:  # not scaled in version 1
+            drawn = as_followed(values) * asked.max() if is_density else values  # not scaled in version 1
+            if drawn.shape != asked.shape or np.abs(drawn - asked).max() > _DENSITY_STEP:
                 yield f"line {number}: the density is not that of its strokes"
 
 
@@ -185,13 +198,14 @@ def _seats(recording: Recording) -> Iterator[str]:
             continue
         team, kind = line.team, kinds[line.team]
         if isinstance(line, SeatLine):
-            fits = kind == "policy" if line.event == "failed" else kind in ("person", "program")
+            of_players = line.event not in ("failed", "forfeit")
+            fits = kind in ("person", "program") if of_players else line.event == "forfeit" or kind == "policy"
             if line.event in ("connected", "disconnected"):
                 here[team] = line.event == "connected"
         elif isinstance(line, PaintedLine):
             fits = kind in ("person", "program")
         else:
-            fits = kind != "free" and (here[team] or isinstance(line, InForceLine))
+            fits = kind != "free" and (here[team] or isinstance(line, InForceLine) or bool(line.sender))
         if not fits:
             yield f"line {number}: {TEAM_NAMES[team]} ({kind}) was not there, or cannot have done this"
 
@@ -203,12 +217,15 @@ def _end(recording: Recording, game: LiveGame) -> Iterator[str]:
         return
     number = len(recording.events) + _FIRST_LINE - 1
     outcome = game.outcome or "stopped"
+    forfeits = [line.team for line in recording.live if isinstance(line, SeatLine) and line.event == "forfeit"]
+    if forfeits and outcome == "stopped":
+        outcome = TEAM_NAMES[1 - forfeits[0]]
     if (end.tick, end.sizes, end.outcome) != (game.tick, game.sizes, outcome):
         yield (
             f"line {number}: the game ended at tick {game.tick}, {outcome}, with {game.sizes[0]} to {game.sizes[1]} "
             f"drones, not at tick {end.tick}, {end.outcome}, with {end.sizes[0]} to {end.sizes[1]}"
         )
-    follows = reason_of_end(end.outcome, bool(recording.away))
+    follows = "forfeit" if forfeits else reason_of_end(end.outcome, bool(recording.away))
     known = (
         (None,) if recording.header.version == 1 else (follows, "server") if end.outcome == "stopped" else (follows,)
     )

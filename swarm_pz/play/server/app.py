@@ -139,11 +139,14 @@ class Server:
     # --- the socket -------------------------------------------------------------------------------
 
     async def _socket(self, socket: WebSocket) -> None:
-        if protocol.SUBPROTOCOL not in socket.scope.get("subprotocols", []):
-            await socket.close(code=1002, reason=f"expected the subprotocol {protocol.SUBPROTOCOL}")
+        offered = socket.scope.get("subprotocols", [])
+        spoken = next((known for known in protocol.VERSIONS if known in offered), None)
+        if spoken is None:
+            await socket.close(code=1002, reason=f"expected the subprotocol {' or '.join(protocol.VERSIONS)}")
             return
-        await socket.accept(subprotocol=protocol.SUBPROTOCOL)
-        connection = Connection(socket, socket.client.host if socket.client is not None else "")
+        await socket.accept(subprotocol=spoken)
+        address = socket.client.host if socket.client is not None else ""
+        connection = Connection(socket, address, protocol.VERSIONS[spoken])
         handler = ClientHandler(self.lobby, connection)
         self._handlers.add(handler)
         sender = asyncio.create_task(connection.run())

@@ -8,13 +8,13 @@ import logging
 from collections.abc import Awaitable, Callable
 from typing import Literal
 
-from numpy.typing import ArrayLike
-
 from swarm_pz.errors import PolicyError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.lobby import Lobby
+from swarm_pz.play.server.orders import Made, is_made_at_once, make
 from swarm_pz.play.server.replay_session import ReplaySession
+from swarm_pz.play.server.responses import SAVED, ReadyRule, check_rules
 from swarm_pz.play.server.room import RefusedError, Room
 from swarm_pz.play.server.room_settings import settings_of
 
@@ -48,6 +48,8 @@ class ClientHandler:
         self._drawing: asyncio.Task[None] | None = None
         self._command: tuple[Room, protocol.CommandMessage] | None = None
         """The latest command and where it was given, while an earlier one is being drawn."""
+        self._ruling: asyncio.Task[None] | None = None
+        """What makes the commands of automatic responses."""
         self._greeted = False
 
     def hear(self, text: str | None) -> None:
@@ -179,17 +181,23 @@ class ClientHandler:
     # --- what the client does there ---------------------------------------------------------------
 
     def _give_command(self, message: protocol.CommandMessage) -> None:
-        """Hand in a command; while a drawing becomes a density, elsewhere, the latest one waits."""
+        """Hand in a command; while one is made that takes long, elsewhere, the latest one waits."""
         room = self._in_room()
-        if (message.strokes is None) == (message.density is None):
-            raise RefusedError("not_valid", "a command must hold either strokes or a density")
-        if self._drawing is not None:
-            self._command = room, message
-        elif message.density is not None:
-            room.command(self._connection, message, message.density)
+        if [message.strokes, message.density, message.command].count(None) != 2:
+            raise RefusedError(
+                "not_valid", "a command must hold either strokes or a density or a command of another kind"
+            )
+        seat = room.commanding(self._connection)
+        if self._drawing is None and is_made_at_once(message, room.reader, seat.team):
+            room.command(self._connection, message, self._maker(room, message)())
         else:
             self._command = room, message
-            self._drawing = asyncio.create_task(self._draw())
+            if self._drawing is None:
+                self._drawing = asyncio.create_task(self._draw())
+
+    def _maker(self, room: Room, message: protocol.CommandMessage) -> Callable[[], Made]:
+        team = room.commanding(self._connection).team
+        return functools.partial(make, message, room.reader, room.config.mapping, team, message.number)
 
     async def _draw(self) -> None:
         while self._command is not None:
@@ -197,14 +205,37 @@ class ClientHandler:
             try:
                 if room is not self._room:
                     continue
-                density: ArrayLike | None = message.density
-                if density is None:
-                    density = await self._lobby.draw(message.strokes or [], room.config)
+                made = await self._lobby.make(self._maker(room, message))
                 if room is self._room:
-                    room.command(self._connection, message, density)
+                    room.command(self._connection, message, made)
             except Exception as error:
                 self._refuse(error, "command")
         self._drawing = None
+
+    def _set_rules(self, message: protocol.Rules) -> None:
+        """Set automatic responses, once their commands are made; of several messages, the latest counts."""
+        room = self._in_room()
+        team = room.seat_of(self._connection).team
+        check_rules(message.rules)
+        for rule in message.rules:
+            if rule.do.policy is not None:
+                self._lobby.check_policy(rule.do.policy)
+        if self._ruling is not None:
+            self._ruling.cancel()
+
+        async def make_all() -> None:
+            try:
+                rules = []
+                for rule in message.rules:
+                    work = functools.partial(make, rule.do, room.reader, room.config.mapping, team, 0, SAVED)
+                    made = await self._lobby.make(work) if rule.do.policy is None else None
+                    rules.append(ReadyRule(rule, made.command if made is not None else None))
+                if room is self._room:
+                    room.respond(self._connection, rules)
+            except Exception as error:
+                self._refuse(error, "rules")
+
+        self._ruling = asyncio.create_task(make_all())
 
     def _in_room(self) -> Room:
         if self._room is None:
@@ -243,6 +274,8 @@ class ClientHandler:
                 self._in_room().ready(connection, message.ready)
             case protocol.CommandMessage():
                 self._give_command(message)
+            case protocol.Rules():
+                self._set_rules(message)
             case protocol.Painted():
                 self._in_room().painted(connection, message)
             case protocol.Visibility():

@@ -36,10 +36,12 @@ class Connection:
         Accepted.
     address : str
         Where it is.
+    version : int
+        Of the protocol that it speaks.
     """
 
-    def __init__(self, socket: WebSocket, address: str = "") -> None:
-        self.address = address
+    def __init__(self, socket: WebSocket, address: str = "", version: int = 2) -> None:
+        self.address, self.version = address, version
         self.last_heard = time.monotonic()
         self.kind: Literal["person", "program"] = "program"
         self.client: protocol.ClientInfo | None = None
@@ -56,7 +58,7 @@ class Connection:
 
     def send(self, message: protocol.ServerMessage) -> None:
         """Send a message."""
-        self._put(protocol.encode(message))
+        self._put(protocol.encode(message, self.version))
 
     def send_bytes(self, data: bytes) -> None:
         """Send something binary that must arrive."""

@@ -18,10 +18,12 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from swarm_pz.config import TICKS_PER_SECOND
-from swarm_pz.play.game import Captured, Command, InForce, LiveGame, TableConfig
+from swarm_pz.config import BLUE, RED, TEAM_NAMES, TICKS_PER_SECOND
+from swarm_pz.errors import FlightError
+from swarm_pz.play.commands import Command
+from swarm_pz.play.game import Captured, InForce, LiveGame, TableConfig
 from swarm_pz.play.protocol import StrokeMessage, Timing
 from swarm_pz.play.recordings.folder import SUFFIX
 from swarm_pz.play.recordings.format import (
@@ -43,6 +45,7 @@ from swarm_pz.play.recordings.format import (
 )
 from swarm_pz.play.recordings.recorder import Recorder
 from swarm_pz.play.server.games_folder import SeatIndex
+from swarm_pz.play.server.pilot import Pilot
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
 from swarm_pz.play.server.thinkers import Thinkers
 from swarm_pz.play.server.views import frame_of
@@ -53,6 +56,8 @@ a policy may take for a command."""
 _FIELD_TICKS = 3
 """Ticks between two frames that show capture fields."""
 _FLUSH_TICKS = 15
+_LOOK_TICKS = 6
+"""Ticks between two looks at the conditions of automatic responses."""
 _CATCH_UP = 2
 """Ticks that a late game makes up for at once; beyond that its time slips."""
 log = logging.getLogger("swarm_pz.play")
@@ -128,22 +133,25 @@ class Callbacks:
         The clock runs, and the recording with it.
     show : callable
         Every frame and its number, 30 times a second of game.
+    look : callable
+        It is time to look whether automatic responses act, five times a second of game.
     in_force : callable
-        A team, the number of its command that is in force now, and the tick.
+        A command that is in force now, and the tick.
     failed : callable
         The team of a policy that failed, and why.
     notice : callable
         What everybody should know.
     over : callable
-        The outcome; nothing comes after it.
+        The outcome, and what ended the game; nothing comes after it.
     """
 
     began: Callable[[], None]
     show: Callable[[bytes, int], None]
-    in_force: Callable[[int, int, int], None]
+    look: Callable[[], None]
+    in_force: Callable[[Command, int], None]
     failed: Callable[[int, str], None]
     notice: Callable[[str], None]
-    over: Callable[[Outcome], None]
+    over: Callable[[Outcome, EndedBy], None]
 
 
 class LiveSession:
@@ -179,6 +187,10 @@ class LiveSession:
         When the countdown is over, on the server's clock.
     has_begun : bool
         Whether the clock runs, or ran.
+    sent : list of int
+        Ticks at which red's and blue's players last sent a command; of the start, if they have not.
+    forfeit : str
+        How a control system failed, so that its side lost; empty if none did.
     """
 
     def __init__(
@@ -213,9 +225,16 @@ class LiveSession:
             lesson=lesson,
         )
         self.recorder = Recorder(context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}", header)
+        first, second = config.game.team_systems
+        self._pilot = None if first.kernel and second.kernel else Pilot(config.game)
+        self._is_flying = False
+        self.sent = [self.game.tick, self.game.tick]
+        self.forfeit = ""
+        self._held: list[CommandLine] = []
+        """What arrives while control systems choose accelerations: it counts from the next solve on."""
         self._early: list[CommandLine | SeatLine] = []
         """What came in the countdown; its times count from when that should have been over."""
-        self._thinkers = Thinkers(self.game, seed, policies, context.workers, self._take_answer, tell.failed)
+        self._thinkers = Thinkers(self.game, seed, policies, context.workers, self.take_answer, tell.failed)
         self._first_tick = self.game.tick
         self._sequence = 0
         self._ended = False
@@ -237,42 +256,32 @@ class LiveSession:
         return server_ms - self._began_ms
 
     def submit(
-        self,
-        team: int,
-        number: int,
-        density: ArrayLike,
-        strokes: list[StrokeMessage] | None = None,
-        timing: Timing | None = None,
-    ) -> Command:
-        """Hand in a command and write it down.
-
-        Raises
-        ------
-        CommandError
-            If it is not valid; the game goes on with what it had.
-        """
-        command = self.game.submit(team, number, density)
-        self._write_down(command, strokes, timing)
-        return command
-
-    def _take_answer(self, team: int, number: int, density: NDArray[np.float64]) -> None:
-        if not self.game.holds(team, density):
-            self._write_down(self.game.submit_checked(team, number, density))
-
-    def _write_down(
         self, command: Command, strokes: list[StrokeMessage] | None = None, timing: Timing | None = None
     ) -> None:
+        """Hand in a command that was read, and write it down."""
+        if not command.sender:
+            self.sent[command.team] = self.game.tick
+        self.game.hand_in(command)
+        plain, is_density = command.values.tolist(), command.kind == "density"
         self._write(
             CommandLine(
                 team=command.team,
                 number=command.number,
-                density=command.density.tolist(),
+                density=plain if is_density else None,
                 received_ms=self.now_ms,
                 strokes=strokes,
                 timing=timing,
                 tick=self.game.tick,
+                command=None if is_density else plain,
+                sender=command.sender,
             )
         )
+
+    def take_answer(self, team: int, number: int, answer: NDArray[np.float64], sender: str = "") -> None:
+        """Hand in a policy's answer, in the form that all commands have among others, unless that holds already."""
+        command = self.game.reader.answered(team, number, answer, sender)
+        if not self.game.holds(command):
+            self.submit(command)
 
     def note(self, line: SeatLine) -> None:
         """Write down what became of a seat's connection."""
@@ -284,10 +293,13 @@ class LiveSession:
 
     def _write(self, line: CommandLine | SeatLine) -> None:
         """Write down what somebody did; what was done in the countdown, once the game has begun."""
-        if self.has_begun:
-            self.recorder.write(line)
-        else:
+        if not self.has_begun:
             self._early.append(line)
+        elif self._is_flying and isinstance(line, CommandLine):
+            line.tick = self.game.tick + 1
+            self._held.append(line)
+        else:
+            self.recorder.write(line)
 
     def call_off(self) -> None:
         """Take back a game that has not begun, and its file: nothing of it was played."""
@@ -302,6 +314,13 @@ class LiveSession:
         if asyncio.current_task() is not self._clock:
             self._clock.cancel()
         self._thinkers.stop()
+        if self._pilot is not None:
+            self._pilot.close()
+
+    @property
+    def ended(self) -> bool:
+        """Whether nothing comes after this."""
+        return self._ended
 
     def stop(self, outcome: Outcome = "stopped", ended_by: EndedBy | None = None) -> None:
         """End the game and finish its file; unless said, what ended it follows from the outcome and who was there."""
@@ -313,22 +332,38 @@ class LiveSession:
             EndLine(outcome=outcome, tick=self.game.tick, sizes=self.game.sizes, ms=self.now_ms, ended_by=reason)
         )
         self.recorder.close()
-        self._tell.over(outcome)
+        self._tell.over(outcome, reason)
 
     # --- time -------------------------------------------------------------------------------------
 
     async def _run(self) -> None:
         try:
             self._thinkers.ask()
-            await asyncio.gather(asyncio.sleep(self._context.countdown_s), self._thinkers.answers())
+            await asyncio.gather(asyncio.sleep(self._context.countdown_s), self._thinkers.answers(), self._try_out())
             self._begin()
             await self._play()
+        except FlightError as error:
+            self._lose(error)
+            return
         except Exception:
             log.exception("a game was stopped")
             self._tell.notice("this game was stopped by a fault of the server")
             self.stop(ended_by="server")
             return
         self.stop("red" if self.game.outcome == "red" else "blue" if self.game.outcome == "blue" else "draw")
+
+    async def _try_out(self) -> None:
+        if self._pilot is not None:
+            await self._pilot.try_out()
+
+    def _lose(self, error: FlightError) -> None:
+        """End a game of which a side has nobody who flies it: the other one has won."""
+        if not self.has_begun:
+            self._begin()
+        self.forfeit = str(error)[:500]
+        self.note(SeatLine(team=error.team, event="forfeit", ms=self.now_ms, reason=self.forfeit))
+        self._tell.notice(f"{TEAM_NAMES[error.team]} forfeits this game: {self.forfeit}")
+        self.stop("blue" if error.team == RED else "red", "forfeit")
 
     def _begin(self) -> None:
         planned, self._began_ms = self._began_ms, self._context.now_ms()
@@ -359,17 +394,21 @@ class LiveSession:
                 punctuality.slipped += 1
             for _ in range(ticks):
                 if not self.game.over:
-                    self._tick()
+                    await self._tick()
 
-    def _tick(self) -> None:
+    async def _tick(self) -> None:
         game = self.game
         if game.tick % self.config.game.step_ticks == 0 and game.tick > self._first_tick:
             self._thinkers.ask()
+        if game.tick % _LOOK_TICKS == 0:
+            self._tell.look()
+        for began in game.begin_period():
+            self._note_in_force(began)
+        if self._pilot is not None and game.is_at_solve:
+            await self._fly(self._pilot)
         for event in game.advance():
             if isinstance(event, Captured):
                 self.recorder.write(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
-            else:
-                self._note_in_force(event)
         if game.tick % TICKS_PER_SECOND == 0:
             self.sizes.append(game.sizes)
         self._tell.show(self.frame(), self._sequence)
@@ -381,10 +420,26 @@ class LiveSession:
                 self._tell.notice(self.recorder.fault)
                 self.recorder.fault = ""
 
+    async def _fly(self, pilot: Pilot) -> None:
+        """Wait for control systems that fly in a thread; other games go on meanwhile."""
+        self._is_flying = True
+        try:
+            for team in (RED, BLUE):
+                await pilot.fly(self.game, team)
+        finally:
+            self._is_flying = False
+        for line in self._held:
+            self.recorder.write(line)
+        self._held.clear()
+
     def _note_in_force(self, event: InForce) -> None:
-        team, number = event.command.team, event.command.number
-        self.recorder.write(InForceLine(team=team, number=number, tick=event.tick, ms=self.now_ms))
-        self._tell.in_force(team, number, event.tick)
+        command = event.command
+        self.recorder.write(
+            InForceLine(
+                team=command.team, number=command.number, tick=event.tick, ms=self.now_ms, sender=command.sender
+            )
+        )
+        self._tell.in_force(command, event.tick)
 
     # --- what is seen -----------------------------------------------------------------------------
 

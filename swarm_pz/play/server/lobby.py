@@ -8,25 +8,23 @@ import importlib.metadata
 import logging
 import secrets
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play import protocol
-from swarm_pz.play.game import TableConfig
+from swarm_pz.play.forms import installed_systems
 from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
 from swarm_pz.play.recordings.summary import Summaries, Summary
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.games_folder import check_folder
 from swarm_pz.play.server.live_session import Moment, ServerContext
+from swarm_pz.play.server.orders import Made
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, RefusedError, Room
 from swarm_pz.play.server.seat import Seat
-from swarm_pz.play.strokes import Stroke, density_of
+from swarm_pz.policy import kind_of
 
 MOST_ROOMS = 100
 MOST_ROOMS_OF_ADDRESS = 40
@@ -84,11 +82,13 @@ class Lobby:
         self._reading = ThreadPoolExecutor(1, "reading")
         self._listing = ThreadPoolExecutor(1, "listing")  # apart from it, since a game may take long to read
         self._summaries = Summaries()
+        self._systems = installed_systems(context.table.game)
         self.replaying = ThreadPoolExecutor(1, "replaying")
         self._painting = ThreadPoolExecutor(1, "painting")
         known = cards if cards is not None else {}
         self._policies = [
-            protocol.PolicyInfo(name=name, about=text, card=known.get(name)) for name, text in policies.items()
+            protocol.PolicyInfo(name=name, about=text, card=known.get(name), answers=kind_of(name))
+            for name, text in policies.items()
         ]
 
     def welcome(self) -> protocol.Welcome:
@@ -101,6 +101,8 @@ class Lobby:
             server_ms=self.context.now_ms(),
             addresses=self.addresses,
             records_labels=self.context.record_labels,
+            systems=self._systems,
+            default_systems=list(self.context.table.game.team_controllers),
         )
 
     def check_policy(self, name: str) -> str:
@@ -236,23 +238,18 @@ class Lobby:
         path = self.find_recording(name)
         return await asyncio.get_running_loop().run_in_executor(self._reading, LoadedRecording.read, path)
 
-    async def draw(self, strokes: Sequence[protocol.StrokeMessage], config: TableConfig) -> NDArray[np.float64]:
-        """Return the density that strokes ask for at a table.
+    async def make(self, work: Callable[[], Made]) -> Made:
+        """Return a command that takes long to make, made off the event loop after those before it.
 
         Raises
         ------
         CommandError
-            If they cannot be drawn.
+            If it cannot be drawn or read, or cannot fly its team.
         """
-        return await asyncio.get_running_loop().run_in_executor(self._painting, _drawn, strokes, config)
+        return await asyncio.get_running_loop().run_in_executor(self._painting, work)
 
 
 def _may_be_read(path: Path) -> bool:
     with contextlib.suppress(RecordingError):
         return checked_name(path.name) == path.name and is_regular(path)
     return False
-
-
-def _drawn(messages: Sequence[protocol.StrokeMessage], config: TableConfig) -> NDArray[np.float64]:
-    strokes = [Stroke(brush=s.brush, width=s.width, points=tuple(s.points)) for s in messages]
-    return density_of(strokes, config.game.command_cells, config.mapping)

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
+from swarm_pz.config.system import ControlSystem
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import PolicyError
 from swarm_pz.evaluation.processes import alarm, prepare_process
@@ -31,7 +32,7 @@ from swarm_pz.kernels.game import Games
 from swarm_pz.policy import Player
 from swarm_pz.simulator.spawn import Seed
 
-Loader = Callable[[str, GameConfig], Player]
+Loader = Callable[[str, GameConfig, ControlSystem], Player]
 LOADING_S = 180.0
 """Seconds that a policy may take to be loaded and tried out: libraries, and compilers where nothing is stored yet."""
 MOST_PROCESSES = max(4, os.cpu_count() or 1)
@@ -74,7 +75,8 @@ class _Question:
 
 def _load(seat: PolicySeat, loader: Loader) -> tuple[Player, BatchEnv]:
     with alarm(LOADING_S):
-        policy, batch = loader(seat.policy, seat.game), BatchEnv(seat.game)
+        policy = loader(seat.policy, seat.game, seat.game.team_systems[seat.team])
+        batch = BatchEnv(seat.game)
         batch.reset([0])
         policy.reset([0], _ROW)
         batch.ask(policy, np.array([seat.team]), _ROW)  # what is compiled is compiled now
@@ -222,7 +224,8 @@ class PolicyWorkers:
     Parameters
     ----------
     loader : callable
-        From a name and a game to a policy; found again by its name in other processes.
+        From a name, a game and the control system that flies the policy's team to a policy; found again by its name
+        in other processes.
     processes : int
         At most; none is started before it is needed.
     limit_s : float

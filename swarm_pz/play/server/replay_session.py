@@ -186,8 +186,10 @@ class ReplaySession:
                 name=seat.policy,
                 label=seat.label,
                 connected=True,
+                system=system.name,
+                takes=system.takes,
             )
-            for seat in (header.red, header.blue)
+            for seat, system in zip((header.red, header.blue), self.recording.config.game.team_systems, strict=True)
         ]
         self._connection.send(
             protocol.RoomState(
@@ -203,5 +205,7 @@ class ReplaySession:
                 recording=self.recording.name,
                 last_tick=self.recording.last_tick,
                 verified=self.is_verified,
+                ended_by=end.ended_by if end is not None else None,
+                forfeit=self.recording.forfeit,
             )
         )

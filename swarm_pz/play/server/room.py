@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import asyncio
+import functools
 import itertools
+import logging
 import secrets
 import time
 from typing import Literal
 
-from numpy.typing import ArrayLike
-
 from swarm_pz.config import TEAM_NAMES
-from swarm_pz.errors import CommandError, SwarmError
+from swarm_pz.errors import SwarmError
 from swarm_pz.play import protocol
-from swarm_pz.play.recordings.format import Outcome, PaintedLine, RecordedSeat, SeatEvent, SeatLine
+from swarm_pz.play.commands import Command, CommandReader
+from swarm_pz.play.forms import commands_of
+from swarm_pz.play.recordings.format import EndedBy, Outcome, PaintedLine, RecordedSeat, SeatEvent, SeatLine
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.live_session import Callbacks, LiveSession, Moment, ServerContext
+from swarm_pz.play.server.orders import Made
 from swarm_pz.play.server.policy_workers import PolicySeat
-from swarm_pz.play.server.room_settings import table_config
+from swarm_pz.play.server.responses import ReadyRule, Responses
+from swarm_pz.play.server.room_settings import settings_of, table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.views import frame_of, target_message
-from swarm_pz.simulator.commands import make_target
 
 AWAY_S = 60.0
 """Seconds that a seat waits between games for who has left without saying so."""
@@ -29,6 +32,9 @@ _MOST_TOLD = 200.0
 """So many are told how a room stands, at once and in a second: each who enters is news to all who are there."""
 _TELL_S = 0.5
 """Beyond that, all of them are told after so long."""
+
+
+log = logging.getLogger("swarm_pz.play")
 
 
 class RefusedError(SwarmError, ValueError):
@@ -64,6 +70,8 @@ class Room:
     ----------
     lesson : bool
         Games here are lessons, and say so in their recordings.
+    reader : CommandReader
+        Of the commands of its games.
     """
 
     def __init__(
@@ -74,13 +82,17 @@ class Room:
         moment: Moment | None = None,
         address: str = "",
     ) -> None:
-        self.code, self.settings, self._context, self._moment = code, settings, context, moment
+        self.code, self._context, self._moment = code, context, moment
         self.address = address
         self.config = moment.game.config if moment is not None else table_config(settings, context.table)
+        self.settings = settings_of(self.config)
+        self.reader = CommandReader(self.config.game)
+        self._commands = [commands_of(system, self.config.game) for system in self.reader.systems]
         self.seats = (Seat(0), Seat(1))
         self.watchers: set[Connection] = set()
         self.session: LiveSession | None = None
         self.outcome: Outcome | None = None
+        self._ended_by: EndedBy | None = None
         self.last_used = time.monotonic()
         self.lesson = False
         self._tells = Budget(_MOST_TOLD, _MOST_TOLD, self.last_used)
@@ -125,6 +137,7 @@ class Room:
         if any(own.connection is connection for own in self.seats):
             raise RefusedError("out_of_turn", "leave the seat that you have first")
         self._check_side(seat)
+        self._check_version(seat, connection)
         self.watchers.discard(connection)
         seat.take(connection, label)
         self._entered(seat)
@@ -134,8 +147,18 @@ class Room:
         if self.config.game.team_sizes[seat.team] == 0:
             raise RefusedError("not_valid", f"{seat.side} has no drones in this room")
 
+    def _check_version(self, seat: Seat, connection: Connection) -> None:
+        told = self._commands[seat.team]
+        if connection.version < 2 and not told.serves_densities:
+            raise RefusedError(
+                "not_valid",
+                f"{seat.side} is flown by {told.system}, which takes commands of kind {told.takes!r}, and your client "
+                "knows densities alone (version 1 of the protocol): watch, take another seat, or use a newer client",
+            )
+
     def resume(self, connection: Connection, seat: Seat) -> None:
         """Give a seat back to who holds its token; another connection that has it is told and left."""
+        self._check_version(seat, connection)
         displaced = seat.connection
         if displaced is not None and displaced is not connection:
             self._note(seat, "displaced")
@@ -146,11 +169,14 @@ class Room:
     def _entered(self, seat: Seat) -> None:
         connection = seat.connection
         assert connection is not None  # noqa: S101
-        connection.send(protocol.Seated(room=self.code, seat=seat.side, token=seat.token))
+        commands = self._commands[seat.team]
+        connection.send(protocol.Seated(room=self.code, seat=seat.side, token=seat.token, commands=commands))
         self._note(seat, "connected")
         self._welcome(connection)
         if seat.target:
             connection.send_bytes(seat.target)
+        if seat.responses is not None:
+            self._tell_acting(seat)
 
     def watch(self, connection: Connection) -> None:
         """Let somebody look on who has no seat here."""
@@ -228,6 +254,7 @@ class Room:
                 self._call_off()
                 if self.phase == "playing":
                     seat.connection, seat.token, seat.gone = None, "", True  # nobody may come back to it
+                    seat.drop_responses()
                 else:
                     seat.free()
         self._changed()
@@ -283,31 +310,59 @@ class Room:
             code=self.code,
             phase=self.phase,
             settings=self.settings,
-            red=self.seats[0].state(),
-            blue=self.seats[1].state(),
+            red=self.seats[0].state(self.reader.systems[0]),
+            blue=self.seats[1].state(self.reader.systems[1]),
             watchers=len(self.watchers),
             sizes=self.session.sizes if self.session is not None else [],
             outcome=self.outcome,
             recording=self.session.recorder.path.name if self.session is not None and self.outcome else None,
             min_command_interval=self.config.min_command_interval,
             starts_ms=self.session.starts_ms if self.session is not None and self.phase == "starting" else None,
+            ended_by=self._ended_by if self.outcome is not None else None,
+            forfeit=self.session.forfeit if self.session is not None and self.outcome is not None else "",
         )
 
     # --- what players do --------------------------------------------------------------------------
 
-    def command(self, connection: Connection, message: protocol.CommandMessage, density: ArrayLike) -> None:
-        """Take a command, as a density; its message may hold the strokes that the density was drawn by."""
+    def commanding(self, connection: Connection) -> Seat:
+        """Return the seat of who may command now, or refuse."""
         seat = self.seat_of(connection)
         if self.session is None or self.phase not in ("starting", "playing"):
             raise RefusedError("out_of_turn", "no game is running: commands count once both seats are ready")
-        try:
-            command = self.session.submit(seat.team, message.number, density, message.strokes, message.timing)
-        except (CommandError, ValueError) as error:
-            raise RefusedError("not_valid", str(error)) from error
+        return seat
+
+    def command(self, connection: Connection, message: protocol.CommandMessage, made: Made) -> None:
+        """Take a command that was made of a message."""
+        seat = self.commanding(connection)
+        assert self.session is not None  # noqa: S101
+        self.session.game.check_size(made.command)
+        self.session.submit(made.command, message.strokes, message.timing)
         connection.send(protocol.Received(number=message.number, server_ms=self._context.now_ms()))
-        _, coefficients = make_target(command.density, self.config.game.controller.modes)
-        seat.target = target_message(seat.team, message.number, coefficients)
+        seat.target = made.target
         connection.send_bytes(seat.target)
+
+    def respond(self, connection: Connection, rules: list[ReadyRule]) -> None:
+        """Set the automatic responses of a seat, in place of those that it had."""
+        seat = self.seat_of(connection)
+        if seat.responses is None:
+            told = functools.partial(self._tell_acting, seat), functools.partial(self._rule_failed, seat)
+            key, game = (self.code, next(self._places)), self.config.game
+            seat.responses = Responses(key, game, seat.team, self._context.workers, *told)
+        seat.responses.replace(rules)
+
+    def _tell_acting(self, seat: Seat) -> None:
+        if seat.connection is not None and seat.connection.version > 1 and seat.responses is not None:
+            place, sender = seat.responses.acting
+            seat.connection.send(protocol.Acting(seat=seat.side, rule=place, sender=sender))
+
+    def _rule_failed(self, seat: Seat, reason: str) -> None:
+        if seat.connection is not None:
+            seat.connection.send(protocol.Refused(code="not_valid", reason=reason[:500], about="rules"))
+
+    def _look(self) -> None:
+        for seat in self.seats:
+            if seat.responses is not None and self.session is not None:
+                seat.responses.look(self.session)
 
     def painted(self, connection: Connection, message: protocol.Painted) -> None:
         """Note when a command's effect was first seen."""
@@ -351,6 +406,7 @@ class Room:
                 Callbacks(
                     began=self._began,
                     show=self._show,
+                    look=self._look,
                     in_force=self._in_force,
                     failed=self._failed,
                     notice=lambda text: self.tell(protocol.Notice(text=text)),
@@ -361,6 +417,10 @@ class Room:
             )
         except OSError as error:
             raise RefusedError("not_valid", f"the game cannot be recorded: {error.strerror}") from error
+        except Exception as error:  # of a control system of another package, perhaps
+            log.exception("a game did not begin")
+            told = str(error) if isinstance(error, SwarmError) else "the server could not do that"
+            raise RefusedError("not_valid", f"the game cannot begin: {told}") from error
         self._before = self.session, self.outcome
         self.session, self.outcome = session, None
         for seat in self.seats:
@@ -404,6 +464,7 @@ class Room:
         """End the game, and let the seats' policies go."""
         self.stop()
         for seat in self.seats:
+            seat.drop_responses()
             if seat.place is not None:
                 seat.free()
 
@@ -411,20 +472,22 @@ class Room:
         for connection in self.connections:
             connection.show(frame, sequence)
 
-    def _in_force(self, team: int, number: int, tick: int) -> None:
-        seat = self.seats[team]
+    def _in_force(self, command: Command, tick: int) -> None:
+        seat = self.seats[command.team]
         if seat.connection is not None:
-            now = self._context.now_ms()
-            seat.connection.send(protocol.InForceMessage(seat=seat.side, number=number, tick=tick, server_ms=now))
+            now, sender = self._context.now_ms(), command.sender
+            seat.connection.send(protocol.InForceMessage(seat.side, command.number, tick, now, sender))
 
     def _failed(self, team: int, reason: str) -> None:
         seat = self.seats[team]
         self._note(seat, "failed", reason)
         self.tell(protocol.Notice(text=f"{seat.policy} keeps its last command: {reason}"))
 
-    def _over(self, outcome: Outcome) -> None:
-        self.outcome = outcome
+    def _over(self, outcome: Outcome, ended_by: EndedBy) -> None:
+        self.outcome, self._ended_by = outcome, ended_by
         for seat in self.seats:
+            if seat.responses is not None:
+                seat.responses.rest()
             if seat.gone:
                 seat.free()
         self._changed()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from swarm_pz.config import BLUE, RED, GameConfig
+from swarm_pz.config.registry import system_of
+from swarm_pz.config.system import ControlSystem
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 
@@ -20,11 +23,20 @@ def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig
     sizes = (settings.red, settings.blue)
     rules = table.game
     game = rules.replace(
+        controllers=(_system(settings.red_system, RED, rules), _system(settings.blue_system, BLUE, rules)),
         drones_per_team=sizes,
         time_limit=settings.time_limit if settings.time_limit is not None else _UNTIMED,
         capture=rules.capture.replace(enabled=rules.capture.enabled and min(sizes) > 0),
     )
     return table.replace(game=game, mapping=settings.mapping, speed=settings.speed)
+
+
+def _system(name: str | None, team: int, rules: GameConfig) -> ControlSystem:
+    """Return what a room wants to fly a team: of the table's own systems the one of that name, with its numbers."""
+    own = rules.team_systems
+    if name is None:
+        return own[team]
+    return next((system for system in own if system.name == name), None) or system_of(name)
 
 
 def settings_of(config: TableConfig) -> protocol.Settings:
@@ -37,4 +49,6 @@ def settings_of(config: TableConfig) -> protocol.Settings:
         time_limit=limit if limit < _UNTIMED else None,
         mapping=config.mapping,
         speed=config.speed,
+        red_system=config.game.team_controllers[RED],
+        blue_system=config.game.team_controllers[BLUE],
     )

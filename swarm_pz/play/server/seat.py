@@ -10,10 +10,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from swarm_pz.config import RED
+from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
+from swarm_pz.play.server.responses import Responses
 
 log = logging.getLogger("swarm_pz.play")
 
@@ -42,6 +44,8 @@ class Seat:
     policy_state: Literal["loading", "loaded", "failed"] | None = None
     reason: str = ""
     """Why its policy could not be loaded."""
+    responses: Responses | None = None
+    """What commands in its player's place; None if nothing does."""
 
     def take(self, connection: Connection, label: str) -> None:
         """Give it to a client, who may come back to it with its new token."""
@@ -73,9 +77,16 @@ class Seat:
         if self.workers is not None and self.place is not None:
             self.workers.forget(self.place)
         self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
+        self.drop_responses()
         self.connection, self.gone = None, False
         self.place = self.workers = self.loading = self.policy_state = None
         self.reason = ""
+
+    def drop_responses(self) -> None:
+        """Let nothing command in its player's place any more."""
+        if self.responses is not None:
+            self.responses.close()
+        self.responses = None
 
     @property
     def can_play(self) -> bool:
@@ -87,8 +98,8 @@ class Seat:
         """Its name."""
         return "red" if self.team == RED else "blue"
 
-    def state(self) -> protocol.SeatState:
-        """Return what everybody in the room sees of it."""
+    def state(self, system: ControlSystem) -> protocol.SeatState:
+        """Return what everybody in the room sees of it, and of the control system that flies it."""
         return protocol.SeatState(
             kind=self.kind,
             name=self.policy,
@@ -98,4 +109,6 @@ class Seat:
             policy_state=self.policy_state,
             reason=self.reason,
             gone=self.gone,
+            system=system.name,
+            takes=system.takes,
         )

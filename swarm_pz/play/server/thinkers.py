@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.errors import SwarmError
+from swarm_pz.kernels.game import Games
 from swarm_pz.play.game import LiveGame
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
 
@@ -28,7 +29,7 @@ class Thinkers:
         Red's and blue's; None where no policy sits.
     workers : PolicyWorkers
     answered : callable
-        Told a team, the number of its command and the density (A, A).
+        Told a team, the number of its command and that command, in the form that all have among others.
     failed : callable
         Told a team, and why its policy gave no command.
     """
@@ -53,7 +54,8 @@ class Thinkers:
         """Show the game as it is now to those that do not think yet."""
         for team, seat in enumerate(self._seats):
             if seat is not None and (team not in self._tasks or self._tasks[team].done()):
-                self._tasks[team] = asyncio.create_task(self._think(team, seat, begins=team not in self._tasks))
+                shown = self._game.simulator.snapshot()
+                self._tasks[team] = asyncio.create_task(self._think(team, seat, shown, begins=team not in self._tasks))
 
     async def answers(self) -> None:
         """Wait until all that were asked have answered or failed."""
@@ -67,13 +69,12 @@ class Thinkers:
         for seat in filter(None, self._seats):
             self._workers.pause(seat)
 
-    async def _think(self, team: int, seat: PolicySeat, *, begins: bool) -> None:
+    async def _think(self, team: int, seat: PolicySeat, shown: Games, *, begins: bool) -> None:
         try:
-            snapshot = self._game.simulator.snapshot()
-            density = await self._workers.ask(seat, snapshot, self._seeds[team], begins=begins)
+            answer = await self._workers.ask(seat, shown, self._seeds[team], begins=begins)
             if not self._stopped:
                 self._numbers[team] += 1
-                self._answered(team, self._numbers[team], density)
+                self._answered(team, self._numbers[team], answer)
         except SwarmError as error:
             self._failed(team, str(error))
         except Exception:

@@ -9,14 +9,15 @@ const INK = "#0b6e4f";
 // A policy's name, as people read it.
 export function called(name) { return name.replaceAll("_", " "); }
 
-// The levels, each with its policies, best first; those without a rating come last and have none.
+// The levels, each with its policies, best first; those without a rating come last and have none. Here are
+// those that draw, as the games do that one click begins.
 export function levelsOf(policies) {
   const levels = LEVELS.map(([title, from], i) => ({
     title,
     policies: policies.filter(({ card }) => card && card.rating >= from && card.rating < (LEVELS[i + 1]?.[1] ?? Infinity))
       .sort((a, b) => b.card.rating - a.card.rating),
   }));
-  const others = { title: "Not rated", policies: policies.filter(({ card }) => !card) };
+  const others = { title: "Not rated", policies: policies.filter(({ card, answers }) => !card && answers === "density") };
   return [...levels, others].filter((level) => level.policies.length);
 }
 

@@ -78,7 +78,7 @@ export class Cover {
     if (outcome === "draw") return `A draw: red ${red}, blue ${blue} when time was up.`;
     if (!SIDES.includes(outcome)) return "The game was stopped.";
     const won = this.seat === null ? `${NAMES[outcome]} won` : SIDES[this.seat] === outcome ? "You won" : "You lost";
-    return `${won} after ${clock(Math.max(lastTick ?? 0, 30 * (sizes.length - 1)))}.`;
+    return `${won} after ${clock(Math.max(lastTick ?? 0, 30 * (sizes.length - 1)))}. ${this.room.forfeit}`.trim();
   }
 
   showResult(isShown, lastTick) {
@@ -99,7 +99,8 @@ export class Cover {
   // The same game from the other side, in a room of its own; a room knows no other way.
   swap() {
     const { room, other } = this;
-    const settings = { ...room.settings, red: room.settings.blue, blue: room.settings.red };
+    const { red, blue, red_system, blue_system } = room.settings;
+    const settings = { ...room.settings, red: blue, blue: red, red_system: blue_system, blue_system: red_system };
     this.begin({ settings, seat: other, opponent: room[other].name });
   }
 

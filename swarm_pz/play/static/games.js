@@ -34,7 +34,7 @@ function players({ red, blue, lesson }) {
 
 function ending({ outcome, ended_by: by, seconds, sizes }) {
   if (!outcome) return "not finished";
-  const left = by === "left" ? ", somebody had left" : "", after = `after ${clock(30 * seconds)}`;
+  const left = { left: ", somebody had left", forfeit: ", by forfeit" }[by] ?? "", after = `after ${clock(30 * seconds)}`;
   if (outcome === "stopped") return `stopped ${after}${left}`;
   return `${outcome === "draw" ? `a draw, ${sizes.join(" to ")},` : `${outcome} won`} ${after}${left}`;
 }

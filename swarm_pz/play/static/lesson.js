@@ -8,8 +8,9 @@ const SPREAD = 0.18; // mean distance of drones from their mean place that is no
 const NEAR = 0.2; // map widths from what was drawn within which a capture is the drawing's
 const EFFECT_TICKS = 30; // after which a drawing can have had an effect
 const STUCK_MS = 15_000, STUCK_SENDS = 3; // after which one is told what is wrong
-const ALONE = { settings: { red: 12, blue: 0, time_limit: null } };
-const AGAINST = { opponent: "uniform", settings: { red: 12, blue: 5, speed: 0.5, time_limit: null } };
+const DRAWN = { time_limit: null, red_system: "ergodic", blue_system: "ergodic" }; // whatever else the table flies
+const ALONE = { settings: { red: 12, blue: 0, ...DRAWN } };
+const AGAINST = { opponent: "uniform", settings: { red: 12, blue: 5, speed: 0.5, ...DRAWN } };
 
 const LEAVE_IT = "That is the place: now leave it so, your drones are on their way.";
 

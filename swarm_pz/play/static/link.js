@@ -2,7 +2,7 @@
 
 import { decode, FRAME } from "./frames.js";
 
-const SUBPROTOCOL = "swarm-pz.play.v1";
+const SUBPROTOCOL = "swarm-pz.play.v2";
 const ACKNOWLEDGE_EVERY = 4;
 const RETRY_MS = [250, 500, 1000, 2000, 4000];
 const STORE = "swarm-pz.seat";
@@ -27,9 +27,9 @@ export class Link extends EventTarget {
   }
 
   // This window's seat; and the latest of any window, for who closed theirs.
-  get seat() { return read(sessionStorage); }
+  get seat() { return read("sessionStorage", STORE); }
 
-  get lastSeat() { return read(localStorage); }
+  get lastSeat() { return read("localStorage", STORE); }
 
   set seat(seat) {
     try {
@@ -115,8 +115,9 @@ export class Link extends EventTarget {
   tell(type, detail) { this.dispatchEvent(new CustomEvent(type, { detail })); }
 }
 
-function read(store) {
-  try { return JSON.parse(store.getItem(STORE)); } catch { return null; }
+// What a browser keeps under a name, if it keeps anything.
+export function read(store, name) {
+  try { return JSON.parse(window[store].getItem(name)); } catch { return null; }
 }
 
 function refreshRate() {

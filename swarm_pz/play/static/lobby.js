@@ -55,6 +55,10 @@ export class Lobby {
     at("opponent").add(new Option("nobody: practise alone", "none"), 1);
     at("player").append(...players());
     at("opponent").value = FIRST;
+    for (const [i, side] of ["red", "blue"].entries()) {
+      at(`${side}-system`).append(...welcome.systems.map(({ name, takes }) => new Option(`${called(name)}: ${takes}`, name)));
+      at(`${side}-system`).value = welcome.default_systems[i];
+    }
     this.describe();
   }
 
@@ -127,6 +131,8 @@ export class Lobby {
       time_limit: at("time-limit").value ? Number(at("time-limit").value) : null,
       mapping: at("mapping").value,
       speed: Number(at("speed").value),
+      red_system: at("red-system").value || null,
+      blue_system: at("blue-system").value || null,
     };
     if (opponent === "none") settings[seat === "blue" ? "red" : "blue"] = 0;
     const isPolicy = opponent && opponent !== "none", player = seat === "watch" && at("player").value;

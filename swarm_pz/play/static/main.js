@@ -109,7 +109,7 @@ function show() {
     link.send({ type: "open_replay", recording: value });
   } else if (name === "lesson") {
     table.leave();
-    table.lesson.start();
+    table.learn();
   } else giveUp();
 }
 

@@ -22,12 +22,18 @@ export class Pen {
     this.down = new Map(); // strokes being drawn, by pointer
     this.cursor = { x: 0.5, y: 0.5, shown: false };
     this.patterns = {};
-    arena.addEventListener("pointerdown", (event) => this.begin(event));
-    arena.addEventListener("pointermove", (event) => this.move(event));
-    arena.addEventListener("pointerup", (event) => this.end(event));
-    arena.addEventListener("pointercancel", (event) => this.cancel(event));
-    arena.addEventListener("keydown", (event) => this.key(event));
-    arena.addEventListener("blur", () => { this.endKeyStroke(); this.cursor.shown = false; this.dirty = true; });
+  }
+
+  keyUp() {}
+
+  // What its drawings are kept as.
+  get kind() { return "strokes"; }
+
+  // Another part of the page is used.
+  blur() {
+    this.endKeyStroke();
+    this.cursor.shown = false;
+    this.dirty = true;
   }
 
   place(event) {
@@ -141,6 +147,13 @@ export class Pen {
     return wasSent;
   }
 
+  // Go over to a drawing that was made before.
+  recall(strokes) {
+    this.down.clear();
+    this.change(structuredClone(strokes));
+    this.refresh();
+  }
+
   // A drawing of nothing.
   clear() {
     this.down.clear();
@@ -160,20 +173,24 @@ export class Pen {
     this.changed();
   }
 
-  // Take the drawing for sending: strokes as the protocol has them, and for how long it was drawn.
+  // Take the drawing for sending: what the protocol has for it, and for how long it was drawn.
   take() {
     this.endKeyStroke();
-    const drawingMs = this.drawingSince ? performance.now() - this.drawingSince : 0;
+    return { drawingMs: this.drawingSince ? performance.now() - this.drawingSince : 0, ...this.say(this.kept) };
+  }
+
+  // What asks for strokes in a message.
+  say(strokes) { return { strokes }; }
+
+  // The drawing, as short as it is sent and kept.
+  get kept() {
     const short = (value) => Math.round(value * 1e4) / 1e4;
     const strokes = this.strokes.slice(-MOST_STROKES);
     const every = Math.ceil(strokes.reduce((sum, { points }) => sum + points.length, 0) / MOST_POINTS);
     const thin = (points) => points.filter((_, i) => i % every === 0 || i === points.length - 1);
-    return {
-      drawingMs,
-      strokes: strokes.map(({ brush, width, points }) => ({
-        brush, width, points: thin(points).map(([x, y]) => [short(x), short(y)]),
-      })),
-    };
+    return strokes.map(({ brush, width, points }) => ({
+      brush, width, points: thin(points).map(([x, y]) => [short(x), short(y)]),
+    }));
   }
 
   // It was sent: the next stroke begins another drawing.

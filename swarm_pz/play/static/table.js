@@ -4,7 +4,9 @@ import { Arena } from "./arena.js";
 import { called } from "./cards.js";
 import { Chart } from "./chart.js";
 import { Cover } from "./cover.js";
-import { Lesson } from "./lesson.js";
+import { button } from "./elements.js";
+import { Library } from "./library.js";
+import { read } from "./link.js";
 import { clock, News } from "./news.js";
 import { Pen } from "./pen.js";
 import { Replay } from "./replay.js";
@@ -14,6 +16,13 @@ import { freeSides } from "./waiting.js";
 const at = (id) => document.getElementById(id);
 const SIDES = ["red", "blue"];
 const BRUSHES = ["attract", "repel", "erase"];
+const DRAWN = ["density", "attraction"], PLACED = ["attractors", "leaders", "formation"]; // kinds of commands
+const HANDS = {
+  pointerdown: "begin", pointermove: "move", pointerup: "end", pointercancel: "cancel", keydown: "key", keyup: "keyUp", blur: "blur",
+};
+const NO_LESSON = { stop() {}, over() {}, sent() {}, watch() {} };
+const TURN = 1 / 24; // by a key, or a notch of the wheel
+const WHEEL_MS = 300; // after which a wheel is at rest
 const MOST_PIXELS = 900;
 const SILENCE_MS = 2000; // without a frame, after which one is told
 
@@ -26,11 +35,8 @@ export class Table {
     this.chart = new Chart(at("chart"));
     this.sound = new Sound(at("sound"));
     this.news = new News(this.sound);
-    this.pen = new Pen(at("arena"), at("ink"), {
-      lifted: () => { if (at("on-lift").checked) this.send(); },
-      changed: () => this.showButtons(),
-      mayDraw: () => this.mayPlay,
-    });
+    this.hand = { lifted: () => this.lifted(), changed: () => this.showButtons(), mayDraw: () => this.mayPlay };
+    this.pen = this.brush = new Pen(at("arena"), at("ink"), this.hand);
     this.room = null;
     this.seat = null;
     this.leftPlace = null;
@@ -39,7 +45,13 @@ export class Table {
     this.heardMs = 0; // when the latest frame came
     this.cover = new Cover(link, begin);
     this.replay = new Replay(link, this.chart);
-    this.lesson = new Lesson(link, { begin, home: left });
+    this.begin = begin;
+    this.lesson = NO_LESSON;
+    this.responses = null;
+    this.library = new Library({
+      current: () => this.pen, send: (drawing) => this.recall(drawing), tell: (text) => this.news.answer(text),
+      changed: () => this.responses?.then((responses) => responses.show()),
+    });
     this.listen();
     new ResizeObserver(() => this.resize()).observe(at("arena"));
     new ResizeObserver(() => this.chart.resize()).observe(at("chart"));
@@ -53,6 +65,13 @@ export class Table {
   listen() {
     const on = (id, act) => at(id).addEventListener("click", act);
     for (const brush of BRUSHES) on(brush, () => this.choose(brush));
+    for (const [type, act] of Object.entries(HANDS)) at("arena").addEventListener(type, (event) => this.pen[act](event));
+    at("arena").addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    on("manage", async () => {
+      await this.respond();
+      at("tools").showModal();
+    });
+    on("close-tools", () => at("tools").close());
     on("send", () => this.send());
     on("undo", () => this.undo());
     on("spread", () => this.spread());
@@ -70,20 +89,27 @@ export class Table {
     });
     at("take-side").addEventListener("change", () => this.look(at("take-side").selectedIndex));
     at("width").addEventListener("input", () => this.setWidth());
+    at("turn").addEventListener("input", () => this.pen.turnTo(at("turn").valueAsNumber));
+    for (const id of ["width", "turn"]) at(id).addEventListener("change", () => { if (this.pen !== this.brush) this.lifted(); });
     at("keep").addEventListener("change", () => { this.pen.keep = at("keep").checked; });
     at("on-lift").addEventListener("change", () => this.showButtons());
     at("table").addEventListener("keydown", (event) => this.key(event));
     this.setWidth();
     const hear = (type, act) => this.link.addEventListener(type, ({ detail }) => act.call(this, detail));
     hear("room", this.setRoom);
-    hear("seated", ({ seat }) => { this.seat = SIDES.indexOf(seat); });
+    hear("seated", ({ seat, token, commands }) => {
+      this.seat = SIDES.indexOf(seat);
+      if (read("sessionStorage", "swarm-pz.rules")?.token === token) this.respond();
+      this.equip(commands);
+    });
     hear("frame", this.takeFrame);
     hear("target", (target) => {
       if (target.team === this.arena.own) this.arena.ground.setTarget(target);
       if (target.team === this.seat) this.number = Math.max(this.number, target.number); // go on counting after a reload
     });
     hear("in_force", this.setInForce);
-    hear("welcome", () => { this.seat = this.room = null; });
+    hear("acting", (acting) => this.respond().then((responses) => responses.act(acting)));
+    hear("welcome", ({ policies }) => Object.assign(this, { policies, seat: null, room: null }));
     hear("closed", () => this.showButtons());
   }
 
@@ -91,7 +117,7 @@ export class Table {
 
   get isRunning() { return isRunning(this.room); }
 
-  get mayPlay() { return this.seat !== null && this.isRunning && this.link.isOpen && !this.lesson.held; }
+  get mayPlay() { return this.seat !== null && this.isRunning && this.link.isOpen && !this.lesson.held && this.isEquipped; }
 
   // A game that others would miss one in.
   get isPlaying() {
@@ -127,6 +153,8 @@ export class Table {
     this.replay.show(room);
     this.cover.show(room, this.seat, this.lastTick);
     this.showButtons();
+    this.pen.dirty = true; // what is placed is shown while one may place it
+    if (began && this.seat !== null && this.pen.hint) this.news.answer(this.pen.hint);
     if (ended) this.end();
     if (began || entered) requestAnimationFrame(() => this.focus()); // once it is shown
   }
@@ -180,6 +208,9 @@ export class Table {
     at("spread").disabled = !this.mayPlay;
     at("send").classList.toggle("primary", !at("on-lift").checked);
     at("undo").disabled = !this.mayPlay || this.pen.before.length === 0;
+    at("width").value = this.pen.width;
+    at("turn").value = this.pen.mark?.turn;
+    for (const shape of at("shapes").children) shape.setAttribute("aria-pressed", shape.textContent === this.pen.shape);
   }
 
   sit() {
@@ -209,9 +240,57 @@ export class Table {
 
   // --- commands ---------------------------------------------------------------------------------------
 
+  // The lesson, and automatic responses: their code is fetched when somebody wants them.
+  async learn() {
+    const { Lesson } = await import("./lesson.js");
+    if (this.lesson === NO_LESSON) this.lesson = new Lesson(this.link, { begin: this.begin, home: this.left });
+    if (location.hash === "#lesson") this.lesson.start();
+  }
+
+  respond() {
+    const how = { policies: this.policies, saved: () => this.library.own, say: (strokes) => this.pen.say(strokes) };
+    return this.responses ??= import("./responses.js").then(({ Responses }) => new Responses(this.link, how));
+  }
+
+  // Have what commands of a seat are made with: what is not drawn has its own code, fetched when it is needed.
+  async equip(commands) {
+    const { takes, serves_densities: isServed } = commands, kind = PLACED.includes(takes) || takes === "accelerations" ? takes : "strokes";
+    this.isEquipped = false;
+    this.pen.forget();
+    if (kind === "strokes") this.pen = this.brush;
+    else if (takes === "accelerations") {
+      const { Stick } = await import("./stick.js"), frame = () => ({ ...this.arena.frame, own: this.seat });
+      this.pen = new Stick(at("arena"), at("ink"), { ...this.hand, lifted: () => this.send(), frame });
+    } else this.pen = new (await import("./marks.js")).Marks(at("arena"), at("ink"), this.hand);
+    this.pen.equip?.(commands);
+    this.pen.keep = at("keep").checked;
+    this.isEquipped = kind !== "strokes" || DRAWN.includes(takes) || isServed;
+    at("hint").textContent = this.isEquipped ? this.pen.hint : `This page has no gesture for ${takes}: programs play them.`;
+    this.showTools(kind, commands);
+    this.library.show();
+    this.showButtons();
+  }
+
+  // The tools of a kind of commands.
+  showTools(kind, { shapes }) {
+    const isDrawn = kind === "strokes" && this.isEquipped, isFlown = kind === "accelerations", sized = isDrawn ? "Width" : this.pen.how?.sized, [min, max] = this.pen.sizes ?? [0.05, 0.3];
+    for (const [id, isShown] of Object.entries({
+      brushes: isDrawn, placing: !isDrawn, hint: !shapes.length, shapes: shapes.length, sized, turned: this.pen.how?.turn,
+      send: !isFlown, lifting: !isFlown, adding: isDrawn || kind === "attractors",
+    })) at(id).hidden = !isShown;
+    at("size-of").textContent = sized ?? "";
+    Object.assign(at("width"), { min, max, step: (max - min) / 25, value: this.pen.width });
+    [at("turn").min, at("turn").max] = this.pen.turns ?? [0, 1];
+    at("spread").textContent = isDrawn ? "Spread out" : "Reset";
+    at("shapes").replaceChildren(...shapes.map((shape) => button(shape, () => {
+      this.pen.shape = shape;
+      this.lifted();
+    })));
+  }
+
   choose(brush) {
-    this.pen.brush = brush;
-    this.pen.dirty = true;
+    this.brush.brush = brush;
+    this.brush.dirty = true;
     for (const other of BRUSHES) at(other).setAttribute("aria-pressed", String(other === brush));
   }
 
@@ -221,20 +300,37 @@ export class Table {
     at("width").setAttribute("aria-valuetext", `${Math.round(100 * this.pen.width)} percent of the map`);
   }
 
+  wider(steps) {
+    const { value, step } = at("width");
+    at("width").value = Number(value) + steps * step;
+    this.setWidth();
+  }
+
+  wheel(event) {
+    if (this.pen === this.brush || !this.mayPlay) return;
+    const steps = -Math.sign(event.deltaY || event.deltaX);
+    event.preventDefault();
+    if (event.shiftKey) this.pen.turn?.(TURN * steps);
+    else this.wider(steps);
+    clearTimeout(this.wheeled);
+    this.wheeled = setTimeout(() => this.lifted(), WHEEL_MS);
+  }
+
+  lifted() { if (at("on-lift").checked) this.send(); }
+
   key(event) {
     if (event.ctrlKey || event.altKey || event.metaKey || event.repeat || event.target.closest("input, select, dialog")) return;
     const onButton = event.target.closest("button, a");
-    const wider = (step) => {
-      at("width").value = Number(at("width").value) + step;
-      this.setWidth();
-    };
+    const turn = (part) => this.pen.turn?.(part);
     const acts = {
-      1: () => this.choose("attract"), 2: () => this.choose("repel"), 3: () => this.choose("erase"),
-      "+": () => wider(0.02), "=": () => wider(0.02), "-": () => wider(-0.02),
+      g: () => this.choose("attract"), k: () => this.choose("repel"), e: () => this.choose("erase"),
+      "+": () => this.wider(2), "=": () => this.wider(2), "-": () => this.wider(-2),
+      "[": () => turn(TURN), "]": () => turn(-TURN), n: () => this.pen.next?.(), s: () => this.library.save(),
       u: () => this.undo(), c: () => this.spread(), r: () => { if (!at("ready").hidden) at("ready").click(); },
       m: () => at("sound").click(), Enter: () => { if (!onButton) this.send(); },
     };
-    const act = acts[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    const act = /^[1-9]$/.test(event.key) ? () => this.library.recall(event.key - 1)
+      : acts[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!act || (onButton && event.key === "Enter")) return;
     act();
     event.preventDefault();
@@ -243,9 +339,9 @@ export class Table {
   // Send the drawing, unless it was sent already; tell whether it was.
   send() {
     if (!this.mayPlay || this.pen.sent) return false;
-    const input = performance.now(), { strokes, drawingMs } = this.pen.take();
+    const input = performance.now(), { drawingMs, ...command } = this.pen.take();
     const sent = this.link.send({
-      type: "command", number: this.number + 1, strokes,
+      type: "command", number: this.number + 1, ...command,
       timing: {
         input_ms: input, sent_ms: performance.now(), offset_ms: this.link.offsetMs,
         round_trip_ms: this.link.roundTripMs, drawing_ms: drawingMs,
@@ -254,17 +350,23 @@ export class Table {
     if (sent) {
       this.number += 1;
       this.pen.setSent();
-      this.lesson.sent(strokes);
+      this.lesson.sent(command.strokes ?? []);
     }
     this.showButtons();
     return sent;
   }
 
-  // A drawing of nothing asks for the whole square.
+  recall({ name, strokes }) {
+    if (!this.mayPlay) return;
+    this.pen.recall(strokes);
+    if (this.send()) this.news.answer(`Sent: ${name}`);
+  }
+
+  // A drawing of nothing asks for the whole square; other commands have one to begin with.
   spread() {
     if (!this.mayPlay) return;
     this.pen.clear();
-    if (this.send()) this.news.answer("Sent: spread out");
+    if (this.send()) this.news.answer(`Sent: ${at("spread").textContent.toLowerCase()}`);
   }
 
   // What was sent cannot be taken back: the drawing before it is another command.
@@ -275,6 +377,7 @@ export class Table {
   }
 
   setInForce(command) {
+    if (command.sender) return; // a response, in one's place
     this.unseen.push(command);
     if (SIDES.indexOf(command.seat) === this.seat && command.number >= this.number) this.pen.setInForce();
   }

@@ -8,13 +8,26 @@ import pytest
 from swarm_pz.config import ControllerConfig, DynamicsConfig, FlockingConfig, GameConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.commands import FlockingCommand
-from tests.kernels.controllers.mirrors import assert_attractors_serve, assert_flock_mirrored
-from tests.kernels.states import PEACE, random_state, solved
+from swarm_pz.systems import FlockingCommand
+from tests.kernels.controllers.mirrors import assert_attractors_serve, assert_flock_mirrored, attractors_of
+from tests.kernels.states import PEACE, SOFT, random_state, solved
 from tests.reference_variants import FlockingReference, strongest_mode
 
 FREE = ControllerConfig(max_acceleration=100.0)
 """No acceleration is saturated: nothing is hidden."""
+
+
+@pytest.mark.parametrize("controller", [SOFT, ControllerConfig()], ids=["free", "saturated"])
+def test_it_does_what_its_slow_mirror_does(controller):
+    generator, compared, drones = np.random.default_rng(0), 0, 0
+    for _ in range(40):
+        state = random_state(generator, int(generator.integers(1, 31)), spread=float(generator.choice([0.05, 0.3, 1])))
+        state.velocities[: generator.integers(3)] = 0.0
+        simulator = solved(state, controllers="flocking", controller=controller)
+        assert_attractors_serve(simulator, state.commands)
+        compared += assert_flock_mirrored(simulator, state, FlockingReference())
+        drones += len(state.teams)
+    assert compared > 0.9 * drones
 
 
 def test_every_weight_radius_and_limit_matches_the_reference():
@@ -124,7 +137,7 @@ def test_a_density_does_what_the_attractor_of_its_strongest_mode_does():
         for simulator in (by_density, by_attractor):
             simulator.advance(3)
         np.testing.assert_allclose(by_density.positions, by_attractor.positions, atol=1e-5)
-        np.testing.assert_allclose(by_density.games.attractors, by_attractor.games.attractors, rtol=1e-5)
+        np.testing.assert_allclose(attractors_of(by_density), attractors_of(by_attractor), rtol=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -139,10 +152,10 @@ def test_a_density_does_what_the_attractor_of_its_strongest_mode_does():
 def test_attractors_of_known_densities(command, expected):
     simulator = Simulator(GameConfig(controllers="flocking"))
     simulator.reset([0])
-    np.testing.assert_allclose(simulator.games.attractors[0], [(0.5, 0.5, 50.0)] * 2)
+    np.testing.assert_allclose(attractors_of(simulator)[0], [(0.5, 0.5, 50.0)] * 2)
     simulator.command(1, command[None])
     simulator.advance(1)
-    np.testing.assert_allclose(simulator.games.attractors[0], [(0.5, 0.5, 50.0), expected], rtol=1e-6)
+    np.testing.assert_allclose(attractors_of(simulator)[0], [(0.5, 0.5, 50.0), expected], rtol=1e-6)
 
 
 def test_every_game_has_an_attractor_of_its_own():
@@ -152,7 +165,7 @@ def test_every_game_has_an_attractor_of_its_own():
     simulator.command(1, [FlockingCommand(position=(0.9, 0.9), weight=99.0)], rows=[1])
     simulator.command(0, np.ones((3, 10, 10)))
     simulator.advance(1)
-    np.testing.assert_allclose(simulator.games.attractors[:, 1], [(0, 0.5, 60), (0.9, 0.9, 99), (0.2, 0.5, 62)])
+    np.testing.assert_allclose(attractors_of(simulator)[:, 1], [(0, 0.5, 60), (0.9, 0.9, 99), (0.2, 0.5, 62)])
 
 
 @pytest.mark.parametrize(
@@ -181,5 +194,5 @@ def test_bad_attractors_are_refused_and_leave_the_game_as_it_was(team, position,
 
 def test_one_flocking_command_alone_is_refused():
     simulator = Simulator(GameConfig(controllers="flocking"))
-    with pytest.raises(CommandError, match="a list with a FlockingCommand for each of 1 games"):
+    with pytest.raises(CommandError, match="must be one for each of 1 games, got FlockingCommand"):
         simulator.command(0, FlockingCommand(position=(0.5, 0.5), weight=60.0))

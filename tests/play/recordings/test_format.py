@@ -68,7 +68,7 @@ def record(path, ticks=300, seed=1, outcome=None, player="ring", config=CONFIG):
             ms = 1000 * tick / 30
             command = game.submit(0, tick // 60, density)
             timing = Timing(input_ms=5.0, sent_ms=6.0, round_trip_ms=2.0, drawing_ms=500.0)
-            plain = command.density.tolist()
+            plain = command.values.tolist()
             recorder.write(
                 CommandLine(team=0, number=tick // 60, density=plain, received_ms=ms, timing=timing, tick=tick)
             )
@@ -333,7 +333,7 @@ def test_a_client_that_counts_from_the_start_again_is_followed_in_order():
         lines.append(CommandLine(team=team, number=number, density=corners[place], received_ms=0.0))
         lines.append(InForceLine(team=team, number=number, tick=30 * place, ms=0.0))
     followed = Recording("a.jsonl", header(CONFIG, 1, "ring"), lines).in_force()
-    assert [(tick, command.team, command.density.tolist()) for tick, command in followed] == [
+    assert [(tick, command.team, command.values.tolist()) for tick, command in followed] == [
         (30 * place, place % 2, corners[place]) for place in range(4)
     ]
 
@@ -396,7 +396,7 @@ def test_a_folder_becomes_tables(tmp_path, parquet):
     assert person.win_rate_low < 0.5 < person.win_rate_high
     paths = write_tables(rows, tmp_path / "tables", parquet=parquet, command="swarm-pz study")
     schema = json.loads((tmp_path / "tables" / "schema.json").read_text())
-    assert schema["version"] == 4
+    assert schema["version"] == 5
     assert schema["command"] == "swarm-pz study" and set(schema["versions"]) >= {"swarm-pz", "python"}
     if parquet:
         import pyarrow.parquet

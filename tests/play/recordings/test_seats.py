@@ -28,6 +28,9 @@ def test_a_row_holds_what_its_seat_did_since_it_was_taken_over():
         "taken_over": True,
         "drones": 8,
         "seconds": 30.0,
+        "system": "ergodic",
+        "opponent_system": "ergodic",
+        "automatic_commands": 0,
     }
     red = both | {
         "side": "red",

@@ -128,11 +128,13 @@ def test_games_are_summed_up_by_who_played_whom_by_which_rules():
             ("player", "P2"),
             ("opponent_kind", "person"),
             ("opponent", "uniform"),
+            ("system", "direct"),
+            ("opponent_system", "direct"),
             ("config_hash", "0" * 16),
         )
     ]
     rows = summarise([*left_out, *others, *games])
-    assert [row.games for row in rows].count(1) == 5 and len(rows) == 6
+    assert [row.games for row in rows].count(1) == 7 and len(rows) == 8
     (row,) = [row for row in rows if row.games == 3]
     assert (row.kind, row.player, row.opponent_kind, row.opponent) == ("person", "P1", "policy", "ring")
     assert (row.config_hash, row.rules_hash) == (CONFIG.hash, CONFIG.game.rules_hash)

@@ -16,9 +16,8 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import Origin, Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server.live_session import Moment
-from swarm_pz.play.strokes import Stroke, density_of
 from tests.play.recordings.test_format import plain_lines, record, write_as_version_1, write_chained
-from tests.play.server.test_room import CALM, Client, Workers, opened, playing, read, until
+from tests.play.server.test_room import CALM, Client, Workers, give, opened, playing, read, until
 
 STROKE = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.25), (0.7, 0.75)])
 
@@ -39,8 +38,7 @@ def played(tmp_path_factory):
             for number, second in enumerate((0.1, 0.2, 1.2), 1):
                 await until(lambda second=second: room.session.game.tick > 30 * second)
                 timing = protocol.Timing(input_ms=1.0, sent_ms=2.0, drawing_ms=300.0)
-                drawn = density_of([Stroke(brush=STROKE.brush, width=STROKE.width, points=tuple(STROKE.points))], 10)
-                room.command(red, protocol.CommandMessage(number, strokes=[STROKE] * number, timing=timing), drawn)
+                give(room, red, protocol.CommandMessage(number, strokes=[STROKE] * number, timing=timing))
                 room.painted(red, protocol.Painted(number, 1234.0))
             room.visibility(red, True)
             room.visibility(red, False)
@@ -378,7 +376,7 @@ def test_a_game_that_was_taken_over_verifies_with_its_past(version, tick, tmp_pa
             room.place_policy("blue", "ring")
             room.ready(red, True)
             await playing(room)
-            room.command(red, protocol.CommandMessage(1, density=np.eye(10).tolist()), np.eye(10))
+            give(room, red, protocol.CommandMessage(1, density=np.eye(10).tolist()))
             await until(lambda: room.session.game.tick > tick + 25)
             room.stop()
             return read(room)

@@ -10,7 +10,7 @@ import pytest
 
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.server import connection, lobby, replay_session
+from swarm_pz.play.server import connection, orders, replay_session
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.client_handler import HELLO_S, ClientHandler
 from swarm_pz.play.server.connection import Connection
@@ -68,7 +68,7 @@ def elsewhere(monkeypatch):
 
         monkeypatch.setattr(place, name, noted)
 
-    note(lobby, "_drawn")
+    note(orders, "density_of")
     note(Playback, "seek")
     note(Playback, "fork")
     note(replay_session.Recording, "read")
@@ -103,8 +103,8 @@ def test_a_flood_of_drawings_is_painted_twice_a_client_and_not_where_games_run(s
         affordable = 2 * protocol.MAX_MESSAGE_BYTES // len(protocol.encode(LARGE))
         assert all(attacker.refused() == {"too_many": 15 - affordable} for attacker in attackers)
         await until(lambda: all(attacker.handler._drawing is None for attacker in attackers))
-        assert 5 <= len(elsewhere["_drawn"]) <= 5 * affordable
-        assert len(set(elsewhere["_drawn"])) == 1 and threading.current_thread() not in elsewhere["_drawn"]
+        assert 5 <= len(elsewhere["density_of"]) <= 5 * affordable
+        assert len(set(elsewhere["density_of"])) == 1 and threading.current_thread() not in elsewhere["density_of"]
         assert await plays_on(guest)
 
     visiting(tmp_path, script)

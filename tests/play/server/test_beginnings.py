@@ -24,6 +24,7 @@ from tests.play.server.test_room import (
     Client,
     Workers,
     code_of,
+    give,
     opened,
     playing,
     read,
@@ -214,11 +215,11 @@ def test_what_is_commanded_in_the_countdown_is_in_force_at_the_first_tick(tmp_pa
         with opened(tmp_path, countdown_s=0.2) as room:
             red, blue = starting(room)
             for number in (1, 2):
-                room.command(red, protocol.CommandMessage(number, density=np.eye(10).tolist()), np.eye(10))
+                give(room, red, protocol.CommandMessage(number, density=np.eye(10).tolist()))
             assert [message.number for message in red.heard(protocol.Received)] == [1, 2]
             assert not read(room).of(CommandLine), "the recording begins with the game"
             await playing(room)
-            room.command(blue, protocol.CommandMessage(1, density=np.eye(10).tolist()), np.eye(10))
+            give(room, blue, protocol.CommandMessage(1, density=np.eye(10).tolist()))
             await until(lambda: room.session.game.tick > 3)
             (in_force,) = red.heard(protocol.InForceMessage)
             assert (in_force.number, in_force.tick) == (2, 0)
@@ -245,7 +246,7 @@ def test_a_countdown_that_policies_hold_up_moves_the_recordings_clock(tmp_path):
         with opened(tmp_path, Workers(answer), time_limit=None) as room:
             red = against(room, "one")
             await until(lambda: room._context.workers.asked)
-            room.command(red, protocol.CommandMessage(1, density=np.eye(10).tolist()), np.eye(10))
+            give(room, red, protocol.CommandMessage(1, density=np.eye(10).tolist()))
             sent = room._context.now_ms()
             await asyncio.sleep(0.1)
             answered.set()
@@ -262,7 +263,7 @@ def test_who_does_not_play_after_all_calls_the_countdown_off(how, tmp_path):
     async def play():
         with opened(tmp_path, countdown_s=FOREVER_S) as room:
             red, blue = starting(room)
-            room.command(red, protocol.CommandMessage(1, density=np.eye(10).tolist()), np.eye(10))
+            give(room, red, protocol.CommandMessage(1, density=np.eye(10).tolist()))
             start, path = decode_frame(red.bytes[0]).positions, room.session.recorder.path
             token, seat = room.seats[1].token, room.seats[1]
             {"not ready": lambda: room.ready(blue, False), "leaves": lambda: room.leave(blue)}.get(
@@ -319,7 +320,7 @@ def test_a_game_that_goes_on_from_a_moment_counts_down_to_it_and_says_its_speed(
                 "this game goes on as it was played: at 2 times the speed"
             ]
             await until(lambda: room.phase == "starting")
-            room.command(red, protocol.CommandMessage(1, density=np.eye(10).tolist()), np.eye(10))
+            give(room, red, protocol.CommandMessage(1, density=np.eye(10).tolist()))
             assert code_of(room.invite, red, "blue", None) == "out_of_turn", "seats change between games"
             room.ready(red, False)
             object.__setattr__(room._context, "countdown_s", 0.0)

@@ -9,7 +9,7 @@ import pytest
 
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import PaintedLine, SeatLine
-from swarm_pz.play.server import lobby
+from swarm_pz.play.server import lobby, orders
 from swarm_pz.play.server.client_handler import HELLO_S, SILENT_S, ClientHandler
 from swarm_pz.play.server.live_session import ServerContext
 from swarm_pz.play.server.lobby import Lobby
@@ -301,13 +301,13 @@ def test_a_drawing_is_painted_elsewhere_one_at_a_time_and_the_latest_command_wai
     async def script(hall):
         painted, gate, threads = [], threading.Event(), set()
 
-        def slowly(strokes, config):
+        def slowly(strokes, cells, mapping):
             threads.add(threading.current_thread())
             painted.append(len(strokes))
             assert gate.wait(60)
             return np.ones((10, 10))
 
-        monkeypatch.setattr(lobby, "_drawn", slowly)
+        monkeypatch.setattr(orders, "density_of", slowly)
         guest = Guest(hall)
         guest.say(protocol.Create(settings=protocol.Settings(blue=0)))
         guest.say(protocol.Ready())

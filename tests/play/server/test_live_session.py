@@ -13,7 +13,7 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings import recorder
 from swarm_pz.play.recordings.format import CommandLine, FrameLine, Recording
 from swarm_pz.play.recordings.playback import Playback
-from tests.play.server.test_room import Client, Workers, opened, playing, read, running, seated, starting, until
+from tests.play.server.test_room import Client, Workers, give, opened, playing, read, running, seated, starting, until
 
 
 def watched(room):
@@ -223,7 +223,7 @@ def test_what_players_say_more_than_a_flush_writes_does_not_heap_up(tmp_path, mo
         with opened(tmp_path, speed=2.0, time_limit=None) as room:
             await running(room)
             for number in range(100):
-                room.session.submit(0, number, np.ones((10, 10)))
+                room.session.submit(room.reader.read(0, number, np.ones((10, 10))))
             begun = room.session.game.tick
             await until(lambda: room.session.recorder.is_behind)
             await until(lambda: not room.session.recorder.is_behind)
@@ -287,7 +287,7 @@ def test_a_command_tells_the_tick_at_which_it_arrived(tmp_path):
             for number in (1, 2, 3):
                 await until(lambda number=number: room.session.game.tick > 7 * number)
                 ticks.append(room.session.game.tick)
-                room.command(red, protocol.CommandMessage(number, density=np.eye(10).tolist()), np.eye(10))
+                give(room, red, protocol.CommandMessage(number, density=np.eye(10).tolist()))
             room.stop()
             return ticks, read(room)
 

@@ -4,6 +4,7 @@ import asyncio
 import os
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,17 @@ def snapshot():
     simulator.reset([0])
     simulator.advance(60)
     return simulator.snapshot()
+
+
+def test_a_policy_is_loaded_for_what_flies_its_own_seat_and_a_mismatch_is_told_then():
+    game = GameConfig(controllers=("direct", "ergodic"))
+    place = PolicySeat(key=1, policy="uniform", game=game, team=1)
+    policy, batch = module._load(place, loader)
+    assert batch.ask(policy, np.array([1]), np.zeros(1, np.int64)).shape == (1, *batch.command_shape)
+    with pytest.raises(
+        PolicyError, match="'density', but the control system direct takes those of kind 'accelerations'"
+    ):
+        module._load(replace(place, team=0), loader)
 
 
 def test_policies_answer_as_they_would_here(snapshot):
@@ -61,7 +73,8 @@ def test_a_policys_first_answers_are_those_of_a_game_that_has_just_begun(snapsho
         answers = asyncio.run(play())
     finally:
         workers.close()
-    policy, batch, row = loader(place.policy, place.game), BatchEnv(place.game), np.zeros(1, int)
+    policy = loader(place.policy, place.game, place.game.team_systems[place.team])
+    batch, row = BatchEnv(place.game), np.zeros(1, int)
     batch.reset([0])
     batch.simulator.restore(snapshot)
     policy.reset([SEED], row)
@@ -117,7 +130,7 @@ def test_a_seat_keeps_its_stream_until_it_is_forgotten(snapshot):
 # --- loading --------------------------------------------------------------------------------------
 
 
-def waiting_loader(name, config):
+def waiting_loader(name, config, system):
     """Load a policy as soon as there is a file, whose name is that of the policy; others at once."""
     while name.startswith("/") and not Path(name).exists():
         time.sleep(0.01)
@@ -131,7 +144,7 @@ class Numbered(Faulty):
         return np.full((len(rows), 10, 10), os.getpid() % 9973 / 9973)
 
 
-def numbered(name, config):
+def numbered(name, config, system):
     return Numbered(name)
 
 

@@ -105,8 +105,8 @@ def test_a_recorded_game_is_told_of_as_it_was(tmp_path):
         code="",
         phase="replay",
         settings=settings_of(config),
-        red=protocol.SeatState("person", "", "P1", connected=True),
-        blue=protocol.SeatState("policy", "ring", "", connected=True),
+        red=protocol.SeatState("person", "", "P1", connected=True, system="ergodic", takes="density"),
+        blue=protocol.SeatState("policy", "ring", "", connected=True, system="ergodic", takes="density"),
         watchers=1,
         sizes=[(3, 5)] * 4,
         min_command_interval=0.25,
@@ -114,6 +114,7 @@ def test_a_recorded_game_is_told_of_as_it_was(tmp_path):
         recording="a.jsonl",
         last_tick=100,
         verified=True,
+        ended_by="server",
     )
 
 

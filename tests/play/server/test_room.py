@@ -10,13 +10,15 @@ import pytest
 
 from swarm_pz.config import TICKS_PER_SECOND, CaptureConfig, GameConfig
 from swarm_pz.play import protocol
+from swarm_pz.play.commands import as_followed
 from swarm_pz.play.frames import decode_frame
-from swarm_pz.play.game import TableConfig, as_followed
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, PaintedLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server import room as module
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.live_session import ServerContext
+from swarm_pz.play.server.orders import make
 from swarm_pz.play.server.policy_workers import PolicyWorkers
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, RefusedError, Room, Seat
@@ -29,7 +31,7 @@ from tests.play.recordings.test_format import record
 class Client:
     """Keeps what it is sent."""
 
-    kind, client, address, last_heard = "person", None, "", 0.0
+    kind, client, address, last_heard, version = "person", None, "", 0.0, 2
 
     def __init__(self):
         self.messages, self.bytes, self.frames = [], [], []
@@ -121,6 +123,12 @@ async def running(room):
 async def playing(room):
     """Wait until a room's game runs."""
     await until(lambda: room.phase == "playing")
+
+
+def give(room, client, message):
+    """Let a client give a command."""
+    team = room.commanding(client).team
+    room.command(client, message, make(message, room.reader, room.config.mapping, team, message.number))
 
 
 def code_of(act, *what):
@@ -262,7 +270,8 @@ def test_settings_leave_the_rules_of_the_house_alone():
 
 
 def test_settings_come_back_from_the_table():
-    settings = protocol.Settings(red=1, blue=19, time_limit=None, mapping="paper", speed=0.5)
+    systems = {"red_system": "direct", "blue_system": "ergodic"}
+    settings = protocol.Settings(red=1, blue=19, time_limit=None, mapping="paper", speed=0.5, **systems)
     house = TableConfig(min_command_interval=0.25)
     table = table_config(settings, house)
     assert settings_of(table) == settings and table.min_command_interval == 0.25
@@ -335,8 +344,9 @@ def test_a_seat_that_is_given_up_keeps_nothing_of_who_had_it(tmp_path):
             room.leave(red)
             assert room.seats[0] == Seat(0) and room.abandoned
             room.place_policy("red", "ring")
-            state = protocol.SeatState("policy", "ring", connected=True, ready=True, policy_state="loading")
-            assert room.seats[0].state() == state
+            about = {"system": "ergodic", "takes": "density"}
+            state = protocol.SeatState("policy", "ring", connected=True, ready=True, policy_state="loading", **about)
+            assert room.seats[0].state(room.reader.systems[0]) == state
             room.place_policy("red", None)
             assert room.seats[0] == Seat(0)
 
@@ -366,7 +376,8 @@ def test_a_seat_taken_back_is_said_to_have_changed_hands(tmp_path):
             assert not red.heard(protocol.Displaced), "it is its own"
             room.resume(new, seat)
             assert len(red.heard(protocol.Displaced)) == 1 and seat.connection is new
-            assert new.heard(protocol.Seated) == [protocol.Seated("ABCD", "red", seat.token)]
+            (told,) = new.heard(protocol.Seated)
+            assert (told.room, told.seat, told.token, told.commands.takes) == ("ABCD", "red", seat.token, "density")
             assert decode_frame(new.bytes[0]).altitudes is not None and new.bytes[1] == seat.target
             assert [line.event for line in read(room).of(SeatLine) if line.team == 0] == [
                 "connected",
@@ -490,11 +501,11 @@ def test_nobody_comes_back_to_a_seat_that_was_given_up_in_a_game(tmp_path):
             room.resume(blue, room.seats[1])
             room.leave(blue)
             assert room.abandoned and room.phase == "playing"
-            assert [seat.state().gone for seat in room.seats] == [True, True]
+            assert [seat.gone for seat in room.seats] == [True, True]
             events = [(line.team, line.event) for line in read(room).of(SeatLine)]
             assert events[2:] == [(1, "disconnected"), (0, "disconnected"), (1, "connected"), (1, "disconnected")]
             room.stop()
-            assert [(seat.kind, seat.state().gone) for seat in room.seats] == [("free", False)] * 2
+            assert [(seat.kind, seat.gone) for seat in room.seats] == [("free", False)] * 2
 
     asyncio.run(play())
 
@@ -558,9 +569,8 @@ def test_what_players_do_is_written_as_it_was_done(tmp_path):
             room.ready(blue, True)
             await playing(room)
             assert red.messages[-1].min_command_interval == 0.25
-            drawn = density_of([Stroke(brush="attract", width=0.1, points=((0.85, 0.15),))], 10, "paper")
-            room.command(red, protocol.CommandMessage(7, strokes=[stroke], timing=timing), drawn)
-            room.command(blue, protocol.CommandMessage(3, density=np.eye(10).tolist()), np.eye(10))
+            give(room, red, protocol.CommandMessage(7, strokes=[stroke], timing=timing))
+            give(room, blue, protocol.CommandMessage(3, density=np.eye(10).tolist()))
             assert [m.number for m in red.heard(protocol.Received)] == [7]
             assert [m.number for m in blue.heard(protocol.Received)] == [3]
             await until(lambda: red.heard(protocol.InForceMessage) and blue.heard(protocol.InForceMessage))

@@ -1,0 +1,358 @@
+"""Scripts for control systems that take other commands than densities.
+
+A script is one function from a `Board`, one game as one side sees it, to a command in any form that the system's
+`parse` reads; `commander` makes a policy of it. The same drawings by hand that `scripted` has for densities: surround
+them and close in, sit on the weakest, flee.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config.system import ControlSystem
+from swarm_pz.policy.protocol import ANY
+from swarm_pz.simulator.spawn import Seed
+from swarm_pz.spaces import densities as shapes
+
+Array = NDArray[np.float64]
+
+CLUSTER = 0.2
+"""Map widths within which drones count as together."""
+CLOSING_S = 12
+"""Seconds in which a ring closes, before it opens again."""
+WIDE, TIGHT = 0.32, 0.14
+"""Radii of a ring that is open, and of one that is closed; the capture field of drones reaches 0.04 to each side."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """One game as a commander sees it.
+
+    Attributes
+    ----------
+    own, opposing : float64 array (n, 2), (m, 2)
+        Where the drones are, in map widths.
+    velocities : float64 array (n, 2)
+        Of the own drones.
+    numbers : int64 array (n,)
+        Which drones of the game the own ones are.
+    step : int
+        Commands given before this one.
+    system : ControlSystem
+        What flies the team.
+    config : GameConfig
+    """
+
+    own: Array
+    opposing: Array
+    velocities: Array
+    numbers: NDArray[np.int64]
+    step: int
+    system: ControlSystem
+    config: GameConfig
+
+    @property
+    def seconds(self) -> float:
+        """Time since the start."""
+        return self.step * self.config.command_period
+
+    def crowd(self) -> Array:
+        """Return the middle (2,) of the largest cluster of opposing drones."""
+        if not len(self.opposing):
+            return np.full(2, 0.5)
+        near = _distances(self.opposing, self.opposing) < CLUSTER
+        return np.asarray(self.opposing[near[near.sum(axis=1).argmax()]].mean(axis=0))
+
+    def weakest(self) -> Array:
+        """Return the place (2,) of the opposing drone with the fewest of its own within reach, the nearest of these."""
+        if not len(self.opposing):
+            return np.full(2, 0.5)
+        helpers = (_distances(self.opposing, self.opposing) < CLUSTER).sum(axis=1)
+        away = _distances(self.opposing, self.own).mean(axis=1) if len(self.own) else np.zeros(len(self.opposing))
+        return np.asarray(self.opposing[np.lexsort((away, helpers))[0]])
+
+    def refuge(self) -> Array:
+        """Return the place (2,) that is farthest from every opposing drone, of a grid that leaves out the walls."""
+        line = np.linspace(0.1, 0.9, 9)
+        places = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
+        if not len(self.opposing):
+            return np.full(2, 0.5)
+        return np.asarray(places[_distances(places, self.opposing).min(axis=1).argmax()])
+
+    def closing(self) -> float:
+        """Return the radius of a ring that closes, again and again."""
+        return WIDE + (TIGHT - WIDE) * (self.seconds % CLOSING_S) / CLOSING_S
+
+    def ring(self, centre: Array, radius: float, count: int, turn: float = 0.0) -> Array:
+        """Return places (count, 2) on a circle, cut to the square."""
+        angles = turn + 2.0 * np.pi * np.arange(count) / max(count, 1)
+        places = centre + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return np.asarray(places.clip(0.02, 0.98))
+
+    def image(self, density: Callable[[Array], Array], place: Array) -> Array:
+        """Return an image (A, A) by a function of the distance from a place, its largest value 1."""
+        x, y = shapes.cell_centres(self.config.command_cells)
+        values = density(np.hypot(x - place[0], y - place[1]))
+        return np.asarray(values / values.max())
+
+
+def _distances(one: Array, other: Array) -> Array:
+    """Return the distances (n, m) of points (n, 2) from points (m, 2)."""
+    apart = one[:, None] - other[None]
+    return np.asarray(np.sqrt((apart * apart).sum(axis=2)))
+
+
+Play = Callable[[Board], Any]
+
+
+class Commander:
+    """A policy that plays a script.
+
+    Parameters
+    ----------
+    script : Script
+    config : GameConfig
+    system : ControlSystem, optional
+        What flies its team; the first of the game's that takes its kind of commands, if not given.
+    """
+
+    observation = ObservationConfig(kind="drones")
+
+    def __init__(self, script: Script, config: GameConfig, system: ControlSystem | None = None) -> None:
+        self.name = script.__name__
+        self._script, self._config, self._system = script, config, system
+        self.answers = script.answers if system is None else system.takes
+        self._steps: dict[int, int] = {}
+
+    def for_system(self, system: ControlSystem) -> Commander:
+        """Return the policy that commands a team flown by a system; itself, if it does so already."""
+        return self if system == self._system else Commander(self._script, self._config, system)
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Begin new games in some rows."""
+        self._steps |= dict.fromkeys(rows.tolist(), 0)
+
+    def act(self, observations: NDArray[np.float32], rows: NDArray[np.int64]) -> Array:
+        """Answer observations (n, N, 5) with commands (n, ...)."""
+        system = self._system if self._system is not None else self._config.team_systems[0]
+        commands = np.empty((len(rows), *system.space(self._config).shape))
+        for place, (row, drones) in enumerate(zip(rows.tolist(), observations.astype(np.float64), strict=True)):
+            own = drones[:, 4] > 0
+            board = Board(
+                own=drones[own, :2],
+                opposing=drones[~own, :2],
+                velocities=drones[own, 2:4],
+                numbers=np.flatnonzero(own),
+                step=self._steps[row],
+                system=system,
+                config=self._config,
+            )
+            self._steps[row] += 1
+            commands[place] = system.parse(self._script.play(board), self._config, f"what {self.name} asks for")
+        return commands
+
+
+class Script:
+    """A script by name: called with a game, it makes a policy that plays it.
+
+    Parameters
+    ----------
+    play : callable
+        From a `Board` to a command.
+    answers : str
+        The kind of its commands, as of `ControlSystem.takes`.
+    """
+
+    def __init__(self, play: Play, answers: str) -> None:
+        self.play, self.answers = play, answers
+        self.__name__, self.__doc__, self.__module__ = play.__name__, play.__doc__, play.__module__
+
+    def __reduce__(self) -> str:
+        """Pickle by name, as the function that it took the name of would be."""
+        return self.__name__
+
+    def __call__(self, config: GameConfig) -> Commander:
+        """Make a policy for a game."""
+        return Commander(self, config)
+
+
+def commander(answers: str) -> Callable[[Play], Script]:
+    """Turn a function from a `Board` to commands of a kind into a script that makes policies."""
+    return lambda play: Script(play, answers)
+
+
+@commander(ANY)
+def hold(board: Board) -> Any:
+    """Send what the control system does by itself: for every kind of command."""
+    return board.system.default(board.config)
+
+
+# --- attraction: two images, what draws and what repels ---------------------------------------------
+
+
+@commander("attraction")
+def besiege(board: Board) -> Any:
+    """Draw everybody to a broad ring around a place between the centre and the largest cluster."""
+    place = 0.5 + 0.3 * (board.crowd() - 0.5)
+    ring = board.image(lambda distance: shapes.ring(distance, width=0.15), place)
+    return np.stack([ring, np.zeros_like(ring)])
+
+
+@commander("attraction")
+def strangle(board: Board) -> Any:
+    """Draw everybody to a ring around the largest cluster that closes, again and again; its middle repels."""
+    crowd, radius = board.crowd(), board.closing()
+    ring = board.image(lambda distance: shapes.ring(distance, radius, 0.1), crowd)
+    return np.stack([ring, 0.3 * board.image(lambda distance: shapes.disc(distance, radius / 3), crowd)])
+
+
+@commander("attraction")
+def shun(board: Board) -> Any:
+    """Let the opposing drones repel, and what is far from them draw."""
+    crowd, refuge = board.crowd(), board.refuge()
+    return np.stack(
+        [
+            board.image(lambda distance: shapes.disc(distance, 0.15), refuge),
+            board.image(lambda distance: shapes.disc(distance, 0.2), crowd),
+        ]
+    )
+
+
+# --- attractors: where the flock flies ----------------------------------------------------------------
+
+
+@commander("attractors")
+def pounce(board: Board) -> Any:
+    """Fly to the largest cluster, all together."""
+    return _attractor(board, board.crowd(), 1.0)
+
+
+@commander("attractors")
+def pick_off(board: Board) -> Any:
+    """Fly to the opposing drone that has the fewest of its own beside it."""
+    return _attractor(board, board.weakest(), 1.0)
+
+
+@commander("attractors")
+def prowl(board: Board) -> Any:
+    """Circle the largest cluster, and come closer."""
+    turn = 2.0 * np.pi * board.seconds / 8.0
+    return _attractor(board, board.ring(board.crowd(), board.closing(), 1, turn)[0], 0.5)
+
+
+@commander("attractors")
+def slip_away(board: Board) -> Any:
+    """Fly to the place that is farthest from every opposing drone."""
+    return _attractor(board, board.refuge(), 0.5)
+
+
+def _attractor(board: Board, place: Array, share: float) -> list[tuple[float, float, float]]:
+    """Return one attractor, its weight so far between the least and the largest."""
+    least, largest = board.config.flocking.migration
+    return [(float(place[0]), float(place[1]), least + share * (largest - least))]
+
+
+# --- formation: a shape, where, how large, turned how far ---------------------------------------------
+
+
+@commander("formation")
+def encircle(board: Board) -> Any:
+    """Stand in a ring around the largest cluster that closes, again and again."""
+    return {"shape": "ring", "centre": tuple(board.crowd()), "size": board.closing(), "turn": 0.0}
+
+
+@commander("formation")
+def corral(board: Board) -> Any:
+    """Stand in a wide ring around a place between the centre and the largest cluster, and let it turn."""
+    place = 0.5 + 0.3 * (board.crowd() - 0.5)
+    return {"shape": "ring", "centre": tuple(place), "size": 0.3, "turn": _turn(board)}
+
+
+@commander("formation")
+def smother(board: Board) -> Any:
+    """Cover the opposing drone that has the fewest of its own beside it with a disc."""
+    return {"shape": "disc", "centre": tuple(board.weakest()), "size": 0.12, "turn": _turn(board)}
+
+
+def _turn(board: Board) -> float:
+    """Return an angle that goes round in a quarter of a minute."""
+    return float((2.0 * np.pi * board.seconds / 15.0) % (2.0 * np.pi) - np.pi)
+
+
+# --- leaders: where they fly, the rest follows --------------------------------------------------------
+
+
+@commander("leaders")
+def pincer(board: Board) -> Any:
+    """Lead to opposite sides of the largest cluster, and close in."""
+    return board.ring(board.crowd(), board.closing(), len(board.system.default(board.config)), _turn(board))
+
+
+@commander("leaders")
+def lead_in(board: Board) -> Any:
+    """Lead everybody to the opposing drone that has the fewest of its own beside it."""
+    return board.ring(board.weakest(), 0.05, len(board.system.default(board.config)))
+
+
+@commander("leaders")
+def lead_away(board: Board) -> Any:
+    """Lead everybody to the place that is farthest from every opposing drone."""
+    return board.ring(board.refuge(), 0.05, len(board.system.default(board.config)))
+
+
+# --- accelerations: each drone by its number ----------------------------------------------------------
+
+
+@commander("accelerations")
+def tighten(board: Board) -> Any:
+    """Send each drone to a place of its own on a ring around the largest cluster that closes, again and again."""
+    crowd = board.crowd()
+    apart = board.own - crowd
+    order = np.argsort(np.argsort(np.arctan2(apart[:, 1], apart[:, 0]), kind="stable"), kind="stable")
+    return _towards(board, board.ring(crowd, board.closing(), len(board.own), -np.pi)[order])
+
+
+@commander("accelerations")
+def hem_in(board: Board) -> Any:
+    """Send each drone to a place of its own on a wide ring between the centre and the largest cluster, that turns."""
+    centre = 0.5 + 0.3 * (board.crowd() - 0.5)
+    apart = board.own - centre
+    order = np.argsort(np.argsort(np.arctan2(apart[:, 1], apart[:, 0]), kind="stable"), kind="stable")
+    return _towards(board, board.ring(centre, 0.3, len(board.own), -np.pi + 0.3)[order])
+
+
+@commander("accelerations")
+def scatter(board: Board) -> Any:
+    """Send each drone away from the opposing drone that is nearest to it, and from the walls."""
+    if not len(board.own) or not len(board.opposing):
+        return _towards(board, board.own)
+    nearest = board.opposing[_distances(board.own, board.opposing).argmin(axis=1)]
+    away = board.own - nearest
+    away /= np.maximum(np.sqrt((away * away).sum(axis=1, keepdims=True)), 1e-6)
+    return _towards(board, (board.own + 0.3 * away).clip(0.1, 0.9))
+
+
+def _towards(board: Board, places: Array) -> Array:
+    """Return accelerations (N, 2) that bring the own drones to places (n, 2), none of them longer than 1."""
+    period = board.config.command_period
+    pushes = (0.6 * (places - board.own) / period - 0.9 * board.velocities) / max(period, 1.0)
+    lengths = np.sqrt((pushes * pushes).sum(axis=1, keepdims=True))
+    commands = np.zeros((board.config.num_drones, 2))
+    commands[board.numbers] = pushes / np.maximum(lengths, 1.0)
+    return commands
+
+
+SCRIPTS = (
+    *(besiege, strangle, shun),
+    *(pounce, pick_off, prowl, slip_away),
+    *(encircle, corral, smother),
+    *(pincer, lead_in, lead_away),
+    *(tighten, hem_in, scatter),
+)
+"""All scripts of this file but `hold`."""

@@ -1,0 +1,97 @@
+"""The network of learned tactics for commands that are no densities: it looks at drones, and not at images.
+
+Every drone is read by the same layers, what they say is averaged over each side, and the average decides: so the
+order of the drones means nothing (Zaheer et al., "Deep Sets", NeurIPS 2017). Where a command has a row for each
+drone, or a value for each cell of an image, the same layers decide all of them, from the average and from where the
+drone or the cell is.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from swarm_pz.errors import ConfigError
+
+Head = Literal["vector", "drones", "image"]
+COLUMNS = 5
+"""Numbers of a drone: x, y, vx, vy, and 1 for an own one or -1."""
+LARGEST = 512
+"""Bound on the width, and on the numbers of a command: a card from elsewhere must not ask for all memory."""
+
+
+def head_of(shape: tuple[int, ...], drones: int) -> Head:
+    """Return how commands of a shape are decided: row by row of drones, cell by cell of images, or at once."""
+    if len(shape) == 2 and shape[0] == drones:
+        return "drones"
+    return "image" if len(shape) == 3 and shape[1] == shape[2] else "vector"
+
+
+class DronesActor(nn.Module):
+    """The part that plays: observations (n, N, 5) to mean actions (n, *shape).
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Of an action.
+    head : {"vector", "drones", "image"}
+        How it is decided; see `head_of`.
+    width : int
+        Features of the hidden layers.
+    """
+
+    def __init__(self, shape: tuple[int, ...], head: Head, width: int) -> None:
+        super().__init__()
+        if not 1 <= width <= LARGEST or not 1 <= int(np.prod(shape)) <= 8 * LARGEST:
+            raise ConfigError(f"width must be from 1 to {LARGEST}, and an action of few numbers, got {width}, {shape}")
+        self.shape, self.kind, self.width = shape, head, width
+        self.read = nn.Sequential(nn.Linear(COLUMNS, width), nn.Tanh(), nn.Linear(width, width), nn.Tanh())
+        outputs, places = int(np.prod(shape)), 0
+        if head == "drones":
+            outputs, places = shape[1], COLUMNS
+        elif head == "image":
+            outputs, places = shape[0], 2
+            line = (torch.arange(shape[1]) + 0.5) / shape[1] * 2.0 - 1.0
+            cells = torch.stack(torch.meshgrid(line, line, indexing="xy"), dim=-1).reshape(1, -1, 2)
+            self.register_buffer("cells", cells, persistent=False)
+        self.think = nn.Sequential(
+            nn.Linear(2 * width + 2 + places, width), nn.Tanh(), nn.Linear(width, width), nn.Tanh()
+        )
+        self.head = nn.Linear(width, outputs)
+
+    def summary(self, observations: Tensor) -> Tensor:
+        """Return what both sides look like (n, 2 * width + 2), whatever the order of their drones."""
+        read, own = self.read(centred(observations)), observations[..., 4:] > 0
+        parts = []
+        for side in (own, ~own):
+            share = side.float().mean(dim=1)
+            parts += [(read * side).mean(dim=1) / share.clamp(min=1e-3), share]
+        return torch.cat(parts, dim=1)
+
+    def features(self, observations: Tensor) -> Tensor:
+        """Return the last hidden layer: (n, rows, width), of one row, one a drone or one a cell."""
+        summary = self.summary(observations)[:, None]
+        if self.kind == "vector":
+            return self.think(summary)  # type: ignore[no-any-return]
+        cells = self.get_buffer("cells") if self.kind == "image" else None
+        rows = centred(observations) if cells is None else cells.expand(len(observations), -1, -1)
+        return self.think(torch.cat([rows, summary.expand(-1, rows.shape[1], -1)], dim=2))  # type: ignore[no-any-return]
+
+    def decide(self, features: Tensor) -> Tensor:
+        """Turn features into actions (n, *shape)."""
+        actions: Tensor = self.head(features)
+        if self.kind == "image":
+            actions = actions.swapaxes(1, 2)
+        return actions.reshape(-1, *self.shape)
+
+    def forward(self, observations: Tensor) -> Tensor:
+        """Turn observations into mean actions."""
+        return self.decide(self.features(observations))
+
+
+def centred(observations: Tensor) -> Tensor:
+    """Return observations whose places are from -1 to 1."""
+    return torch.cat([2.0 * observations[..., :2] - 1.0, 4.0 * observations[..., 2:4], observations[..., 4:]], dim=-1)

@@ -1,0 +1,204 @@
+"""Every drone an agent, in each of E games: what the faces for drones share.
+
+Who plays, what each drone sees, what its action means, and what it gets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, TEAM_NAMES, GameConfig
+from swarm_pz.config.base import check, check_choice, check_number
+from swarm_pz.envs.batch_env import BatchEnv, StepResult
+from swarm_pz.envs.opponents import DuelBatch, Opponents
+from swarm_pz.envs.reward import drone_rewards
+from swarm_pz.errors import ConfigError, GameOverError
+from swarm_pz.spaces.drones import DroneAction, DroneActions, DroneView
+
+Side = Literal["random", "red", "blue", "both"]
+
+
+@dataclass(frozen=True)
+class DronesResult:
+    """What a step gave the drones.
+
+    Attributes
+    ----------
+    rewards : float64 array (E, N)
+    terminated, truncated : bool array (E,)
+        Of the games.
+    result : StepResult
+        The batch's own.
+    """
+
+    rewards: NDArray[np.float64]
+    terminated: NDArray[np.bool_]
+    truncated: NDArray[np.bool_]
+    result: StepResult
+
+
+class DronesBatch:
+    """E games whose learning side is flown drone by drone, by the control system `direct`.
+
+    Parameters
+    ----------
+    config : GameConfig
+        Of its `controllers` the second flies for the opponent; `command_period` is how long its commands hold.
+    num_games : int
+    side : {"random", "red", "blue", "both"}
+        Whose drones learn; drawn anew for every game if random.
+    opponent : str, Policy or sequence of these, optional
+        Dealt to the games in turn, `uniform` if not given; there is none where both sides learn.
+    action : {"acceleration", "discrete"}
+        As of `swarm_pz.spaces.drones.DroneActions`.
+    action_period : float
+        Seconds that one step holds the actions: whole control periods, and a whole part of `command_period`.
+    neighbours, grid, patch : int
+        As of `swarm_pz.spaces.drones.DroneView`.
+    threads : int
+    max_cycles : int, optional
+        Steps until a draw; follows from the time limit if not given.
+
+    Attributes
+    ----------
+    batch : BatchEnv
+    view : DroneView
+    actions : DroneActions
+    duel : DuelBatch or None
+        Who learns against whom; None where both sides learn.
+
+    Raises
+    ------
+    ConfigError, PolicyError
+        If an option is out of range, or the opponent cannot be had.
+    """
+
+    def __init__(
+        self,
+        config: GameConfig,
+        num_games: int,
+        *,
+        side: Side = "random",
+        opponent: Opponents | None = None,
+        action: DroneAction = "acceleration",
+        action_period: float = 0.2,
+        neighbours: int = 5,
+        grid: int = 10,
+        patch: int = 5,
+        threads: int = 1,
+        max_cycles: int | None = None,
+    ) -> None:
+        check_choice(side, "side", ("random", *TEAM_NAMES, "both"))
+        own = config.replace(
+            command_period=_check_period(config, action_period, is_free=side == "both"),
+            controllers="direct" if side == "both" else ("direct", config.team_systems[1]),
+        )
+        self.config = own
+        self.view = DroneView(own, neighbours=neighbours, grid=grid, patch=patch)
+        self.actions = DroneActions(action)
+        self.duel: DuelBatch | None = None
+        if side == "both":
+            if opponent is not None:
+                raise ConfigError(f"there is no opponent where both sides learn: leave it out, got {opponent!r}")
+            self.batch = BatchEnv(own, num_games, threads=threads, max_cycles=max_cycles)
+        else:
+            self.duel = DuelBatch(
+                own,
+                num_games,
+                opponent="uniform" if opponent is None else opponent,
+                side=side,
+                threads=threads,
+                max_cycles=max_cycles,
+                answer_ticks=config.step_ticks,
+                action="command",
+            )
+            self.batch = self.duel.batch
+
+    @property
+    def flies(self) -> NDArray[np.bool_]:
+        """(E, N) the drones whose agents play: those of a side that learns, that work. The others sit out."""
+        games = self.batch.simulator.games
+        return np.asarray((games.teams == self.sides) & ~games.failed)
+
+    @property
+    def sides(self) -> NDArray[np.int64]:
+        """(E, N) the team that each drone plays for, or would if it did not sit out."""
+        teams = self.batch.simulator.games.teams
+        return teams.astype(np.int64) if self.duel is None else np.repeat(self.duel.sides[:, None], teams.shape[1], 1)
+
+    def reset(
+        self,
+        seeds: Sequence[np.random.SeedSequence],
+        rows: NDArray[np.int64],
+        scenario: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        """Start games; each seed decides the start, the learning side and the opponent's stream."""
+        if self.duel is None:
+            self.batch.reset(seeds, rows, scenario)
+        else:
+            self.duel.reset(seeds, rows, scenario)
+
+    def observe(self, rows: NDArray[np.int64] | None = None) -> NDArray[np.float32]:
+        """Return what the drones of some games see, (n, N, D)."""
+        chosen = np.arange(self.batch.num_games) if rows is None else rows
+        simulator = self.batch.simulator
+        if self.duel is not None:
+            return self.view.observe(simulator, self.duel.sides[chosen], chosen)
+        red, blue = (self.view.observe(simulator, np.full(len(chosen), team), chosen) for team in (RED, BLUE))
+        return np.where((simulator.games.teams[chosen] == RED)[:, :, None], red, blue)
+
+    def step(
+        self, accelerations: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
+    ) -> DronesResult:
+        """Hold accelerations (E, N, 2), as `DroneActions.read` returns them, for a step; of those who sit out, none.
+
+        Raises
+        ------
+        PolicyError
+            If an opponent's answer is not valid; no game is changed.
+        GameOverError
+            If no game is running.
+        """
+        if not self.batch.running.any():
+            raise GameOverError("no game is running: call reset before step")
+        games = self.batch.simulator.games
+        flew, teams = self.flies, games.teams.copy()
+        # A drone that comes over in this step flies on without a push until its agent has seen something.
+        commands = np.where(flew[:, :, None], accelerations, 0.0)
+        if self.duel is None:
+            packed = self.batch.pack(commands)
+            result = self.batch.step_checked(np.stack([packed, packed], axis=1), after_control_period)
+        else:
+            result = self.duel.step(commands, after_control_period).result
+        rewards = drone_rewards(
+            self.config, result.rewards, flew, teams, games.teams, games.capture_ticks, result.terminated
+        )
+        return DronesResult(rewards, result.terminated, result.truncated, result)
+
+    def infos(self, result: DronesResult | None, row: int) -> dict[str, NDArray[Any]]:
+        """Return the infos of one game's drones by name, each an array (N,) of numbers.
+
+        They are those of `BatchEnv.infos` for the team that the drone plays for; that team, `side` (0 red, 1 blue);
+        and `flies`, 1 for a drone that plays and 0 for one that sits out.
+        """
+        sides, rows = self.sides[row], np.full(self.config.num_drones, row)
+        infos = self.batch.infos(None if result is None else result.result, sides, rows)
+        return infos | {"side": sides, "flies": self.flies[row].astype(np.int64)}
+
+
+def _check_period(config: GameConfig, period: float, *, is_free: bool) -> float:
+    """Return the seconds of a step, if opponents' commands can hold for a whole number of steps."""
+    check_number(period, "action_period", CONTROL_PERIOD, 1e6)
+    periods = period / CONTROL_PERIOD
+    is_whole = abs(periods - round(periods)) < 1e-6
+    check(is_whole, "action_period", period, "a whole number of control periods of 0.1 s")
+    if not is_free:
+        ticks = config.replace(command_period=period).step_ticks
+        expected = f"a whole part of command_period, which is {config.command_period:g} s and holds opponents' commands"
+        check(config.step_ticks % ticks == 0, "action_period", period, expected)
+    return period

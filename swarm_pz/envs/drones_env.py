@@ -1,0 +1,211 @@
+"""Drones as agents: a PettingZoo environment with an agent for every drone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from swarm_pz.config import AGENTS, GameConfig, resolve
+from swarm_pz.envs.batch_env import by_game
+from swarm_pz.envs.drones_batch import DronesBatch, DronesResult, Side
+from swarm_pz.envs.one_game import OneGameEnv
+from swarm_pz.envs.opponents import Opponent
+from swarm_pz.errors import CommandError, GameOverError
+from swarm_pz.spaces.drones import DroneAction, DroneActions
+
+DronesStep = tuple[
+    dict[str, NDArray[np.float32]], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
+]
+"""Observations, rewards, terminations, truncations and infos, each by agent."""
+
+
+class DronesEnv(OneGameEnv):
+    """Every drone of the learning side flies itself, against a swarm that is commanded by an opponent.
+
+    The game is that of `swarm_pz.envs.parallel_env.CaptureEnv`; the learning side's control system is `direct`, and
+    each row of its command comes from an agent of its own.
+
+    |                   |                                                                       |
+    |-------------------|-----------------------------------------------------------------------|
+    | Import            | `from swarm_pz import drones_env`                                     |
+    | Agents            | `red_0_drone_0`, `red_0_drone_1`, ..., `blue_0_drone_0`, ...: all drones |
+    | Actions           | continuous or discrete, parallel                                      |
+    | Action space      | `Box(-1, 1, (2,), float32)` or `Discrete(9)`                          |
+    | Observation space | `Box(-1, 1, (160,), float32)`                                         |
+    | State space       | `Box(0, 255, (10, 50, 50), uint8)`                                    |
+    | Reward            | the team's                                                            |
+    | Episode           | 1500 steps of 0.2 s, or until a team owns every drone                 |
+
+    **Agents.** An agent is a drone, named after the side with which it begins, and there for the whole game. While
+    its drone belongs to a side that learns, the agent plays. While the drone belongs to the opponent, whose control
+    system flies it then, or has failed, the agent *sits out*: it sees -1 and zeros, its action means nothing, and it
+    gets nothing. So the opponent's drones sit out from the start, and play once they are captured. Where both
+    sides learn, each drone plays for whoever owns it.
+
+    **Action.** An acceleration in units of the largest; a vector longer than 1 counts as one of length 1. With
+    ``action="discrete"``, the number of one of `swarm_pz.spaces.drones.DIRECTIONS`. It is held for one step. A drone
+    that comes over within a step coasts until the next.
+
+    **Observation.** One vector: the drone itself, the nearest of its own side and of the other, and the ground around
+    it; `swarm_pz.spaces.drones` has its parts, and `view.parts` where they stand.
+
+    **Reward.** The team's reward of the step, the same for all of its drones that played when the step began. A drone
+    that is captured gets what its team had got by that tick, and nothing from then on until it returns.
+
+    **Ends.** For all agents at once, as of the game.
+
+    **Infos.** Numbers, the same names at every step: those of `CaptureEnv` for the team that the drone plays for;
+    ``side``, that team (0 red, 1 blue); and ``flies``, 1 for an agent that plays and 0 for one that sits out.
+
+    **Reset options.** A scenario, as of `CaptureEnv`.
+
+    Parameters
+    ----------
+    config : GameConfig, optional
+        The rules. Of its `controllers` the second flies for the opponent, `ergodic` if not given; its `command_period`
+        is how long an opponent's command holds.
+    side : {"random", "red", "blue", "both"}
+        Whose drones learn.
+    opponent : str, Path, Policy or model, optional
+        As of `swarm_pz.envs.gymnasium_env.DuelEnv`, ``uniform`` if not given; there is none where both sides learn.
+    action : {"acceleration", "discrete"}
+    action_period : float
+        Seconds of a step; whole control periods of 0.1 s.
+    neighbours, grid, patch : int
+        How many others of each side a drone sees; how many coarse cells a side the square has, and what the drone sees
+        of it; see `swarm_pz.spaces.drones.DroneView`.
+    render_mode, max_cycles, **overrides
+        As of `CaptureEnv`.
+
+    Examples
+    --------
+    >>> from swarm_pz import drones_env
+    >>> env = drones_env(drones_per_team=3, side="red", max_cycles=3)
+    >>> observations, infos = env.reset(seed=0)
+    >>> while env.agents:
+    ...     actions = {agent: env.action_space(agent).sample() for agent in env.agents}
+    ...     observations, rewards, terminations, truncations, infos = env.step(actions)
+    >>> infos["red_0_drone_0"]["flies"], infos["blue_0_drone_2"]["flies"], infos["red_0_drone_0"]["time_s"]
+    (1, 0, 0.6)
+    """
+
+    def __init__(
+        self,
+        config: GameConfig | None = None,
+        *,
+        side: Side = "random",
+        opponent: Opponent | None = None,
+        action: DroneAction = "acceleration",
+        action_period: float = 0.2,
+        neighbours: int = 5,
+        grid: int = 10,
+        patch: int = 5,
+        render_mode: str | None = None,
+        max_cycles: int | None = None,
+        **overrides: Any,
+    ) -> None:
+        self.drones = DronesBatch(
+            resolve(config, overrides, type(self)),
+            1,
+            side=side,
+            opponent=opponent,
+            action=action,
+            action_period=action_period,
+            neighbours=neighbours,
+            grid=grid,
+            patch=patch,
+            max_cycles=max_cycles,
+        )
+        self.config, self.view = self.drones.config, self.drones.view
+        super().__init__(self.drones.batch, render_mode)
+        self.metadata = self.metadata | {"name": "swarm_pz_drones_v0"}
+        self.possible_agents = [
+            f"{player}_drone_{number}"
+            for player, size in zip(AGENTS, self.config.team_sizes, strict=True)
+            for number in range(size)
+        ]
+        self._action_spaces: dict[str, spaces.Space[Any]] = {
+            agent: DroneActions(action).space for agent in self.possible_agents
+        }
+
+    def observation_space(self, agent: str) -> spaces.Box:
+        """Return an agent's observation space, the same object at every call."""
+        return self.view.space
+
+    def action_space(self, agent: str) -> spaces.Space[Any]:
+        """Return an agent's action space, the same object at every call."""
+        return self._action_spaces[agent]
+
+    def reset(
+        self, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[dict[str, NDArray[np.float32]], dict[str, dict[str, Any]]]:
+        """Start a game; arguments as of `CaptureEnv.reset`."""
+        self.drones.reset([self._seed_of_game(seed)], np.zeros(1, np.int64), options)
+        self._began(seed, self.possible_agents)
+        return self._observations(), self._infos(None)
+
+    def step(self, actions: Mapping[str, Any]) -> DronesStep:
+        """Hold every agent's acceleration for one step, or until the game ends.
+
+        Parameters
+        ----------
+        actions : mapping
+            One action for each agent, as its action space says; also for those that sit out.
+
+        Returns
+        -------
+        observations, rewards, terminations, truncations, infos : dict by agent
+
+        Raises
+        ------
+        CommandError
+            If agents are unknown or missing, or an action is not valid; the game stays as it was.
+        PolicyError
+            If the opponent's answer is not valid.
+        GameOverError
+            If the game has ended or not begun.
+        """
+        if not self.agents:
+            raise GameOverError("the game has ended or not begun: call reset before step")
+        agents = self.possible_agents
+        if not isinstance(actions, Mapping) or set(actions) != set(agents):
+            raise CommandError(
+                f"actions must hold one for each agent, also of drones that sit out: {_odd(actions, agents)}"
+            )
+        read = self.drones.actions.read
+        accelerations = np.stack([read(actions[agent], (), f"{agent}'s action") for agent in agents])
+        result = self.drones.step(accelerations[None], self.screen.after_control_period)
+        if not self.batch.running[0]:
+            self.agents = []
+        return (
+            self._observations(),
+            dict(zip(agents, result.rewards[0].tolist(), strict=True)),
+            dict.fromkeys(agents, bool(result.terminated[0])),
+            dict.fromkeys(agents, bool(result.truncated[0])),
+            self._infos(result),
+        )
+
+    def _observations(self) -> dict[str, NDArray[np.float32]]:
+        return dict(zip(self.possible_agents, self.drones.observe()[0], strict=True))
+
+    def _infos(self, result: DronesResult | None) -> dict[str, dict[str, Any]]:
+        return dict(zip(self.possible_agents, by_game(self.drones.infos(result, 0)), strict=True))
+
+
+def _odd(actions: Any, agents: list[str]) -> str:
+    """Say what is wrong with the names of actions."""
+    if not isinstance(actions, Mapping):
+        return f"got {type(actions).__name__} in place of a mapping"
+    missing = [agent for agent in agents if agent not in actions]
+    unknown = sorted(str(name) for name in set(actions) - set(agents))
+    parts = [f"{word} {', '.join(names[:5])}" for word, names in (("missing", missing), ("unknown", unknown)) if names]
+    return "; ".join(parts)
+
+
+def drones_env(config: GameConfig | None = None, **keywords: Any) -> DronesEnv:
+    """Make the PettingZoo environment whose agents are drones; keywords are those of `DronesEnv`."""
+    return DronesEnv(config, **keywords)

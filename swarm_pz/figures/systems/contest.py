@@ -1,0 +1,145 @@
+"""Who plays whom on the ladder of systems, and the tournaments that say it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from swarm_pz.config import GameConfig
+from swarm_pz.config.registry import registered, system_of
+from swarm_pz.errors import CommandError, KindError, SwarmError, nearest
+from swarm_pz.evaluation.survival import kaplan_meier
+from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
+from swarm_pz.policy import Player, PrivilegedPolicy, answers_of, load
+from swarm_pz.policy import registered as installed
+
+ADVERSARY = "ergodic/uniform"
+"""Whom everybody plays: even coverage, flown by the ergodic controller."""
+TRAINED = "trained"
+"""Gives the policy that was trained for a system."""
+HOLD = "hold"
+"""Commands every system: it sends what that does by itself."""
+_PILOT = 1_000_003
+"""Sets the seed of the games that choose among scripts apart from that of the games that count."""
+
+
+def system_name(entrant: str) -> str:
+    """Return the control system of an entrant: "ergodic" of "ergodic/ring"."""
+    return entrant.split("/", 1)[0]
+
+
+def player_name(entrant: str) -> str:
+    """Return who commands it: "ring" of "ergodic/ring"."""
+    return entrant.split("/", 1)[1]
+
+
+def load_entrant(entrant: str, game: GameConfig) -> Player:
+    """Return the policy of an entrant, made for its system.
+
+    Raises
+    ------
+    CommandError
+        If it is not called SYSTEM/PLAYER.
+    PolicyError
+        If there is no such policy, or it cannot command that system.
+    """
+    if "/" not in entrant:
+        raise CommandError(f"an entrant is called SYSTEM/PLAYER, as {ADVERSARY}, got {entrant!r}")
+    name = system_name(entrant)
+    return load(player_name(entrant), game.replace(controllers=name), system_of(name))
+
+
+class Contest(Tournament):
+    """A tournament of systems: each entrant flies by its own.
+
+    Parameters
+    ----------
+    entrants : sequence of str
+        As SYSTEM/PLAYER.
+    config : TournamentConfig
+        Its game says all but who flies.
+    folder : Path
+    command : str
+    against : str, optional
+        Who alone is played by the others; everybody plays everybody, if not given.
+    """
+
+    def __init__(
+        self, entrants: Sequence[str], config: TournamentConfig, folder: Path, command: str = "", against: str = ""
+    ) -> None:
+        self._against = against
+        super().__init__(entrants, config, folder, load_entrant, command)
+
+    def pairings(self) -> list[tuple[str, str]]:
+        """Return who plays whom, each two in alphabetical order."""
+        return [pair for pair in super().pairings() if not self._against or self._against in pair]
+
+    def rules_of(self, one: str, other: str) -> TournamentConfig:
+        """Return the rules of two entrants: each flies by its own system."""
+        flown = (system_name(one), system_name(other))
+        return self.config.replace(game=self.config.game.replace(controllers=flown))
+
+    def order(self, entrant: str) -> tuple[float, float]:
+        """Return what entrants are sorted by, after their games against the adversary: points lost, and mean length."""
+        won, drawn, lost = self.tally(entrant, ADVERSARY).sum(axis=0).tolist()
+        games = [alike[0] for alike in self.counting(entrant, ADVERSARY)]
+        decided = [game.outcome_of(entrant) == "win" for game in games]
+        limit = self.config.game.time_limit
+        lengths = [game.seconds if is_won else limit for game, is_won in zip(games, decided, strict=True)]
+        _, mean = kaplan_meier(lengths, decided)
+        return -(won + drawn / 2) / (won + drawn + lost), mean
+
+
+def choose_systems(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the control systems of these names; all that are installed, if none are given.
+
+    Raises
+    ------
+    CommandError
+        If one is not installed.
+    """
+    known = sorted(registered())
+    for name in names:
+        if name not in known:
+            raise CommandError(f"there is no control system {name!r}; {nearest(name, known)}")
+    return tuple(dict.fromkeys(names)) or tuple(known)
+
+
+def scripts_for(system: str, game: GameConfig) -> list[str]:
+    """Return the installed scripts that answer a system's commands, and `hold`, which for densities is `uniform`."""
+    found = []
+    flown, takes = game.replace(controllers=system), system_of(system).takes
+    for name in sorted(installed()):
+        try:
+            made = load(name, flown)
+        except SwarmError:  # of another kind, or not to be had here
+            continue
+        learned, planned = hasattr(made, "digest"), isinstance(made, PrivilegedPolicy)
+        if not learned and not planned and answers_of(made) == takes and (name, takes) != (HOLD, "density"):
+            found.append(name)
+    return found
+
+
+def trained_for(system: str, game: GameConfig) -> str | None:
+    """Return the entrant that was trained for a system; None if there is none for it and this game."""
+    entrant = f"{system}/{TRAINED}"
+    try:
+        load_entrant(entrant, game)
+    except KindError:
+        return None
+    return entrant
+
+
+def pilot(systems: Sequence[str], config: TournamentConfig, folder: Path, command: str = "") -> Contest:
+    """Return the tournament in which every script plays the adversary, on other seeds than those that count."""
+    entrants = [f"{system}/{name}" for system in systems for name in scripts_for(system, config.game)]
+    others = [entrant for entrant in entrants if entrant != ADVERSARY]
+    return Contest([ADVERSARY, *others], config.replace(seed=config.seed + _PILOT), folder, command, ADVERSARY)
+
+
+def best_scripts(played: Contest) -> dict[str, str]:
+    """Return the best entrant of each system after the pilot: most points against the adversary, then soonest."""
+    best: dict[str, str] = {}
+    for entrant in sorted((one for one in played.players if one != ADVERSARY), key=played.order):
+        best.setdefault(system_name(entrant), entrant)
+    return best

@@ -1,0 +1,385 @@
+"""The coverage controller: drones fly to the centroids of their Voronoi cells, while the density changes.
+
+After Diaz-Mercado, Lee and Egerstedt, "Distributed dynamic density coverage for human-swarm interactions" (ACC 2015),
+and Lee, Diaz-Mercado and Egerstedt, "Multirobot control using time-varying density functions" (IEEE Transactions on
+Robotics, 2015); `docs/systems/coverage.md` has the equations.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.kernels import entry_point, kernel
+
+_TIE = 1e-12
+"""Squared distances that differ by less are equal: a grid point belongs to all that are so near."""
+_NEAR = 1e-9
+"""A grid point that is nearer to the end of a span, in cells, lies on it."""
+_NOTHING = 1e-9
+"""A cell that sums to less has no grid point: so little is rounding."""
+_PARALLEL = 1e-12
+"""Two bisectors that turn by less do not cut each other."""
+
+
+class CoverageParameters(NamedTuple):
+    """Numbers of the controller, ready for the kernel."""
+
+    gain: float
+    blend: float
+    floor: float
+    neighbours: bool
+    speed: float
+    response: float
+    speed_factor: float
+
+
+class Grid(NamedTuple):
+    """Where densities are summed and integrated."""
+
+    centres: NDArray[np.float64]
+    """(G,) of the grid's cells, along an axis."""
+    left: NDArray[np.int64]
+    """(G,) the command's column whose centre is at or before each of them, but not the last."""
+    share: NDArray[np.float64]
+    """(G,) how far each is from there to the next."""
+    nodes: NDArray[np.float64]
+    """(Q,) of a quadrature along an edge, in [-1, 1]."""
+    weights: NDArray[np.float64]
+    """(Q,) their weights, which sum to 2."""
+
+
+class Cells(NamedTuple):
+    """The Voronoi cells among n drones that know of each other."""
+
+    places: NDArray[np.float64]
+    """(n, 2) where the drones are."""
+    edges: NDArray[np.float64]
+    """(n, n, 2) `[i, j]` for i < j: from where to where the bisector of two drones is an edge, from its middle."""
+    neighbours: NDArray[np.int64]
+    """(n, n) the drones with which each shares an edge, or its place."""
+    degrees: NDArray[np.int64]
+    """(n,) how many these are."""
+    owners: NDArray[np.float64]
+    """(n,) how many drones are where each is, itself included."""
+    masses: NDArray[np.float64]
+    """(n,)"""
+    centroids: NDArray[np.float64]
+    """(n, 2)"""
+    first: NDArray[np.float64]
+    """(n, 2) velocities of the law's first term."""
+
+
+@kernel
+def blend_densities(
+    command: NDArray[np.float64],
+    former: NDArray[np.float64],
+    age: float,
+    parameters: CoverageParameters,
+    density: NDArray[np.float64],
+    rate: NDArray[np.float64],
+) -> bool:
+    """Write the density (A, A) in force, of mean 1, and its change per second; return whether there is any."""
+    share = min(age / parameters.blend, 1.0)
+    is_changing = share < 1.0
+    mean, former_mean = command.mean(), former.mean()
+    above = 1.0 - parameters.floor
+    for row in range(command.shape[0]):
+        for column in range(command.shape[1]):
+            new = command[row, column] / mean if mean > 0.0 else 1.0
+            old = former[row, column] / former_mean if former_mean > 0.0 else 1.0
+            density[row, column] = above * (old + share * (new - old)) + parameters.floor
+            rate[row, column] = above * (new - old) / parameters.blend if is_changing else 0.0
+    return is_changing
+
+
+@kernel
+def interpolate(values: NDArray[np.float64], x: float, y: float) -> float:
+    """Return the bilinear interpolation of an image (A, A) at a place, constant beyond the outer cells' centres."""
+    cells = values.shape[0]
+    across = min(max(x * cells - 0.5, 0.0), cells - 1.0)
+    up = min(max(y * cells - 0.5, 0.0), cells - 1.0)
+    column, row = min(int(across), cells - 2), min(int(up), cells - 2)
+    right, above = across - column, up - row
+    low = values[row, column] + right * (values[row, column + 1] - values[row, column])
+    high = values[row + 1, column] + right * (values[row + 1, column + 1] - values[row + 1, column])
+    return float(low + above * (high - low))
+
+
+@kernel
+def add_up(values: NDArray[np.float64], grid: Grid, sums: NDArray[np.float64]) -> None:
+    """Write what an image (A, A) sums to along the grid's rows: its mass and its moment in x (2, G, G + 1) so far."""
+    side, cells = grid.centres.shape[0], values.shape[0]
+    line = np.empty(cells)
+    for row in range(side):
+        up = min(max(grid.centres[row] * cells - 0.5, 0.0), cells - 1.0)
+        below = min(int(up), cells - 2)
+        for column in range(cells):
+            line[column] = values[below, column] + (up - below) * (values[below + 1, column] - values[below, column])
+        mass, moment = 0.0, 0.0
+        sums[:, row, 0] = 0.0
+        for column in range(side):
+            left = grid.left[column]
+            here = line[left] + grid.share[column] * (line[left + 1] - line[left])
+            mass += here
+            moment += here * grid.centres[column]
+            sums[0, row, column + 1] = mass
+            sums[1, row, column + 1] = moment
+
+
+@kernel
+def find_span(
+    a: int, heights: NDArray[np.float64], slopes: NDArray[np.float64], neighbours: NDArray[np.int64]
+) -> tuple[float, float, float]:
+    """Return from where to where a row is drone a's, along x, and the share of it that is.
+
+    With `heights` (n,), the squared distances to the row's beginning, and `slopes` (n, n), 1 / (2 (x_b - x_a)) or 0
+    where that is nothing: x is nearer to a than to b where 2 x (x_b - x_a) < height_b - height_a.
+    """
+    low, high, owners = -1.0, 2.0, 1.0
+    for b in neighbours:
+        slope, more = slopes[a, b], heights[b] - heights[a]
+        if slope > 0.0:
+            high = min(high, more * slope)
+        elif slope < 0.0:
+            low = max(low, more * slope)
+        elif more < -_TIE:
+            return low, low - 1.0, 1.0
+        elif more <= _TIE:
+            owners += 1.0
+    return low, high, 1.0 / owners
+
+
+@kernel
+def sum_span(low: float, high: float, sums: NDArray[np.float64]) -> float:
+    """Return the sum of a row, of which `sums` (G + 1,) has the sums so far, at the points in [low, high].
+
+    A point on one of the ends belongs to both sides.
+    """
+    side = sums.shape[0] - 1
+    from_left, to_right = low * side - 0.5, high * side - 0.5
+    first, last = max(math.ceil(from_left - _NEAR), 0), min(math.floor(to_right + _NEAR), side - 1)
+    if first > last:
+        return 0.0
+    total = sums[last + 1] - sums[first]
+    if abs(from_left - first) <= _NEAR:
+        total -= (sums[first + 1] - sums[first]) / 2.0
+    if abs(to_right - last) <= _NEAR:
+        total -= (sums[last + 1] - sums[last]) / 2.0
+    return float(total)
+
+
+@kernel
+def cut(offset: float, slope: float, low: float, high: float) -> tuple[float, float]:
+    """Return what is left of the range [low, high] of s where offset + s * slope <= 0."""
+    if slope > _PARALLEL:
+        return low, min(high, -offset / slope)
+    if slope < -_PARALLEL:
+        return max(low, -offset / slope), high
+    if offset > _PARALLEL:
+        return low, low
+    return low, high
+
+
+@kernel
+def find_edge(i: int, j: int, places: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the part [low, high] of the bisector of drones i and j, from its middle, that their cells share."""
+    apart_x, apart_y = places[j, 0] - places[i, 0], places[j, 1] - places[i, 1]
+    distance = math.sqrt(apart_x * apart_x + apart_y * apart_y)
+    along_x, along_y = -apart_y / distance, apart_x / distance
+    middle_x, middle_y = (places[i, 0] + places[j, 0]) / 2.0, (places[i, 1] + places[j, 1]) / 2.0
+    low, high = cut(-middle_x, -along_x, -2.0, 2.0)
+    low, high = cut(middle_x - 1.0, along_x, low, high)
+    low, high = cut(-middle_y, -along_y, low, high)
+    low, high = cut(middle_y - 1.0, along_y, low, high)
+    for k in range(places.shape[0]):
+        if high <= low:
+            break
+        if k in (i, j):
+            continue
+        to_x, to_y = places[k, 0] - places[i, 0], places[k, 1] - places[i, 1]
+        from_x, from_y = (places[i, 0] + places[k, 0]) / 2.0, (places[i, 1] + places[k, 1]) / 2.0
+        offset = (middle_x - from_x) * to_x + (middle_y - from_y) * to_y
+        low, high = cut(offset, along_x * to_x + along_y * to_y, low, high)
+    return low, high
+
+
+@kernel
+def find_neighbours(places: NDArray[np.float64], cells: Cells, slopes: NDArray[np.float64]) -> None:
+    """Write the edges and neighbours of drones (n, 2), and their `slopes` (n, n) of `find_span`."""
+    edges, neighbours, degrees = cells.edges, cells.neighbours, cells.degrees
+    for i in range(places.shape[0]):
+        for j in range(i + 1, places.shape[0]):
+            apart_x, apart_y = places[j, 0] - places[i, 0], places[j, 1] - places[i, 1]
+            low, high = 0.0, 0.0
+            is_one_place = apart_x * apart_x + apart_y * apart_y <= _TIE
+            if not is_one_place:
+                low, high = find_edge(i, j, places)
+            else:
+                cells.owners[i] += 1.0
+                cells.owners[j] += 1.0
+            edges[i, j, 0], edges[i, j, 1] = low, high
+            if is_one_place or high > low:
+                neighbours[i, degrees[i]], neighbours[j, degrees[j]] = j, i
+                degrees[i] += 1
+                degrees[j] += 1
+            if abs(apart_x) > _TIE:
+                slopes[i, j], slopes[j, i] = 0.5 / apart_x, -0.5 / apart_x
+
+
+@kernel
+def find_cells(
+    places: NDArray[np.float64],
+    sums: NDArray[np.float64],
+    rates: NDArray[np.float64],
+    is_changing: bool,
+    grid: Grid,
+    gain: float,
+) -> Cells:
+    """Return the cells of drones (n, 2) in a density, and a change per second, of which `add_up` has the sums."""
+    count, side = places.shape[0], grid.centres.shape[0]
+    cells = Cells(
+        places,
+        np.zeros((count, count, 2)),
+        np.zeros((count, count), np.int64),
+        np.zeros(count, np.int64),
+        np.ones(count),
+        np.zeros(count),
+        places.copy(),
+        np.zeros((count, 2)),
+    )
+    heights, slopes = np.empty(count), np.zeros((count, count))
+    totals = np.zeros((count, 6))
+    find_neighbours(places, cells, slopes)
+    for row in range(side):
+        y = grid.centres[row]
+        for a in range(count):
+            heights[a] = places[a, 0] ** 2 + (y - places[a, 1]) ** 2
+        for a in range(count):
+            low, high, share = find_span(a, heights, slopes, cells.neighbours[a, : cells.degrees[a]])
+            if high < low:
+                continue
+            mass = share * sum_span(low, high, sums[0, row])
+            totals[a, 0] += mass
+            totals[a, 1] += share * sum_span(low, high, sums[1, row])
+            totals[a, 2] += mass * y
+            if is_changing:
+                change = share * sum_span(low, high, rates[0, row])
+                totals[a, 3] += change
+                totals[a, 4] += share * sum_span(low, high, rates[1, row])
+                totals[a, 5] += change * y
+    for a in range(count):
+        mass = totals[a, 0]
+        if mass <= _NOTHING:
+            continue
+        cells.masses[a] = mass / (side * side)
+        for axis in range(2):
+            centroid = totals[a, 1 + axis] / mass
+            cells.centroids[a, axis] = centroid
+            drift = (totals[a, 4 + axis] - centroid * totals[a, 3]) / mass
+            cells.first[a, axis] = gain * (centroid - places[a, axis]) + drift
+    return cells
+
+
+@kernel
+def follow_neighbours(i: int, cells: Cells, density: NDArray[np.float64], grid: Grid) -> tuple[float, float]:
+    """Return how fast the centroid of drone i moves because it and its neighbours do, at their first velocities."""
+    places, first, closest = cells.places, cells.first, 1.0 / grid.centres.shape[0]
+    velocity_x, velocity_y = 0.0, 0.0
+    if cells.masses[i] == 0.0:
+        return velocity_x, velocity_y
+    for j in cells.neighbours[i, : cells.degrees[i]]:
+        lower, upper = min(i, j), max(i, j)
+        low, high = cells.edges[lower, upper]
+        if high <= low:
+            continue
+        apart_x, apart_y = places[upper, 0] - places[lower, 0], places[upper, 1] - places[lower, 1]
+        distance = math.sqrt(apart_x * apart_x + apart_y * apart_y)
+        middle_x, middle_y = (places[i, 0] + places[j, 0]) / 2.0, (places[i, 1] + places[j, 1]) / 2.0
+        owners = cells.owners[i] * cells.owners[j]
+        scale = (high - low) / 2.0 / (cells.masses[i] * owners * max(distance, closest))
+        for node in range(grid.nodes.shape[0]):
+            along = ((low + high) / 2.0 + grid.nodes[node] * (high - low) / 2.0) / distance
+            x, y = middle_x - along * apart_y, middle_y + along * apart_x
+            outward = (places[j, 0] - x) * first[j, 0] + (places[j, 1] - y) * first[j, 1]
+            outward += (x - places[i, 0]) * first[i, 0] + (y - places[i, 1]) * first[i, 1]
+            share = grid.weights[node] * scale * interpolate(density, x, y) * outward
+            velocity_x += share * (x - cells.centroids[i, 0])
+            velocity_y += share * (y - cells.centroids[i, 1])
+    return velocity_x, velocity_y
+
+
+@kernel
+def steer(
+    i: int,
+    cells: Cells,
+    velocity: NDArray[np.float32],
+    density: NDArray[np.float64],
+    grid: Grid,
+    parameters: CoverageParameters,
+    acceleration: NDArray[np.float64],
+) -> None:
+    """Write the acceleration that brings the i-th of some drones to the velocity that the law asks for."""
+    wanted_x, wanted_y = cells.first[i, 0], cells.first[i, 1]
+    if parameters.neighbours:
+        more_x, more_y = follow_neighbours(i, cells, density, grid)
+        wanted_x += more_x
+        wanted_y += more_y
+    fast = math.sqrt(wanted_x * wanted_x + wanted_y * wanted_y)
+    scale = min(1.0, parameters.speed / max(fast, parameters.speed)) / parameters.speed_factor
+    acceleration[0] = (wanted_x * scale - velocity[0]) / parameters.response
+    acceleration[1] = (wanted_y * scale - velocity[1]) / parameters.response
+
+
+@entry_point
+def cover(
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    own: NDArray[np.bool_],
+    heard: NDArray[np.bool_],
+    commands: NDArray[np.float64],
+    former: NDArray[np.float64],
+    age: NDArray[np.float64],
+    grid: Grid,
+    parameters: CoverageParameters,
+    accelerations: NDArray[np.float64],
+) -> None:
+    """Steer every own drone of n games towards the centroid of its cell among the drones that it hears.
+
+    Parameters
+    ----------
+    positions, velocities, own, heard, commands, former, age
+        As of `swarm_pz.config.system.Flight`.
+    grid : Grid
+    parameters : CoverageParameters
+    accelerations : float64 array (n, N, 2)
+        Written for own drones.
+    """
+    side, image = grid.centres.shape[0], commands.shape[1]
+    density, rate = np.empty((image, image)), np.empty((image, image))
+    sums, rates = np.empty((2, side, side + 1)), np.empty((2, side, side + 1))
+    for e in range(positions.shape[0]):
+        is_changing = blend_densities(commands[e], former[e], age[e], parameters, density, rate)
+        add_up(density, grid, sums)
+        if is_changing:
+            add_up(rate, grid, rates)
+        places = positions[e].astype(np.float64)
+        team = np.flatnonzero(own[e])
+        is_whole = True
+        for i in team:
+            for j in team:
+                is_whole &= heard[e, i, j]
+        if is_whole:
+            cells = find_cells(places[team], sums, rates, is_changing, grid, parameters.gain)
+            for place in range(len(team)):
+                i = team[place]
+                steer(place, cells, velocities[e, i], density, grid, parameters, accelerations[e, i])
+            continue
+        for i in team:
+            crew = np.flatnonzero(heard[e, i])
+            cells = find_cells(places[crew], sums, rates, is_changing, grid, parameters.gain)
+            place = int(np.searchsorted(crew, i))
+            steer(place, cells, velocities[e, i], density, grid, parameters, accelerations[e, i])

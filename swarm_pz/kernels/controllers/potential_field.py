@@ -1,0 +1,125 @@
+"""The potential-field controller: drones repel each other, walls repel them, and images attract and repel them.
+
+After Howard, Matarić and Sukhatme, "Mobile sensor network deployment using potential fields: a distributed, scalable
+solution to the area coverage problem" (DARS 2002); `docs/systems/potential_field.md` has the equations.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.kernels import entry_point, kernel, reduction
+
+
+class PotentialParameters(NamedTuple):
+    """Numbers of the controller, ready for the kernel."""
+
+    strength: float
+    attraction: float
+    repulsion: float
+    wall: float
+    friction: float
+    softening: float
+
+
+@kernel
+def find_charges(images: NDArray[np.float64], parameters: PotentialParameters, charges: NDArray[np.float64]) -> None:
+    """Write the charge (A, A) that images (2, A, A), of what attracts and what repels, spread over the square."""
+    attracts, repels = images[0].sum(), images[1].sum()
+    cells = images.shape[1]
+    even = 1.0 / (cells * cells)
+    for row in range(cells):
+        for column in range(cells):
+            here = images[0, row, column] / attracts if attracts > 0.0 else even
+            there = images[1, row, column] / repels - even if repels > 0.0 else 0.0
+            charges[row, column] = parameters.attraction * here - parameters.repulsion * there
+
+
+@reduction
+def pull_row(x: float, away_y: float, charges: NDArray[np.float64], softening: float) -> tuple[float, float]:
+    """Return the force of a row of cells, whose charges are (A,), on a drone."""
+    pull_x, pull_y, cells = 0.0, 0.0, charges.shape[0]
+    fixed = away_y * away_y + softening * softening
+    for column in range(cells):
+        away_x = (column + 0.5) / cells - x
+        squared = away_x * away_x + fixed
+        share = charges[column] / (squared * math.sqrt(squared))
+        pull_x += share * away_x
+        pull_y += share * away_y
+    return pull_x, pull_y
+
+
+@kernel
+def pull_of_images(x: float, y: float, charges: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the force of all cells; a cell's charge is spread over it."""
+    pull_x, pull_y, cells = 0.0, 0.0, charges.shape[0]
+    for row in range(cells):
+        row_x, row_y = pull_row(x, (row + 0.5) / cells - y, charges[row], 1.0 / cells)
+        pull_x += row_x
+        pull_y += row_y
+    return pull_x, pull_y
+
+
+@kernel
+def push_of_mates(
+    i: int, positions: NDArray[np.float32], heard: NDArray[np.bool_], softening: float
+) -> tuple[float, float, int]:
+    """Return the force of the drones that drone i hears, and how many they are, with itself."""
+    push_x, push_y, count = 0.0, 0.0, 0
+    x, y = np.float64(positions[i, 0]), np.float64(positions[i, 1])
+    for j in range(positions.shape[0]):
+        if not heard[i, j]:
+            continue
+        count += 1
+        away_x, away_y = x - positions[j, 0], y - positions[j, 1]
+        squared = away_x * away_x + away_y * away_y + softening * softening
+        share = 1.0 / (squared * math.sqrt(squared))
+        push_x += share * away_x
+        push_y += share * away_y
+    return push_x, push_y, count
+
+
+@kernel
+def push_of_walls(place: float, softening: float) -> float:
+    """Return the force of the two walls across an axis."""
+    low, high = place * place + softening * softening, (1.0 - place) ** 2 + softening * softening
+    return 1.0 / low - 1.0 / high
+
+
+@entry_point
+def repel(
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    own: NDArray[np.bool_],
+    heard: NDArray[np.bool_],
+    commands: NDArray[np.float64],
+    parameters: PotentialParameters,
+    accelerations: NDArray[np.float64],
+) -> None:
+    """Add up the forces on every own drone of n games.
+
+    Parameters
+    ----------
+    positions, velocities, own, heard, commands
+        As of `swarm_pz.config.system.Flight`.
+    parameters : PotentialParameters
+    accelerations : float64 array (n, N, 2)
+        Written for own drones.
+    """
+    charges = np.empty(commands.shape[2:])
+    for e in range(positions.shape[0]):
+        find_charges(commands[e], parameters, charges)
+        for i in range(positions.shape[1]):
+            if not own[e, i]:
+                continue
+            x, y = np.float64(positions[e, i, 0]), np.float64(positions[e, i, 1])
+            pull_x, pull_y = pull_of_images(x, y, charges)
+            push_x, push_y, count = push_of_mates(i, positions[e], heard[e], parameters.softening)
+            force_x = pull_x + push_x / count + parameters.wall * push_of_walls(x, parameters.softening)
+            force_y = pull_y + push_y / count + parameters.wall * push_of_walls(y, parameters.softening)
+            accelerations[e, i, 0] = parameters.strength * force_x - parameters.friction * velocities[e, i, 0]
+            accelerations[e, i, 1] = parameters.strength * force_y - parameters.friction * velocities[e, i, 1]

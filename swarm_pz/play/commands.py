@@ -1,0 +1,132 @@
+"""Commands at the table: of any kind, checked, and as they are followed and written down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig
+from swarm_pz.config.values import check_densities
+from swarm_pz.errors import CommandError, SwarmError
+from swarm_pz.play.forms import read_form, serves_densities
+from swarm_pz.simulator.control import Control, check_kind, serve_densities
+
+_DECIMALS = 4
+"""Digits of a density at the table, so that recordings hold exactly what was played, and are short."""
+
+
+def as_followed(density: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a checked density (A, A) as it is followed and written down at the table: its largest value 1, rounded.
+
+    An image and its double are the same, however faint: only what stands beside its largest value counts.
+    """
+    largest = density.max(initial=0.0)
+    return np.round(density / largest if largest > 0.0 else density, _DECIMALS)
+
+
+@dataclass(frozen=True)
+class Command:
+    """A team's command, checked, and the number by which its sender knows it.
+
+    Attributes
+    ----------
+    team, number : int
+    values : float64 array
+        A density (A, A), as it is followed, or a command of another kind, of the shape of its control system's space.
+    kind : str
+        "density", or what the control system takes.
+    sender : str
+        Empty for the team's player; else what commanded in the player's place.
+    """
+
+    team: int
+    number: int
+    values: NDArray[np.float64] = field(repr=False, compare=False)
+    kind: str = "density"
+    sender: str = ""
+
+
+class CommandReader:
+    """Reads the commands of a game; any thread may ask, and nothing changes.
+
+    Parameters
+    ----------
+    game : GameConfig
+
+    Attributes
+    ----------
+    systems : (ControlSystem, ControlSystem)
+        What flies red and blue.
+    cells, modes : int
+        Cells a side of a density, and modes a side of its target.
+    """
+
+    def __init__(self, game: GameConfig) -> None:
+        self._game, self._control = game, Control(game)
+        self.systems = game.team_systems
+        self.cells, self.modes = game.command_cells, game.controller.modes
+
+    def read(self, team: int, number: int, given: Any, kind: str = "density", sender: str = "") -> Command:
+        """Check a command, and return it as it will be followed; any thread may ask, nothing changes.
+
+        Parameters
+        ----------
+        team, number : int
+        given : array_like or mapping
+            A density (A, A), or any form that the team's control system reads.
+        kind : str
+            "density", or what that system takes.
+        sender : str
+
+        Raises
+        ------
+        CommandError
+            If the team or the command is not valid, or that kind cannot fly the team.
+        """
+        if team not in (RED, BLUE):
+            raise CommandError(f"team must be 0 (red) or 1 (blue), got {team!r}")
+        system, name = self.systems[team], f"{TEAM_NAMES[team]}'s command"
+        try:
+            if kind != "density" or not serves_densities(system, self._game):
+                check_kind(system, kind, name)
+            if kind == "density":
+                values = as_followed(check_densities(given, (self.cells, self.cells), name))
+            else:
+                values = read_form(given, system, self._game, name)
+            command = Command(team, number, values, kind, sender)
+            self.packed(command)
+        except SwarmError:
+            raise
+        except (Exception, SystemExit) as error:  # of a control system of another package
+            raise CommandError(f"{name}: {system.name} cannot serve it: {error!r}") from error
+        return command
+
+    def answered(self, team: int, number: int, answer: NDArray[np.float64], sender: str = "") -> Command:
+        """Return a policy's answer, checked and in the form that all commands have among others, as a command."""
+        control = self._control
+        own = control.unpack(answer[None], control.numbers[team])[0]
+        kind = self.systems[team].takes
+        return Command(team, number, as_followed(own) if kind == "density" else own, kind, sender)
+
+    def packed(self, command: Command) -> NDArray[np.float64]:
+        """Return a command in the form that all have among others, (1, *control.command_shape)."""
+        values = command.values[None]
+        if command.kind == "density":
+            name = f"{TEAM_NAMES[command.team]}'s command"
+            values = serve_densities(self.systems[command.team], values, self._game, name)
+        return self._control.pack(values)
+
+    def picture(self, command: Command) -> NDArray[np.float64]:
+        """Return what a command asks for as a density (A, A), for those who watch; any thread may ask."""
+        system = self.systems[command.team]
+        if command.kind == "density":
+            return command.values
+        shape = (1, self._game.command_cells, self._game.command_cells)
+        try:
+            drawn = system.to_densities(command.values[None], self._game)
+            return np.asarray(check_densities(drawn, shape, "a picture of commands")[0])
+        except (Exception, SystemExit) as error:
+            raise CommandError(f"{system.name} cannot draw a command: {error!r}") from error

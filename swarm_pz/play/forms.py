@@ -1,0 +1,111 @@
+"""How clients write the commands of each kind, and what they are told about those that a seat takes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import GameConfig
+from swarm_pz.config.registry import registered, system_class
+from swarm_pz.config.system import ControlSystem
+from swarm_pz.errors import CommandError, ConfigError, SwarmError
+from swarm_pz.play import protocol
+
+_FAULTS = (Exception, SystemExit)
+"""Whatever another package's code does wrong; to end the process is for who started it."""
+_NUMBER = re.compile(r"[0-9]{1,4}")
+
+
+def serves_densities(system: ControlSystem, config: GameConfig) -> bool:
+    """Return whether who gives densities can fly a control system."""
+    uniform = np.ones((1, config.command_cells, config.command_cells))
+    return system.takes == "density" or system.from_densities(uniform, config) is not None
+
+
+def read_form(form: Any, system: ControlSystem, config: GameConfig, name: str) -> NDArray[np.float64]:
+    """Return a command of a control system, as JSON has it, in the array form of its space.
+
+    Raises
+    ------
+    CommandError
+        If it is none.
+    """
+    try:
+        values = np.asarray(system.parse(_plain(form), config, name), np.float64)
+    except SwarmError as error:
+        raise CommandError(str(error)) from error
+    except _FAULTS as error:
+        raise CommandError(f"{name} cannot be read by the control system {system.name}: {error!r}") from error
+    expected = system.space(config).shape
+    if values.shape != expected or not np.isfinite(values).all():
+        raise CommandError(f"{name}: {system.name} made numbers of shape {values.shape} of it, not {expected}")
+    return values
+
+
+def _plain(form: Any) -> Any:
+    """Give an object its numbers back as keys, which JSON writes as text."""
+    if isinstance(form, Mapping):
+        return {int(key) if _NUMBER.fullmatch(key) else key: value for key, value in form.items()}
+    return form
+
+
+def commands_of(system: ControlSystem, config: GameConfig) -> protocol.Commands:
+    """Return what a client is told about the commands that a seat takes.
+
+    Raises
+    ------
+    ConfigError
+        If the control system cannot say.
+    """
+    try:
+        return _commands_of(system, config)
+    except SwarmError:
+        raise
+    except _FAULTS as error:
+        raise ConfigError(f"the control system {system.name} does not say what it takes: {error!r}") from error
+
+
+def _commands_of(system: ControlSystem, config: GameConfig) -> protocol.Commands:
+    space, takes = system.space(config), system.takes
+    return protocol.Commands(
+        system=system.name,
+        takes=takes,
+        shape=[int(size) for size in space.shape],
+        low=_numbers(space.low),
+        high=_numbers(space.high),
+        default=np.asarray(system.default(config), np.float64).tolist(),
+        serves_densities=serves_densities(system, config),
+        leaders=int(space.shape[0]) if takes == "leaders" else None,
+        shapes=list(system.shapes),
+        weights=(_exact(space.low[0, 2]), _exact(space.high[0, 2])) if takes == "attractors" else None,
+    )
+
+
+def _numbers(values: NDArray[Any]) -> float | list[Any]:
+    least = values.min(initial=np.inf)
+    if (values == least).all():
+        return _exact(least)
+    return np.vectorize(_exact, otypes=[object])(values).tolist()  # type: ignore[no-any-return]
+
+
+def _exact(value: Any) -> float:
+    """Return the number that a float32 was written as."""
+    return float(str(np.float32(value)))
+
+
+def installed_systems(config: GameConfig) -> list[protocol.SystemInfo]:
+    """Return the control systems that may fly a seat; what is broken is left out."""
+    found = []
+    for name in sorted(registered()):
+        try:
+            system = system_class(name)()
+            about = (type(system).__doc__ or "").strip().partition("\n")[0]
+            served = serves_densities(system, config)
+        except _FAULTS:  # `swarm-pz policies` says it
+            continue
+        found.append(protocol.SystemInfo(name=name, about=about, takes=system.takes, serves_densities=served))
+    return found

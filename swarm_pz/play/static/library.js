@@ -1,0 +1,141 @@
+// The library: drawings, and other commands, that this browser keeps; sent again at a tap or by a digit.
+
+import { at, button, make } from "./elements.js";
+import { read } from "./link.js";
+
+const STORE = "swarm-pz.drawings", FORMAT = "swarm-pz.drawings.v1";
+const MOST = 9; // of a kind: as many as there are digits
+const MOST_BYTES = 2e6; // of a file
+const BRUSHES = { attract: "#0b6e4f", repel: "#7a4a00", erase: "#fff" };
+const SIZE = 72; // pixels a side of a picture
+
+export class Library {
+  // current: what is drawn now, and its kind; send: sends a saved drawing; tell: says what was done; changed: there are others.
+  constructor({ current, send, tell, changed }) {
+    Object.assign(this, { current, send, tell, changed, all: checked(read("localStorage", STORE)) });
+    for (const act of ["save", "export"]) at(act).addEventListener("click", () => this[act]());
+    at("shelf").addEventListener("click", () => this.open(at("library").hidden));
+    at("import").addEventListener("click", () => at("file").click());
+    at("file").addEventListener("change", () => this.import());
+    addEventListener("storage", ({ key }) => { if (key === STORE) this.take(checked(read("localStorage", STORE)), false); }); // by another window
+  }
+
+  // Those of the kind of commands that one gives now, by their digits.
+  get own() { return this.all.filter(({ kind }) => kind === this.current().kind); }
+
+  open(isOpen) {
+    at("library").hidden = !isOpen;
+    at("shelf").setAttribute("aria-expanded", isOpen);
+    this.show();
+  }
+
+  recall(i) {
+    if (this.own[i]) this.send(this.own[i]);
+    else this.tell(`Nothing is saved as ${i + 1}`);
+  }
+
+  save() {
+    const { kind, kept: strokes } = this.current(), number = this.own.length + 1;
+    if (!strokes.length) return this.tell("Draw something first");
+    if (number > MOST) return this.tell(`${MOST} are saved: delete one first`);
+    this.open(true);
+    const isKept = this.take([...this.all, { name: `Drawing ${number}`, kind, strokes }]);
+    this.tell(`Saved as ${number}${isKept ? "" : ", until this page closes: the browser keeps no more"}`);
+  }
+
+  // Go over to other drawings; tell whether the browser keeps them.
+  take(all, isToKeep = true) {
+    this.all = all;
+    this.show();
+    try {
+      if (isToKeep) localStorage.setItem(STORE, JSON.stringify(all));
+      return true;
+    } catch { return false; }
+  }
+
+  show() {
+    const { own } = this;
+    at("saved").replaceChildren(...own.map((drawing, i) => make("li", {}, button(
+      [picture(drawing), i + 1], () => this.send(drawing), { title: drawing.name, "aria-label": `${i + 1}: ${drawing.name}` },
+    ))));
+    at("none-saved").hidden = own.length;
+    at("drawings").replaceChildren(...own.map((drawing) => this.line(drawing)));
+    this.changed();
+  }
+
+  // A drawing that can be named or deleted.
+  line(drawing) {
+    const { name } = drawing, change = (...now) => this.take(this.all.flatMap((other) => (other === drawing ? now : other)));
+    return make(
+      "li", {}, picture(drawing),
+      make("input", { value: name, maxLength: 40, "aria-label": "Name", onchange: ({ target }) => change({ ...drawing, name: plain(target.value) }) }),
+      button("Delete", () => { change(); at("close-tools").focus(); }, { "aria-label": `Delete ${name}` }),
+    );
+  }
+
+  export() {
+    const file = new Blob([JSON.stringify({ format: FORMAT, drawings: this.all })], { type: "application/json" });
+    const href = URL.createObjectURL(file);
+    make("a", { href, download: "drawings.json" }).click();
+    setTimeout(() => URL.revokeObjectURL(href), 1000);
+  }
+
+  // Add the drawings of a file, as far as they are some, and there is room.
+  async import() {
+    const [file] = at("file").files, all = [...this.all];
+    let found = [];
+    try {
+      const written = file.size < MOST_BYTES ? JSON.parse(await file.text()) : {};
+      if (written.format === FORMAT) found = written.drawings;
+    } catch { /* then there are none */ }
+    at("file").value = ""; // the same file once more is another change
+    for (const drawing of checked(found)) {
+      const isHere = all.some((other) => JSON.stringify(other) === JSON.stringify(drawing));
+      if (!isHere && all.filter(({ kind }) => kind === drawing.kind).length < MOST) all.push(drawing);
+    }
+    const count = all.length - this.all.length, isKept = this.take(all);
+    at("imported").textContent = `${count} of ${found?.length ?? 0} drawings added${isKept ? "" : "; the browser does not keep them"}.`;
+  }
+}
+
+// Which of the things that somebody may have written are drawings, with what is known of them alone.
+export function checked(things) {
+  const counts = {};
+  return (Array.isArray(things) ? things : []).slice(0, 1000).filter(isDrawing).map(({ name, kind, strokes }) => ({
+    name: plain(name), kind, strokes: strokes.map(({ brush, width, points, x, y, size, turn, shape }) => (
+      kind === "strokes" ? { brush, width, points } : { x, y, size, turn, shape })),
+  })).filter(({ kind }) => (counts[kind] = (counts[kind] ?? 0) + 1) <= MOST);
+}
+
+function isDrawing(thing) {
+  const { kind, strokes } = thing ?? {}, isOne = kind === "strokes" ? isStroke : isMark;
+  return typeof kind === "string" && kind.length < 40 && Array.isArray(strokes) && strokes.length > 0 && strokes.length <= 250
+    && strokes.every((stroke) => isOne(stroke ?? {})) && strokes.reduce((sum, { points }) => sum + (points?.length ?? 1), 0) <= 4000;
+}
+
+function isStroke({ brush, width, points }) {
+  return Object.hasOwn(BRUSHES, brush) && isWithin(width, 0.05, 0.3) && Array.isArray(points) && points.length > 0
+    && points.every((point) => Array.isArray(point) && point.length === 2 && point.every((value) => isWithin(value, -0.5, 1.5)));
+}
+
+function isMark({ x, y, size, turn, shape }) {
+  return [x, y].every((value) => isWithin(value, 0, 1)) && [size, turn, shape].every((value) => isWithin(value, -1000, 1000));
+}
+
+function isWithin(value, low, high) { return Number.isFinite(value) && value >= low && value <= high; }
+
+// One line of text.
+function plain(name) { return String(name ?? "").replace(/[\p{C}\p{Zl}\p{Zp}]/gu, " ").trim().slice(0, 40) || "Drawing"; }
+
+function picture({ strokes }) {
+  const canvas = make("canvas", { width: SIZE, height: SIZE, "aria-hidden": true }), pen = canvas.getContext("2d");
+  pen.lineCap = pen.lineJoin = "round";
+  for (const { brush = "attract", width = 0.15, points, x, y } of strokes) {
+    pen.strokeStyle = BRUSHES[brush];
+    pen.lineWidth = width * SIZE;
+    pen.beginPath();
+    for (const [px, py] of points ?? [[x, y]]) for (const _ of [0, 1]) pen.lineTo(px * SIZE, (1 - py) * SIZE); // a dot is a line, too
+    pen.stroke();
+  }
+  return canvas;
+}

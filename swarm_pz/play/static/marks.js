@@ -1,0 +1,213 @@
+// Commands that are placed and not drawn: attractors, leaders, a formation.
+
+import { Pen } from "./pen.js";
+
+const INK = "#0b6e4f";
+const GRIP = 0.06; // map widths within which an attractor is taken hold of, and no other one placed
+const STEP = 0.02;
+const OUTLINES = { line: [[-1, 0], [1, 0]], wedge: [[-0.5, 0.87], [1, 0], [-0.5, -0.87]], grid: [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]] };
+// How a kind of command becomes marks, and marks one; which of its numbers are a mark's size and turn; how it is played.
+export const KINDS = {
+  attractors: {
+    read: () => [], write: (marks) => marks.map(({ x, y, size }) => [x, y, size]), size: 2, sized: "Weight",
+    hint: "Tap where to go. Two fingers: how strongly.",
+  },
+  leaders: {
+    read: (rows) => rows.map(([x, y]) => ({ x, y, size: 0, turn: 0, shape: 0 })), write: (marks) => marks.map(({ x, y }) => [x, y]),
+    hint: "Drag a leader: the others follow.",
+  },
+  formation: {
+    read: ([shape, x, y, size, turn]) => [{ shape: Math.floor(shape), x, y, size, turn }], size: 3, turn: 4, sized: "Size",
+    write: ([{ shape, x, y, size, turn }], { shapes: names }) => (names.length
+      ? { shape: names[shape], centre: [x, y], size, turn } : [shape, x, y, size, turn]),
+    hint: "Tap where it stands. Two fingers: size and turn.",
+  },
+};
+
+export class Marks extends Pen {
+  // Make commands as the server says that a seat takes them.
+  equip(commands) {
+    Object.assign(this, { commands, how: KINDS[commands.takes], held: 0 });
+    [this.sizes, this.turns] = [this.how.size, this.how.turn].map((i) => [commands.low, commands.high].map(
+      (ends) => (Array.isArray(ends) ? ends.flat(2)[i ?? 0] : ends),
+    ));
+    this.size = this.how.read(commands.default)[0]?.size ?? (this.sizes[0] + this.sizes[1]) / 2;
+    this.forget();
+  }
+
+  get kind() { return this.commands.takes; }
+
+  get hint() { return this.how.hint; }
+
+  get mark() { return this.strokes?.[Math.min(this.held, this.strokes.length - 1)]; }
+
+  get width() { return this.mark?.size ?? this.size; }
+
+  set width(size) { this.adjust((mark) => { mark.size = size; }); }
+
+  forget() {
+    super.forget();
+    this.strokes = this.how.read(this.commands.default);
+  }
+
+  say(marks) { return { command: marks.length ? this.how.write(marks, this.commands) : this.commands.default }; }
+
+  get kept() {
+    const short = (mark) => Object.fromEntries(Object.entries(mark).map(([name, value]) => [name, Math.round(value * 1e4) / 1e4]));
+    return this.strokes.map(short);
+  }
+
+  // As many as are wanted here, and within the bounds here: they were saved in another game.
+  recall(marks) {
+    const now = this.how.read(this.commands.default), wanted = now.length ? now.map((mark, i) => marks[i] ?? mark) : marks;
+    super.recall(wanted.slice(0, this.most));
+    for (const mark of this.strokes) this.limit(mark);
+    this.held = 0;
+  }
+
+  get most() { return this.kind === "formation" ? 1 : this.commands.shape[0]; }
+
+  // Change the mark that is held.
+  adjust(act) {
+    if (!this.mark) return;
+    if (this.sent) this.change(structuredClone(this.strokes));
+    act(this.mark);
+    this.limit(this.mark);
+    this.size = this.mark.size;
+    this.refresh();
+  }
+
+  limit(mark) {
+    const within = (value, [low, high]) => Math.min(Math.max(value, low), high), [low, high] = this.turns;
+    Object.assign(mark, { x: within(mark.x, [0, 1]), y: within(mark.y, [0, 1]) });
+    if (this.how.size) mark.size = within(mark.size, this.sizes);
+    if (this.how.turn) mark.turn = low + ((mark.turn - low) % (high - low) + high - low) % (high - low);
+    if (this.commands.shapes.length) mark.shape = within(mark.shape, [0, this.commands.shapes.length - 1]);
+  }
+
+  // By a part of a whole turn.
+  turn(part) { if (this.how.turn) this.adjust((mark) => { mark.turn += part * (this.turns[1] - this.turns[0]); }); }
+
+  turnTo(turn) { this.adjust((mark) => { mark.turn = turn; }); }
+
+  get shape() { return this.commands.shapes[this.mark?.shape]; }
+
+  set shape(name) { this.adjust((mark) => { mark.shape = this.commands.shapes.indexOf(name); }); }
+
+  next() {
+    this.held = (this.held + 1) % Math.max(this.strokes.length, 1);
+    this.refresh();
+  }
+
+  // --- fingers --------------------------------------------------------------------------------------
+
+  begin(event) {
+    this.adds = event.shiftKey || this.keep;
+    super.begin(event);
+  }
+
+  start(point, startedMs) {
+    if (this.down.size === 0) {
+      if (this.sent || !this.drawingSince) this.drawingSince = startedMs;
+      this.change(structuredClone(this.strokes));
+      this.hold(point);
+      this.isPinched = false;
+    }
+    this.grip = null;
+    for (const { at } of this.down.values()) this.pinch(at, point); // what two fingers do begins here
+    return { at: point };
+  }
+
+  // Take hold of the nearest mark, or make another one.
+  hold([x, y]) {
+    const far = this.strokes.map((mark) => Math.hypot(mark.x - x, mark.y - y)), nearest = far.indexOf(Math.min(...far));
+    const isNew = this.kind === "attractors" && !(far[nearest] < GRIP);
+    if (isNew && !this.adds) this.strokes = [];
+    if (isNew && this.strokes.length < this.most) this.strokes.push({ x, y, size: this.size, turn: 0, shape: 0 });
+    this.held = isNew ? this.strokes.length - 1 : nearest;
+    this.adjust((mark) => Object.assign(mark, { x, y }));
+  }
+
+  extend(finger, [x, y]) {
+    finger.at = [x, y];
+    const [one, other] = this.down.values();
+    if (other) this.pinch(one.at, other.at);
+    else if (!this.isPinched) this.adjust((mark) => Object.assign(mark, { x, y }));
+  }
+
+  // Two fingers move, turn and size what the first one holds.
+  pinch(a, b) {
+    const [dx, dy] = [b[0] - a[0], b[1] - a[1]], grip = { x: (a[0] + b[0]) / 2, y: (a[1] + b[1]) / 2, span: Math.hypot(dx, dy) || 1e-6, angle: Math.atan2(dy, dx) };
+    const was = this.grip;
+    this.grip = grip;
+    this.isPinched = true;
+    if (!was) return;
+    this.adjust((mark) => {
+      mark.x += grip.x - was.x;
+      mark.y += grip.y - was.y;
+      mark.size *= grip.span / was.span;
+    });
+    this.turn((grip.angle - was.angle) / (2 * Math.PI));
+  }
+
+  cancel(event) {
+    if (this.down.delete(event.pointerId) && !this.down.size) this.undo();
+  }
+
+  // --- keys -----------------------------------------------------------------------------------------
+
+  key(event) {
+    const moves = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }, move = moves[event.key];
+    if (event.ctrlKey || event.altKey || event.metaKey || event.target !== this.arena || !this.mayDraw()) return;
+    if (move) {
+      const step = event.shiftKey ? 5 * STEP : STEP;
+      if (!this.strokes.length) this.hold([0.5, 0.5]);
+      this.adjust((mark) => Object.assign(mark, { x: mark.x + move[0] * step, y: mark.y + move[1] * step }));
+    } else if (event.key === " ") this.lifted();
+    else return;
+    event.preventDefault();
+  }
+
+  // --- how it looks ---------------------------------------------------------------------------------
+
+  setInForce() {}
+
+  paint() {
+    if (!this.dirty) return;
+    this.dirty = false;
+    const side = this.canvas.width, pen = this.canvas.getContext("2d");
+    pen.clearRect(0, 0, side, side);
+    if (!this.mayDraw()) return;
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    pen.font = `bold ${0.035 * side}px sans-serif`;
+    this.strokes.forEach((mark, i) => this.paintMark(pen, mark, this.strokes.length > 1 ? String(i + 1) : "", mark === this.mark, side));
+  }
+
+  paintMark(pen, { x, y, size, turn, shape }, name, isHeld, side) {
+    const [least, most] = this.sizes, isFormation = this.kind === "formation";
+    const reach = isFormation ? size : this.how.size ? 0.02 + 0.05 * (size - least) / (most - least || 1) : 0.035;
+    const outline = OUTLINES[this.commands.shapes[shape]], angle = isFormation ? 2 * Math.PI * turn / (this.turns[1] - this.turns[0]) : 0;
+    pen.save();
+    pen.translate(x * side, (1 - y) * side);
+    pen.beginPath();
+    pen.save();
+    pen.rotate(-angle);
+    if (outline) for (const [u, v] of outline) pen.lineTo(u * reach * side, -v * reach * side);
+    else pen.arc(0, 0, reach * side, 0, 7);
+    if (isFormation) {
+      pen.moveTo(reach * side, 0);
+      pen.lineTo(0, 0); // where it is turned to
+    }
+    pen.restore();
+    for (const [style, width] of [["#fff", 7], [INK, isHeld ? 4 : 2]]) {
+      pen.strokeStyle = pen.fillStyle = style;
+      pen.lineWidth = width;
+      pen.setLineDash(this.sent ? [] : [8, 5]);
+      pen.stroke();
+      if (style === "#fff") pen.strokeText(name, -0.03 * side, -0.03 * side);
+      else pen.fillText(name, -0.03 * side, -0.03 * side);
+    }
+    pen.restore();
+  }
+}

@@ -1,0 +1,221 @@
+"""What one drone sees, and how it answers, where every drone is an agent of its own.
+
+An observation is one float32 vector, all of it in [-1, 1]. Its parts stand one after the other:
+
+| part       | shape      | holds                                                                                 |
+|------------|------------|---------------------------------------------------------------------------------------|
+| `self`     | (10,)      | 1; x, y from -1 to 1; velocity; ways to walls left, right, down, up; own share |
+| `own`      | (k, 5)     | the nearest k of its own side, nearest first: 1; place and velocity, from its own      |
+| `opposing` | (k, 5)     | the same of the other side                                                            |
+| `ground`   | (4, p, p)  | `GROUND` in the p x p coarse cells around it, `[row = y, column = x]`; 0 beyond walls  |
+
+Where there are fewer than k others, rows of zeros fill the list, their first number 0 in place of 1. Velocities are in
+units of sqrt(2 a), the fastest that a drone gets from wall to wall with its largest acceleration a; those from its own
+in twice that; more counts as that. A drone that sits out sees -1 in place of the first 1, and zeros.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, get_args
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
+
+from swarm_pz.config import GRID_CELLS, GameConfig, ObservationConfig
+from swarm_pz.config.base import check, check_choice, check_count
+from swarm_pz.config.values import check_values, describe
+from swarm_pz.errors import CommandError
+from swarm_pz.simulator import Simulator
+from swarm_pz.spaces.observation import observe
+
+GROUND = ("own_trail_age", "opposing_trail_age", "own_capture_field", "opposing_capture_field")
+"""What a drone sees of the ground around it: channels of `swarm_pz.spaces.observation`, over 255."""
+_HALF = math.sqrt(0.5)
+DIRECTIONS = {
+    "coast": (0.0, 0.0),
+    "east": (1.0, 0.0),
+    "north-east": (_HALF, _HALF),
+    "north": (0.0, 1.0),
+    "north-west": (-_HALF, _HALF),
+    "west": (-1.0, 0.0),
+    "south-west": (-_HALF, -_HALF),
+    "south": (0.0, -1.0),
+    "south-east": (_HALF, -_HALF),
+}
+"""The nine discrete actions in their order: accelerations in units of the largest."""
+DroneAction = Literal["acceleration", "discrete"]
+
+SITS_OUT = -1.0
+"""The first number that a drone sees that sits out; 1 for one that plays."""
+_SELF, _OTHER = 10, 5
+
+
+class DroneView:
+    """What drones see of a game, each from its own place.
+
+    Parameters
+    ----------
+    config : GameConfig
+    neighbours : int
+        How many others of each side a drone sees: k above.
+    grid : int
+        Coarse cells a side of the square; divides 50.
+    patch : int
+        Coarse cells a side of what a drone sees of the ground, p above; odd, the drone's own in the middle.
+
+    Attributes
+    ----------
+    space : Box
+        Of one drone's observation.
+    parts : dict of (slice, tuple of int)
+        Where each part stands in it, and its shape.
+
+    Raises
+    ------
+    ConfigError
+        If a number is out of range.
+    """
+
+    def __init__(self, config: GameConfig, *, neighbours: int = 5, grid: int = 10, patch: int = 5) -> None:
+        check_count(neighbours, "neighbours", 1, 10_000)
+        check_count(grid, "grid", 1, GRID_CELLS)
+        check(GRID_CELLS % grid == 0, "grid", grid, f"a divisor of {GRID_CELLS}")
+        check_count(patch, "patch", 1, 2 * GRID_CELLS + 1)
+        check(patch % 2 == 1, "patch", patch, "odd, so that the drone's own cell is in the middle")
+        self._neighbours, self._patch = neighbours, patch
+        self._images = ObservationConfig(grid=grid, channels=GROUND)
+        self._speed = np.float32(math.sqrt(2.0 * config.controller.max_acceleration))
+        shapes: dict[str, tuple[int, ...]] = {
+            "self": (_SELF,),
+            "own": (neighbours, _OTHER),
+            "opposing": (neighbours, _OTHER),
+            "ground": (len(GROUND), patch, patch),
+        }
+        self.parts: dict[str, tuple[slice, tuple[int, ...]]] = {}
+        size = 0
+        for name, shape in shapes.items():
+            self.parts[name] = (slice(size, size + math.prod(shape)), shape)
+            size += math.prod(shape)
+        self.space = spaces.Box(-1.0, 1.0, (size,), np.float32)
+
+    def observe(self, simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float32]:
+        """Return fresh observations (n, N, D) of all drones of some games; those that a team does not fly sit out.
+
+        Parameters
+        ----------
+        simulator : Simulator
+        teams : int64 array (n,)
+            The team, in each of the games.
+        rows : int64 array (n,)
+            The games.
+        """
+        games = simulator.games
+        is_own = games.teams[rows] == teams[:, None]
+        place, drone = np.nonzero(is_own & ~games.failed[rows])
+        seen = np.zeros((*is_own.shape, *self.space.shape), np.float32)
+        seen[:, :, 0] = SITS_OUT
+        found = np.empty((len(place), *self.space.shape), np.float32)
+        positions, velocities = games.positions[rows], games.velocities[rows]
+        here, moving = positions[place, drone], velocities[place, drone]
+        found[:, self.parts["self"][0]] = np.concatenate(
+            [
+                np.ones_like(here[:, :1]),
+                2 * here - 1,
+                np.clip(moving / self._speed, -1, 1),
+                np.stack([here[:, 0], 1 - here[:, 0], here[:, 1], 1 - here[:, 1]], axis=1),
+                is_own.mean(axis=1, dtype=np.float32)[place, None],
+            ],
+            axis=1,
+        )
+        others = np.arange(is_own.shape[1]) != drone[:, None]
+        away = np.concatenate(
+            [
+                np.ones((*others.shape, 1), np.float32),
+                positions[place] - here[:, None],
+                np.clip((velocities[place] - moving[:, None]) / (2 * self._speed), -1, 1),
+            ],
+            axis=2,
+        )
+        for side, members in (("own", is_own[place] & others), ("opposing", ~is_own[place])):
+            found[:, self.parts[side][0]] = self._nearest(away, members).reshape(len(place), self._neighbours * _OTHER)
+        images = observe(simulator, self._images, teams, rows, np.zeros(len(rows)))
+        found[:, self.parts["ground"][0]] = self._around(images, place, here).reshape(
+            len(place), len(GROUND) * self._patch**2
+        )
+        seen[place, drone] = found
+        return seen
+
+    def _nearest(self, away: NDArray[np.float32], members: NDArray[np.bool_]) -> NDArray[np.float32]:
+        """Return the nearest members (m, k, 5) of others (m, N, 5), of equally near ones the first; zeros fill up."""
+        distances = np.where(members, away[:, :, 1] ** 2 + away[:, :, 2] ** 2, np.float32(np.inf))
+        order = np.argsort(distances, axis=1, kind="stable")[:, : self._neighbours]
+        nearest = np.zeros((len(away), self._neighbours, _OTHER), np.float32)
+        is_there = np.take_along_axis(members, order, axis=1)[:, :, None]
+        nearest[:, : order.shape[1]] = np.where(is_there, np.take_along_axis(away, order[:, :, None], axis=1), 0.0)
+        return nearest
+
+    def _around(
+        self, images: NDArray[np.uint8], place: NDArray[np.int64], here: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """Cut out of images (n, C, G', G') what lies around drones: (m, C, p, p)."""
+        margin, grid = self._patch // 2, self._images.grid
+        framed = np.pad(images, ((0, 0), (0, 0), (margin, margin), (margin, margin)))
+        windows = np.lib.stride_tricks.sliding_window_view(framed, (self._patch, self._patch), axis=(2, 3))
+        # Exact, as in the kernels: float32 would put some drones beside the cell that they are in.
+        fine = np.minimum((here.astype(np.float64) * GRID_CELLS).astype(np.int64), GRID_CELLS - 1)
+        x, y = (fine // (GRID_CELLS // grid)).T
+        return np.divide(windows[place, :, y, x], np.float32(255.0), dtype=np.float32)
+
+
+class DroneActions:
+    """How drones say their accelerations.
+
+    Parameters
+    ----------
+    kind : {"acceleration", "discrete"}
+        Box(-1, 1, (2,)), in units of the largest, a longer vector counting as one of length 1; or the number of one of
+        `DIRECTIONS`.
+
+    Attributes
+    ----------
+    space : Box or Discrete
+        Of one drone's action.
+
+    Raises
+    ------
+    ConfigError
+        If the kind is unknown.
+    """
+
+    def __init__(self, kind: DroneAction = "acceleration") -> None:
+        check_choice(kind, "action", get_args(DroneAction))
+        self._directions = np.array(list(DIRECTIONS.values())) if kind == "discrete" else None
+        self.space: spaces.Space[Any] = (
+            spaces.Discrete(len(DIRECTIONS)) if kind == "discrete" else spaces.Box(-1.0, 1.0, (2,), np.float32)
+        )
+
+    def read(self, actions: ArrayLike, shape: tuple[int, ...], name: str) -> NDArray[np.float64]:
+        """Return actions of drones, of which there are as many as `shape` says, as accelerations (*shape, 2).
+
+        Raises
+        ------
+        CommandError
+            If one is not in the space.
+        """
+        if self._directions is None:
+            return check_values(actions, (*shape, 2), -1.0, 1.0, name)
+        known = len(self._directions)
+        try:
+            numbers = np.asarray(actions)
+            fits = numbers.shape == shape and np.issubdtype(numbers.dtype, np.integer)
+            fits = fits and bool(((numbers >= 0) & (numbers < known)).all())
+        except (TypeError, ValueError):
+            fits = False
+        if not fits:
+            raise CommandError(
+                f"{name} must be whole numbers in [0, {known}) of shape {shape}, each a direction of "
+                f"{', '.join(DIRECTIONS)}; got {describe(actions)}"
+            )
+        return np.asarray(self._directions[numbers])

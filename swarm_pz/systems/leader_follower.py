@@ -1,0 +1,224 @@
+"""Leaders and followers: the player sends leaders to places, and the rest follow by consensus.
+
+Second-order consensus (Ren and Beard, "Distributed Consensus in Multi-vehicle Cooperative Control", 2008; its
+first-order form: Olfati-Saber and Murray, "Consensus problems in networks of agents with switching topology and
+time-delays", IEEE TAC 2004), with leaders that do not take part in it, so that followers gather between them (Ji et
+al., "Containment control in mobile networks", IEEE TAC 2008), and with separation as in Tanner, Jadbabaie and Pappas,
+"Stable flocking of mobile agents" (CDC 2003).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, get_args
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from swarm_pz.config import GameConfig
+from swarm_pz.config.base import check_choice, check_count, check_number
+from swarm_pz.config.system import ControlSystem, Flight
+from swarm_pz.config.values import describe
+from swarm_pz.errors import CommandError
+from swarm_pz.spaces.densities import density_at
+
+Appointment = Literal["nearest", "lowest"]
+
+Array = NDArray[np.float64]
+
+_MOST_LEADERS = 100
+_APART = 0.25
+"""Distance of several leaders from the middle of what they surround, in map widths."""
+_CLOSE = 1e-6
+"""Map widths below which a distance counts as this much: coinciding drones push finitely."""
+_PERCENT = (10, 30, 50, 70, 90)
+"""Places that have names, along either axis."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeaderFollower(ControlSystem):
+    """Leaders fly to the command's places, one each; the other drones follow those whom they hear.
+
+    Attributes
+    ----------
+    leaders : int
+        Places k of a command.
+    appoint : {"nearest", "lowest"}
+        Who leads: place after place the drone that is nearest to it, or the drones with the lowest numbers. Each drone
+        appoints leaders among those that it hears, at each solve anew; so one that is captured has a successor at once.
+    foresight : float
+        Nearest counts from where a drone would be after this many seconds; who flies to a place already keeps it.
+    stiffness, damping : float
+        Of leaders: acceleration per map width to the place, 1/s², and against the velocity, 1/s.
+    cohesion, alignment : float
+        Of followers: acceleration per map width to the mean place of the others, and per difference to
+        their mean velocity.
+    leadership : float
+        Weight of the leaders in these means, against 1 less it of the other followers.
+    separation : float
+        Acceleration away from a drone that touches, falling to nothing at the radius.
+    separation_radius : float
+        Map widths.
+    margin : float
+        Leaders come no nearer to the walls than this, in map widths.
+    """
+
+    name: ClassVar[str] = "leader_follower"
+    takes: ClassVar[str] = "leaders"
+    shares: ClassVar[str] = "its position and velocity"
+
+    leaders: int = 2
+    appoint: Appointment = "nearest"
+    foresight: float = 0.5
+    stiffness: float = 4.0
+    damping: float = 4.0
+    cohesion: float = 4.0
+    alignment: float = 4.0
+    leadership: float = 0.5
+    separation: float = 2.0
+    separation_radius: float = 0.1
+    margin: float = 0.02
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_count(self.leaders, "leader_follower.leaders", 1, _MOST_LEADERS)
+        check_choice(self.appoint, "leader_follower.appoint", get_args(Appointment))
+        check_number(self.foresight, "leader_follower.foresight", 0.0, 10.0)
+        for name in ("stiffness", "damping", "cohesion", "alignment", "separation"):
+            check_number(getattr(self, name), f"leader_follower.{name}", 0.0, 1e4)
+        check_number(self.leadership, "leader_follower.leadership", 0.0, 1.0)
+        check_number(self.separation_radius, "leader_follower.separation_radius", 0.0, 2.0, open_low=True)
+        check_number(self.margin, "leader_follower.margin", 0.0, 0.5)
+
+    # --- commands -----------------------------------------------------------------------------
+
+    def space(self, config: GameConfig) -> spaces.Box:
+        """Return the places (k, 2) of the leaders, in map widths."""
+        return spaces.Box(0.0, 1.0, (self.leaders, 2), np.float32)
+
+    def default(self, config: GameConfig) -> Array:
+        """Return places around the middle; the middle itself for a single leader."""
+        return self._around(0.5, 0.5)
+
+    def parse(self, command: Any, config: GameConfig, name: str = "command") -> Array:
+        """Return one command as an array.
+
+        Parameters
+        ----------
+        command : array_like (k, 2), or mapping
+            Places, or `{leader: (x, y)}` with a place for each of the leaders 0 to k - 1.
+        config : GameConfig
+        name : str
+            What to call it in an error.
+
+        Raises
+        ------
+        CommandError
+            If a leader has no place, a place no leader, or one lies outside the square.
+        """
+        if isinstance(command, Mapping):
+            command = self._in_order(command, name)
+        count = len(command) if hasattr(command, "__len__") else None
+        if count is not None and count != self.leaders:
+            raise CommandError(
+                f"{name} must be {self.leaders} places (x, y), one for each leader, got {describe(command)}; "
+                f"LeaderFollower(leaders=...) says how many leaders there are"
+            )
+        return super().parse(command, config, name)
+
+    def _in_order(self, given: Mapping[Any, Any], name: str) -> list[Any]:
+        expected = f"{name} must have a place for each of the leaders 0 to {self.leaders - 1}"
+        places: dict[int, Any] = {}
+        for key, place in given.items():
+            number = int(key) if isinstance(key, str) and key.isdecimal() and len(key) < 9 else key  # JSON's keys
+            if not isinstance(number, (int, np.integer)) or not 0 <= number < self.leaders:
+                raise CommandError(f"{expected}, got one for {key!r}: that leader does not exist")
+            places[int(number)] = place
+        missing = [leader for leader in range(self.leaders) if leader not in places]
+        if missing:
+            raise CommandError(f"{expected}, got none for {', '.join(map(str, missing))}")
+        return [places[leader] for leader in range(self.leaders)]
+
+    def to_densities(self, commands: Array, config: GameConfig) -> Array:
+        """Return where the leaders are sent."""
+        return density_at(commands, config.command_cells)
+
+    def named(self, config: GameConfig) -> Mapping[str, Array]:
+        """Return all leaders at one of 25 places, `at_10_10` and so on, and around it, `around_10_10` and so on."""
+        grid = {f"{x}_{y}": (x / 100, y / 100) for x in _PERCENT for y in _PERCENT}
+        named = {f"at_{place}": np.tile(middle, (self.leaders, 1)) for place, middle in grid.items()}
+        if self.leaders > 1:
+            named |= {f"around_{place}": self._around(*middle) for place, middle in grid.items()}
+        return named
+
+    def _around(self, x: float, y: float) -> Array:
+        """Return places on a circle, as far as it lies in the square."""
+        radius = _APART if self.leaders > 1 else 0.0
+        angles = [2 * math.pi * leader / self.leaders for leader in range(self.leaders)]
+        circle = np.array([(x + radius * math.cos(angle), y + radius * math.sin(angle)) for angle in angles])
+        return np.asarray(np.clip(circle, 0.0, 1.0))
+
+    # --- flight -------------------------------------------------------------------------------
+
+    def solve(self, flight: Flight, config: GameConfig) -> Array:
+        """Steer leaders to their places, and the others after them; the equations stand in the docs."""
+        factor = float(config.dynamics.speed_factor)
+        own = flight.own[:, :, None]
+        positions = np.where(own, flight.positions, 0.0).astype(np.float64)
+        velocities = np.where(own, flight.velocities, 0.0).astype(np.float64)
+        ranks = self._ranks(flight, positions + self.foresight * factor * velocities)
+        own_rank = np.diagonal(ranks, axis1=1, axis2=2)
+        places = np.clip(flight.commands, self.margin, 1.0 - self.margin)
+        goals = np.take_along_axis(places, np.maximum(own_rank, 0)[:, :, None], axis=1)
+        led = self.stiffness / factor * (goals - positions) - self.damping * velocities
+        following = self._follow(ranks, flight.heard, positions, velocities, factor)
+        keeping_apart = self._keep_apart(ranks, flight.heard, positions)
+        return np.asarray(np.where(own_rank[:, :, None] >= 0, led, following) + keeping_apart)
+
+    def _ranks(self, flight: Flight, expected: Array) -> NDArray[np.int64]:
+        """Return which place drone j leads to in the eyes of drone i, (n, N, N) `[i, j]`; -1: none."""
+        heard = flight.heard
+        if self.appoint == "lowest":
+            order = np.cumsum(heard, axis=2) - 1
+            return np.asarray(np.where(heard & (order < self.leaders), order, -1))
+        ranks = np.full(heard.shape, -1)
+        for leader in range(self.leaders):
+            away = expected - flight.commands[:, leader, None, :]
+            distance = away[:, :, 0] * away[:, :, 0] + away[:, :, 1] * away[:, :, 1]
+            free = np.where(heard & (ranks < 0), distance[:, None, :], np.inf)
+            best = free.argmin(axis=2)[:, :, None]
+            exists = np.isfinite(np.take_along_axis(free, best, axis=2))
+            chosen = np.where(exists, leader, np.take_along_axis(ranks, best, axis=2))
+            np.put_along_axis(ranks, best, chosen, axis=2)
+        return ranks
+
+    def _follow(
+        self, ranks: NDArray[np.int64], heard: NDArray[np.bool_], positions: Array, velocities: Array, factor: float
+    ) -> Array:
+        """Return the consensus (n, N, 2) of each drone with those that it hears, itself left out."""
+        others = heard & ~np.eye(heard.shape[1], dtype=np.bool_)
+        leading, following = others & (ranks >= 0), others & (ranks < 0)
+        leaders, followers = leading.sum(axis=2), following.sum(axis=2)
+        share = np.where(followers == 0, 1.0, self.leadership)
+        weights = leading * (share / np.maximum(leaders, 1))[:, :, None]
+        weights += following * ((1.0 - share) / np.maximum(followers, 1))[:, :, None]
+        total = np.empty_like(positions)
+        for axis in range(2):
+            place, velocity = positions[:, :, axis], velocities[:, :, axis]
+            pull = self.cohesion / factor * (place[:, None, :] - place[:, :, None])
+            pull += self.alignment * (velocity[:, None, :] - velocity[:, :, None])
+            total[:, :, axis] = (weights * pull).sum(axis=2)
+        return total
+
+    def _keep_apart(self, ranks: NDArray[np.int64], heard: NDArray[np.bool_], positions: Array) -> Array:
+        """Return the push (n, N, 2) away from near drones; leaders give way to leaders alone."""
+        leads = np.diagonal(ranks, axis1=1, axis2=2) >= 0
+        counts = heard & (~leads[:, :, None] | (ranks >= 0))
+        x, y = (positions[:, :, None, axis] - positions[:, None, :, axis] for axis in range(2))
+        distance = np.sqrt(x * x + y * y)
+        strength = self.separation * np.maximum(0.0, 1.0 - distance / self.separation_radius)
+        strength = np.where(counts, strength / np.maximum(distance, _CLOSE), 0.0)
+        return np.stack([(strength * x).sum(axis=2), (strength * y).sum(axis=2)], axis=2)

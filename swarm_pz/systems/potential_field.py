@@ -1,0 +1,94 @@
+"""Potential fields: forces between drones, from walls, and from two images, of what attracts and what repels.
+
+After Howard, Matarić and Sukhatme, "Mobile sensor network deployment using potential fields: a distributed, scalable
+solution to the area coverage problem" (Distributed Autonomous Robotic Systems 5, 2002);
+`swarm_pz.kernels.controllers.potential_field` flies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import ClassVar
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from swarm_pz.config import GameConfig
+from swarm_pz.config.base import check_number
+from swarm_pz.config.system import ControlSystem, Flight
+from swarm_pz.kernels.controllers.potential_field import PotentialParameters, repel
+from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
+
+
+@dataclass(frozen=True, kw_only=True)
+class PotentialField(ControlSystem):
+    """Charged drones, which repel each other, in a field of charges.
+
+    Attributes
+    ----------
+    strength : float
+        Map widths per second squared, of the force between a team's whole charge and a point one map width away.
+    attraction, repulsion : float
+        Charge of all that attracts, and of all that repels, where a team's own is 1.
+    wall : float
+        Charge of each wall.
+    friction : float
+        Share of its velocity that a drone loses, per second.
+    softening : float
+        Map widths added to the distances between drones and from walls (as sides of a right angle), which keeps
+        forces finite.
+    """
+
+    name: ClassVar[str] = "potential_field"
+    takes: ClassVar[str] = "attraction"
+    shares: ClassVar[str] = "its position"
+
+    strength: float = 0.1
+    attraction: float = 1.0
+    repulsion: float = 1.0
+    wall: float = 0.01
+    friction: float = 1.0
+    softening: float = 0.05
+
+    def __post_init__(self) -> None:
+        """Check every field."""
+        super().__post_init__()
+        for field in fields(self):
+            is_divisor = field.name == "softening"
+            check_number(getattr(self, field.name), f"potential_field.{field.name}", 0.0, 1e3, open_low=is_divisor)
+
+    def space(self, config: GameConfig) -> spaces.Box:
+        """Return the images (2, A, A) of what attracts and what repels, `[row = y, column = x]`: their shapes count."""
+        return spaces.Box(0.0, 1.0, (2, config.command_cells, config.command_cells), np.float32)
+
+    def default(self, config: GameConfig) -> NDArray[np.float64]:
+        """Return two empty images: cover evenly."""
+        return np.zeros((2, config.command_cells, config.command_cells))
+
+    def from_densities(self, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64]:
+        """Attract as densities (n, A, A) ask, and repel nowhere."""
+        return np.stack([densities, np.zeros_like(densities)], axis=1)
+
+    def to_densities(self, commands: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64]:
+        """Return what attracts, less what repels where that is most, as far as they leave anything."""
+        attracts, repels = commands[:, 0], commands[:, 1]
+        pictures = []
+        for one, other in zip(attracts, repels, strict=True):
+            wanted = one / one.max() if one.max() > 0.0 else np.ones_like(one)
+            spared = other / other.max() if other.max() > other.min() else np.zeros_like(other)
+            left = np.clip(wanted - spared, 0.0, 1.0)
+            pictures.append(left)
+        return np.asarray(pictures).reshape(attracts.shape)
+
+    def named(self, config: GameConfig) -> Mapping[str, NDArray[np.float64]]:
+        """Return attraction to the densities of `swarm_pz.spaces.densities`."""
+        return dict(zip(COMMAND_NAMES, self.from_densities(named_commands(config.command_cells), config), strict=True))
+
+    def solve(self, flight: Flight, config: GameConfig) -> NDArray[np.float64]:
+        """Add up the forces; see `swarm_pz.kernels.controllers.potential_field.repel`."""
+        accelerations = np.zeros(flight.positions.shape)
+        parameters = PotentialParameters(**{field.name: float(getattr(self, field.name)) for field in fields(self)})
+        repel(*flight[:5], parameters, accelerations)
+        return accelerations

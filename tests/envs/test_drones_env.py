@@ -1,0 +1,306 @@
+"""Drones as agents: PettingZoo's tests, who plays and who sits out, and the books of the reward."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, render_test
+from pettingzoo.utils import parallel_to_aec
+
+import swarm_pz
+from swarm_pz import (
+    CommandError,
+    ConfigError,
+    GameConfig,
+    GameOverError,
+    ObservationConfig,
+    PolicyError,
+    RewardConfig,
+    Simulator,
+    drones_env,
+)
+from swarm_pz.config import CaptureConfig, DynamicsConfig
+from swarm_pz.envs.drones_batch import DronesBatch
+from swarm_pz.envs.reward import drone_rewards
+
+VARIANTS = {
+    "default": {"drones_per_team": 3},
+    "discrete": {"drones_per_team": 2, "action": "discrete", "side": "blue"},
+    "both": {"drones_per_team": 3, "side": "both"},
+    "handicap": {"drones_per_team": (1, 4), "opponent": "ring", "action_period": 0.1, "neighbours": 2},
+    "large": {"action_period": 1.0, "grid": 10, "patch": 3, "controllers": ("ergodic", "flocking")},
+}
+
+
+@pytest.fixture(params=VARIANTS)
+def variant(request):
+    return VARIANTS[request.param]
+
+
+def test_pettingzoos_tests_pass(variant):
+    parallel_api_test(drones_env(**variant), num_cycles=150)
+    parallel_seed_test(lambda: drones_env(**variant))
+    api_test(parallel_to_aec(drones_env(**variant)), num_cycles=60)
+
+
+def test_it_renders():
+    render_test(lambda render_mode: parallel_to_aec(drones_env(render_mode=render_mode, drones_per_team=2)))
+    environment = drones_env(render_mode="rgb_array_list", drones_per_team=2, action_period=0.5)
+    environment.reset(seed=0)
+    environment.render()
+    environment.step(choose(environment, np.random.default_rng(0)))
+    assert len(environment.render()) == 5
+    assert environment.metadata["name"] == "swarm_pz_drones_v0"
+    assert environment.state_space.contains(environment.state())
+
+
+def choose(environment, generator):
+    return {agent: generator.uniform(-1, 1, 2).astype(np.float32) for agent in environment.agents}
+
+
+def test_whole_episodes_are_deterministic_and_every_observation_fits():
+    def play():
+        environment, generator, seen = drones_env(drones_per_team=3, max_cycles=300), np.random.default_rng(0), []
+        for seed in (5, None):
+            observations, infos = environment.reset(seed=seed)
+            while environment.agents:
+                before = {agent: one.copy() for agent, one in observations.items()}
+                following, rewards, terminations, truncations, infos = environment.step(choose(environment, generator))
+                assert all((observations[agent] == before[agent]).all() for agent in before)  # not overwritten
+                assert all(environment.observation_space(agent).contains(one) for agent, one in following.items())
+                assert len(set(terminations.values())) == len(set(truncations.values())) == 1
+                seen += [np.stack(list(following.values())), rewards, infos]
+                observations = following
+        return seen
+
+    first, second = play(), play()
+    assert len(first) == len(second) > 20
+    np.testing.assert_equal(first, second)
+
+
+def test_agents_are_named_after_the_team_that_they_begin_with_and_stay():
+    environment = drones_env(drones_per_team=(1, 2), side="blue")
+    _, infos = environment.reset(seed=0)
+    names = ["red_0_drone_0", "blue_0_drone_0", "blue_0_drone_1"]
+    assert environment.possible_agents == environment.agents == names
+    assert [infos[name]["flies"] for name in names] == [0, 1, 1]
+    assert {infos[name]["side"] for name in names} == {1}
+
+
+def test_the_learning_side_is_drawn_anew_for_every_game_or_as_asked():
+    sides = {drones_env(drones_per_team=1).reset(seed=seed)[1]["red_0_drone_0"]["side"] for seed in range(20)}
+    assert sides == {0, 1}
+    for team, side in enumerate(("red", "blue")):
+        environment = drones_env(drones_per_team=1, side=side)
+        assert {environment.reset(seed=seed)[1]["red_0_drone_0"]["side"] for seed in range(4)} == {team}
+
+
+def teams_of(batch):
+    return batch.batch.simulator.teams[0].copy()
+
+
+def play_by_ticks(batch, reference, accelerations):
+    """Play a step in a simulator of its own, tick by tick; return the drones' teams after each tick."""
+    sides = batch.sides[0]
+    accelerations = np.where(batch.flies[0][:, None], accelerations, 0.0)
+    reference.restore(batch.batch.simulator.snapshot())
+    flown = [0, 1] if batch.duel is None else [int(sides[0])]
+    for team in flown:
+        reference.command(team, [accelerations])
+    teams = []
+    for _ in range(batch.config.step_ticks):
+        reference.advance(1)
+        teams.append(reference.teams[0].copy())
+    return teams
+
+
+def team_rewards(config, before, after):
+    """What red gets of a tick: its gain over the mean size, and one for the game."""
+    gain = (after == 0).sum() - (before == 0).sum()
+    won = (1 if (after == 0).all() else -1 if (after == 1).all() else 0) if len(set(before.tolist())) > 1 else 0
+    return config.reward.size_change * gain / (config.num_drones / 2) + config.reward.outcome * won
+
+
+@pytest.mark.parametrize("side", ["red", "blue", "both"])
+def test_every_agent_gets_its_teams_reward_to_the_tick_of_its_capture_and_nothing_while_it_sits_out(side):
+    config = GameConfig(
+        drones_per_team=4,
+        time_limit=60.0,
+        reward=RewardConfig(size_change=0.5, outcome=2.0),
+        capture=CaptureConfig(threshold=0.5),
+    )
+    batch = DronesBatch(config, 1, side=side, action_period=1.0)
+    reference, generator = Simulator(batch.config), np.random.default_rng(1)
+    captured, returned = 0, 0
+    for seed in range(6):
+        batch.reset([np.random.SeedSequence(seed)], np.array([0]))
+        reference.reset([0], swapped=batch.duel is not None and batch.duel.sides[0] == 1)
+        for _ in range(60):
+            accelerations = generator.uniform(-1, 1, (8, 2))
+            before, flew, sides = teams_of(batch), batch.flies[0], batch.sides[0]
+            ticks = play_by_ticks(batch, reference, accelerations)
+            result = batch.step(accelerations[None])
+            assert (teams_of(batch) == ticks[-1]).all()
+            path = np.array([before, *ticks])
+            flips = (np.diff(path, axis=0) != 0).sum(axis=0)
+            red = [team_rewards(config, old, new) for old, new in itertools.pairwise(path)]
+            assert result.result.rewards[0] == pytest.approx([sum(red), -sum(red)])
+            for drone in range(8):
+                if not flew[drone]:
+                    assert result.rewards[0, drone] == 0.0
+                elif (flips <= 1).all():  # of one that changes twice in a step, only where it ends counts
+                    last = np.flatnonzero(np.diff(path[:, drone]) != 0)
+                    got = sum(red[: last[0] + 1]) if len(last) else sum(red)
+                    assert result.rewards[0, drone] == pytest.approx(got if sides[drone] == 0 else -got)
+            captured += int((flew & (teams_of(batch) != before)).sum())
+            returned += int((~flew & batch.flies[0]).sum())
+            if not batch.batch.running[0]:
+                break
+    assert captured > 3 and (returned > 0 or side == "both")
+
+
+def test_a_team_of_one_gets_its_teams_reward_and_all_of_it():
+    environment, generator = drones_env(drones_per_team=1, side="red", max_cycles=400), np.random.default_rng(0)
+    for seed in range(6):
+        environment.reset(seed=seed)
+        got, changed = 0.0, 0
+        while environment.agents:
+            _, rewards, _, _, infos = environment.step(choose(environment, generator))
+            got += rewards["red_0_drone_0"]
+            changed += infos["red_0_drone_0"]["captured"] - infos["red_0_drone_0"]["lost"]
+        assert got == pytest.approx(changed + infos["red_0_drone_0"]["outcome"])
+
+
+def test_two_that_are_captured_in_one_step_get_what_each_has_seen_of_it():
+    config = GameConfig(drones_per_team=2)
+    before, after = np.array([[0, 0, 1, 1]], np.int8), np.array([[1, 1, 0, 1]], np.int8)
+    at = np.array([[12, 14, 13, -9]])
+    rewards = np.array([[-0.5, 0.5]])
+    plays = np.ones((1, 4), np.bool_)
+    shares = drone_rewards(config, rewards, plays, before, after, at, np.array([False]))
+    # Red loses one at 12, gains one at 13, loses one at 14.
+    assert shares.tolist() == [[-0.5, -0.5, 0.0, 0.5]]
+
+
+def test_only_who_is_captured_in_the_deciding_tick_loses_the_game():
+    config = GameConfig(drones_per_team=2)
+    before, after = np.array([[0, 0, 1, 1]], np.int8), np.ones((1, 4), np.int8)
+    at, rewards = np.array([[12, 14, -9, -9]]), np.array([[-2.0, 2.0]])
+    shares = drone_rewards(config, rewards, np.ones((1, 4), np.bool_), before, after, at, np.array([True]))
+    assert shares.tolist() == [[-0.5, -2.0, 2.0, 2.0]]
+
+
+def test_who_sits_out_sees_nothing_and_its_action_does_nothing():
+    def play(pushes):
+        environment = drones_env(drones_per_team=2, side="red")
+        sitting = ("blue_0_drone_0", "blue_0_drone_1")
+        environment.reset(seed=3)
+        for _ in range(5):
+            actions = choose(environment, np.random.default_rng(1)) | dict.fromkeys(sitting, pushes)
+            observations, rewards, _, _, infos = environment.step(actions)
+            for agent in sitting:
+                assert observations[agent][0] == -1 and not observations[agent][1:].any()
+                assert rewards[agent] == 0.0 and infos[agent]["flies"] == 0
+        return environment.batch.simulator.positions.copy()
+
+    assert (play(np.ones(2)) == play(np.zeros(2))).all()
+
+
+def test_an_agent_flies_its_drone_and_the_opponents_system_the_others():
+    environment = drones_env(drones_per_team=2, side="blue", capture=CaptureConfig(enabled=False))
+    start = {"positions": np.full((4, 2), 0.5), "velocities": np.zeros((4, 2))}
+    environment.reset(seed=0, options=start)
+    push = {"red_0_drone_0": [1, 1], "red_0_drone_1": [1, 1], "blue_0_drone_0": [0.5, 0], "blue_0_drone_1": [0, -1]}
+    environment.step(push)
+    velocities = environment.batch.simulator.velocities[0]
+    assert velocities[2:] == pytest.approx(np.array([[0.1, 0], [0, -0.2]]), abs=1e-6)
+
+
+def test_one_who_comes_over_coasts_until_its_agent_has_seen_something():
+    batch = DronesBatch(GameConfig(drones_per_team=2), 1, side="red")
+    batch.reset([np.random.SeedSequence(0)], np.array([0]))
+    batch.step(np.ones((1, 4, 2)))
+    assert batch.batch.simulator.games.commands[0, 0, :8].reshape(4, 2).tolist() == [[1, 1], [1, 1], [0, 0], [0, 0]]
+
+
+def test_failed_drones_sit_out():
+    dynamics = DynamicsConfig(failure_rate=5.0, repair_rate=5.0)
+    environment = drones_env(drones_per_team=4, side="red", dynamics=dynamics, capture=CaptureConfig(enabled=False))
+    environment.reset(seed=0)
+    flew = set()
+    for _ in range(10):
+        observations, _, _, _, infos = environment.step(choose(environment, np.random.default_rng(0)))
+        for agent in ("red_0_drone_0", "red_0_drone_1"):
+            assert observations[agent][0] == (1 if infos[agent]["flies"] else -1)
+            flew.add(infos[agent]["flies"])
+    assert flew == {0, 1}
+
+
+class Noted:
+    """A policy that notes when it is asked."""
+
+    observation = ObservationConfig(grid=10)
+
+    def __init__(self):
+        self.asked = 0
+
+    def reset(self, seeds, rows):
+        pass
+
+    def act(self, observations, rows):
+        self.asked += len(rows)
+        return np.ones((len(rows), 10, 10))
+
+
+def test_an_opponents_command_holds_for_the_command_period():
+    noted = Noted()
+    environment = drones_env(opponent=noted, drones_per_team=2, command_period=1.0, action_period=0.2)
+    environment.reset(seed=0)
+    asked = []
+    for _ in range(11):
+        environment.step(choose(environment, np.random.default_rng(0)))
+        asked.append(noted.asked)
+    assert asked == [1] * 5 + [2] * 5 + [3]
+
+
+def test_mistakes_are_said_and_change_nothing():
+    environment = drones_env(drones_per_team=1, side="red")
+    with pytest.raises(GameOverError, match="call reset before step"):
+        environment.step({})
+    environment.reset(seed=0)
+    good = choose(environment, np.random.default_rng(0))
+    for actions, said in (
+        ({"red_0_drone_0": [0, 0]}, "missing blue_0_drone_0"),
+        (good | {"red_0_drone_7": [0, 0]}, "unknown red_0_drone_7"),
+        ([[0, 0]], "got list in place of a mapping"),
+        (good | {"blue_0_drone_0": [np.nan, 0]}, "blue_0_drone_0's action"),
+        (good | {"red_0_drone_0": [1.5, 0]}, "red_0_drone_0's action"),
+        (good | {"red_0_drone_0": 3}, "red_0_drone_0's action"),
+    ):
+        with pytest.raises(CommandError, match=said):
+            environment.step(actions)
+    assert environment.batch.simulator.time_s[0] == 0.0
+    environment.step(good)
+
+
+def test_options_that_make_no_sense_are_refused():
+    for options, said in (
+        ({"side": "green"}, "side must be 'random' or 'red' or 'blue' or 'both'"),
+        ({"action_period": 0.3}, "action_period must be a whole part of command_period, which is 1 s"),
+        ({"action_period": 0.05}, "action_period must be a number in"),
+        ({"action_period": 0.15}, "action_period must be a whole number of control periods"),
+        ({"side": "both", "opponent": "ring"}, "there is no opponent where both sides learn"),
+        ({"neighbour": 3}, "did you mean 'neighbours'"),
+        ({"render_mode": "3d"}, "there is no render mode"),
+    ):
+        with pytest.raises(ConfigError, match=said):
+            drones_env(**options)
+    with pytest.raises(PolicyError, match="there is no policy 'rin'"):
+        drones_env(opponent="rin")
+    drones_env(side="both", action_period=0.3).close()
+
+
+def test_the_package_offers_it():
+    assert swarm_pz.drones_env(drones_per_team=1).possible_agents == ["red_0_drone_0", "blue_0_drone_0"]

@@ -1,0 +1,106 @@
+"""Control systems for tests at the table, which take places: one that works, and some that do not."""
+
+import importlib.metadata
+import time
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from gymnasium import spaces
+
+from swarm_pz.config import registry
+from swarm_pz.systems import ControlSystem
+
+
+@dataclass(frozen=True, kw_only=True)
+class Magnet(ControlSystem):
+    """Everybody flies to one place."""
+
+    name: ClassVar[str] = "magnet"
+    takes: ClassVar[str] = "place"
+
+    def space(self, config):
+        return spaces.Box(0.0, 1.0, (2,), np.float32)
+
+    def default(self, config):
+        return np.full(2, 0.5)
+
+    def solve(self, flight, config):
+        return 2.0 * (flight.commands[:, None] - flight.positions) - 2.0 * flight.velocities
+
+
+@dataclass(frozen=True, kw_only=True)
+class Raising(Magnet):
+    """Raises once it is sent to a corner."""
+
+    name: ClassVar[str] = "raising"
+    corners: ClassVar[list[None]] = []
+
+    def solve(self, flight, config):
+        if (flight.commands == 0.0).all():
+            raise RuntimeError("lost in a corner")
+        return super().solve(flight, config)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hanging(Magnet):
+    """Does not come back for long once it is sent to a corner."""
+
+    name: ClassVar[str] = "hanging"
+    corners: ClassVar[list[None]] = []
+
+    def solve(self, flight, config):
+        if (flight.commands == 0.0).all():
+            self.corners.append(None)
+            time.sleep(6.0)
+        return super().solve(flight, config)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unready(Magnet):
+    """Cannot say what its commands are."""
+
+    name: ClassVar[str] = "unready"
+
+    def default(self, config):
+        raise RuntimeError("not written yet")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fields(Magnet):
+    """Takes what attracts and what repels, and does nothing."""
+
+    name: ClassVar[str] = "fields"
+    takes: ClassVar[str] = "attraction"
+
+    def space(self, config):
+        return spaces.Box(0.0, 1.0, (2, config.command_cells, config.command_cells), np.float32)
+
+    def default(self, config):
+        return np.zeros((2, config.command_cells, config.command_cells))
+
+    def solve(self, flight, config):
+        return np.zeros_like(flight.positions)
+
+
+class _Point:
+    value, dist = "tests", None
+
+    def __init__(self, made):
+        self.name, self._made = made.name, made
+
+    def load(self):
+        return self._made
+
+
+def install(monkeypatch, *systems):
+    """Register control systems as other packages do."""
+    points = importlib.metadata.entry_points
+
+    def found(**what):
+        more = [_Point(one) for one in systems] if what.get("group") == registry.GROUP else []
+        return [*points(**what), *more]
+
+    monkeypatch.setattr(importlib.metadata, "entry_points", found)
+    registry.system_class.cache_clear()
+    registry._find.cache_clear()

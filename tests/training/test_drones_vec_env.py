@@ -1,0 +1,145 @@
+"""Drones as rows of a VecEnv: the same games as those of the PettingZoo face, and PPO learns on it unwrapped."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecMonitor
+
+from swarm_pz import CommandError, ConfigError, drones_env
+from swarm_pz.config import CaptureConfig
+from swarm_pz.training.drones_vec_env import DronesVecEnv, PlayingRolloutBuffer
+
+SMALL = {"drones_per_team": 2, "action_period": 0.5}
+
+
+def choose(environment, generator):
+    return generator.uniform(-1, 1, (environment.num_envs, 2)).astype(np.float32)
+
+
+def test_a_row_is_a_drone_of_the_pettingzoo_face():
+    rows = DronesVecEnv(num_games=3, seed=4, opponent=["noise", "uniform"], **SMALL)
+    seen, generator = rows.reset(), np.random.default_rng(0)
+    assert rows.num_envs == 12 and seen.shape == (12, *rows.observation_space.shape)
+    streams = np.random.SeedSequence(4).spawn(3)
+    singles = [drones_env(opponent=name, **SMALL) for name in ("noise", "uniform", "noise")]
+    for single, stream in zip(singles, streams, strict=True):
+        assert (rows.observation_space, rows.action_space) == (
+            single.observation_space("red_0_drone_0"),
+            single.action_space("red_0_drone_0"),
+        )
+        single.np_random = np.random.default_rng(stream)
+        single.reset()
+    for _ in range(8):
+        actions = choose(rows, generator)
+        seen, rewards, dones, _ = rows.step(actions)
+        for game, single in enumerate(singles):
+            mine = slice(4 * game, 4 * game + 4)
+            result = single.step(dict(zip(single.possible_agents, actions[mine], strict=True)))
+            assert (seen[mine] == np.stack(list(result[0].values()))).all() and not dones[mine].any()
+            assert rewards[mine] == pytest.approx(list(result[1].values()))
+
+
+def test_games_that_end_tell_their_last_observation_and_whether_time_was_up():
+    calm = CaptureConfig(enabled=False)
+    env = DronesVecEnv(num_games=2, seed=0, side="red", max_cycles=3, capture=calm, **SMALL)
+    env.reset()
+    generator = np.random.default_rng(0)
+    for _ in range(2):
+        _, _, dones, infos = env.step(choose(env, generator))
+        assert not dones.any() and infos == [{}] * 8
+    seen, _, dones, infos = env.step(choose(env, generator))
+    assert dones.all()
+    for row, info in enumerate(infos):
+        assert info["TimeLimit.truncated"] and info["time_s"] == 1.5 and info["outcome"] == 0
+        assert info["flies"] == (row % 4 < 2)
+        assert env.observation_space.contains(info["terminal_observation"])
+        assert (info["terminal_observation"][0] == 1) == bool(info["flies"])
+    assert (seen[:, 3:5] == 0).all()  # games have begun anew: drones rest
+    assert env.reset_infos[0]["time_s"] == 0.0
+
+
+def test_a_lost_game_is_no_time_out():
+    env = DronesVecEnv(num_games=8, seed=0, drones_per_team=1, action_period=1.0)
+    env.reset()
+    generator, ends = np.random.default_rng(0), []
+    for _ in range(300):
+        _, _, dones, infos = env.step(choose(env, generator))
+        for game in np.flatnonzero(dones[::2]):
+            info = infos[2 * game]
+            ends.append(info["outcome"])
+            assert info["TimeLimit.truncated"] == (info["outcome"] == 0)
+            assert info["flies"] == (info["outcome"] == 1) or info["outcome"] == 0
+    assert {-1} <= set(ends) <= {-1, 0, 1}
+
+
+@pytest.mark.parametrize("options", [{}, {"action": "discrete"}, {"side": "both"}])
+def test_seeds_and_threads_decide_nothing_but_the_games(options):
+    def play(threads):
+        env = DronesVecEnv(num_games=4, threads=threads, seed=3, max_cycles=12, **SMALL, **options)
+        env.action_space.seed(0)
+        seen = [env.reset()]
+        for _ in range(15):
+            actions = np.stack([env.action_space.sample() for _ in range(env.num_envs)])
+            observations, rewards, dones, _ = env.step(actions)
+            assert all(env.observation_space.contains(one) for one in observations)
+            seen += [observations, rewards, dones]
+        env.close()
+        return seen
+
+    np.testing.assert_equal(play(1), play(2))
+
+
+def test_seeding_anew_gives_other_starts_and_the_same_seed_the_same():
+    env = DronesVecEnv(num_games=2, seed=1, **SMALL)
+    first, second = env.reset(), env.reset()
+    assert not np.array_equal(first, second)
+    assert env.seed(1) == [1] * 8
+    assert np.array_equal(env.reset(), first)
+
+
+@pytest.mark.parametrize("action", ["acceleration", "discrete"])
+def test_ppo_learns_on_it_unwrapped_and_two_runs_agree(action):
+    def learn():
+        env = VecMonitor(DronesVecEnv(num_games=2, seed=0, action=action, max_cycles=6, **SMALL))
+        model = PPO("MlpPolicy", env, n_steps=8, batch_size=32, n_epochs=1, seed=0, device="cpu")
+        model.learn(128)
+        assert len(model.ep_info_buffer) == 16  # both games ended twice
+        return model.predict(env.reset(), deterministic=True)[0]
+
+    np.testing.assert_equal(learn(), learn())
+
+
+def test_rows_that_sat_out_are_not_learned_from_and_are_worth_nothing():
+    env = DronesVecEnv(num_games=2, seed=0, side="red", max_cycles=6, **SMALL)
+    model = PPO(
+        "MlpPolicy", env, n_steps=8, batch_size=16, rollout_buffer_class=PlayingRolloutBuffer, seed=0, device="cpu"
+    )
+    model.learn(64)
+    buffer = model.rollout_buffer
+    sits_out = buffer.observations[:, 0] == -1  # flattened by now: steps of all rows
+    assert 16 <= sits_out.sum() < 64
+    assert (buffer.values[sits_out] == 0).all() and (buffer.values[~sits_out] != 0).all()
+    parts = list(buffer.get(16))
+    assert sum(len(part.actions) for part in parts) == (~sits_out).sum()
+    assert all((part.observations[:, 0] == 1).all() for part in parts)
+
+
+def test_actions_that_are_none_are_refused_and_options_as_of_the_pettingzoo_face():
+    env = DronesVecEnv(num_games=2, **SMALL)
+    env.reset()
+    for actions in (np.full((8, 2), np.nan), np.zeros((2, 2)), np.full((8, 2), 1.5)):
+        with pytest.raises(CommandError, match="actions"):
+            env.step(actions)
+    with pytest.raises(ConfigError, match="did you mean 'num_games'"):
+        DronesVecEnv(num_game=2)
+    with pytest.raises(AttributeError, match="games of a DronesVecEnv share"):
+        env.set_attr("seed", 3)
+
+
+def test_pictures_are_of_every_rows_game():
+    env = DronesVecEnv(num_games=2, drones_per_team=1)
+    env.reset()
+    pictures = env.get_images()
+    assert len(pictures) == 4 and (pictures[0] == pictures[1]).all() and not (pictures[0] == pictures[2]).all()
