@@ -16,19 +16,21 @@ import numpy as np
 from swarm_pz.config import TEAM_NAMES, GameConfig
 from swarm_pz.config.base import Config, check, check_choice, check_count, check_number
 from swarm_pz.errors import ConfigError, nearest
+from swarm_pz.play.factors import Factors
 from swarm_pz.play.studies.forms import KNOWN_FORMS, Form, Item
 
 When = Literal["start", "block", "end"]
 _WHEN: tuple[When, ...] = ("start", "block", "end")
-_HIDEABLE = ("opponents", "ground", "trails", "target")
 _STUDY = 21
 """Sets the seeds of studies apart from those of training and matches."""
 _MOST_TEXT = 200_000
 
 
 @dataclass(frozen=True, kw_only=True)
-class Condition(Config):
+class Condition(Factors):
     """What is varied: the rules of a block of games, and what the seat can do and see.
+
+    Its seat's factors are fields of its own; see `Factors`.
 
     Attributes
     ----------
@@ -43,18 +45,6 @@ class Condition(Config):
         Fields of `GameConfig` that differ from those of the study.
     text : str
         File of what the participant reads before the block, in Markdown.
-    command_delay_ms, display_delay_ms : float
-        How much later commands arrive, and moments are shown, than they would.
-    frame_rate : int
-        Moments shown a second, at most 30.
-    speed : float
-        Seconds of game a second.
-    hide : tuple of str
-        Of "opponents", "ground", "trails", "target": what the seat is not shown.
-    share : float
-        Share of the command that a policy makes, from 0 to 1; the rest is the participant's.
-    helper : str
-        That policy.
     """
 
     title: str
@@ -63,28 +53,16 @@ class Condition(Config):
     system: str = "ergodic"
     rules: dict[str, Any] = field(default_factory=dict)
     text: str = ""
-    command_delay_ms: float = 0.0
-    display_delay_ms: float = 0.0
-    frame_rate: int = 30
-    speed: float = 1.0
-    hide: tuple[str, ...] = ()
-    share: float = 0.0
-    helper: str = ""
 
     def __post_init__(self) -> None:
-        super().__post_init__()
+        try:
+            super().__post_init__()
+        except ConfigError as error:
+            raise ConfigError(f"condition {self.title!r}: {error}") from error
         where = f"condition {self.title!r}"
         check(isinstance(self.title, str) and bool(self.title.strip()), "condition: title", self.title, "a name")
         check(isinstance(self.opponent, str) and bool(self.opponent), f"{where}: opponent", self.opponent, "a policy")
         check_choice(self.side, f"{where}: side", TEAM_NAMES)
-        for name in ("command_delay_ms", "display_delay_ms"):
-            check_number(getattr(self, name), f"{where}: {name}", 0.0, 5000.0)
-        check_count(self.frame_rate, f"{where}: frame_rate", 1, 30)
-        check_number(self.speed, f"{where}: speed", 0.25, 2.0)
-        check_number(self.share, f"{where}: share", 0.0, 1.0)
-        check(self.share == 0.0 or bool(self.helper), f"{where}: helper", self.helper, "a policy, if it has a share")
-        for name in self.hide:
-            check_choice(name, f"{where}: hide", _HIDEABLE)
         check(isinstance(self.rules, dict), f"{where}: rules", self.rules, "a table of fields")
 
     def game(self, rules: dict[str, Any]) -> GameConfig:
