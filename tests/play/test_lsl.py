@@ -5,7 +5,6 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pylsl
@@ -57,8 +56,8 @@ def test_a_game_is_told_in_order_and_its_clock_is_that_of_the_recording(stream, 
     async def play():
         nonlocal room
         game = GameConfig(capture=CaptureConfig(threshold=0.3), command_period=0.5)
-        with opened(tmp_path, Workers(answer), TableConfig(game=game), speed=2.0, time_limit=5.0) as room:
-            room._context = replace(room._context, markers=markers)
+        table = TableConfig(game=game)
+        with opened(tmp_path, Workers(answer), table, markers=markers, speed=2.0, time_limit=5.0) as room:
             watched(room)
             await until(lambda: room.phase == "over")
             return read(room), room.session.recorder.path.stem

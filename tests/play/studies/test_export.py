@@ -5,6 +5,7 @@ import io
 import json
 import re
 import sys
+from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet
@@ -96,6 +97,16 @@ def test_parquet_holds_what_csv_holds_with_types(out):
     forms = pyarrow.parquet.read_table(out / "tables" / "forms.parquet")
     assert str(forms.schema.field("value").type) == "double"
     assert playing.ANSWERS["background"]["words"] in forms["answer"].to_pylist()  # as it was
+
+
+def test_the_pages_snippets_read_it(out, capsys):
+    text = (Path(__file__).parents[3] / "docs" / "data.md").read_text()
+    programs = [one for one in re.findall(r"^```python\n(.*?)^```", text, re.M | re.S) if ">>>" not in one]
+    for program in programs:
+        exec(compile(program.replace("OUT/", f"{out}/"), "docs/data.md", "exec"), {})  # noqa: S102  (our own page)
+    told = capsys.readouterr().out
+    assert len(programs) == 2
+    assert "500.0" in told and "75.0" in told
 
 
 def test_the_codebook_names_every_column_with_its_unit(out):
