@@ -64,7 +64,14 @@ def progress(what: str = "games", doing: str = "playing") -> Iterator[Callable[[
 @contextmanager
 def filming() -> Iterator[Callable[[float, float], None]]:
     """As `progress`, while a film is drawn."""
-    with progress("seconds of game at most", "filming") as move:
+    with in_seconds("filming") as move:
+        yield move
+
+
+@contextmanager
+def in_seconds(what: str) -> Iterator[Callable[[float, float], None]]:
+    """As `progress`, while something goes through a game from its beginning to its end."""
+    with progress("seconds of game at most", what) as move:
         yield move
 
 

@@ -12,7 +12,7 @@ import tyro
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.player_options import known
-from swarm_pz.cli.report import command, filming, print_rules
+from swarm_pz.cli.report import command, filming, in_seconds, print_rules
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check, check_count, check_number
 from swarm_pz.errors import SwarmError, require_extra
@@ -31,6 +31,7 @@ def play(
     countdown: float = 3.0,
     out: Path = Path("runs/games"),
     record_labels: bool = False,
+    lsl: Annotated[tuple[str, ...] | None, tyro.conf.arg(metavar="[NAME]")] = None,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
@@ -45,22 +46,27 @@ def play(
         countdown: Seconds for which the start of a game is shown before it begins.
         out: Folder of the recordings.
         record_labels: Write into recordings what players call themselves; else only those at the table see it.
+        lsl: Tell Lab Streaming Layer when games begin and end, commands come into force and drones are taken, in a
+            stream of this name; swarm-pz if none is given.
         game: The rules; sizes and time limit are each room's own.
     """
     _need_play()
     from swarm_pz import policies
     from swarm_pz.play.game import TableConfig
+    from swarm_pz.play.lsl import Markers
     from swarm_pz.play.server.games_folder import check_folder
     from swarm_pz.play.server.serve import serve
 
     check_count(port, "port", 0, 65535)
     check_folder(out)
     check_number(countdown, "countdown", 0.0, 60.0)
+    check(lsl is None or len(lsl) <= 1, "lsl", lsl, "one name, or none")
     installed = known()
     if opponent is not None and opponent != "none":
         policies.load(opponent, game, game.team_systems[1])
         installed |= {opponent: about(opponent)}
     page = f"play={opponent}" if opponent is not None else ""
+    markers = Markers(*lsl) if lsl is not None else None
     say = functools.partial(print, flush=True)
     print_rules(game, "(rules_hash of rooms as they are set at first; games of the same rules have the same)")
     serve(
@@ -77,6 +83,7 @@ def play(
         draw_code=_draw_code,
         cards=_cards(),
         record_labels=record_labels,
+        markers=markers,
     )
 
 
@@ -85,6 +92,7 @@ def replay(
     /,
     verify: bool = False,
     film: Path | None = None,
+    mcap: Path | None = None,
     speed: float = 2.0,
     host: str = "127.0.0.1",
     port: int = 8000,
@@ -95,6 +103,7 @@ def replay(
         recording: File that the table wrote.
         verify: Only say whether the game comes out as recorded when it is simulated here.
         film: Only write it as a film, .gif or .mp4.
+        mcap: Only write it as ROS 2 messages, .mcap.
         speed: Seconds of game a second of film.
         host: Where to listen; 0.0.0.0 lets the local network in.
         port: Port to listen at; 0 takes any that is free.
@@ -113,6 +122,12 @@ def replay(
         with filming() as show:
             playback.film(film, speed, show)
         print(f"film: {film}")
+    if mcap is not None:
+        from swarm_pz.play.ros.mcap import write
+
+        with in_seconds("writing messages") as show:
+            count = write(playback.recording, mcap, show)
+        print(f"{count} messages: {mcap}")
     if verify:
         result = playback.verify()
         faults = list(result.faults)
@@ -130,7 +145,7 @@ def replay(
         link = playback.recording.link
         chain = f"the chain of its lines ends with {link}" if link else "its lines have no chain, as of version 1"
         print(f"verified: {result.frames} frames of {recording} come out as recorded; {chain}")
-    if film is None and not verify:
+    if film is None and mcap is None and not verify:
         page = f"replay={checked_name(recording.name)}"
         say = functools.partial(print, flush=True)
         folder = recording.parent

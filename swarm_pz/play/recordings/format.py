@@ -143,6 +143,19 @@ class SeatLine(_Line, tag="seat"):
     reason: str = ""
 
 
+class ClockLine(_Line, tag="clock"):
+    """Another clock and the recording's, as they were at the same moment: when the game began, and when it ended."""
+
+    clock: Literal["lsl"]
+    """Of Lab Streaming Layer, by which its markers are stamped."""
+    ms: float
+    """On the recording's clock."""
+    seconds: float
+    """On the other one."""
+    uncertainty_ms: float
+    """Of both having been read at the same moment."""
+
+
 class EndLine(_Line, tag="end"):
     """How the game ended; "stopped" if nobody played it to its end."""
 
@@ -154,7 +167,7 @@ class EndLine(_Line, tag="end"):
     """A game that a client had left when it ended is "left", however it ended. Files of version 1 do not tell."""
 
 
-EventLine = CommandLine | InForceLine | PaintedLine | CapturedLine | FrameLine | SeatLine | EndLine
+EventLine = CommandLine | InForceLine | PaintedLine | CapturedLine | FrameLine | SeatLine | ClockLine | EndLine
 L = TypeVar("L", bound=EventLine)
 
 _decoder: msgspec.json.Decoder[Header | EventLine] = msgspec.json.Decoder(Header | EventLine)
@@ -201,7 +214,7 @@ class Recording:
                 raise RecordingError(f"{where} comes after the game's end")
             if isinstance(line, CapturedLine) and line.drone >= drones:
                 raise RecordingError(f"{where}: drone must be below {drones}, the drones of its game, got {line.drone}")
-            tick = line.tick if not isinstance(line, PaintedLine | SeatLine) else None
+            tick = line.tick if not isinstance(line, PaintedLine | SeatLine | ClockLine) else None
             if tick is not None and tick < latest:
                 raise RecordingError(f"{where}: tick must be {latest} or later, as before it, got {tick}")
             latest = latest if tick is None else tick

@@ -17,6 +17,7 @@ from swarm_pz.config import RED, TICKS_PER_SECOND
 from swarm_pz.errors import CommandError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import LiveGame, TableConfig
+from swarm_pz.play.lsl import Markers
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.live_session import COUNTDOWN_S, ServerContext
 from swarm_pz.play.server.lobby import Lobby
@@ -130,6 +131,7 @@ def serve(
     draw_code: Callable[[str], str] | None = None,
     cards: Mapping[str, protocol.Card] | None = None,
     record_labels: bool = True,
+    markers: Markers | None = None,
 ) -> None:
     """Serve the table until the process is told to end.
 
@@ -162,6 +164,8 @@ def serve(
         Of those of the policies that were rated.
     record_labels : bool
         Whether recordings hold what players call themselves.
+    markers : Markers, optional
+        Where moments of games are told to who records other signals, too.
 
     Raises
     ------
@@ -186,6 +190,7 @@ def serve(
         table=table,
         countdown_s=countdown_s,
         record_labels=record_labels,
+        markers=markers,
     )
     _ = context.seat_index  # read before anybody waits for it
     app = Server(Lobby(context, policies, cards, addresses_of(names))).app(names, allowed_hosts)

@@ -1,0 +1,182 @@
+"""A moment of a game as ROS messages, written as nested dicts: JSON and CDR are made of them alike.
+
+The square is a map of 1 x 1 m in the frame `map`, x to the right and y up; drones fly at their altitudes, which
+mean nothing. Time is the game's: 0 at its first tick.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import GRID_CELLS, TEAM_NAMES, TICKS_PER_SECOND
+from swarm_pz.play.frames import Frame
+
+Message = dict[str, Any]
+
+FRAME_ID = "map"
+_SPHERE = 2
+"""`visualization_msgs/Marker`'s number for a sphere."""
+_SIZE = 0.02
+"""Map widths of a drone's sphere."""
+_COLOURS = ((0.85, 0.20, 0.16), (0.13, 0.40, 0.85))
+"""Red, green and blue of the teams, each from 0 to 1."""
+_CAPTURES = 192
+"""The brightness from which on a frame's field captures; see `swarm_pz.play.frames`."""
+
+
+def stamp_of(tick: int) -> Message:
+    """Return the time of a tick."""
+    nanoseconds = tick * 1_000_000_000 // TICKS_PER_SECOND
+    return {"sec": nanoseconds // 1_000_000_000, "nanosec": nanoseconds % 1_000_000_000}
+
+
+def header_of(tick: int) -> Message:
+    """Return what begins every message that belongs to a time and a place."""
+    return {"stamp": stamp_of(tick), "frame_id": FRAME_ID}
+
+
+def clock(tick: int) -> Message:
+    """Return the game's time: rosgraph_msgs/Clock."""
+    return {"clock": stamp_of(tick)}
+
+
+def text(data: str) -> Message:
+    """Return words: std_msgs/String."""
+    return {"data": data}
+
+
+def poses(frame: Frame, team: int) -> Message:
+    """Return where a team's drones are, in the order of their numbers, turned to where they fly.
+
+    geometry_msgs/PoseArray.
+    """
+    own = np.flatnonzero(frame.teams == team)
+    return {"header": header_of(frame.tick), "poses": [_pose(frame, int(drone)) for drone in own]}
+
+
+def _pose(frame: Frame, drone: int) -> Message:
+    x, y = (float(value) for value in frame.positions[drone])
+    speed_x, speed_y = (float(value) for value in frame.velocities[drone])
+    half = math.atan2(speed_y, speed_x) / 2.0
+    height = 0.0 if frame.altitudes is None else float(frame.altitudes[drone])
+    return {
+        "position": {"x": x, "y": y, "z": height},
+        "orientation": {"x": 0.0, "y": 0.0, "z": math.sin(half), "w": math.cos(half)},
+    }
+
+
+def transforms(frame: Frame) -> Message:
+    """Return every drone's frame, `agent0` and so on: tf2_msgs/TFMessage."""
+    found = []
+    for drone in range(len(frame.teams)):
+        pose = _pose(frame, drone)
+        found.append(
+            {
+                "header": header_of(frame.tick),
+                "child_frame_id": f"agent{drone}",
+                "transform": {"translation": pose["position"], "rotation": pose["orientation"]},
+            }
+        )
+    return {"transforms": found}
+
+
+def markers(frame: Frame) -> Message:
+    """Return every drone as a ball in its team's colour: visualization_msgs/MarkerArray."""
+    found = []
+    for drone, team in enumerate(frame.teams.tolist()):
+        red, green, blue = _COLOURS[team]
+        found.append(
+            {
+                "header": header_of(frame.tick),
+                "ns": "agents",
+                "id": drone,
+                "type": _SPHERE,
+                "action": 0,
+                "pose": _pose(frame, drone),
+                "scale": {"x": _SIZE, "y": _SIZE, "z": _SIZE},
+                "color": {"r": red, "g": green, "b": blue, "a": 1.0},
+                "lifetime": {"sec": 0, "nanosec": 0},
+                "frame_locked": False,
+                "points": [],
+                "colors": [],
+                "texture_resource": "",
+                "texture": {"header": header_of(frame.tick), "format": "", "data": []},
+                "uv_coordinates": [],
+                "text": f"{TEAM_NAMES[team]} {drone}",
+                "mesh_resource": "",
+                "mesh_file": {"filename": "", "data": []},
+                "mesh_use_embedded_materials": False,
+            }
+        )
+    return {"markers": found}
+
+
+def sizes(frame: Frame) -> Message:
+    """Return how many drones red and blue have: std_msgs/Int32MultiArray."""
+    blue = int(frame.teams.sum(dtype=np.int64))
+    return _array([len(frame.teams) - blue, blue], ("team", 2))
+
+
+def capture_field(field: NDArray[np.uint8], tick: int) -> Message:
+    """Return where a team captures: nav_msgs/OccupancyGrid, from 0 to 100, above 75 exactly where it does."""
+    values = field.astype(np.int64)
+    below = values * 75 // _CAPTURES
+    above = 76 + (values - _CAPTURES) * 24 // (255 - _CAPTURES)
+    return grid(np.where(values >= _CAPTURES, above, below), tick)
+
+
+def target(density: NDArray[np.float64], tick: int) -> Message:
+    """Return a target (A, A) as nav_msgs/OccupancyGrid: 100 where it is densest."""
+    return grid(np.rint(100.0 * density / max(float(density.max()), np.finfo(float).tiny)).astype(np.int64), tick)
+
+
+def grid(values: NDArray[np.int64], tick: int) -> Message:
+    """Return an image (cells, cells), row 0 at the bottom, values from 0 to 100, as nav_msgs/OccupancyGrid."""
+    cells = len(values)
+    return {
+        "header": header_of(tick),
+        "info": {
+            "map_load_time": stamp_of(0),
+            "resolution": 1.0 / cells,
+            "width": cells,
+            "height": cells,
+            "origin": {
+                "position": {"x": 0.0, "y": 0.0, "z": 0.0},
+                "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
+            },
+        },
+        "data": values.ravel().tolist(),
+    }
+
+
+def floats(values: NDArray[Any]) -> Message:
+    """Return an image (cells, cells) row after row, row 0 at the bottom: std_msgs/Float32MultiArray."""
+    return _array(values.astype(np.float32).ravel().tolist(), ("cell", values.size))
+
+
+def _array(data: list[Any], *dimensions: tuple[str, int]) -> Message:
+    dim, stride = [], 1
+    for label, size in reversed(dimensions):
+        stride *= size
+        dim.append({"label": label, "size": size, "stride": stride})
+    return {"layout": {"dim": dim[::-1], "data_offset": 0}, "data": data}
+
+
+TOPICS: dict[str, str] = {
+    "/clock": "rosgraph_msgs/Clock",
+    "/tf": "tf2_msgs/TFMessage",
+    "/agent/visual": "visualization_msgs/MarkerArray",
+    "/agent_team_status": "std_msgs/String",
+    "/swarm/sizes": "std_msgs/Int32MultiArray",
+    **{f"/swarm/{team}/poses": "geometry_msgs/PoseArray" for team in TEAM_NAMES},
+    **{f"/swarm/{team}/capture_field": "nav_msgs/OccupancyGrid" for team in TEAM_NAMES},
+    **{f"/{team}_team_target_dist": "nav_msgs/OccupancyGrid" for team in TEAM_NAMES},
+    **{f"/{team}_ck_plot": "std_msgs/Float32MultiArray" for team in TEAM_NAMES},
+}
+"""What a table publishes, and its types."""
+PLOT_CELLS = GRID_CELLS
+"""Cells a side of the images in `/red_ck_plot` and `/blue_ck_plot`."""

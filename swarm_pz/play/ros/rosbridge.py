@@ -1,0 +1,314 @@
+"""A rosbridge server, protocol version 2: topics and a few services over WebSockets, in JSON or CBOR.
+
+It knows nothing of games: what clients publish is handed to whoever serves, and what is published goes to those that
+have subscribed. Who reads slowly is sent the latest message of each topic, not all of them, however long the queue that
+it asked for; so nothing is ever old.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.exceptions import ConnectionClosed
+
+from swarm_pz.errors import ProtocolError, require_extra
+from swarm_pz.play.ros.definitions import plain_name
+
+MAX_MESSAGE_BYTES = 10 * 2**20
+MAX_CLIENTS = 64
+_MOST_TOPICS = 256
+"""That one client may advertise, or subscribe to."""
+_MOST_EVENTS = 1024
+"""Messages that wait for one client of topics of which none may be missed."""
+_LEVELS = ("none", "error", "warning", "info")
+_COMPRESSIONS = ("none", "cbor")
+_FAULTS_SHOWN_OUT = 100
+"""Messages that were refused after which a client is shown out."""
+
+Message = dict[str, Any]
+
+
+class Node(Protocol):
+    """Who serves: hears what clients publish, and answers their calls."""
+
+    def heard(self, client: Client, topic: str, message: Message) -> None:
+        """Take a message, or raise ProtocolError with words that say what was expected."""
+
+    def called(self, client: Client, service: str, arguments: Message) -> Message:
+        """Answer a call, or raise ProtocolError."""
+
+    def left(self, client: Client) -> None:
+        """Learn that a client has gone."""
+
+
+@dataclass
+class Subscription:
+    """What a client wants of a topic."""
+
+    compression: str
+    throttle_s: float
+    ids: set[str] = field(default_factory=set)
+    last_s: float = -1e9
+
+
+class Client:
+    """One connection.
+
+    Attributes
+    ----------
+    address : str
+        Where it comes from.
+    """
+
+    def __init__(self, connection: ServerConnection) -> None:
+        self.address = str((connection.remote_address or ("unknown",))[0])
+        self.advertised: dict[str, str] = {}
+        self.subscriptions: dict[str, Subscription] = {}
+        self.level = "none"  # status messages are for those who ask: some clients cannot take them
+        self.faults = 0
+        self._connection = connection
+        self._latest: dict[str, str | bytes] = {}
+        self._events: list[str | bytes] = []
+        self._wake = asyncio.Event()
+
+    def put(self, frame: str | bytes, topic: str | None = None) -> None:
+        """Send a frame when the client takes it; of a topic's frames that wait only the latest."""
+        if topic is not None:
+            self._latest.pop(topic, None)
+            self._latest[topic] = frame
+        else:
+            self._events.append(frame)
+            del self._events[:-_MOST_EVENTS]
+        self._wake.set()
+
+    async def write(self) -> None:
+        """Send what waits, until the connection ends."""
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await self._wake.wait()
+                self._wake.clear()
+                while self._events or self._latest:
+                    frame = self._events.pop(0) if self._events else self._latest.pop(next(iter(self._latest)))
+                    await self._connection.send(frame)
+
+    async def close(self, reason: str) -> None:
+        """End the connection."""
+        await self._connection.close(1008, reason)
+
+
+class Rosbridge:
+    """The server.
+
+    Parameters
+    ----------
+    node : Node
+    topics : mapping of str to str
+        What is published, and the types, written as `pkg/Type`.
+    every : frozenset of str
+        Of these, topics of which a subscriber is sent every message, not only the latest.
+    """
+
+    def __init__(self, node: Node, topics: Mapping[str, str], every: frozenset[str] = frozenset()) -> None:
+        self._node, self._topics, self._every = node, dict(topics), every
+        self._clients: set[Client] = set()
+        self._server: Server | None = None
+        self._cbor = require_extra("cbor2", "lab")
+
+    async def open(self, host: str, port: int) -> int:
+        """Listen, and return the port."""
+        self._server = await serve(
+            self._meet, host, port, max_size=MAX_MESSAGE_BYTES, compression=None, ping_interval=20, ping_timeout=20
+        )
+        return int(next(iter(self._server.sockets)).getsockname()[1])
+
+    async def close(self) -> None:
+        """Stop listening, and end all connections."""
+        if self._server is not None:
+            self._server.close()
+            await self._server.wait_closed()
+
+    # --- to clients -----------------------------------------------------------------------------
+
+    def wanted(self, topic: str) -> bool:
+        """Whether anybody has subscribed to a topic: else its messages need not be made."""
+        return any(_full(topic) in client.subscriptions for client in self._clients)
+
+    def publish(self, topic: str, message: Message) -> None:
+        """Send a message to all that have subscribed to its topic."""
+        topic, now = _full(topic), time.monotonic()
+        frames: dict[str, str | bytes] = {}
+        for client in self._clients:
+            subscription = client.subscriptions.get(topic)
+            if subscription is None or now - subscription.last_s < subscription.throttle_s:
+                continue
+            subscription.last_s = now
+            how = subscription.compression
+            if how not in frames:
+                content = {"op": "publish", "topic": topic, "msg": message}
+                frames[how] = self._cbor.dumps(content) if how == "cbor" else json.dumps(content)
+            client.put(frames[how], None if topic in self._every else topic)
+
+    # --- from clients ---------------------------------------------------------------------------
+
+    async def _meet(self, connection: ServerConnection) -> None:
+        client = Client(connection)
+        if len(self._clients) >= MAX_CLIENTS:
+            await client.close(f"{MAX_CLIENTS} clients are here: try later")
+            return
+        self._clients.add(client)
+        writer = asyncio.create_task(client.write())
+        try:
+            async for frame in connection:
+                self._obey(client, frame)
+                if client.faults > _FAULTS_SHOWN_OUT:
+                    await client.close(f"{client.faults} messages were refused")
+                    return
+        except ConnectionClosed:
+            pass
+        finally:
+            self._clients.discard(client)
+            writer.cancel()
+            self._node.left(client)
+
+    def _obey(self, client: Client, frame: str | bytes) -> None:
+        told: Message = {}
+        try:
+            told = self._read(frame)
+            operation = self._operations.get(told["op"])
+            if operation is None:
+                raise ProtocolError(f"op must be one of {', '.join(self._operations)}, got {_shown(told['op'])}")
+            operation(self, client, told)
+        except ProtocolError as error:
+            client.faults += 1
+            if client.level != "none":
+                status = {"op": "status", "level": "error", "msg": str(error)}
+                client.put(json.dumps(status | ({"id": told["id"]} if "id" in told else {})))
+
+    def _read(self, frame: str | bytes) -> Message:
+        try:
+            told = json.loads(frame, parse_constant=_refuse) if isinstance(frame, str) else self._cbor.loads(frame)
+        except (ValueError, RecursionError, self._cbor.CBORError) as error:
+            raise ProtocolError(f"a message must be a JSON object, got {_shown(frame)}: {error}") from error
+        if not isinstance(told, dict) or not isinstance(told.get("op"), str):
+            raise ProtocolError(f"a message must be an object with an op, got {_shown(frame)}")
+        if not isinstance(told.get("id", ""), str | int):
+            raise ProtocolError(f"id must be a text, got {_shown(told['id'])}")
+        return told
+
+    def _advertise(self, client: Client, told: Message) -> None:
+        topic, kind = _full(_text(told, "topic")), plain_name(_text(told, "type"))
+        if topic not in client.advertised and len(client.advertised) >= _MOST_TOPICS:
+            raise ProtocolError(f"a client may advertise {_MOST_TOPICS} topics")
+        client.advertised[topic] = kind
+
+    def _unadvertise(self, client: Client, told: Message) -> None:
+        client.advertised.pop(_full(_text(told, "topic")), None)
+
+    def _publish(self, client: Client, told: Message) -> None:
+        message = told.get("msg", {})
+        if not isinstance(message, dict):
+            raise ProtocolError(f"msg must be an object, got {_shown(message)}")
+        self._node.heard(client, _full(_text(told, "topic")), message)
+
+    def _subscribe(self, client: Client, told: Message) -> None:
+        topic, compression = _full(_text(told, "topic")), told.get("compression") or "none"
+        if compression not in _COMPRESSIONS:
+            raise ProtocolError(f"compression must be one of {', '.join(_COMPRESSIONS)}, got {_shown(compression)}")
+        throttle = told.get("throttle_rate") or 0
+        if not isinstance(throttle, int | float) or isinstance(throttle, bool) or not 0 <= throttle <= 1e9:
+            raise ProtocolError(f"throttle_rate must be milliseconds, 0 or more, got {_shown(throttle)}")
+        if told.get("type") and topic in self._topics and plain_name(_text(told, "type")) != self._topics[topic]:
+            raise ProtocolError(f"{topic} is of type {self._topics[topic]}, got {_shown(told['type'])}")
+        if topic not in client.subscriptions and len(client.subscriptions) >= _MOST_TOPICS:
+            raise ProtocolError(f"a client may subscribe to {_MOST_TOPICS} topics")
+        known = client.subscriptions.setdefault(topic, Subscription(compression, throttle / 1000.0))
+        known.compression, known.throttle_s = compression, min(known.throttle_s, throttle / 1000.0)
+        known.ids.add(str(told.get("id", "")))
+
+    def _unsubscribe(self, client: Client, told: Message) -> None:
+        topic = _full(_text(told, "topic"))
+        known = client.subscriptions.get(topic)
+        if known is None:
+            return
+        known.ids.discard(str(told.get("id", "")))
+        if "id" not in told or not known.ids:
+            del client.subscriptions[topic]
+
+    def _call(self, client: Client, told: Message) -> None:
+        service, arguments = _full(_text(told, "service")), told.get("args") or {}
+        answer: Message = {"op": "service_response", "service": told["service"]}
+        if "id" in told:
+            answer["id"] = told["id"]
+        try:
+            if not isinstance(arguments, dict | list):
+                raise ProtocolError(f"args must be an object or a list, got {_shown(arguments)}")
+            named = arguments if isinstance(arguments, dict) else {"topic": arguments[0]} if arguments else {}
+            client.put(json.dumps(answer | {"values": self._answer(client, service, named), "result": True}))
+        except ProtocolError as error:
+            client.put(json.dumps(answer | {"values": str(error), "result": False}))
+
+    def _answer(self, client: Client, service: str, arguments: Message) -> Message:
+        types = {**{topic: kind for one in self._clients for topic, kind in one.advertised.items()}, **self._topics}
+        if service == "/rosapi/topics":
+            return {"topics": list(types), "types": list(types.values())}
+        if service == "/rosapi/topic_type":
+            return {"type": types.get(_full(str(arguments.get("topic", ""))), "")}
+        if service == "/rosapi/nodes":
+            return {"nodes": ["/swarm_pz"]}
+        if service == "/rosapi/get_time":
+            nanoseconds = time.time_ns()
+            second = 1_000_000_000
+            both = {"secs": nanoseconds // second, "nsecs": nanoseconds % second}  # as ROS 1 calls them, and ROS 2
+            return {"time": both | {"sec": both["secs"], "nanosec": both["nsecs"]}}
+        return self._node.called(client, service, arguments)
+
+    def _set_level(self, client: Client, told: Message) -> None:
+        level = _text(told, "level")
+        if level not in _LEVELS:
+            raise ProtocolError(f"level must be one of {', '.join(_LEVELS)}, got {_shown(level)}")
+        client.level = level
+
+    def _pass(self, client: Client, told: Message) -> None:
+        """Take what asks for nothing here: an answer, a status, a service of the client's own."""
+
+    _operations: Mapping[str, Callable[[Rosbridge, Client, Message], None]] = {
+        "advertise": _advertise,
+        "unadvertise": _unadvertise,
+        "publish": _publish,
+        "subscribe": _subscribe,
+        "unsubscribe": _unsubscribe,
+        "call_service": _call,
+        "service_response": _pass,
+        "advertise_service": _pass,
+        "unadvertise_service": _pass,
+        "status": _pass,
+        "set_level": _set_level,
+    }
+
+
+def _full(name: str) -> str:
+    """Return a name of a topic or service with its slash, which clients leave out at times."""
+    return name if name.startswith("/") else f"/{name}"
+
+
+def _text(told: Message, key: str) -> str:
+    value = told.get(key)
+    if not isinstance(value, str) or not 0 < len(value) <= 256:
+        raise ProtocolError(f"{key} must be a text of 1 to 256 characters, got {_shown(value)}")
+    return value
+
+
+def _refuse(constant: str) -> float:
+    raise ValueError(f"{constant} is no number of JSON")
+
+
+def _shown(value: object) -> str:
+    text = repr(value[:60] if isinstance(value, str | bytes) else value)
+    return text if len(text) <= 80 else f"{text[:77]}..."

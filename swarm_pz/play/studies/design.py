@@ -1,0 +1,284 @@
+"""What a study is: its conditions, who meets them in which order, its games, its forms.
+
+A study is one TOML file, beside the texts that it names; see `docs/studies.md`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from swarm_pz.config import TEAM_NAMES, GameConfig
+from swarm_pz.config.base import Config, check, check_choice, check_count, check_number
+from swarm_pz.errors import ConfigError, nearest
+from swarm_pz.play.factors import Factors
+from swarm_pz.play.studies.forms import KNOWN_FORMS, Form, Item
+
+When = Literal["start", "block", "end"]
+_WHEN: tuple[When, ...] = ("start", "block", "end")
+_STUDY = 21
+"""Sets the seeds of studies apart from those of training and matches."""
+_MOST_TEXT = 200_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Condition(Factors):
+    """What is varied: the rules of a block of games, and what the seat can do and see.
+
+    Its seat's factors are fields of its own; see `Factors`.
+
+    Attributes
+    ----------
+    title : str
+        What tables call it.
+    opponent : str
+        A policy; or "person" for two participants against each other.
+    side : {"red", "blue"}
+    system : str
+        The control system of the participant's seat.
+    rules : mapping
+        Fields of `GameConfig` that differ from those of the study.
+    text : str
+        File of what the participant reads before the block, in Markdown.
+    """
+
+    title: str
+    opponent: str = "uniform"
+    side: Literal["red", "blue"] = "red"
+    system: str = "ergodic"
+    rules: dict[str, Any] = field(default_factory=dict)
+    text: str = ""
+
+    def __post_init__(self) -> None:
+        try:
+            super().__post_init__()
+        except ConfigError as error:
+            raise ConfigError(f"condition {self.title!r}: {error}") from error
+        where = f"condition {self.title!r}"
+        check(isinstance(self.title, str) and bool(self.title.strip()), "condition: title", self.title, "a name")
+        check(isinstance(self.opponent, str) and bool(self.opponent), f"{where}: opponent", self.opponent, "a policy")
+        check_choice(self.side, f"{where}: side", TEAM_NAMES)
+        check(isinstance(self.rules, dict), f"{where}: rules", self.rules, "a table of fields")
+
+    def game(self, rules: dict[str, Any]) -> GameConfig:
+        """Return the rules of its games; those of the study come first."""
+        own = (self.system, "ergodic") if self.side == TEAM_NAMES[0] else ("ergodic", self.system)
+        return GameConfig.from_dict({"controllers": own, **rules, **self.rules})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Practice(Config):
+    """Games before a block that do not count.
+
+    Attributes
+    ----------
+    wins : int
+        Played until so many are won; 0: none are played.
+    most : int
+        And at most so many.
+    opponent : str
+    """
+
+    wins: int = 0
+    most: int = 5
+    opponent: str = "corners"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_count(self.wins, "practice.wins", 0, 100)
+        check_count(self.most, "practice.most", max(1, self.wins), 100)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked(Config):
+    """A form, and when it is asked: once at the start, after each block, or at the end."""
+
+    form: Form
+    when: When = "block"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_choice(self.when, f"form {self.form.name}: when", _WHEN)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study(Config):
+    """A whole study.
+
+    Attributes
+    ----------
+    title : str
+    conditions : tuple of Condition
+    participants : int
+    games : int
+        In each block: one block a condition.
+    order : "balanced" or tuple of tuple of str
+        A balanced Latin square (Williams 1949), or who meets what: a row of conditions' titles for each participant
+        in turn, over again from the first.
+    rules : mapping
+        Fields of `GameConfig` for all conditions.
+    practice : Practice
+    break_s : float
+        Seconds of rest between blocks.
+    forms : tuple of Asked
+    consent, welcome : str
+        Files of what is read, in Markdown; a participant has to agree to the first.
+    seed : int
+        Of the games' starts.
+    folder : Path
+        Where the texts are.
+    """
+
+    title: str
+    conditions: tuple[Condition, ...]
+    participants: int
+    games: int = 4
+    order: str | tuple[tuple[str, ...], ...] = "balanced"
+    rules: dict[str, Any] = field(default_factory=dict)
+    practice: Practice = field(default_factory=Practice)
+    break_s: float = 0.0
+    forms: tuple[Asked, ...] = ()
+    consent: str = ""
+    welcome: str = ""
+    seed: int = 0
+    folder: Path = Path()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check(isinstance(self.title, str) and bool(self.title.strip()), "title", self.title, "a name")
+        check_count(self.participants, "participants", 1, 10_000)
+        check_count(self.games, "games", 1, 1000)
+        check_number(self.break_s, "break_s", 0.0, 86_400.0)
+        check_count(self.seed, "seed", 0, 2**63)
+        titles = [condition.title for condition in self.conditions]
+        check(bool(titles), "conditions", titles, "at least one [[conditions]]")
+        check(len(set(titles)) == len(titles), "conditions", titles, "conditions of different titles")
+        names = [asked.form.name for asked in self.forms]
+        check(len(set(names)) == len(names), "forms", names, "forms of different names")
+        self._check_order(titles)
+        for condition in self.conditions:
+            self._check_condition(condition)
+        for name in (self.consent, self.welcome, *(condition.text for condition in self.conditions)):
+            if name:
+                self.text(name)
+
+    def _check_order(self, titles: list[str]) -> None:
+        if self.order == "balanced":
+            rows = len(balanced_order(len(titles)))
+            check(
+                self.participants % rows == 0,
+                "participants",
+                self.participants,
+                f"a multiple of {rows}, for {len(titles)} conditions in balanced order",
+            )
+            return
+        rows_given = isinstance(self.order, tuple) and all(isinstance(row, tuple) for row in self.order)
+        check(rows_given and bool(self.order), "order", self.order, '"balanced", or rows of conditions\' titles')
+        for row in self.order:
+            for name in row:
+                if name not in titles:
+                    raise ConfigError(f"order: there is no condition {name!r}; {nearest(str(name), titles)}")
+            check(len(set(row)) == len(row) and bool(row), "order", row, "each condition once in a row, at least one")
+
+    def _check_condition(self, condition: Condition) -> None:
+        try:
+            game = condition.game(self.rules)
+        except ConfigError as error:
+            raise ConfigError(f"condition {condition.title!r}: {error}") from error
+        limit = game.time_limit
+        check(limit <= 3600.0, f"condition {condition.title!r}: time_limit", limit, "at most an hour")
+
+    @classmethod
+    def read(cls, path: Path) -> Study:
+        """Read a study's file.
+
+        Raises
+        ------
+        ConfigError
+            If it is none: what is wrong, by name.
+        """
+        try:
+            plain = tomllib.loads(path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+            raise ConfigError(f"{path} is no study: {error}") from error
+        try:
+            return cls(
+                **{
+                    **plain,
+                    "conditions": tuple(Condition.from_dict(one) for one in _tables(plain, "conditions")),
+                    "forms": tuple(_asked(one) for one in _tables(plain, "forms")),
+                    "practice": Practice.from_dict(plain.get("practice", {})),
+                    "folder": path.parent,
+                }
+            )
+        except TypeError as error:  # a field that must be there is not
+            raise ConfigError(f"{path}: {error}") from error
+        except ConfigError as error:
+            raise ConfigError(f"{path}: {error}") from error
+
+    def text(self, name: str) -> str:
+        """Return a text that the study names.
+
+        Raises
+        ------
+        ConfigError
+            If there is no such file beside the study's.
+        """
+        path = (self.folder / name).resolve()
+        check(path.is_relative_to(self.folder.resolve()), "text", name, "a file in the study's folder")
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise ConfigError(f"the text {name!r} cannot be read: {error}") from error
+        check(len(text) <= _MOST_TEXT, "text", name, f"a text of at most {_MOST_TEXT} characters")
+        return text
+
+    def order_of(self, participant: int) -> tuple[Condition, ...]:
+        """Return the conditions of a participant, counted from 0, in turn."""
+        by_title = {condition.title: condition for condition in self.conditions}
+        if self.order == "balanced":
+            rows = balanced_order(len(self.conditions))
+            return tuple(self.conditions[place] for place in rows[participant % len(rows)])
+        return tuple(by_title[title] for title in self.order[participant % len(self.order)])
+
+    def seed_of(self, game: int, *, practice: bool = False) -> int:
+        """Return the seed of a block's game, counted from 0: the same in all conditions and for everybody."""
+        sequence = np.random.SeedSequence(self.seed, spawn_key=(_STUDY, int(practice), game))
+        return int(sequence.generate_state(1, np.uint32)[0])
+
+
+def balanced_order(count: int) -> list[tuple[int, ...]]:
+    """Return rows in which each condition stands at each place, and follows each other one, equally often.
+
+    As many rows as conditions if these are even, else twice as many (E. J. Williams, Experimental designs balanced
+    for the estimation of residual effects of treatments, 1949).
+    """
+    zigzag = [0]
+    for step in range(1, count):
+        zigzag.append((step + 1) // 2 if step % 2 else count - step // 2)
+    rows = [tuple((place + shift) % count for place in zigzag) for shift in range(count)]
+    return rows if count % 2 == 0 or count == 1 else list(itertools.chain(rows, (row[::-1] for row in rows)))
+
+
+def _tables(plain: dict[str, Any], name: str) -> list[dict[str, Any]]:
+    found = plain.get(name, [])
+    fits = isinstance(found, list) and all(isinstance(one, dict) for one in found)
+    check(fits, name, found, f"tables, each begun by [[{name}]]")
+    return list(found)
+
+
+def _asked(plain: dict[str, Any]) -> Asked:
+    when = plain.get("when", "block")
+    rest = {name: value for name, value in plain.items() if name != "when"}
+    if set(rest) == {"name"}:
+        known = KNOWN_FORMS.get(rest["name"])
+        if known is None:
+            raise ConfigError(f"forms: there is no form {rest['name']!r}; {nearest(str(rest['name']), KNOWN_FORMS)}")
+        return Asked(form=known, when=when)
+    items = tuple(Item.from_dict(one) for one in _tables(rest, "items"))
+    return Asked(form=Form.from_dict({**rest, "items": items}), when=when)

@@ -1,0 +1,236 @@
+"""Questionnaires as data, and the scores of those that are known.
+
+| form | source |
+|---|---|
+| `nasa-tlx` | Hart and Staveland, 1988: six scales from 0 to 100, and fifteen pairs that weigh them |
+| `nasa-tlx-raw` | the same without the pairs: their mean (Byers, Bittner and Hill 1989) |
+| `sus` | Brooke, SUS: a quick and dirty usability scale, 1996: ten statements, five points each |
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from swarm_pz.config.base import Config, check, check_choice, check_count
+from swarm_pz.errors import ConfigError, nearest
+
+Kind = Literal["scale", "choice", "number", "text", "pair"]
+_KINDS: tuple[Kind, ...] = ("scale", "choice", "number", "text", "pair")
+MOST_TEXT = 4000
+"""Characters of a free answer."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Item(Config):
+    """A question.
+
+    Attributes
+    ----------
+    id : str
+        What tables call it.
+    text : str
+    kind : {"scale", "choice", "number", "text", "pair"}
+        A whole number between `least` and `most`, on a line with `low` and `high` at its ends; one of `choices`;
+        any number in that range; words; or which of two (`choices`) counts more.
+    least, most, step : int
+        Of scales and numbers.
+    low, high : str
+    choices : tuple of str
+    optional : bool
+        Whether it may be left out.
+    """
+
+    id: str
+    text: str
+    kind: Kind = "scale"
+    least: int = 1
+    most: int = 7
+    step: int = 1
+    low: str = ""
+    high: str = ""
+    choices: tuple[str, ...] = ()
+    optional: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check(isinstance(self.id, str) and self.id.isidentifier(), "item.id", self.id, "a name of letters and digits")
+        check(isinstance(self.text, str) and bool(self.text.strip()), f"item {self.id}: text", self.text, "words")
+        check_choice(self.kind, f"item {self.id}: kind", _KINDS)
+        check_count(self.least, f"item {self.id}: least", -(10**9), 10**9)
+        check_count(self.most, f"item {self.id}: most", self.least, 10**9)
+        check_count(self.step, f"item {self.id}: step", 1, max(1, self.most - self.least))
+        if self.kind in ("choice", "pair"):
+            fits = len(self.choices) >= 2 and len(set(self.choices)) == len(self.choices)
+            check(fits, f"item {self.id}: choices", self.choices, "at least two different ones")
+        if self.kind == "pair":
+            check(len(self.choices) == 2, f"item {self.id}: choices", self.choices, "two")
+
+    def read(self, answer: Any) -> Any:
+        """Return an answer as it is kept; None for one that was left out.
+
+        Raises
+        ------
+        ConfigError
+            If it is none to this question.
+        """
+        if answer is None or answer == "":
+            check(self.optional, self.id, answer, "an answer: this question may not be left out")
+            return None
+        if self.kind in ("choice", "pair"):
+            check_choice(answer, self.id, self.choices)
+            return answer
+        if self.kind == "text":
+            expected = f"a text of at most {MOST_TEXT} characters"
+            check(isinstance(answer, str) and len(answer) <= MOST_TEXT, self.id, answer, expected)
+            return answer
+        is_number = isinstance(answer, int | float) and not isinstance(answer, bool)
+        within = is_number and self.least <= answer <= self.most
+        fits = within and (self.kind == "number" or (answer - self.least) % self.step == 0)
+        steps = "" if self.kind == "number" or self.step == 1 else f" in steps of {self.step}"
+        check(fits, self.id, answer, f"a number from {self.least} to {self.most}{steps}")
+        return answer
+
+
+@dataclass(frozen=True, kw_only=True)
+class Form(Config):
+    """A page of questions.
+
+    Attributes
+    ----------
+    name : str
+    title : str
+    items : tuple of Item
+    score : {"", "nasa-tlx", "sus"}
+        How its answers are added up; empty: not at all.
+    """
+
+    name: str
+    title: str = ""
+    items: tuple[Item, ...] = field(default=())
+    score: Literal["", "nasa-tlx", "sus"] = ""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check(isinstance(self.name, str) and bool(self.name.strip()), "form.name", self.name, "a name")
+        fits = isinstance(self.items, tuple) and all(isinstance(item, Item) for item in self.items)
+        check(fits and bool(self.items), f"form {self.name}: items", self.items, "at least one question")
+        ids = [item.id for item in self.items]
+        check(len(set(ids)) == len(ids), f"form {self.name}: items", ids, "questions of different ids")
+
+    def read(self, answers: Mapping[str, Any]) -> dict[str, Any]:
+        """Return answers by the questions' ids, checked, all of them.
+
+        Raises
+        ------
+        ConfigError
+            If one is missing, is no answer to its question, or is to none.
+        """
+        if not isinstance(answers, Mapping):
+            raise ConfigError(f"form {self.name}: answers come by question, got {answers!r}")
+        known = {item.id for item in self.items}
+        for name in answers:
+            check(name in known, f"form {self.name}", name, f"answers to its questions; {nearest(str(name), known)}")
+        return {item.id: item.read(answers.get(item.id)) for item in self.items}
+
+    def scores(self, answers: Mapping[str, Any]) -> dict[str, float]:
+        """Return what the answers come to; nothing for forms without a score."""
+        if self.score == "sus":
+            return {"sus": sus_score([int(answers[item.id]) for item in self.items])}
+        if self.score == "nasa-tlx":
+            ratings = {scale: float(answers[scale]) for scale in TLX_SCALES}
+            chosen = [answers[item.id] for item in self.items if item.kind == "pair"]
+            return tlx_scores(ratings, chosen or None)
+        return {}
+
+
+TLX_SCALES = {
+    "mental": ("Mental demand", "How mentally demanding was the task?", "very low", "very high"),
+    "physical": ("Physical demand", "How physically demanding was the task?", "very low", "very high"),
+    "temporal": ("Temporal demand", "How hurried or rushed was the pace of the task?", "very low", "very high"),
+    "performance": (
+        "Performance",
+        "How successful were you in accomplishing what you were asked to do?",
+        "perfect",
+        "failure",
+    ),
+    "effort": (
+        "Effort",
+        "How hard did you have to work to accomplish your level of performance?",
+        "very low",
+        "very high",
+    ),
+    "frustration": (
+        "Frustration",
+        "How insecure, discouraged, irritated, stressed and annoyed were you?",
+        "very low",
+        "very high",
+    ),
+}
+"""Title, question and ends of each scale."""
+_SUS = (
+    "I think that I would like to use this system frequently.",
+    "I found the system unnecessarily complex.",
+    "I thought the system was easy to use.",
+    "I think that I would need the support of a technical person to be able to use this system.",
+    "I found the various functions in this system were well integrated.",
+    "I thought there was too much inconsistency in this system.",
+    "I would imagine that most people would learn to use this system very quickly.",
+    "I found the system very cumbersome to use.",
+    "I felt very confident using the system.",
+    "I needed to learn a lot of things before I could get going with this system.",
+)
+
+
+def sus_score(points: list[int]) -> float:
+    """Return the System Usability Scale of ten answers from 1 to 5, from 0 to 100.
+
+    Odd statements count their points less 1, even ones 5 less their points; the sum times 2.5.
+    """
+    counted = [answer - 1 if place % 2 == 0 else 5 - answer for place, answer in enumerate(points)]
+    return 2.5 * sum(counted)
+
+
+def tlx_scores(ratings: Mapping[str, float], chosen: list[str] | None) -> dict[str, float]:
+    """Return the task load index: the mean of six ratings, and that weighed by fifteen choices if there are any.
+
+    A scale weighs as often as its title was chosen; the weights sum to 15.
+    """
+    raw = sum(ratings.values()) / len(ratings)
+    if chosen is None:
+        return {"tlx_raw": raw}
+    weights = {scale: chosen.count(title) for scale, (title, *_) in TLX_SCALES.items()}
+    weighed = sum(weights[scale] * ratings[scale] for scale in TLX_SCALES) / len(chosen)
+    return {"tlx_raw": raw, "tlx": weighed}
+
+
+def _tlx(name: str, *, weighed: bool) -> Form:
+    scales = [
+        Item(id=scale, text=f"{title}: {question}", least=0, most=100, step=5, low=low, high=high)
+        for scale, (title, question, low, high) in TLX_SCALES.items()
+    ]
+    pairs = [
+        Item(id=f"{one}_or_{other}", text="Which counted more for how loaded you felt?", kind="pair", choices=titles)
+        for one, other in itertools.combinations(TLX_SCALES, 2)
+        for titles in [(TLX_SCALES[one][0], TLX_SCALES[other][0])]
+    ]
+    items = (*scales, *(pairs if weighed else ()))
+    return Form(name=name, title="How demanding was it?", items=items, score="nasa-tlx")
+
+
+KNOWN_FORMS: dict[str, Form] = {
+    "nasa-tlx": _tlx("nasa-tlx", weighed=True),
+    "nasa-tlx-raw": _tlx("nasa-tlx-raw", weighed=False),
+    "sus": Form(
+        name="sus",
+        title="How usable was it?",
+        items=tuple(
+            Item(id=f"sus_{place}", text=text, most=5, low="strongly disagree", high="strongly agree")
+            for place, text in enumerate(_SUS, 1)
+        ),
+        score="sus",
+    ),
+}
+"""Forms that a study may name without writing them out."""

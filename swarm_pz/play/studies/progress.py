@@ -1,0 +1,223 @@
+"""What a participant has done and what comes next: a file of lines, written before the next thing is asked.
+
+All that is to be done follows from the study and the participant's number; a line says that one step is done. So a
+reload, a crash or a power cut goes on at the step that has no line, and no step is asked twice.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from swarm_pz.config.base import check
+from swarm_pz.errors import ConfigError, RecordingError
+from swarm_pz.play.studies.design import Condition, Study
+from swarm_pz.play.studies.forms import Form
+
+StepKind = Literal["consent", "form", "text", "practice", "game", "break"]
+_CODE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing that a participant does.
+
+    Attributes
+    ----------
+    id : str
+        Its name among the participant's steps.
+    kind : str
+    condition : Condition, optional
+        Whose block it belongs to.
+    form : Form, optional
+    text : str
+        The name of a text.
+    game : int
+        Number of a game in its block, from 0.
+    """
+
+    id: str
+    kind: StepKind
+    condition: Condition | None = None
+    form: Form | None = None
+    text: str = ""
+    game: int = 0
+
+
+def check_code(code: str) -> str:
+    """Return a participant's code.
+
+    Raises
+    ------
+    ConfigError
+        If it is not made of letters, digits, _ and -: codes name files.
+    """
+    fits = isinstance(code, str) and _CODE.fullmatch(code) is not None
+    check(fits, "code", code, "1 to 32 letters, digits, _ or -, the first no sign")
+    return code
+
+
+def steps_of(study: Study, participant: int, practised: dict[str, int] | None = None) -> list[Step]:
+    """Return all that a participant does, in turn.
+
+    Parameters
+    ----------
+    study : Study
+    participant : int
+        Number, from 0.
+    practised : mapping of str to int
+        Practice games of a condition's block, as far as they are over: how many there are depends on how they go.
+    """
+    steps = [Step("consent", "consent", text=study.consent)] if study.consent else []
+    steps += _forms(study, "start", "start")
+    if study.welcome:
+        steps.append(Step("welcome", "text", text=study.welcome))
+    for block, condition in enumerate(study.order_of(participant)):
+        name = f"block{block + 1}"
+        if block and study.break_s:
+            steps.append(Step(f"{name}.break", "break", condition))
+        if condition.text:
+            steps.append(Step(f"{name}.text", "text", condition, text=condition.text))
+        for game in range((practised or {}).get(name, 0)):
+            steps.append(Step(f"{name}.practice{game + 1}", "practice", condition, game=game))
+        for game in range(study.games):
+            steps.append(Step(f"{name}.game{game + 1}", "game", condition, game=game))
+        steps += [
+            Step(f"{name}.form.{asked.form.name}", "form", condition, form=asked.form)
+            for asked in study.forms
+            if asked.when == "block"
+        ]
+    return steps + _forms(study, "end", "end")
+
+
+def _forms(study: Study, when: str, name: str) -> list[Step]:
+    asked = [one.form for one in study.forms if one.when == when]
+    return [Step(f"{name}.form.{form.name}", "form", form=form) for form in asked]
+
+
+def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
+    """Return the whole lines of a participant's file, and their bytes; half a line after them is left out.
+
+    Raises
+    ------
+    RecordingError
+        If one is corrupt.
+    """
+    whole, end, _ = path.read_bytes().rpartition(b"\n")
+    lines = [_read_line(line, path, number) for number, line in enumerate(whole.split(b"\n"), 1) if line]
+    return lines, len(whole) + len(end)
+
+
+def _read_line(line: bytes, path: Path, number: int) -> dict[str, Any]:
+    try:
+        read = json.loads(line)
+    except ValueError as error:
+        raise RecordingError(f"line {number} of {path} is corrupt: {error}") from error
+    if not isinstance(read, dict) or ("step" not in read and number > 1):
+        raise RecordingError(f"line {number} of {path} is corrupt: it names no step")
+    return read
+
+
+class Progress:
+    """A participant's file.
+
+    Parameters
+    ----------
+    study : Study
+    path : Path
+        Made if it is not there.
+    participant : int
+        Number, from 0, which decides the order.
+
+    Raises
+    ------
+    RecordingError
+        If the file is of another study or participant, or corrupt.
+    """
+
+    def __init__(self, study: Study, path: Path, participant: int) -> None:
+        self.study, self.participant, self._path = study, participant, path
+        self.done: dict[str, dict[str, Any]] = {}
+        """What is known of each step that is done, by its id."""
+        first = {"type": "participant", "number": participant, "study": study.title, "seed": study.seed}
+        if path.exists():
+            self._read(first)
+        else:
+            self._write(first)
+
+    def _read(self, first: dict[str, Any]) -> None:
+        lines, whole = read_lines(self._path)
+        if not lines:
+            self._path.write_bytes(b"")
+            self._write(first)
+            return
+        if {key: lines[0].get(key) for key in first} != first:
+            raise RecordingError(f"{self._path} is of another study or participant: expected {first}, got {lines[0]}")
+        for line in lines[1:]:
+            self.done[str(line["step"])] = line
+        if self._path.stat().st_size > whole:  # half a line: what it said was never confirmed to anybody
+            with self._path.open("r+b") as file:
+                file.truncate(whole)
+
+    def _write(self, line: dict[str, Any]) -> None:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        with self._path.open("ab") as file:
+            file.write(json.dumps(line, allow_nan=False).encode() + b"\n")
+            file.flush()
+            os.fsync(file.fileno())
+
+    @property
+    def steps(self) -> list[Step]:
+        """All steps, those of practice as far as they have come."""
+        return steps_of(self.study, self.participant, {name: len(games) for name, games in self._practised().items()})
+
+    def _practised(self) -> dict[str, list[dict[str, Any]]]:
+        """Return the practice games of each block that are over, by its name."""
+        found: dict[str, list[dict[str, Any]]] = {}
+        for name, line in self.done.items():
+            block, _, rest = name.partition(".")
+            if rest.startswith("practice"):
+                found.setdefault(block, []).append(line)
+        return found
+
+    @property
+    def next(self) -> Step | None:
+        """What comes next; None when all is done."""
+        practised = self._practised()
+        for step in self.steps:
+            if step.id in self.done:
+                continue
+            block, _, rest = step.id.partition(".")
+            if rest == "game1" and self._wants_practice(practised.get(block, [])):
+                game = len(practised.get(block, []))
+                return Step(f"{block}.practice{game + 1}", "practice", step.condition, game=game)
+            return step
+        return None
+
+    def _wants_practice(self, games: list[dict[str, Any]]) -> bool:
+        practice = self.study.practice
+        won = sum(game.get("won") is True for game in games)
+        return won < practice.wins and len(games) < practice.most
+
+    def finish(self, step: Step, **told: Any) -> None:
+        """Keep that a step is done, and what it told: on the disk when this returns.
+
+        Raises
+        ------
+        ConfigError
+            If it is not the next one, or the answers of its form are none; nothing is kept.
+        """
+        due = self.next
+        if due is None or due.id != step.id:
+            raise ConfigError(f"the next step is {due.id if due else 'none: all is done'}, got {step.id}")
+        if step.form is not None:
+            told["answers"] = step.form.read(told.get("answers", {}))
+            told["scores"] = step.form.scores(told["answers"])
+        line = {"step": step.id, "at": time.time(), **told}
+        self._write(line)
+        self.done[step.id] = line

@@ -1,0 +1,122 @@
+"""Studies as files: what they may say, and who meets what in which order."""
+
+import itertools
+from collections import Counter
+
+import pytest
+
+from swarm_pz.errors import ConfigError
+from swarm_pz.play.studies.design import Condition, Study, balanced_order
+
+PLAIN = """
+title = "Two interfaces"
+participants = 4
+games = 2
+seed = 7
+consent = "consent.md"
+rules = { time_limit = 30.0, drones_per_team = 4 }
+
+[practice]
+wins = 1
+most = 3
+
+[[conditions]]
+title = "drawing"
+
+[[conditions]]
+title = "late"
+command_delay_ms = 300
+rules = { drones_per_team = [6, 4] }
+
+[[forms]]
+name = "sus"
+
+[[forms]]
+name = "background"
+when = "start"
+items = [{ id = "age", text = "Your age?", kind = "number", least = 18, most = 99 }]
+"""
+
+
+def written(folder, text=PLAIN):
+    (folder / "consent.md").write_text("# Will you?")
+    (folder / "study.toml").write_text(text)
+    return Study.read(folder / "study.toml")
+
+
+@pytest.mark.parametrize("count", range(1, 8))
+def test_a_balanced_order_has_all_at_each_place_and_after_each_other_equally_often(count):
+    rows = balanced_order(count)
+    assert len(rows) == (count if count % 2 == 0 or count == 1 else 2 * count)
+    assert all(sorted(row) == list(range(count)) for row in rows)
+    for place in range(count):
+        assert set(Counter(row[place] for row in rows).values()) == {len(rows) // count}
+    followed = Counter(pair for row in rows for pair in itertools.pairwise(row))
+    assert set(followed.values()) <= {len(rows) // count}
+    assert len(followed) == count * (count - 1)
+
+
+def test_a_file_becomes_a_study(tmp_path):
+    study = written(tmp_path)
+    assert [condition.title for condition in study.conditions] == ["drawing", "late"]
+    assert study.conditions[1].game(study.rules).team_sizes == (6, 4)
+    assert study.conditions[0].game(study.rules).time_limit == 30.0
+    assert study.text(study.consent) == "# Will you?"
+    assert [[one.title for one in study.order_of(person)] for person in range(3)] == [
+        ["drawing", "late"],
+        ["late", "drawing"],
+        ["drawing", "late"],
+    ]
+    assert [asked.when for asked in study.forms] == ["block", "start"]
+
+
+def test_everybody_meets_the_same_games_in_every_condition(tmp_path):
+    study = written(tmp_path)
+    seeds = [study.seed_of(game) for game in range(50)]
+    assert len(set(seeds)) == 50
+    assert not set(seeds) & {study.seed_of(game, practice=True) for game in range(50)}
+    assert seeds != [study.replace(seed=8).seed_of(game) for game in range(50)]
+
+
+def test_an_order_may_be_given(tmp_path):
+    study = written(tmp_path).replace(order=(("late", "drawing"), ("drawing",)))
+    assert [[one.title for one in study.order_of(person)] for person in range(3)] == [
+        ["late", "drawing"],
+        ["drawing"],
+        ["late", "drawing"],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("participants = 4", "participants = 3", "participants must be a multiple of 2, for 2 conditions in balanced"),
+        (
+            "participants = 4",
+            'order = [["drawing", "lat"]]\nparticipants = 3',
+            "no condition 'lat'; did you mean 'late'",
+        ),
+        ("participants = 4", "", "participants"),
+        ('title = "late"', 'title = "drawing"', "conditions of different titles"),
+        ("command_delay_ms", "comand_delay_ms", "did you mean 'command_delay_ms'"),
+        ("command_delay_ms = 300", "command_delay_ms = -1", "condition 'late': command_delay_ms must be"),
+        ("drones_per_team = [6, 4]", "drones = 3", "condition 'late': .* did you mean 'drones_per_team'"),
+        ('name = "sus"', 'name = "susi"', "there is no form 'susi'; did you mean 'sus'"),
+        ("games = 2", "games = 0", "games must be a whole number"),
+        ('"consent.md"', '"../consent.md"', "a file in the study's folder"),
+        ('"consent.md"', '"agree.md"', "the text 'agree.md' cannot be read"),
+        ("seed = 7", "seed = ", "is no study"),
+        ("wins = 1", "wins = 9", "practice.most must be"),
+        ("[[conditions]]", "[conditions]", "is no study"),
+        ("games = 2", "gams = 2", "did you mean 'games'"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(before, after, said, tmp_path):
+    assert before in PLAIN
+    with pytest.raises(ConfigError, match=said):
+        written(tmp_path, PLAIN.replace(before, after))
+
+
+def test_a_helper_must_be_there_to_share():
+    with pytest.raises(ConfigError, match="condition 'both': helper must be a policy, if it has a share"):
+        Condition(title="both", share=0.5)

@@ -1,0 +1,89 @@
+"""Questions, answers, and the scores of the forms that are known."""
+
+import pytest
+
+from swarm_pz.errors import ConfigError
+from swarm_pz.play.studies.forms import KNOWN_FORMS, TLX_SCALES, Form, Item, sus_score, tlx_scores
+
+SUS, TLX, RAW = KNOWN_FORMS["sus"], KNOWN_FORMS["nasa-tlx"], KNOWN_FORMS["nasa-tlx-raw"]
+
+
+@pytest.mark.parametrize(
+    ("points", "score"),
+    [
+        ([3] * 10, 50.0),
+        ([5, 1] * 5, 100.0),
+        ([1, 5] * 5, 0.0),
+        ([5, 4, 2, 1, 2, 3, 2, 4, 5, 2], 55.0),  # the sheet in that paper: 22 points
+    ],
+)
+def test_the_usability_score_is_that_of_its_sheet(points, score):
+    assert sus_score(points) == score
+    answers = SUS.read({f"sus_{place}": point for place, point in enumerate(points, 1)})
+    assert SUS.scores(answers) == {"sus": score}
+
+
+def test_the_task_load_is_weighed_by_the_choices_as_in_the_manual():
+    # The worked example of the manual (NASA TLX 1.0): ratings and weights, 640 / 15.
+    ratings = {"mental": 30, "physical": 15, "temporal": 60, "performance": 40, "effort": 30, "frustration": 40}
+    weights = {"mental": 3, "physical": 0, "temporal": 5, "performance": 1, "effort": 3, "frustration": 3}
+    chosen = [TLX_SCALES[scale][0] for scale, weight in weights.items() for _ in range(weight)]
+    scores = tlx_scores(ratings, chosen)
+    assert scores["tlx"] == pytest.approx((90 + 0 + 300 + 40 + 90 + 120) / 15)
+    assert scores["tlx_raw"] == pytest.approx(215 / 6)
+    assert tlx_scores(ratings, None) == {"tlx_raw": scores["tlx_raw"]}
+
+
+def test_the_task_load_has_six_scales_and_all_fifteen_pairs():
+    pairs = [set(item.choices) for item in TLX.items if item.kind == "pair"]
+    assert len(TLX.items) == 21 and len(RAW.items) == 6
+    assert len({frozenset(pair) for pair in pairs}) == 15
+    answers = dict.fromkeys(TLX_SCALES, 50) | {item.id: item.choices[0] for item in TLX.items if item.kind == "pair"}
+    assert TLX.scores(TLX.read(answers)) == {"tlx_raw": 50.0, "tlx": 50.0}
+    assert RAW.scores(RAW.read(dict.fromkeys(TLX_SCALES, 5))) == {"tlx_raw": 5.0}
+
+
+def test_answers_are_checked_by_question():
+    form = Form(
+        name="own",
+        items=(
+            Item(id="age", text="Your age?", kind="number", least=18, most=99),
+            Item(id="hand", text="Your hand?", kind="choice", choices=("left", "right")),
+            Item(id="words", text="Anything else?", kind="text", optional=True),
+        ),
+    )
+    assert form.read({"age": 30, "hand": "left"}) == {"age": 30, "hand": "left", "words": None}
+    assert form.scores({}) == {}
+    for answers, said in (
+        ({"age": 17, "hand": "left"}, "age must be a number from 18 to 99, got 17"),
+        ({"age": True, "hand": "left"}, "age must be a number"),
+        ({"age": 30, "hand": "both"}, "hand must be 'left' or 'right'"),
+        ({"age": 30}, "hand must be an answer"),
+        ({"age": 30, "hand": "left", "wrds": ""}, "did you mean 'words'"),
+        ({"age": 30, "hand": "left", "words": "x" * 4001}, "at most 4000 characters"),
+        ([1], "answers come by question"),
+    ):
+        with pytest.raises(ConfigError, match=said):
+            form.read(answers)
+    with pytest.raises(ConfigError, match="in steps of 5, got 52"):
+        RAW.read(dict.fromkeys(TLX_SCALES, 52))
+
+
+@pytest.mark.parametrize(
+    ("item", "said"),
+    [
+        ({"id": "a b", "text": "?"}, "item.id must be a name"),
+        ({"id": "a", "text": " "}, "item a: text must be words"),
+        ({"id": "a", "text": "?", "kind": "slider"}, "item a: kind must be 'scale' or"),
+        ({"id": "a", "text": "?", "least": 5, "most": 1}, "item a: most must be"),
+        ({"id": "a", "text": "?", "kind": "choice", "choices": ("x",)}, "at least two different"),
+        ({"id": "a", "text": "?", "kind": "pair", "choices": ("x", "y", "z")}, "choices must be two"),
+    ],
+)
+def test_an_impossible_question_is_refused(item, said):
+    with pytest.raises(ConfigError, match=said):
+        Item(**item)
+    with pytest.raises(ConfigError, match="questions of different ids"):
+        Form(name="f", items=(Item(id="a", text="?"), Item(id="a", text="!")))
+    with pytest.raises(ConfigError, match="at least one question"):
+        Form(name="f")

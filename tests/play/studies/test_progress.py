@@ -1,0 +1,120 @@
+"""A participant's way through a study, over reloads, crashes and power cuts."""
+
+import json
+
+import numpy as np
+import pytest
+
+from swarm_pz.errors import ConfigError, RecordingError
+from swarm_pz.play.studies.progress import Progress, check_code
+from tests.play.studies.test_design import written
+
+SUS = {f"sus_{place}": 3 for place in range(1, 11)}
+
+
+def told(step):
+    """Return what a participant without opinions tells in a step."""
+    if step.kind == "form":
+        return {"answers": SUS if step.form.name == "sus" else {"age": 40}}
+    return {"recording": f"{step.id}.jsonl", "won": step.game == 1} if step.kind in ("practice", "game") else {}
+
+
+def walk(progress):
+    """Do all that is left; return the steps' names."""
+    done = []
+    while (step := progress.next) is not None:
+        progress.finish(step, **told(step))
+        done.append(step.id)
+    return done
+
+
+def test_a_participant_does_everything_in_turn(tmp_path):
+    study = written(tmp_path)
+    assert walk(Progress(study, tmp_path / "p.jsonl", 0)) == [
+        "consent",
+        "start.form.background",
+        "block1.practice1",
+        "block1.practice2",
+        "block1.game1",
+        "block1.game2",
+        "block1.form.sus",
+        "block2.practice1",
+        "block2.practice2",
+        "block2.game1",
+        "block2.game2",
+        "block2.form.sus",
+    ]
+    again = Progress(study, tmp_path / "p.jsonl", 0)
+    assert again.next is None
+    assert again.done["block1.form.sus"]["scores"] == {"sus": 50.0}
+
+
+def test_practice_ends_when_it_is_won_or_has_been_enough(tmp_path):
+    study = written(tmp_path)
+    progress = Progress(study, tmp_path / "p.jsonl", 0)
+    games = 0
+    while (step := progress.next).kind != "game":
+        progress.finish(step, **told(step) | {"won": False})
+        games += step.kind == "practice"
+    assert games == study.practice.most == 3
+
+
+def test_whatever_ends_the_program_nothing_is_asked_twice_and_nothing_is_lost(tmp_path):
+    study = written(tmp_path)
+    whole = walk(Progress(study, tmp_path / "whole.jsonl", 1))
+    path = tmp_path / "torn.jsonl"
+    asked, chance = [], np.random.default_rng(0)
+    while True:
+        progress = Progress(study, path, 1)
+        for _ in range(chance.integers(3)):
+            if (step := progress.next) is not None:
+                progress.finish(step, **told(step))
+                asked.append(step.id)
+        if progress.next is None:
+            break
+        with path.open("ab") as file:  # the power goes while a line is written
+            file.write(json.dumps({"step": progress.next.id}).encode()[: chance.integers(8)])
+    assert asked == whole
+
+
+def test_a_step_out_of_turn_or_with_wrong_answers_changes_nothing(tmp_path):
+    study = written(tmp_path)
+    progress = Progress(study, tmp_path / "p.jsonl", 0)
+    consent = progress.next
+    later = progress.steps[1]
+    with pytest.raises(ConfigError, match=r"the next step is consent, got start\.form\.background"):
+        progress.finish(later, answers={"age": 40})
+    progress.finish(consent)
+    with pytest.raises(ConfigError, match="the next step is start"):
+        progress.finish(consent)
+    before = (tmp_path / "p.jsonl").read_bytes()
+    with pytest.raises(ConfigError, match="age must be a number"):
+        progress.finish(later, answers={"age": 7})
+    assert (tmp_path / "p.jsonl").read_bytes() == before
+    assert progress.next == later
+
+
+@pytest.mark.parametrize("change", [{"number": 1}, {"study": "another"}, {"seed": 8}])
+def test_a_file_of_another_study_or_participant_is_refused(change, tmp_path):
+    study, path = written(tmp_path), tmp_path / "p.jsonl"
+    Progress(study, path, 0)
+    path.write_text(json.dumps(json.loads(path.read_text()) | change) + "\n")
+    with pytest.raises(RecordingError, match="is of another study or participant"):
+        Progress(study, path, 0)
+
+
+@pytest.mark.parametrize("line", ["{", "[]", '{"at": 1}'])
+def test_a_corrupt_line_is_named(line, tmp_path):
+    study, path = written(tmp_path), tmp_path / "p.jsonl"
+    Progress(study, path, 0)
+    with path.open("a") as file:
+        file.write(line + "\n")
+    with pytest.raises(RecordingError, match=r"line 2 of .* is corrupt"):
+        Progress(study, path, 0)
+
+
+@pytest.mark.parametrize("code", ["", "..", "a/b", "/etc", "a.b", "-a", "ä", "x" * 33, None, 7])
+def test_a_code_is_no_path(code):
+    assert check_code("P-01_b") == "P-01_b"
+    with pytest.raises(ConfigError, match="code must be 1 to 32 letters"):
+        check_code(code)
