@@ -23,17 +23,20 @@ class Measured:
     """
 
     def __init__(self, asked_ms: float) -> None:
-        self.asked_ms = asked_ms
+        self.asked_ms, self._count = asked_ms, 0
         self._got_ms = array("d")
+        """Of what waited at all: without a delay, games as long as one likes keep nothing."""
 
     def note(self, ms: float) -> None:
-        """Note how long something waited."""
-        self._got_ms.append(ms)
+        """Note how long something waited; 0.0 if it was done at once."""
+        self._count += 1
+        if ms > 0.0:
+            self._got_ms.append(ms)
 
     def told(self) -> Delay:
         """Return what was asked for, the median of what was got, and of how many."""
-        got = self._got_ms
-        return Delay(asked_ms=self.asked_ms, got_ms=float(np.median(got)) if got else None, count=len(got))
+        got = float(np.median(self._got_ms)) if self._got_ms else 0.0
+        return Delay(asked_ms=self.asked_ms, got_ms=got if self._count else None, count=self._count)
 
 
 class _Waiting(NamedTuple):
@@ -58,12 +61,13 @@ class DelayLine:
 
     def put(self, act: Callable[[], None], measured: Measured | None = None) -> None:
         """Do something when its time has come."""
-        one = _Waiting(time.monotonic(), act, measured)
         if self.delay_ms > 0.0:
-            self._waiting.append(one)
+            self._waiting.append(_Waiting(time.monotonic(), act, measured))
             self._wait()
-        else:
-            self._do(one)
+            return
+        if measured is not None:
+            measured.note(0.0)
+        act()
 
     def _wait(self) -> None:
         if self._waiting and self._timer is None:
@@ -75,14 +79,11 @@ class DelayLine:
         # The first is due, whatever a timer's rounding says.
         limit = max(time.monotonic() - self.delay_ms / 1000.0, self._waiting[0].came)
         while self._waiting and self._waiting[0].came <= limit:
-            self._do(self._waiting.popleft())
+            one = self._waiting.popleft()
+            if one.measured is not None:
+                one.measured.note(1000.0 * (time.monotonic() - one.came))
+            one.act()
         self._wait()
-
-    @staticmethod
-    def _do(one: _Waiting) -> None:
-        if one.measured is not None:
-            one.measured.note(1000.0 * (time.monotonic() - one.came))
-        one.act()
 
     def close(self) -> list[Callable[[], None]]:
         """Do nothing more, and return what still waited."""

@@ -27,7 +27,6 @@ from swarm_pz.play.server.room_settings import settings_of, table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
 from swarm_pz.play.server.views import frame_of, target_message
-from swarm_pz.play.shared import SHARED
 
 AWAY_S = 60.0
 """Seconds that a seat waits between games for who has left without saying so."""
@@ -370,7 +369,7 @@ class Room:
         self.session.game.check_size(made.command)
         self.session.submit(made.command, message.strokes, message.timing)
         connection.send(protocol.Received(number=message.number, server_ms=self._context.now_ms()))
-        if not self.config.factors[seat.team].share:  # else it is shown what is made of it
+        if self.config.factors[seat.team].share == 0.0:  # else it is shown what is made of it, once that is in force
             self._show_target(seat, made.target)
 
     def _show_target(self, seat: Seat, target: bytes) -> None:
@@ -519,7 +518,7 @@ class Room:
         if seat.view is not None:
             now, sender = self._context.now_ms(), command.sender
             seat.view.send(protocol.InForceMessage(seat.side, command.number, tick, now, sender))
-        if command.sender.startswith(SHARED):
+        if self.config.factors[seat.team].share > 0.0:
             self._show_target(seat, target_of(command, self.reader))
 
     def _failed(self, team: int, reason: str) -> None:
