@@ -32,6 +32,7 @@ def play(
     out: Path = Path("runs/games"),
     record_labels: bool = False,
     lsl: Annotated[tuple[str, ...] | None, tyro.conf.arg(metavar="[NAME]")] = None,
+    factors: Path | None = None,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
@@ -48,10 +49,12 @@ def play(
         record_labels: Write into recordings what players call themselves; else only those at the table see it.
         lsl: Tell Lab Streaming Layer when games begin and end, commands come into force and drones are taken, in a
             stream of this name; swarm-pz if none is given.
+        factors: File with what is varied at red's and at blue's seat: delays, what is shown, shared control.
         game: The rules; sizes and time limit are each room's own.
     """
     _need_play()
     from swarm_pz import policies
+    from swarm_pz.play.factors import Factors, read_factors
     from swarm_pz.play.game import TableConfig
     from swarm_pz.play.lsl import Markers
     from swarm_pz.play.server.games_folder import check_folder
@@ -65,6 +68,11 @@ def play(
     if opponent is not None and opponent != "none":
         policies.load(opponent, game, game.team_systems[1])
         installed |= {opponent: about(opponent)}
+    varied = read_factors(factors) if factors is not None else (Factors(), Factors())
+    table = TableConfig(game=game, min_command_interval=min_command_interval, factors=varied)
+    for team, own in enumerate(varied):
+        if own.share > 0.0:
+            policies.load(own.helper, game, game.team_systems[team])
     page = f"play={opponent}" if opponent is not None else ""
     markers = Markers(*lsl) if lsl is not None else None
     say = functools.partial(print, flush=True)
@@ -78,7 +86,7 @@ def play(
         folder=out,
         page=page,
         countdown_s=countdown,
-        table=TableConfig(game=game, min_command_interval=min_command_interval),
+        table=table,
         say=say,
         draw_code=_draw_code,
         cards=_cards(),
