@@ -252,9 +252,11 @@ class BatchEnv:
         else:
             answer = policy.act(self.observe(policy.observation, teams, rows), rows)
         try:
+            control = self.simulator.control
             name, flown_by = f"policy {name_of(policy)}'s answer", self.simulator.games.flown_by[rows, teams]
-            commands = self.simulator.control.read(answer, flown_by, answers_of(policy), name)
-            self.simulator.control.check_sizes(commands, flown_by, self.simulator.sizes[rows, teams], name)
+            commands = control.read(answer, flown_by, answers_of(policy), name)
+            if control.is_given:
+                control.check_sizes(commands, flown_by, self.simulator.sizes[rows, teams], name)
             return commands
         except CommandError as error:
             raise PolicyError(str(error)) from error
