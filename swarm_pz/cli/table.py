@@ -31,6 +31,8 @@ def play(
     countdown: float = 3.0,
     out: Path = Path("runs/games"),
     record_labels: bool = False,
+    ladder: bool = False,
+    embed: tuple[str, ...] = (),
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
@@ -45,6 +47,8 @@ def play(
         countdown: Seconds for which the start of a game is shown before it begins.
         out: Folder of the recordings.
         record_labels: Write into recordings what players call themselves; else only those at the table see it.
+        ladder: People climb by code: each game is against an opponent about as good, and levels stand in OUT/levels.
+        embed: Origins of pages that may hold this one in a frame, such as https://lab.example.
         game: The rules; sizes and time limit are each room's own.
     """
     _need_play()
@@ -60,7 +64,7 @@ def play(
     if opponent is not None and opponent != "none":
         policies.load(opponent, game, game.team_systems[1])
         installed |= {opponent: about(opponent)}
-    page = f"play={opponent}" if opponent is not None else ""
+    page = f"play={opponent}" if opponent is not None else "ladder" if ladder else ""
     say = functools.partial(print, flush=True)
     print_rules(game, "(rules_hash of rooms as they are set at first; games of the same rules have the same)")
     serve(
@@ -77,6 +81,8 @@ def play(
         draw_code=_draw_code,
         cards=_cards(),
         record_labels=record_labels,
+        levels=out / "levels" if ladder else None,
+        embedders=embed,
     )
 
 
