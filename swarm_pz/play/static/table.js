@@ -168,6 +168,7 @@ export class Table {
     this.news.forget(this.seat);
     this.unseen = [];
     this.number = 0;
+    at("reached-now").textContent = "";
     this.lastTick = this.shown = null;
   }
 
