@@ -61,7 +61,8 @@ def main() -> None:
             held = np.mean([one.low <= level <= one.high for one, level in zip(found, levels, strict=True)])
             error = np.mean([abs(one.value - level) for one, level in zip(found, levels, strict=True)])
             print(f"{name:>20} {count:3d} games: {widths[-1]:5.0f} points, {held:.3f}, {error:4.0f} points", flush=True)
-        axes.plot(GAMES, widths, marker="o", markersize=3, label=name)
+        if not draws:  # with draws it is as wide
+            axes.plot(GAMES, widths, marker="o", markersize=3, label=name)
     if options.picture is not None:
         axes.set(xlabel="games", ylabel="width of the 95 % interval, rating points", ylim=(0, None))
         axes.legend(frameon=False)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.recordings.format import CapturedLine, Recording
 from tests.play.conftest import Table, new_page
 
 DIST = Path(__file__).parent / "jspsych" / "node_modules" / "jspsych" / "dist"
@@ -85,19 +85,20 @@ def row_of(page):
 
 
 def test_a_trial_is_a_game_and_returns_its_row(experiment, own_table):
-    settings = {"time_limit": 3, "blue_system": "ergodic"}
+    settings = {"time_limit": 15, "blue_system": "ergodic"}
     page = experiment({"opponent": "ring", "seat": "blue", "seed": 41, "settings": settings})
     frame = page.frame_locator("iframe")
-    frame.locator("#send:not([disabled])").wait_for()
+    frame.locator("#spread:not([disabled])").click()
     for name in ("leave", "go-home", "recording"):
         expect(frame.locator(f"#{name}")).to_be_hidden()
-    frame.locator("#spread").click()
     row = row_of(page)
     recording = Recording.read(own_table.folder / row["recording"])
     assert row["trial_type"] == "swarm-pz" and row["error"] is None
-    assert (row["outcome"], row["seconds"]) == ("draw", 3)
+    outcome = {"draw": "draw", "blue": "win", "red": "loss"}[recording.end.outcome]
+    assert (row["outcome"], row["seconds"]) == (outcome, recording.end.tick / 30)
     assert (row["opponent"], row["side"], row["seed"], row["commands"]) == ("ring", "blue", 41, 1)
-    assert (row["captured"], row["lost"]) == (0, 0)
+    taken = [capture.team for capture in recording.of(CapturedLine)]
+    assert (row["captured"], row["lost"]) == (taken.count(1), taken.count(0))
     assert recording.header.seed == 41 and recording.header.red.policy == "ring"
     assert {origin for _, origin in page.evaluate("window.heard")} == {f"http://{own_table.address}"}
     assert page.locator("iframe").count() == 0
@@ -114,7 +115,7 @@ def test_pages_of_other_origins_may_not_hold_the_table_in_a_frame(experiment, la
 
 
 def test_the_trial_hears_its_frame_alone_and_the_frame_its_experiment_alone(experiment, own_table):
-    page = experiment({"opponent": "uniform", "settings": {"time_limit": 3}, "load_timeout": 100_000})
+    page = experiment({"opponent": "uniform", "settings": {"time_limit": 1}, "load_timeout": 100_000})
     page.evaluate(
         """() => {
             const forged = { type: "swarm-pz.over", row: { outcome: "win" } };
