@@ -1,14 +1,13 @@
 // The page in the frame of an experiment, which says what is played, and is told how that went. Both check whom they
 // hear: messages count from the window around this one alone, and from an origin that the table was started for.
 
-import { at } from "./elements.js";
-
 const TRIES = 40, PAUSE_MS = 500; // a game's file is whole soon after its end
 
 export class Embed {
   // origin: of the experiment, as the address says; begin: opens a room by a message and begins in it at once.
   constructor(link, origin, begin) {
     Object.assign(this, { origin, begin, allowed: false, begun: false, ended: false, side: null });
+    this.waiting = "Waiting for the experiment…"; // what is said until a game begins
     document.documentElement.dataset.embed = "";
     addEventListener("message", (event) => this.hear(event));
     link.addEventListener("welcome", ({ detail }) => this.greet(detail.embedders));
@@ -20,7 +19,7 @@ export class Embed {
     if (this.allowed) return; // it came back
     this.allowed = parent !== window && embedders.includes(this.origin);
     if (this.allowed) this.tell({ type: "swarm-pz.ready" });
-    else at("cover-text").textContent = "This page is for the frame of an experiment that the table was started for (--embed).";
+    else this.waiting = "This page is for the frame of an experiment that the table was started for (--embed).";
   }
 
   hear({ source, origin, data }) {

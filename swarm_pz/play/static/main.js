@@ -115,7 +115,7 @@ function show() {
   }
   open("table");
   if (!welcomed || isHere) return;
-  if (name === "embed") table.cover.wait("Waiting for the experiment…");
+  if (name === "embed" && embed) table.cover.wait(embed.waiting);
   else if (name === "play") begin({ seat: "red", ...(value && value !== "none" ? { opponent: value } : { settings: { blue: 0 } }) });
   else if (ROOMS.includes(name)) enter(name, value);
   else if (name === "replay") {
