@@ -58,7 +58,7 @@ function paint(canvas, { level, low, high, opponent, rungs }) {
   const x = (points) => width * Math.min(Math.max((points - least) / (most - least), 0), 1);
   const bar = (colour, from, to, y, thick) => {
     pen.fillStyle = colour;
-    pen.fillRect(from, y - thick / 2, Math.max(to - from, thick / 4), thick);
+    pen.fillRect(from, y - thick / 2, Math.max(to - from, 4), thick);
   };
   pen.clearRect(0, 0, width, height);
   bar("#9bd3bf", x(low), x(high), base, unit);
