@@ -50,6 +50,7 @@ def show_level(page, code):
 
 def leave(page):
     """Leave a running game for good."""
+    page.wait_for_selector("#table[data-phase=playing]")  # one that counts down is left without a question
     page.click("#leave")
     page.click("#leave-now")
 
