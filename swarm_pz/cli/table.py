@@ -33,6 +33,8 @@ def play(
     record_labels: bool = False,
     lsl: Annotated[tuple[str, ...] | None, tyro.conf.arg(metavar="[NAME]")] = None,
     factors: Path | None = None,
+    ladder: bool = False,
+    embed: tuple[str, ...] = (),
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
@@ -50,6 +52,8 @@ def play(
         lsl: Tell Lab Streaming Layer when games begin and end, commands come into force and drones are taken, in a
             stream of this name; swarm-pz if none is given.
         factors: File with what is varied at red's and at blue's seat: delays, what is shown, shared control.
+        ladder: People climb by code: each game is against an opponent about as good, and levels stand in OUT/levels.
+        embed: Origins of pages that may hold this one in a frame, such as https://lab.example.
         game: The rules; sizes and time limit are each room's own.
     """
     _need_play()
@@ -73,7 +77,7 @@ def play(
     for team, own in enumerate(varied):
         if own.share > 0.0:
             policies.load(own.helper, game, game.team_systems[team])
-    page = f"play={opponent}" if opponent is not None else ""
+    page = f"play={opponent}" if opponent is not None else "ladder" if ladder else ""
     markers = Markers(*lsl) if lsl is not None else None
     say = functools.partial(print, flush=True)
     print_rules(game, "(rules_hash of rooms as they are set at first; games of the same rules have the same)")
@@ -92,6 +96,8 @@ def play(
         cards=_cards(),
         record_labels=record_labels,
         markers=markers,
+        levels=out / "levels" if ladder else None,
+        embedders=embed,
     )
 
 

@@ -83,6 +83,10 @@ class Create(_Message, tag="create"):
     label: Label = ""
     lesson: bool = False
     """It is to learn the game: the recordings of its games say so, and tables leave them out."""
+    once: bool = False
+    """One game is played in it, between those who sit down for it, and no more."""
+    seed: Count | None = None
+    """Of the start of its first game; None takes any."""
 
 
 class Join(_Message, tag="join"):
@@ -229,6 +233,20 @@ class TakeOver(_Message, tag="take_over"):
     opponent: Name | None = None
 
 
+class AskLevel(_Message, tag="ask_level"):
+    """Ask what somebody has reached on the ladder with a control system; None for the table's."""
+
+    code: Name
+    system: Name | None = None
+
+
+class Climb(_Message, tag="climb"):
+    """Open a room for somebody's next game on the ladder, and sit down in it."""
+
+    code: Name
+    system: Name | None = None
+
+
 ClientMessage = (
     Hello
     | Create
@@ -246,6 +264,8 @@ ClientMessage = (
     | Seek
     | Pace
     | TakeOver
+    | AskLevel
+    | Climb
 )
 
 # --- what the server says -------------------------------------------------------------------------
@@ -320,6 +340,10 @@ class Welcome(_Message, tag="welcome"):
     """Control systems that may fly a seat."""
     default_systems: list[str] = []
     """Names of those that fly red and blue where a room's settings say nothing else."""
+    ladder: bool = False
+    """Whether people can climb here."""
+    embedders: list[str] = []
+    """Origins of the pages that may hold this one in a frame."""
 
 
 class SeatFactors(_Message):
@@ -392,6 +416,8 @@ class RoomState(_Message, tag="room"):
     """Of a game that is over, as in its recording."""
     forfeit: str = ""
     """Which side's control system failed, so that it lost, and how."""
+    once: bool = False
+    """One game is played here, and no more."""
 
 
 class Received(_Message, tag="received"):
@@ -433,6 +459,38 @@ class Refused(_Message, tag="refused"):
     """To a hello whose token's seat is gone: the game that was played there."""
 
 
+class Rung(_Message):
+    """An opponent on the ladder."""
+
+    name: str
+    rating: float
+
+
+class Level(_Message, tag="level"):
+    """What somebody has reached on the ladder with a control system.
+
+    It is sent to who asks, and to who has played, once their game is kept. It is in rating points, as of cards, and
+    between low and high with 95 %; before the first game these say what is likely of anybody.
+    """
+
+    code: str
+    system: str
+    level: float
+    low: float
+    high: float
+    games: int
+    seconds: float
+    """Of game, in all."""
+    last: Literal["win", "draw", "loss"] | None
+    """How the latest game ended."""
+    opponent: str
+    """Whom the next game is against."""
+    side: Side
+    """One's own in it."""
+    rungs: list[Rung]
+    """All opponents, the weakest first."""
+
+
 class Notice(_Message, tag="notice"):
     """Something that everybody in the room should know."""
 
@@ -450,9 +508,11 @@ class Pong(_Message, tag="pong"):
     server_ms: float
 
 
-ServerMessage = Welcome | Seated | RoomState | Received | InForceMessage | Acting | Refused | Notice | Displaced | Pong
+ServerMessage = (
+    Welcome | Seated | RoomState | Received | InForceMessage | Acting | Refused | Level | Notice | Displaced | Pong
+)
 _OF_VERSION_2 = {"red_system", "blue_system", "systems", "default_systems", "commands", "system", "takes", "sender"}
-_OF_VERSION_2 |= {"ended_by", "forfeit", "answers", "factors"}
+_OF_VERSION_2 |= {"ended_by", "forfeit", "answers", "factors", "once", "ladder", "embedders"}
 """Fields of server's messages, and of their parts, that clients of version 1 do not know."""
 
 T = TypeVar("T")

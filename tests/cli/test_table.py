@@ -163,3 +163,12 @@ def test_a_folder_that_takes_no_recordings_is_an_error_before_anybody_plays(serv
     (tmp_path / "games").write_text("no folder")
     assert "games cannot be recorded in" in refused(capsys, "play", "--out", str(tmp_path / "games"))
     assert not served
+
+
+def test_a_table_has_a_ladder_and_is_held_in_frames_as_it_was_asked_for(served):
+    main(["play", "--ladder", "--out", "games", "--embed", "https://lab.example", "http://localhost:3000"])
+    ((_, _, how),) = served
+    assert (how["page"], how["levels"]) == ("ladder", Path("games/levels"))
+    assert how["embedders"] == ("https://lab.example", "http://localhost:3000")
+    main(["play", "--out", "games"])
+    assert (served[1][2]["page"], served[1][2]["levels"], served[1][2]["embedders"]) == ("", None, ())

@@ -58,11 +58,13 @@ class Server:
             Route("/status", self._status),
             Route("/recordings", self._recordings),
             Route("/recordings/{name}", self._recording),
+            Route("/recordings/{name}/trial", self._trial),
             Route("/invitations/{room}.svg", self._invitation),
             WebSocketRoute("/socket", self._socket),
             Mount("/static", StaticFiles(directory=STATIC)),
         ]
-        return AccessMiddleware(Starlette(routes=routes, lifespan=self._lifespan), hosts, allowed_hosts)
+        inner = Starlette(routes=routes, lifespan=self._lifespan)
+        return AccessMiddleware(inner, hosts, allowed_hosts, self.lobby.embedders)
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
@@ -135,6 +137,13 @@ class Server:
         except RecordingError as error:
             return PlainTextResponse(f"{error}\n", 404)
         return FileResponse(path, media_type="application/x-ndjson")
+
+    async def _trial(self, request: Request) -> Response:
+        try:
+            rows = await self.lobby.trial(request.path_params["name"])
+        except RecordingError as error:
+            return PlainTextResponse(f"{error}\n", 404)
+        return Response(msgspec.json.encode(rows), media_type="application/json")
 
     # --- the socket -------------------------------------------------------------------------------
 

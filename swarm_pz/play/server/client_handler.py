@@ -10,6 +10,7 @@ from typing import Literal
 
 from swarm_pz.errors import PolicyError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
+from swarm_pz.play.server.climbing import Climbing
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.orders import Made, is_made_at_once, make
@@ -178,6 +179,25 @@ class ClientHandler:
 
         self._go("take_over", go_on)
 
+    # --- the ladder -------------------------------------------------------------------------------
+
+    def _climbing(self) -> Climbing:
+        if self._lobby.climbing is None:
+            raise RefusedError("unknown", "there is no ladder here: start the table with --ladder")
+        return self._lobby.climbing
+
+    async def _tell_level(self, message: protocol.AskLevel) -> None:
+        self._connection.send(await self._climbing().level(message.code, message.system))
+
+    async def _climb(self, message: protocol.Climb) -> None:
+        climbing = self._climbing()
+        level = await climbing.level(message.code, message.system)
+        climbing.check_free(level.code)
+        room = self._lobby.open_room(climbing.settings(level), address=self._connection.address)
+        self._enter(room, level.side, "", {_facing(level.side): level.opponent})
+        climbing.follow(room, level)
+        room.tell_state()
+
     # --- what the client does there ---------------------------------------------------------------
 
     def _give_command(self, message: protocol.CommandMessage) -> None:
@@ -219,6 +239,8 @@ class ClientHandler:
         team = room.seat_of(self._connection).team
         check_rules(message.rules)
         for rule in message.rules:
+            if rule.do.policy is not None and room.ranked:
+                raise RefusedError("not_valid", "on the ladder nobody plays for you: no policy may command here")
             if rule.do.policy is not None:
                 self._lobby.check_policy(rule.do.policy)
         if self._ruling is not None:
@@ -262,7 +284,7 @@ class ClientHandler:
                 for name in filter(None, policies.values()):
                     lobby.check_policy(name)
                 opened = lobby.open_room(message.settings, address=connection.address)
-                opened.lesson = message.lesson
+                opened.lesson, opened.once, opened.seed = message.lesson, message.once, message.seed
                 self._enter(opened, message.seat, message.label, policies)
             case protocol.Join():
                 room = lobby.rooms.get(message.room.upper())
@@ -294,6 +316,10 @@ class ClientHandler:
                 self._watched().pace(message.speed)
             case protocol.TakeOver():
                 self._take_over(message)
+            case protocol.AskLevel():
+                self._go("ask_level", functools.partial(self._tell_level, message))
+            case protocol.Climb():
+                self._go("climb", functools.partial(self._climb, message))
 
     def _greet(self, message: protocol.Hello) -> None:
         if self._greeted:

@@ -11,13 +11,17 @@ import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.forms import installed_systems
 from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
+from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.summary import Summaries, Summary
+from swarm_pz.play.recordings.trial import trial_rows
 from swarm_pz.play.server.budget import Budget
+from swarm_pz.play.server.climbing import Climbing
 from swarm_pz.play.server.games_folder import check_folder
 from swarm_pz.play.server.live_session import Moment, ServerContext
 from swarm_pz.play.server.painter import Painter
@@ -54,6 +58,10 @@ class Lobby:
         Of those of them that were rated.
     addresses : sequence of str, optional
         Of the page, as other devices reach it.
+    embedders : sequence of str, optional
+        Origins of the pages that may hold it in a frame.
+    climbing : Climbing, optional
+        The ladder, where people can climb.
 
     Attributes
     ----------
@@ -73,9 +81,12 @@ class Lobby:
         policies: Mapping[str, str],
         cards: Mapping[str, protocol.Card] | None = None,
         addresses: Sequence[str] = (),
+        embedders: Sequence[str] = (),
+        climbing: Climbing | None = None,
     ) -> None:
         self.context = context
-        self.addresses = list(addresses)
+        self.addresses, self.embedders = list(addresses), list(embedders)
+        self.climbing = climbing
         self.rooms: dict[str, Room] = {}
         self._openings: dict[str, Budget] = {}
         self.watched: set[ReplaySession] = set()
@@ -105,6 +116,8 @@ class Lobby:
             records_labels=self.context.record_labels,
             systems=self._systems,
             default_systems=list(self.context.table.game.team_controllers),
+            ladder=self.climbing is not None,
+            embedders=self.embedders,
         )
 
     def check_policy(self, name: str) -> str:
@@ -173,6 +186,8 @@ class Lobby:
         """End all games, and the processes of policies."""
         for room in list(self.rooms.values()):
             self.close_room(room)
+        if self.climbing is not None:
+            self.climbing.close()
         self.context.workers.close()
         self.painter.close()
         for thread in (self._reading, self._listing, self.replaying):
@@ -216,6 +231,17 @@ class Lobby:
             raise RecordingError(f"there is no recording {name} here")
         return path
 
+    async def trial(self, name: str) -> list[dict[str, Any]]:
+        """Return a recorded game as rows of an experiment, one a seat; off the event loop.
+
+        Raises
+        ------
+        RecordingError
+            If there is none of that name, or it cannot be read.
+        """
+        path = self.find_recording(name)
+        return await asyncio.get_running_loop().run_in_executor(self._listing, _trial_of, path)
+
     def _running(self) -> set[Path]:
         """Return the files of games that are not over, or not wholly written; any thread may ask."""
         sessions = [(room.session, room.outcome) for room in list(self.rooms.values())]
@@ -240,6 +266,10 @@ class Lobby:
         """
         path = self.find_recording(name)
         return await asyncio.get_running_loop().run_in_executor(self._reading, LoadedRecording.read, path)
+
+
+def _trial_of(path: Path) -> list[dict[str, Any]]:
+    return trial_rows(Recording.read(path))
 
 
 def _may_be_read(path: Path) -> bool:

@@ -9,9 +9,11 @@ from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
+_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors "
+)
 _HEADERS = {
-    "content-security-policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
-    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
     "cache-control": "no-cache",
@@ -31,9 +33,14 @@ class AccessMiddleware:
         Names with their port.
     allowed_hosts : sequence of str
         Names by which a proxy or a tunnel is reached that leads here; pages there may be encrypted.
+    embedders : sequence of str
+        Origins of the pages that may hold this one in a frame.
     """
 
-    def __init__(self, app: ASGIApp, hosts: Sequence[str], allowed_hosts: Sequence[str] = ()) -> None:
+    def __init__(
+        self, app: ASGIApp, hosts: Sequence[str], allowed_hosts: Sequence[str] = (), embedders: Sequence[str] = ()
+    ) -> None:
+        self._headers = _HEADERS | {"content-security-policy": _POLICY + (" ".join(embedders) or "'none'")}
         own, others = ({host.lower() for host in names} for names in (hosts, allowed_hosts))
         self._app, self._hosts = app, own | others
         self._origins = {f"http://{host}" for host in own | others} | {f"https://{host}" for host in others}
@@ -55,7 +62,7 @@ class AccessMiddleware:
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                MutableHeaders(scope=message).update(_HEADERS)
+                MutableHeaders(scope=message).update(self._headers)
             await send(message)
 
         await self._app(scope, receive, send_with_headers)

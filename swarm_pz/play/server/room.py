@@ -8,6 +8,7 @@ import itertools
 import logging
 import secrets
 import time
+from collections.abc import Callable
 from typing import Literal
 
 from swarm_pz.config import TEAM_NAMES
@@ -72,6 +73,14 @@ class Room:
     ----------
     lesson : bool
         Games here are lessons, and say so in their recordings.
+    once : bool
+        One game is played here, between those who sat down for it, and no more.
+    ranked : bool
+        It counts for a player's level: no policy may command in the player's place.
+    seed : int or None
+        Of the next game's start; None takes any. Who calls its countdown off is given the same start again.
+    over : callable or None
+        Told the outcome and what ended the game, of each that has begun.
     reader : CommandReader
         Of the commands of its games.
     """
@@ -99,12 +108,12 @@ class Room:
         self.outcome: Outcome | None = None
         self._ended_by: EndedBy | None = None
         self.last_used = time.monotonic()
-        self.lesson = False
+        self.lesson = self.once = self.ranked = False
+        self.over: Callable[[Outcome, EndedBy], None] | None = None
         self._tells = Budget(_MOST_TOLD, _MOST_TOLD, self.last_used)
         self._tells_later: asyncio.TimerHandle | None = None
         self._games = 0
-        self._seed: int | None = None
-        """Of the next game: who calls its countdown off is given the same start again."""
+        self.seed: int | None = None
         self._before: tuple[LiveSession | None, Outcome | None] = None, None
         """The session before the one that starts, and its outcome."""
         self._places = itertools.count()
@@ -226,6 +235,8 @@ class Room:
     def invite(self, connection: Connection, side: protocol.Side, policy: str | None) -> None:
         """Give a seat to a policy, or free it."""
         self.seat_of(connection)
+        if self.once:
+            raise RefusedError("out_of_turn", "one game is played here, against whom it was opened")
         self.place_policy(side, policy)
 
     def place_policy(self, side: protocol.Side, policy: str | None) -> None:
@@ -254,6 +265,8 @@ class Room:
 
     def ready(self, connection: Connection, ready: bool) -> None:
         """Mark a seat as ready; the game begins when both can play. Whoever is here begins one of two policies."""
+        if self.once and self.outcome is not None:
+            raise RefusedError("out_of_turn", "one game is played here, and it is over")
         own = None if all(seat.kind == "policy" for seat in self._taking_part) else self.seat_of(connection)
         if self.phase == "playing":
             raise RefusedError("out_of_turn", "the game is running")
@@ -350,6 +363,7 @@ class Room:
             min_command_interval=self.config.min_command_interval,
             starts_ms=self.session.starts_ms if self.session is not None and self.phase == "starting" else None,
             ended_by=self._ended_by if self.outcome is not None else None,
+            once=self.once,
             forfeit=self.session.forfeit if self.session is not None and self.outcome is not None else "",
         )
 
@@ -433,13 +447,13 @@ class Room:
             RecordedSeat(kind=seat.kind, policy=seat.policy, label=seat.label if self._context.record_labels else "")
             for seat in self.seats
         ]
-        if self._seed is None:
-            self._seed = self._moment.seed if self._moment is not None else secrets.randbelow(2**32)
+        if self.seed is None:
+            self.seed = self._moment.seed if self._moment is not None else secrets.randbelow(2**32)
         try:
             session = LiveSession(
                 f"{self.code}-{self._games + 1}",
                 self.config,
-                self._seed,
+                self.seed,
                 (recorded[0], recorded[1]),
                 (self.seats[0].place, self.seats[1].place),
                 self._context,
@@ -479,7 +493,7 @@ class Room:
 
     def _began(self) -> None:
         self._games += 1
-        self._seed = self._moment = None
+        self.seed = self._moment = None
         self._before = None, None
         self._is_called_for = False
         for seat in self.seats:
@@ -537,6 +551,8 @@ class Room:
             if seat.gone:
                 seat.free()
         self._changed()
+        if self.over is not None:
+            self.over(outcome, ended_by)
 
     def _note(
         self,

@@ -19,6 +19,7 @@ from swarm_pz.play import protocol
 from swarm_pz.play.game import LiveGame, TableConfig
 from swarm_pz.play.lsl import Markers
 from swarm_pz.play.server.app import Server
+from swarm_pz.play.server.climbing import Climbing, check_rules
 from swarm_pz.play.server.live_session import COUNTDOWN_S, ServerContext
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.policy_workers import Loader, PolicyWorkers
@@ -73,6 +74,24 @@ def check_allowed(names: Sequence[str]) -> None:
                 f"--allowed-hosts takes names as browsers ask for them, such as play.example.org or box.local:8443, "
                 f"got {name!r}"
             )
+
+
+def origin_of(embedder: str) -> str:
+    """Return the origin of pages that may hold this one in a frame, as browsers write it.
+
+    Raises
+    ------
+    CommandError
+        If it is none.
+    """
+    if not re.fullmatch(r"https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?/?", embedder):
+        raise CommandError(
+            "--embed takes the origin of a page, such as https://lab.example or http://localhost:3000, "
+            f"got {embedder!r}"
+        )
+    origin = embedder.removesuffix("/").lower()
+    default = ":443" if origin.startswith("https") else ":80"
+    return origin.removesuffix(default)
 
 
 def addresses_of(names: Sequence[str]) -> list[str]:
@@ -132,6 +151,8 @@ def serve(
     cards: Mapping[str, protocol.Card] | None = None,
     record_labels: bool = True,
     markers: Markers | None = None,
+    levels: Path | None = None,
+    embedders: Sequence[str] = (),
 ) -> None:
     """Serve the table until the process is told to end.
 
@@ -166,13 +187,22 @@ def serve(
         Whether recordings hold what players call themselves.
     markers : Markers, optional
         Where moments of games are told to who records other signals, too.
+    levels : Path, optional
+        Folder of what people reach on the ladder; None has no ladder.
+    embedders : sequence of str
+        Origins of the pages that may hold this one in a frame.
 
     Raises
     ------
     CommandError
-        If it cannot listen there, or an allowed host is none.
+        If it cannot listen there, or an allowed host or an embedder is none.
+    ConfigError
+        If its rules are not those of the ladder.
     """
     check_allowed(allowed_hosts)
+    origins = [origin_of(embedder) for embedder in embedders]
+    if levels is not None:
+        check_rules(table.game)
     listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVED_AT_ONCE)  # and so each that comes in
@@ -193,7 +223,9 @@ def serve(
         markers=markers,
     )
     _ = context.seat_index  # read before anybody waits for it
-    app = Server(Lobby(context, policies, cards, addresses_of(names))).app(names, allowed_hosts)
+    climbing = Climbing(levels, table, policies) if levels is not None else None
+    lobby = Lobby(context, policies, cards, addresses_of(names), origins, climbing)
+    app = Server(lobby).app(names, allowed_hosts)
     is_open = host not in LOOPBACK
     listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104
     shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host

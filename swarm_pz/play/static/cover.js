@@ -35,11 +35,14 @@ export class Cover {
     // Who waits for policies alone keeps the board in view.
     at("table").dataset.phase = room.phase === "waiting" && !meetsSomebody(room, seat) ? "before" : room.phase;
     at("cover").hidden = !isOver && room.phase !== "waiting";
-    at("ready").hidden = own ? own.ready : !onlyPolicies;
+    const isDone = isOver && room.once; // there is no other game here
+    at("ready").hidden = isDone || (own ? own.ready : !onlyPolicies);
     at("ready").textContent = isOver ? "Play again" : onlyPolicies ? "Begin" : "I am ready";
-    at("sit").hidden = own !== null || freeSides(room).length === 0;
-    at("swap").hidden = !isOver || own === null || room[this.other].kind !== "policy";
+    at("sit").hidden = isDone || own !== null || freeSides(room).length === 0;
+    at("swap").hidden = isDone || !isOver || own === null || room[this.other].kind !== "policy";
     at("recording").hidden = !isOver;
+    at("go-home").textContent = isDone ? "Go on" : "Back to the start";
+    at("go-home").classList.toggle("primary", Boolean(isDone));
     at("recording").href = `#replay=${room.recording}`;
     this.showNotice();
     this.showResult(isOver && room.outcome !== "stopped", lastTick);

@@ -39,6 +39,7 @@ export class Lobby {
     if (at("recorded").open) listGames(at("games"));
     if (!welcome) return;
     at("quick").disabled = at("invite-somebody").disabled = false;
+    at("start-ladder").hidden = !welcome.ladder;
     this.suggest(welcome.policies);
     at("label-hint").textContent = welcome.records_labels
       ? "This host records it with your games." : "It stays in this browser; those at your table see it.";

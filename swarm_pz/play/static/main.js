@@ -2,6 +2,7 @@
 //   #room=ABCD   to a room: to one's seat there, or the free one, or to look on
 //   #watch=ABCD  to a room, to look on               #play=ring   straight into a game against a policy
 //   #replay=FILE a recorded game                     #lesson      the first lesson
+//   #ladder      to one's level                      #embed=ORIGIN  in the frame of an experiment there
 
 import { Legend } from "./legend.js";
 import { Link } from "./link.js";
@@ -14,6 +15,7 @@ const SAYING_MS = 6000;
 const CODE = /^[A-Z0-9]{4,8}$/;
 const ROOMS = ["room", "watch"];
 
+const framed = wanted().name === "embed" ? await import("./embed.js") : null;
 const link = new Link(wantedSeat);
 new Legend();
 const lobby = new Lobby(link, { begin, go });
@@ -22,10 +24,13 @@ link.addEventListener("room", (event) => {
   if (placeOf(event.detail) === table.leftPlace) event.stopImmediatePropagation();
   else arrive(event.detail);
 });
-const table = new Table(link, { left: () => go(""), begin });
+const table = new Table(link, { left: () => go(home), begin });
+const embed = framed && new framed.Embed(link, wanted().value, begin);
 let welcomed = null;
 let isBeginning = false; // who comes for a game at once is ready as soon as they sit
 let wantsSeat = ""; // the room that an address led to, in which one has no seat yet
+let home = ""; // where one goes from a table: the ladder, for who climbs
+let climbing = null; // its code is fetched when somebody wants it
 let goal = ""; // where to, once a running game may be left
 
 // What the address asks for; codes of rooms in whatever case.
@@ -71,6 +76,7 @@ function open(name) {
   const isNew = at(name).hidden;
   at("lobby").hidden = name !== "lobby";
   at("table").hidden = name !== "table";
+  at("ladder").hidden = name !== "ladder";
   if (isNew) {
     scrollTo(0, 0);
     if (!say.stays) say(""); // what was said was about the other view
@@ -81,7 +87,7 @@ function open(name) {
 // Open a room and begin in it at once; tell whether that could be asked for.
 function begin(message) {
   if (isBeginning) return false;
-  isBeginning = link.send({ type: "create", label: at("label").value, settings: {}, ...message });
+  isBeginning = link.send(message.type === "climb" ? message : { type: "create", label: at("label").value, settings: {}, ...message });
   if (!isBeginning) say("The table does not answer yet; try again in a moment.");
   return isBeginning;
 }
@@ -93,7 +99,15 @@ function show() {
     ask();
     return;
   }
+  if (name === "ladder") {
+    table.leave();
+    home = "ladder";
+    if (open("ladder")) at("climber-code").focus({ preventScroll: true });
+    if (welcomed) climb();
+    return;
+  }
   if (name === "") {
+    home = "";
     table.leave();
     if (open("lobby")) at("quick").focus({ preventScroll: true });
     lobby.show(welcomed);
@@ -101,7 +115,8 @@ function show() {
   }
   open("table");
   if (!welcomed || isHere) return;
-  if (name === "play") begin({ seat: "red", ...(value && value !== "none" ? { opponent: value } : { settings: { blue: 0 } }) });
+  if (name === "embed" && embed) table.cover.wait(embed.waiting);
+  else if (name === "play") begin({ seat: "red", ...(value && value !== "none" ? { opponent: value } : { settings: { blue: 0 } }) });
   else if (ROOMS.includes(name)) enter(name, value);
   else if (name === "replay") {
     table.leave();
@@ -111,6 +126,20 @@ function show() {
     table.leave();
     table.learn();
   } else giveUp();
+}
+
+// Show the ladder, and somebody's level, if there is one to show; else ask for that of the code that stands there.
+async function climb(level = null) {
+  if (!welcomed.ladder) {
+    giveUp();
+    say("There is no ladder at this table.");
+    return;
+  }
+  climbing ??= import("./climb.js").then(({ Climbing }) => new Climbing(link, begin));
+  const here = await climbing;
+  here.offer(welcomed);
+  if (level) here.show(level);
+  else if (here.who.code) here.ask();
 }
 
 function enter(name, code) {
@@ -146,6 +175,8 @@ function ask() {
   if (!at("leaving").open) at("leaving").showModal();
 }
 
+at("start-ladder").addEventListener("click", () => go("ladder"));
+at("ladder-home").addEventListener("click", () => go(""));
 at("stay").addEventListener("click", () => at("leaving").close());
 at("leave-now").addEventListener("click", () => {
   at("leaving").close();
@@ -168,10 +199,19 @@ link.addEventListener("room", ({ detail }) => { if (detail.phase !== "playing" &
 link.addEventListener("closed", () => say(link.quiet
   ? "This seat was taken over by another window. Close this one, or reload it to take the seat back."
   : "The connection is lost; trying again…", true));
+link.addEventListener("level", ({ detail }) => {
+  home = "ladder";
+  climb(detail);
+});
 link.addEventListener("notice", ({ detail }) => say(detail.text));
 link.addEventListener("refused", ({ detail }) => {
   const { name, value } = wanted();
   isBeginning = false;
+  if (embed) {
+    embed.refused(detail);
+    say(detail.reason);
+    return;
+  }
   if (detail.about === "hello") { // the seat is gone: see what became of it, or look on, if its room is still there
     link.seat = null;
     if (detail.recording) {
@@ -180,7 +220,7 @@ link.addEventListener("refused", ({ detail }) => {
     } else show();
     return;
   }
-  if (!table.room && name !== "") {
+  if (!table.room && !["", "ladder"].includes(name)) {
     wantsSeat = "";
     table.lesson.stop();
     giveUp();

@@ -182,6 +182,7 @@ export class Table {
     this.news.forget(this.seat);
     this.unseen = [];
     this.number = this.followed = 0;
+    at("reached-now").textContent = "";
     this.lastTick = this.shown = null;
   }
 

@@ -475,3 +475,28 @@ def test_a_code_is_understood_in_small_letters(tmp_path):
         hall.close()
 
     asyncio.run(play())
+
+
+def test_a_room_for_one_game_begins_it_as_its_seed_says_and_plays_no_other(tmp_path):
+    async def script(hall):
+        guest, other = Guest(hall), Guest(hall)
+        guest.say(protocol.Create(opponent="ring", once=True, seed=41))
+        assert guest.say(protocol.Invite("blue", "uniform")) == "out_of_turn"
+        room = await playing_in(hall, guest)
+        assert guest.heard(protocol.RoomState)[-1].once
+        room.session.stop("red")
+        assert guest.say(protocol.Ready()) == "out_of_turn"
+        await until(lambda: room.session.recorder.written)
+        assert read(room).header.seed == 41
+        other.say(protocol.Create(opponent="ring"))
+        assert not other.heard(protocol.RoomState)[-1].once
+
+    visiting(tmp_path, script)
+
+
+async def playing_in(hall, guest):
+    """Say that one is ready in the only room, and return it when the game runs."""
+    guest.say(protocol.Ready())
+    room = hall.room()
+    await until(lambda: room.phase == "playing")
+    return room

@@ -22,6 +22,7 @@ from swarm_pz.play.server.lobby import (
 from swarm_pz.play.server.policy_workers import PolicyWorkers
 from swarm_pz.play.server.room import AWAY_S, RefusedError
 from tests.play.faulty import loader
+from tests.play.recordings.test_format import record
 from tests.play.server.test_room import Client
 
 
@@ -217,3 +218,12 @@ def test_only_regular_files_of_the_folder_itself_are_served(lobby, tmp_path):
         with pytest.raises(RecordingError, match=f"no recording {name} here"):
             lobby.find_recording(name)
     assert lobby.find_recording("game.jsonl") == tmp_path / "game.jsonl"
+
+
+def test_a_recorded_game_is_told_as_rows_of_an_experiment_once_it_is_over(lobby, tmp_path):
+    record(tmp_path / "a.jsonl", outcome="draw")
+    rows = asyncio.run(lobby.trial("a.jsonl"))
+    assert [row["side"] for row in rows] == ["red", "blue"]
+    assert {"outcome", "seconds", "captured", "lost", "commands", "recording", "opponent", "seed"} <= set(rows[0])
+    with pytest.raises(RecordingError, match="no recording"):
+        asyncio.run(lobby.trial("b.jsonl"))

@@ -11,7 +11,7 @@ from swarm_pz.play.server import middleware
 )
 
 
-def ask(kind, hosts=("Here.example:80", "[::1]:80"), allowed=(), **headers):
+def ask(kind, hosts=("Here.example:80", "[::1]:80"), allowed=(), embedders=(), **headers):
     """Return the messages by which a request, or a socket, is answered."""
     answers = []
 
@@ -26,7 +26,7 @@ def ask(kind, hosts=("Here.example:80", "[::1]:80"), allowed=(), **headers):
         return {"type": "websocket.connect"}
 
     scope = {"type": kind, "headers": [(name.encode(), value.encode()) for name, value in headers.items()]}
-    asyncio.run(Access(inner, hosts, allowed)(scope, receive, send))
+    asyncio.run(Access(inner, hosts, allowed, embedders)(scope, receive, send))
     return answers
 
 
@@ -83,3 +83,22 @@ def test_every_page_goes_out_with_headers_that_keep_it_to_itself():
         "cache-control": "no-cache",
     }
     assert body["body"] == b"inside"
+
+
+def policy_of(**how):
+    start, _ = ask("http", host="here.example:80", **how)
+    (policy,) = [value.decode() for name, value in start["headers"] if name == b"content-security-policy"]
+    return policy
+
+
+def test_nobody_holds_the_page_in_a_frame_but_pages_of_the_origins_that_are_named():
+    assert policy_of().endswith("frame-ancestors 'none'")
+    embedders = ("https://lab.example", "http://localhost:3000")
+    assert policy_of(embedders=embedders).endswith("; frame-ancestors https://lab.example http://localhost:3000")
+
+
+def test_a_page_that_holds_this_one_opens_no_socket_by_itself():
+    (closed,) = ask(
+        "websocket", embedders=("https://lab.example",), host="here.example:80", origin="https://lab.example"
+    )
+    assert closed["code"] == 1008

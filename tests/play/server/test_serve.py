@@ -13,7 +13,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.server import serve as module
-from swarm_pz.play.server.serve import names_of, serve
+from swarm_pz.play.server.serve import names_of, origin_of, serve
 from swarm_pz.policy import load
 
 SERVE = """
@@ -144,3 +144,37 @@ def test_a_server_is_known_by_its_names_and_no_others(monkeypatch):
     monkeypatch.setattr(socket, "getaddrinfo", fail)
     with pytest.raises(CommandError, match="no host 'nowhere' here: Name or service not known"):
         names_of("nowhere", 8000)
+
+
+@pytest.mark.parametrize(
+    ("embedder", "origin"),
+    [
+        ("https://lab.example", "https://lab.example"),
+        ("https://LAB.example:443/", "https://lab.example"),
+        ("http://localhost:3000", "http://localhost:3000"),
+        ("http://[::1]:80", "http://[::1]"),
+    ],
+)
+def test_an_embedder_is_written_as_browsers_write_origins(embedder, origin):
+    assert origin_of(embedder) == origin
+
+
+@pytest.mark.parametrize(
+    "embedder",
+    [
+        "",
+        "*",
+        "lab.example",
+        "https://*.example",
+        "https://lab.example/study",
+        "ftp://lab.example",
+        "https://a b",
+        "null",
+        "https://lab.example; script-src *",
+        "https://lab.example\n",
+        "https://a@b",
+    ],
+)
+def test_what_is_no_origin_is_refused(embedder):
+    with pytest.raises(CommandError, match="--embed takes the origin"):
+        origin_of(embedder)

@@ -1,0 +1,64 @@
+// The page in the frame of an experiment, which says what is played, and is told how that went. Both check whom they
+// hear: messages count from the window around this one alone, and from an origin that the table was started for.
+
+const TRIES = 40, PAUSE_MS = 500; // a game's file is whole soon after its end
+
+export class Embed {
+  // origin: of the experiment, as the address says; begin: opens a room by a message and begins in it at once.
+  constructor(link, origin, begin) {
+    Object.assign(this, { origin, begin, allowed: false, begun: false, ended: false, side: null });
+    this.waiting = "Waiting for the experiment…"; // what is said until a game begins
+    document.documentElement.dataset.embed = "";
+    addEventListener("message", (event) => this.hear(event));
+    link.addEventListener("welcome", ({ detail }) => this.greet(detail.embedders));
+    link.addEventListener("seated", ({ detail }) => { this.side = detail.seat; });
+    link.addEventListener("room", ({ detail }) => this.watch(detail));
+  }
+
+  greet(embedders) {
+    if (this.allowed) return; // it came back
+    this.allowed = parent !== window && embedders.includes(this.origin);
+    if (this.allowed) this.tell({ type: "swarm-pz.ready" });
+    else this.waiting = "This page is for the frame of an experiment that the table was started for (--embed).";
+  }
+
+  hear({ source, origin, data }) {
+    const counts = this.allowed && !this.begun && source === parent && origin === this.origin && data?.type === "swarm-pz.begin";
+    if (counts) this.begun = this.begin({ label: "", ...data.create, type: "create", once: true });
+  }
+
+  tell(message) { parent.postMessage(message, this.origin); }
+
+  // What was asked for is not done; a game whose room is gone is told by its recording, if there is one.
+  refused({ about, reason, recording }) {
+    if (about === "hello" && recording) this.end(recording);
+    else if (["create", "ready", "hello"].includes(about)) this.giveUp(reason);
+  }
+
+  giveUp(reason) {
+    if (!this.ended) this.tell({ type: "swarm-pz.refused", reason });
+    this.ended = true;
+  }
+
+  watch(room) {
+    const failed = [room.red, room.blue].find((seat) => seat.policy_state === "failed");
+    if (failed) this.giveUp(`${failed.name} cannot play: ${failed.reason}`);
+    else if (room.phase === "over") this.end(room.recording);
+  }
+
+  async end(recording) {
+    if (this.ended) return;
+    this.ended = true;
+    for (let tries = 0; tries < TRIES; tries++) {
+      const answer = await fetch(`/recordings/${recording}/trial`).catch(() => null);
+      if (answer?.ok) {
+        const rows = await answer.json();
+        this.tell({ type: "swarm-pz.over", row: rows.find(({ side }) => side === this.side) ?? rows[0] });
+        return;
+      }
+      await new Promise((resolve) => setTimeout(resolve, PAUSE_MS));
+    }
+    this.ended = false;
+    this.giveUp(`the game was played, but its recording ${recording} cannot be read`);
+  }
+}
