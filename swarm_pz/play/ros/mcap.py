@@ -13,7 +13,7 @@ from swarm_pz.play.frames import Frame
 from swarm_pz.play.recordings.format import CapturedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.ros import messages
-from swarm_pz.play.ros.definitions import definition
+from swarm_pz.play.ros.definitions import definition, full_name
 from swarm_pz.play.server.views import capture_fields
 
 Told = tuple[int, str, messages.Message]
@@ -101,8 +101,7 @@ def _write(recording: Recording, writer: Any, progress: Callable[[float, float],
     for tick, topic, message in told(recording):
         kind = messages.TOPICS[topic]
         if kind not in schemas:
-            package, name = kind.split("/")
-            schemas[kind] = writer.register_msgdef(f"{package}/msg/{name}", definition(kind))
+            schemas[kind] = writer.register_msgdef(full_name(kind), definition(kind))
         nanoseconds = tick * 1_000_000_000 // TICKS_PER_SECOND
         writer.write_message(topic, schemas[kind], message, log_time=nanoseconds, sequence=count)
         count += 1

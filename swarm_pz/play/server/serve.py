@@ -9,6 +9,7 @@ import re
 import socket
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import uvicorn
@@ -130,6 +131,7 @@ def serve(
     draw_code: Callable[[str], str] | None = None,
     cards: Mapping[str, protocol.Card] | None = None,
     record_labels: bool = True,
+    beside: Callable[[str], AbstractContextManager[None]] = lambda _: contextlib.nullcontext(),
 ) -> None:
     """Serve the table until the process is told to end.
 
@@ -162,6 +164,8 @@ def serve(
         Of those of the policies that were rated.
     record_labels : bool
         Whether recordings hold what players call themselves.
+    beside : callable
+        From host and port by which this machine reaches the table to what is entered while it serves.
 
     Raises
     ------
@@ -220,8 +224,10 @@ def serve(
     before = sys.getswitchinterval()
     sys.setswitchinterval(_SWITCH_S)
     gc.freeze()  # what is there now stays: looking through all of it again and again would stop every game
+    here = "127.0.0.1" if host == "0.0.0.0" else "::1" if host == "::" else host  # noqa: S104
     try:
-        uvicorn.Server(config).run(sockets=[listening])
+        with beside(f"[{here}]:{port}" if ":" in here else f"{here}:{port}"):
+            uvicorn.Server(config).run(sockets=[listening])
     finally:
         gc.unfreeze()
         sys.setswitchinterval(before)
