@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import contextlib
 import json
 import re
 import signal
@@ -63,9 +64,10 @@ class Wire:
             self._tasks.add(task)
 
     async def _carry(self, source: asyncio.StreamReader, sink: asyncio.StreamWriter, cut: asyncio.Event) -> None:
-        while (data := await source.read(2**16)) and not cut.is_set():
-            sink.write(data)
-            await sink.drain()
+        with contextlib.suppress(ConnectionError):
+            while (data := await source.read(2**16)) and not cut.is_set():
+                sink.write(data)
+                await sink.drain()
 
     def cut(self) -> None:
         """Let the client lose its connection; the server's end stays as it is, and is silent."""
@@ -183,7 +185,7 @@ async def misbehave(port: int) -> int:
                 while refused < _HOSTILE:
                     await socket.send(hostile(sent))
                     sent += 1
-                    told = json.loads(await asyncio.wait_for(socket.recv(), 10))
+                    told = json.loads(await asyncio.wait_for(socket.recv(), 120))
                     refused += told["op"] == "status"
                     await asyncio.sleep(0.01)
             except ConnectionClosed:

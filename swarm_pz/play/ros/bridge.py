@@ -75,14 +75,16 @@ class Bridge:
         self._owners: dict[Side, Client] = {}
         self._clients: set[Client] = set()
         """Who has said something of the game, and is there."""
-        self._doubted: dict[Client, Callable[[], None]] = {}
-        """Whose sides others want, and what those do if nobody is there any more."""
+        self._doubted: dict[Client, tuple[Client, Callable[[], None]]] = {}
+        """Whose sides others want, who they are, and what they do if nobody is there any more."""
         self._ending: asyncio.TimerHandle | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def run(self, listening: socket.socket) -> None:
         """Serve until cancelled."""
         await self._rosbridge.open(listening)
+        host, port = listening.getsockname()[:2]
+        self._say(f"rosbridge is at ws://{f'[{host}]' if ':' in host else host}:{port}")
         try:
             await asyncio.get_running_loop().create_future()
         finally:
@@ -101,7 +103,7 @@ class Bridge:
         try:
             self._obey(client, topic, message)
         except _TakenError as error:
-            self._doubt(error.owner, lambda: self.heard(client, topic, message))
+            self._doubt(error.owner, client, lambda: self.heard(client, topic, message))
             raise
 
     def _obey(self, client: Client, topic: str, message: Message) -> None:
@@ -177,21 +179,22 @@ class Bridge:
         seat = self._seats.get(side)
         return None if seat is None or seat.ended else seat
 
-    def _doubt(self, owner: Client, then: Callable[[], None]) -> None:
+    def _doubt(self, owner: Client, other: Client, then: Callable[[], None]) -> None:
         """Ask a client whether it is there; a tablet that comes back may be here before its end was noticed."""
         is_asked = owner in self._doubted
-        self._doubted[owner] = then
+        self._doubted[owner] = other, then
         if not is_asked:
             self._begin(self._ask(owner))
 
     async def _ask(self, owner: Client) -> None:
         is_there = await owner.is_there()
-        then = self._doubted.pop(owner)
+        other, then = self._doubted.pop(owner)
         if not is_there:
             self._clients.discard(owner)
-            owner.end("another client has taken its side, and it did not answer")
-            with contextlib.suppress(ProtocolError):
-                then()
+            owner.end("another client wants its side, and it did not answer")
+            if other in self._clients:
+                with contextlib.suppress(ProtocolError):
+                    then()
 
     def _leave(self) -> None:
         self._ending = None

@@ -69,9 +69,7 @@ def rosbridge(
     process = context.Process(target=_serve, args=(listening, theirs.send, address, opponent, table), daemon=True)
     process.start()
     theirs.close()
-    host, port = listening.getsockname()[:2]
     listening.close()
-    say(f"rosbridge is at ws://{f'[{host}]' if ':' in host else host}:{port}")
     is_over = threading.Event()
     reader = threading.Thread(target=_pass_on, args=(ours, say, is_over), daemon=True)
     reader.start()

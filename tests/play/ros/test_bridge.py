@@ -191,8 +191,9 @@ def test_a_side_belongs_to_one_client_until_it_goes_and_comes_back(table):
         assert "team must be red or blue, got 'green'" in await stranger.refused(
             "/tablet_comm", team="green", data=[1.0] * 100
         )
+        await stranger.leave()
         await tablet.leave()
-        again = await meeting.join()
+        again, stranger = await meeting.join(), await meeting.join()
         await again.deploy("red", spot(1))  # it does not press its button again
         await recorded(table, room, InForceLine)
         assert "red is played by" in await stranger.refused("red_connection_service")
