@@ -28,7 +28,7 @@ from websockets import Subprotocol
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from swarm_pz.config import RED, TICKS_PER_SECOND, GameConfig
+from swarm_pz.config import RED, GameConfig
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, decode_frame
 from swarm_pz.play.recordings.format import Recording
@@ -36,7 +36,7 @@ from swarm_pz.simulator.commands import make_target
 
 _COMMAND = "from swarm_pz.cli import main; main()"
 _TABLET = Path(__file__).parent / "table" / "tablet.py"
-_DEPLOYS, _PAUSE_S = 20, 3.0
+_DEPLOYS, _PAUSE_S = 20, 2.0
 _HOSTILE = 300
 
 
@@ -268,14 +268,16 @@ async def _follow(tablet: Process, wire: Wire, port: int, watcher: Watcher) -> d
 
 
 def _ages(poses: list[tuple[float, int]], made_s: dict[int, float], began_s: float) -> dict[str, Any]:
-    """Return how old messages were when they came, in the last ten seconds of a minute."""
-    last = [(at, tick) for at, tick in poses if began_s + 50.0 <= at <= began_s + 60.0]
+    """Return how old messages were when they came, in the last ten seconds of a minute, or of a shorter game."""
+    end_s = min(began_s + 60.0, poses[-1][0])
+    last = [(at, tick) for at, tick in poses if end_s - 10.0 <= at <= end_s]
     ages = np.array([1000.0 * (at - made_s[tick]) for at, tick in last if tick in made_s])
     return {
-        "hz": round(len(last) / 10.0, 2),
-        "of_ticks_hz": TICKS_PER_SECOND,
+        "seconds": round(end_s - began_s, 1),
+        "hz_of_last_10_s": len(last) / 10.0,
         "age_ms_median": round(float(np.median(ages)), 1),
         "age_ms_most": round(float(ages.max()), 1),
+        "count": len(ages),
     }
 
 

@@ -22,7 +22,7 @@ def image(draw: random.Random) -> list[float]:
     """Return a wide spot somewhere (2,500), row 0 at the bottom, of sum 10."""
     x, y = 0.2 + 0.6 * draw.random(), 0.2 + 0.6 * draw.random()
     centres = [(cell + 0.5) / CELLS for cell in range(CELLS)]
-    values = [math.exp(-((column - x) ** 2 + (row - y) ** 2) / 0.2) for row in centres for column in centres]
+    values = [math.exp(-((column - x) ** 2 + (row - y) ** 2) / 2.0) for row in centres for column in centres]
     return [10.0 * value / sum(values) for value in values]
 
 

@@ -90,6 +90,7 @@ class Bridge:
         finally:
             for task in self._tasks:
                 task.cancel()
+            await asyncio.gather(*self._tasks, return_exceptions=True)
             await self._rosbridge.close()
 
     # --- what clients say -------------------------------------------------------------------------

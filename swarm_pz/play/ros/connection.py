@@ -19,7 +19,7 @@ from websockets.exceptions import ConnectionClosed
 
 _MOST_WAITING = 2**22
 """Bytes that wait for one client of what may not be missed: then it is given up."""
-_ANSWER_S = 2.0
+_ANSWER_S = 3.0
 """Seconds within which a client that is there answers a ping."""
 LEVELS = ("none", "error", "warning", "info")
 """Of status messages; a client is sent those up to its own."""
@@ -95,12 +95,16 @@ class Client:
 
     async def is_there(self) -> bool:
         """Ask whether somebody is at the other end."""
-        try:
-            async with asyncio.timeout(_ANSWER_S):
-                await (await self._connection.ping())
-        except (TimeoutError, ConnectionClosed):
-            return False
-        return True
+        for _ in range(2):  # after a while in which this process did nothing, the answer is there, but not read yet
+            try:
+                async with asyncio.timeout(_ANSWER_S):
+                    await (await self._connection.ping())
+                    return True
+            except TimeoutError:
+                continue
+            except ConnectionClosed:
+                break
+        return False
 
     async def write(self) -> None:
         """Send what waits, until the connection ends."""

@@ -116,7 +116,8 @@ class Seat:
             self._out = [protocol.Hello(), first, protocol.Ready(), *self._out]
             self._wake.set()
             address = f"ws://{self._address}/socket"
-            async with connect(address, subprotocols=[Subprotocol(protocol.SUBPROTOCOL)], max_size=None) as socket:
+            spoken = [Subprotocol(protocol.SUBPROTOCOL)]
+            async with connect(address, subprotocols=spoken, max_size=None, close_timeout=1) as socket:
                 writer = asyncio.create_task(self._write(socket))
                 try:
                     async for data in socket:
