@@ -90,7 +90,7 @@ class Table:
     async def start(cls, folder: Path) -> Table:
         """Start one."""
         options = ["--port", "0", "--rosbridge", "0", "--ros-opponent", "uniform", "--countdown", "1"]
-        options += ["--out", str(folder), "--game.time-limit", "90"]
+        options += ["--out", str(folder), "--game.time-limit", "75"]
         arguments = [sys.executable, "-u", "-c", _COMMAND, "play", *options]
         return cls(await asyncio.create_subprocess_exec(*arguments, stdout=PIPE), folder)
 

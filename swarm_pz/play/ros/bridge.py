@@ -181,11 +181,15 @@ class Bridge:
         return None if seat is None or seat.ended else seat
 
     def _doubt(self, owner: Client, other: Client, then: Callable[[], None]) -> None:
-        """Ask a client whether it is there; a tablet that comes back may be here before its end was noticed."""
-        is_asked = owner in self._doubted
-        self._doubted[owner] = other, then
-        if not is_asked:
+        """Ask a client whether it is there; a tablet that comes back may be here before its end was noticed.
+
+        Who wanted the side first gets it, with the latest that it said.
+        """
+        if owner not in self._doubted:
             self._begin(self._ask(owner))
+        elif self._doubted[owner][0] is not other and self._doubted[owner][0] in self._clients:
+            return
+        self._doubted[owner] = other, then
 
     async def _ask(self, owner: Client) -> None:
         is_there = await owner.is_there()

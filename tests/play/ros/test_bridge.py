@@ -203,16 +203,19 @@ def test_a_side_belongs_to_one_client_until_it_goes_and_comes_back(table):
 
 
 def test_a_tablet_whose_loss_was_not_noticed_has_its_side_again(table, monkeypatch):
-    monkeypatch.setattr(connection, "_ANSWER_S", 0.2)
+    monkeypatch.setattr(connection, "_ANSWER_S", 1.0)
 
     async def conversation(meeting):
         lost = await meeting.join()
         await lost.connect_player("red")
         room = await meeting.room()
         lost._there.transport.pause_reading()  # it answers nothing any more
-        again = await meeting.join()
-        await again.deploy("red", spot(1))
-        await recorded(table, room, InForceLine)
+        again, stranger = await meeting.join(), await meeting.join()
+        await again.refused("/tablet_comm", team="red", data=spot(1).ravel().tolist())
+        await stranger.refused("/tablet_comm", team="red", data=spot(2).ravel().tolist())
+        (line, *_) = await recorded(table, room, CommandLine)
+        wanted = spot(1).reshape(10, 5, 10, 5).mean(axis=(1, 3), dtype=np.float64)
+        np.testing.assert_allclose(np.array(line.density), wanted / wanted.max(), atol=1e-7)
         lost._there.transport.abort()
 
     meet(table, conversation, opponent="uniform")
