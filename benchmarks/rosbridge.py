@@ -47,18 +47,31 @@ class Wire:
     def __init__(self, port: int) -> None:
         self._to = port
         self._clients: list[asyncio.StreamWriter] = []
+        self._ends: list[asyncio.StreamWriter] = []
+        self._server: asyncio.Server | None = None
         self._tasks: set[asyncio.Task[None]] = set()
         self._is_cut: list[asyncio.Event] = []
 
     async def lay(self) -> int:
         """Begin to take connections, and return the port."""
-        server = await asyncio.start_server(self._meet, "127.0.0.1", 0)
-        return int(server.sockets[0].getsockname()[1])
+        self._server = await asyncio.start_server(self._meet, "127.0.0.1", 0)
+        return int(self._server.sockets[0].getsockname()[1])
+
+    async def end(self) -> None:
+        """Take it away."""
+        if self._server is not None:
+            self._server.close()
+        for task in self._tasks:
+            task.cancel()
+        for writer in (*self._clients, *self._ends):
+            writer.transport.abort()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
 
     async def _meet(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         there, away = await asyncio.open_connection("127.0.0.1", self._to)
         cut = asyncio.Event()
         self._clients.append(writer)
+        self._ends.append(away)
         self._is_cut.append(cut)
         for source, sink in ((reader, away), (there, writer)):
             task = asyncio.create_task(self._carry(source, sink, cut))
@@ -211,10 +224,11 @@ def compare(recording: Recording, sent: list[list[float]]) -> dict[str, Any]:
     """Compare the densities that came into force with those that were deployed."""
     game = GameConfig()
     followed = [command for _, command in recording.in_force() if command.team == RED]
+    densities = np.array([density_of(data, game.command_cells) for data in sent])
     differences = []
-    for command, data in zip(followed, sent, strict=False):
+    for command in followed:
         target, _ = make_target(command.values, game.controller.modes)
-        differences.append(float(np.abs(target / target.mean() - density_of(data, game.command_cells)).max()))
+        differences.append(float(np.abs(target / target.mean() - densities).max(axis=(1, 2)).min()))
     return {"deploys": len(sent), "in_force": len(followed), "largest_difference": max(differences)}
 
 
@@ -233,6 +247,7 @@ async def play(python: str, folder: Path) -> dict[str, Any]:
         room = await table.said(r"plays in room (\w+)")
         watching = asyncio.create_task(watcher.watch(address, room))
         found = await _follow(tablet, wire, port, watcher)
+        await wire.end()
         await asyncio.wait_for(watching, 120)
         recording = Recording.read(next(folder.glob(f"*-{room}-*.jsonl")))
         found["outcome"] = watcher.outcome

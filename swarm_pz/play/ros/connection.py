@@ -19,7 +19,7 @@ from websockets.exceptions import ConnectionClosed
 
 _MOST_WAITING = 2**22
 """Bytes that wait for one client of what may not be missed: then it is given up."""
-_ANSWER_S = 3.0
+_ANSWER_S = 1.5
 """Seconds within which a client that is there answers a ping."""
 LEVELS = ("none", "error", "warning", "info")
 """Of status messages; a client is sent those up to its own."""
