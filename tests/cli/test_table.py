@@ -88,7 +88,7 @@ def test_a_recording_is_written_as_messages_of_ros_if_that_is_asked(served, tmp_
     monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
     said = refused(capsys, "replay", recording, "--mcap", str(tmp_path / "b.mcap"))
     assert "mcap_ros2 is not installed; install it with" in said and "lab]" in said
-    assert not served and not list(tmp_path.glob("b*"))
+    assert not served and not list(tmp_path.glob("b.*"))
 
 
 def test_a_recording_is_only_verified_or_filmed_if_that_is_asked(served, tmp_path, capsys, monkeypatch):
