@@ -5,6 +5,8 @@ from __future__ import annotations
 import functools
 import io
 import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,10 +17,11 @@ from swarm_pz.cli.player_options import known
 from swarm_pz.cli.report import command, filming, in_seconds, print_rules
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check, check_count, check_number
-from swarm_pz.errors import SwarmError, require_extra
+from swarm_pz.errors import CommandError, SwarmError, require_extra
 from swarm_pz.policy import about
 
 if TYPE_CHECKING:
+    from swarm_pz.play.game import TableConfig
     from swarm_pz.play.protocol import Card
 
 
@@ -35,6 +38,8 @@ def play(
     factors: Path | None = None,
     ladder: bool = False,
     embed: tuple[str, ...] = (),
+    rosbridge: Annotated[int | None, tyro.conf.arg(metavar="PORT")] = None,
+    ros_opponent: Annotated[str | None, tyro.conf.arg(metavar="PLAYER")] = None,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
@@ -54,6 +59,9 @@ def play(
         factors: File with what is varied at red's and at blue's seat: delays, what is shown, shared control.
         ladder: People climb by code: each game is against an opponent about as good, and levels stand in OUT/levels.
         embed: Origins of pages that may hold this one in a frame, such as https://lab.example.
+        rosbridge: Let ROS programs, such as the paper's tablet app, play and watch through a rosbridge at this port,
+            which is 9090 by custom; 0 takes any that is free.
+        ros_opponent: Let them play against this policy, or a folder that training wrote; else the other side is free.
         game: The rules; sizes and time limit are each room's own.
     """
     _need_play()
@@ -72,6 +80,13 @@ def play(
     if opponent is not None and opponent != "none":
         policies.load(opponent, game, game.team_systems[1])
         installed |= {opponent: about(opponent)}
+    if ros_opponent is not None:
+        if rosbridge is None:
+            raise CommandError(
+                f"--ros-opponent {ros_opponent} plays against ROS programs: give --rosbridge a port, too"
+            )
+        policies.load(ros_opponent, game, game.team_systems[1])
+        installed |= {ros_opponent: about(ros_opponent)}
     varied = read_factors(factors) if factors is not None else (Factors(), Factors())
     table = TableConfig(game=game, min_command_interval=min_command_interval, factors=varied)
     for team, own in enumerate(varied):
@@ -80,6 +95,7 @@ def play(
     page = f"play={opponent}" if opponent is not None else "ladder" if ladder else ""
     markers = Markers(*lsl) if lsl is not None else None
     say = functools.partial(print, flush=True)
+    beside = _beside(host, rosbridge, ros_opponent, table, say) if rosbridge is not None else {}
     print_rules(game, "(rules_hash of rooms as they are set at first; games of the same rules have the same)")
     serve(
         policies.load,
@@ -98,6 +114,7 @@ def play(
         markers=markers,
         levels=out / "levels" if ladder else None,
         embedders=embed,
+        **beside,
     )
 
 
@@ -210,6 +227,17 @@ def study(
         reasons = ", ".join(f"{count} {reason}" for reason, count in missing.items())
         hint = "" if every_game else "; --all counts lessons, left and no command, if there is a result"
         print(f"games that the summary leaves out: {reasons}{hint}")
+
+
+def _beside(
+    host: str, port: int, opponent: str | None, table: TableConfig, say: Callable[[str], None]
+) -> dict[str, Callable[[str], AbstractContextManager[None]]]:
+    """Return what serves ROS programs beside the table, as `serve` takes it."""
+    from swarm_pz.play.ros import process
+
+    check_count(port, "rosbridge", 0, 65535)
+    listening = process.listen(host, port)
+    return {"beside": functools.partial(process.rosbridge, listening, opponent, table, say)}
 
 
 def _need_play() -> None:

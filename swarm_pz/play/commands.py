@@ -14,7 +14,7 @@ from swarm_pz.errors import CommandError, SwarmError
 from swarm_pz.play.forms import read_form, serves_densities
 from swarm_pz.simulator.control import Control, check_kind, serve_densities
 
-_DECIMALS = 4
+_DECIMALS = 8
 """Digits of a density at the table, so that recordings hold exactly what was played, and are short."""
 
 

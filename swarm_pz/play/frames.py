@@ -64,6 +64,24 @@ class Frame:
     hidden: int | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class Target:
+    """Where a command sends a team.
+
+    Attributes
+    ----------
+    team : int
+    number : int
+        Of the command.
+    picture : uint8 array (cells, cells)
+        255 value / maximum.
+    """
+
+    team: int
+    number: int
+    picture: NDArray[np.uint8]
+
+
 def encode_frame(frame: Frame) -> bytes:
     """Write a frame.
 
@@ -131,3 +149,23 @@ def encode_target(team: int, number: int, picture: NDArray[np.uint8]) -> bytes:
     uint8 (cells, cells), 255 value / maximum.
     """
     return _TARGET_HEADER.pack(TARGET, team, len(picture), number) + np.ascontiguousarray(picture, np.uint8).tobytes()
+
+
+def decode_target(data: bytes) -> Target:
+    """Read a target.
+
+    Raises
+    ------
+    ProtocolError
+        If it is not one, or cut short.
+    """
+    if len(data) < _TARGET_HEADER.size or data[0] != TARGET:
+        raise ProtocolError(f"a target must begin with byte {TARGET} and a header of {_TARGET_HEADER.size} bytes")
+    _, team, cells, number = _TARGET_HEADER.unpack_from(data)
+    if team > 1 or len(data) != _TARGET_HEADER.size + cells**2:
+        raise ProtocolError(
+            f"a target of {cells} cells a side must be of team 0 or 1 and have {_TARGET_HEADER.size + cells**2} bytes, "
+            f"got team {team} and {len(data)} bytes"
+        )
+    picture = np.frombuffer(data, np.uint8, offset=_TARGET_HEADER.size).reshape(cells, cells)
+    return Target(team=team, number=number, picture=picture)

@@ -3,6 +3,7 @@
 import csv
 import json
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
@@ -88,6 +89,20 @@ def test_a_recording_is_shown_from_its_own_folder(served, tmp_path):
         "replay=a.jsonl",
     )
     assert "█" in how["draw_code"]("http://127.0.0.2:8000/")
+
+
+def test_a_recording_is_written_as_messages_of_ros_if_that_is_asked(served, tmp_path, capsys, monkeypatch):
+    record(tmp_path / "a.jsonl", ticks=30)
+    recording = str(tmp_path / "a.jsonl")
+    main(["replay", recording, "--mcap", str(tmp_path / "bags" / "a.mcap")])
+    assert f"messages: {tmp_path / 'bags' / 'a.mcap'}" in capsys.readouterr().out
+    assert (tmp_path / "bags" / "a.mcap").read_bytes().startswith(b"\x89MCAP0")
+    assert "name ends with .mcap" in refused(capsys, "replay", recording, "--mcap", str(tmp_path / "a.bag"))
+    assert "is a file, not a folder" in refused(capsys, "replay", recording, "--mcap", f"{recording}/a.mcap")
+    monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
+    said = refused(capsys, "replay", recording, "--mcap", str(tmp_path / "b.mcap"))
+    assert "mcap_ros2 is not installed; install it with" in said and "lab]" in said
+    assert not served and not list(tmp_path.glob("b.*"))
 
 
 def test_a_recording_is_only_verified_or_filmed_if_that_is_asked(served, tmp_path, capsys, monkeypatch):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from swarm_pz.config import DynamicsConfig, GameConfig
 from swarm_pz.errors import ProtocolError
-from swarm_pz.play.frames import FASTEST, Frame, decode_frame, encode_frame, encode_target
+from swarm_pz.play.frames import FASTEST, Frame, decode_frame, decode_target, encode_frame, encode_target
 from swarm_pz.play.server.views import frame_of
 from swarm_pz.simulator import Simulator
 
@@ -117,3 +117,16 @@ def test_velocities_of_frames_carry_drones_on_whatever_the_speed_factor():
     simulator.games.accelerations[:] = 0.0
     simulator.advance(1)
     np.testing.assert_allclose(before + frame.velocities / 30, simulator.positions[0], atol=1e-4)
+
+
+def test_a_target_comes_back_as_it_was_sent():
+    picture = np.arange(2500, dtype=np.uint8).reshape(50, 50)
+    read = decode_target(encode_target(1, 7, picture))
+    assert (read.team, read.number) == (1, 7)
+    np.testing.assert_array_equal(read.picture, picture)
+
+
+@pytest.mark.parametrize("change", [lambda data: data[:-1], lambda data: b"\x01" + data[1:], lambda data: data[:4]])
+def test_what_is_no_target_is_refused(change):
+    with pytest.raises(ProtocolError, match="a target"):
+        decode_target(change(encode_target(0, 1, np.zeros((50, 50), np.uint8))))

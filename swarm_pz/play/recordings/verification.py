@@ -30,7 +30,7 @@ from swarm_pz.play.recordings.format import (
 from swarm_pz.play.strokes import Stroke, attraction_of, density_of
 
 _DENSITY_STEP = 2e-4
-"""What the last digit of a drawing's density may differ by on another processor."""
+"""What a drawing's density may differ by: files of before have four digits of it, the last one another processor's."""
 _FIRST_LINE = 2
 """Number of the first event's line."""
 

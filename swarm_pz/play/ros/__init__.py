@@ -1,8 +1,16 @@
 """The table for programs that speak ROS: messages of standard types, a rosbridge server, recordings as MCAP.
 
-=================  =======================================================
-`definitions`      the message types that are published, as ROS 2 writes them
+=================  ==========================================================================
+`definitions`      the message types that are published and heard, as ROS 2 writes them
 `messages`         a moment of a game as messages of these types
+`cdr`              messages as bytes
+`commands`         what ROS programs publish, as commands
+`connection`       one client of the rosbridge: what it is sent
+`rosbridge`        the rosbridge protocol, which knows nothing of games
+`seat`             a seat at the table that a client plays
+`shown`            what subscribers are shown of a game
+`bridge`           all of these together, beside a table
+`process`          where it runs
 `mcap`             a recorded game as a file that ROS tools read
-=================  =======================================================
+=================  ==========================================================================
 """

@@ -1,4 +1,4 @@
-"""The message types that a table publishes, in the notation of ROS 2 interfaces (release Humble)."""
+"""The message types that a table publishes or hears, in the notation of ROS 2 interfaces (release Humble)."""
 
 from __future__ import annotations
 
@@ -44,6 +44,12 @@ DEFINITIONS: dict[str, str] = {
         "string mesh_resource\nvisualization_msgs/MeshFile mesh_file\nbool mesh_use_embedded_materials"
     ),
     "visualization_msgs/MarkerArray": "visualization_msgs/Marker[] markers",
+    "rcl_interfaces/Log": (
+        "builtin_interfaces/Time stamp\nuint8 level\nstring name\nstring msg\nstring file\nstring function\nuint32 line"
+    ),
+    "ergodic_humanswarmcollab_sim/tablet": (
+        "string name\nstring team\nfloat32[] data\nint32 map_width\nint32 map_height"
+    ),
 }
 """Fields of each type, by its name without `msg`."""
 
@@ -63,3 +69,8 @@ def plain_name(name: str) -> str:
     """Return a type's name as it stands in `DEFINITIONS`: ROS 2 writes `pkg/msg/Type`, ROS 1 `pkg/Type`."""
     parts = name.split("/")
     return f"{parts[0]}/{parts[-1]}" if len(parts) == 3 and parts[1] == "msg" else name
+
+
+def full_name(name: str) -> str:
+    """Return a type's name as ROS 2 writes it, `pkg/msg/Type`."""
+    return name.replace("/", "/msg/", 1) if name.count("/") == 1 else name

@@ -8,12 +8,12 @@ from typing import Any
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import OutputError, require_extra
-from swarm_pz.files import draft_of
+from swarm_pz.files import check_file, draft_of
 from swarm_pz.play.frames import Frame
 from swarm_pz.play.recordings.format import CapturedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.ros import messages
-from swarm_pz.play.ros.definitions import definition
+from swarm_pz.play.ros.definitions import definition, full_name
 from swarm_pz.play.server.views import capture_fields
 
 Told = tuple[int, str, messages.Message]
@@ -82,6 +82,7 @@ def write(recording: Recording, path: Path, progress: Callable[[float, float], N
     writer_of = require_extra("mcap_ros2.writer", "lab").Writer
     if path.suffix != ".mcap":
         raise OutputError(f"an MCAP file's name ends with .mcap, got {path}")
+    check_file(path)
     with draft_of(path) as draft, draft.open("wb") as file:
         return _write(recording, writer_of(file), progress)
 
@@ -101,8 +102,7 @@ def _write(recording: Recording, writer: Any, progress: Callable[[float, float],
     for tick, topic, message in told(recording):
         kind = messages.TOPICS[topic]
         if kind not in schemas:
-            package, name = kind.split("/")
-            schemas[kind] = writer.register_msgdef(f"{package}/msg/{name}", definition(kind))
+            schemas[kind] = writer.register_msgdef(full_name(kind), definition(kind))
         nanoseconds = tick * 1_000_000_000 // TICKS_PER_SECOND
         writer.write_message(topic, schemas[kind], message, log_time=nanoseconds, sequence=count)
         count += 1

@@ -20,6 +20,8 @@ Message = dict[str, Any]
 FRAME_ID = "map"
 _SPHERE = 2
 """`visualization_msgs/Marker`'s number for a sphere."""
+_INFO, _WARN = 20, 30
+"""`rcl_interfaces/Log`'s numbers for what is told, and for what is wrong."""
 _SIZE = 0.02
 """Map widths of a drone's sphere."""
 _COLOURS = ((0.85, 0.20, 0.16), (0.13, 0.40, 0.85))
@@ -47,6 +49,19 @@ def clock(tick: int) -> Message:
 def text(data: str) -> Message:
     """Return words: std_msgs/String."""
     return {"data": data}
+
+
+def log(data: str, seconds: float, is_fault: bool) -> Message:
+    """Return a line of `/rosout`, by the clock on the wall: rcl_interfaces/Log."""
+    return {
+        "stamp": {"sec": int(seconds), "nanosec": int(seconds % 1.0 * 1e9)},
+        "level": _WARN if is_fault else _INFO,
+        "name": "swarm_pz",
+        "msg": data,
+        "file": "",
+        "function": "",
+        "line": 0,
+    }
 
 
 def poses(frame: Frame, team: int) -> Message:
@@ -129,7 +144,7 @@ def capture_field(field: NDArray[np.uint8], tick: int) -> Message:
     return grid(np.where(values >= _CAPTURES, above, below), tick)
 
 
-def target(density: NDArray[np.float64], tick: int) -> Message:
+def target(density: NDArray[Any], tick: int) -> Message:
     """Return a target (A, A) as nav_msgs/OccupancyGrid: 100 where it is densest."""
     return grid(np.rint(100.0 * density / max(float(density.max()), np.finfo(float).tiny)).astype(np.int64), tick)
 

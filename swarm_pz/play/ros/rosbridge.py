@@ -1,36 +1,35 @@
 """A rosbridge server, protocol version 2: topics and a few services over WebSockets, in JSON or CBOR.
 
 It knows nothing of games: what clients publish is handed to whoever serves, and what is published goes to those that
-have subscribed. Who reads slowly is sent the latest message of each topic, not all of them, however long the queue that
-it asked for; so nothing is ever old.
+have subscribed.
 """
 
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import json
+import socket
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
 from swarm_pz.errors import ProtocolError, require_extra
-from swarm_pz.play.ros.definitions import plain_name
+from swarm_pz.play.ros.cdr import serialise
+from swarm_pz.play.ros.connection import LEVELS, Client, Subscription
+from swarm_pz.play.ros.definitions import DEFINITIONS, definition, full_name, plain_name
 
 MAX_MESSAGE_BYTES = 10 * 2**20
 MAX_CLIENTS = 64
 _MOST_TOPICS = 256
 """That one client may advertise, or subscribe to."""
-_MOST_EVENTS = 1024
-"""Messages that wait for one client of topics of which none may be missed."""
-_LEVELS = ("none", "error", "warning", "info")
-_COMPRESSIONS = ("none", "cbor")
-_FAULTS_SHOWN_OUT = 100
-"""Messages that were refused after which a client is shown out."""
+_BYTES_PER_SECOND = 2e7
+"""What a client may say in a second: the next message is not looked at sooner."""
+_BUFFER_BYTES = 2**16
+"""What the system keeps for a client that does not read: what stands there grows old."""
+_COMPRESSIONS = ("none", "cbor", "cbor-raw")
 
 Message = dict[str, Any]
 
@@ -48,61 +47,6 @@ class Node(Protocol):
         """Learn that a client has gone."""
 
 
-@dataclass
-class Subscription:
-    """What a client wants of a topic."""
-
-    compression: str
-    throttle_s: float
-    ids: set[str] = field(default_factory=set)
-    last_s: float = -1e9
-
-
-class Client:
-    """One connection.
-
-    Attributes
-    ----------
-    address : str
-        Where it comes from.
-    """
-
-    def __init__(self, connection: ServerConnection) -> None:
-        self.address = str((connection.remote_address or ("unknown",))[0])
-        self.advertised: dict[str, str] = {}
-        self.subscriptions: dict[str, Subscription] = {}
-        self.level = "none"  # status messages are for those who ask: some clients cannot take them
-        self.faults = 0
-        self._connection = connection
-        self._latest: dict[str, str | bytes] = {}
-        self._events: list[str | bytes] = []
-        self._wake = asyncio.Event()
-
-    def put(self, frame: str | bytes, topic: str | None = None) -> None:
-        """Send a frame when the client takes it; of a topic's frames that wait only the latest."""
-        if topic is not None:
-            self._latest.pop(topic, None)
-            self._latest[topic] = frame
-        else:
-            self._events.append(frame)
-            del self._events[:-_MOST_EVENTS]
-        self._wake.set()
-
-    async def write(self) -> None:
-        """Send what waits, until the connection ends."""
-        with contextlib.suppress(ConnectionClosed):
-            while True:
-                await self._wake.wait()
-                self._wake.clear()
-                while self._events or self._latest:
-                    frame = self._events.pop(0) if self._events else self._latest.pop(next(iter(self._latest)))
-                    await self._connection.send(frame)
-
-    async def close(self, reason: str) -> None:
-        """End the connection."""
-        await self._connection.close(1008, reason)
-
-
 class Rosbridge:
     """The server.
 
@@ -113,20 +57,35 @@ class Rosbridge:
         What is published, and the types, written as `pkg/Type`.
     every : frozenset of str
         Of these, topics of which a subscriber is sent every message, not only the latest.
+    inputs : mapping of str to str
+        What is listened to, and the types.
     """
 
-    def __init__(self, node: Node, topics: Mapping[str, str], every: frozenset[str] = frozenset()) -> None:
+    def __init__(
+        self,
+        node: Node,
+        topics: Mapping[str, str],
+        every: frozenset[str] = frozenset(),
+        inputs: Mapping[str, str] | None = None,
+    ) -> None:
         self._node, self._topics, self._every = node, dict(topics), every
+        self._types = {**(inputs or {}), **topics}
         self._clients: set[Client] = set()
         self._server: Server | None = None
         self._cbor = require_extra("cbor2", "lab")
 
-    async def open(self, host: str, port: int) -> int:
-        """Listen, and return the port."""
+    async def open(self, listening: socket.socket) -> None:
+        """Begin to meet those that come to a socket."""
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER_BYTES)  # and so each that comes in
         self._server = await serve(
-            self._meet, host, port, max_size=MAX_MESSAGE_BYTES, compression=None, ping_interval=20, ping_timeout=20
+            self._meet,
+            sock=listening,
+            max_size=MAX_MESSAGE_BYTES,
+            compression=None,
+            ping_interval=20,
+            ping_timeout=20,
+            close_timeout=1,
         )
-        return int(next(iter(self._server.sockets)).getsockname()[1])
 
     async def close(self) -> None:
         """Stop listening, and end all connections."""
@@ -140,36 +99,44 @@ class Rosbridge:
         """Whether anybody has subscribed to a topic: else its messages need not be made."""
         return any(_full(topic) in client.subscriptions for client in self._clients)
 
-    def publish(self, topic: str, message: Message) -> None:
-        """Send a message to all that have subscribed to its topic."""
+    def publish(self, topic: str, message: Message, but: Client | None = None) -> None:
+        """Send a message to all that have subscribed to its topic, but one."""
         topic, now = _full(topic), time.monotonic()
         frames: dict[str, str | bytes] = {}
         for client in self._clients:
             subscription = client.subscriptions.get(topic)
-            if subscription is None or now - subscription.last_s < subscription.throttle_s:
+            if subscription is None or client is but or now - subscription.last_s < subscription.throttle_s:
                 continue
             subscription.last_s = now
             how = subscription.compression
             if how not in frames:
-                content = {"op": "publish", "topic": topic, "msg": message}
-                frames[how] = self._cbor.dumps(content) if how == "cbor" else json.dumps(content)
+                frames[how] = self._encode(topic, message, how)
             client.put(frames[how], None if topic in self._every else topic)
+
+    def _encode(self, topic: str, message: Message, how: str) -> str | bytes:
+        told = {"op": "publish", "topic": topic, "msg": message}
+        if how == "cbor-raw":
+            seconds, nanoseconds = divmod(time.time_ns(), 1_000_000_000)
+            raw = serialise(self._topics[topic], message)
+            told["msg"] = {"secs": seconds, "nsecs": nanoseconds, "bytes": raw}
+        return json.dumps(told) if how == "none" else cast("bytes", self._cbor.dumps(told))
 
     # --- from clients ---------------------------------------------------------------------------
 
     async def _meet(self, connection: ServerConnection) -> None:
         client = Client(connection)
         if len(self._clients) >= MAX_CLIENTS:
-            await client.close(f"{MAX_CLIENTS} clients are here: try later")
+            await connection.close(1013, f"{MAX_CLIENTS} clients are here: try later")
             return
         self._clients.add(client)
         writer = asyncio.create_task(client.write())
         try:
             async for frame in connection:
                 self._obey(client, frame)
-                if client.faults > _FAULTS_SHOWN_OUT:
-                    await client.close(f"{client.faults} messages were refused")
+                if client.ending is not None:
+                    await client.ending
                     return
+                await asyncio.sleep(len(frame) / _BYTES_PER_SECOND)  # others have their turn
         except ConnectionClosed:
             pass
         finally:
@@ -186,24 +153,24 @@ class Rosbridge:
                 raise ProtocolError(f"op must be one of {', '.join(self._operations)}, got {_shown(told['op'])}")
             operation(self, client, told)
         except ProtocolError as error:
-            client.faults += 1
-            if client.level != "none":
-                status = {"op": "status", "level": "error", "msg": str(error)}
-                client.put(json.dumps(status | ({"id": told["id"]} if "id" in told else {})))
+            client.refuse(str(error), **({"id": told["id"]} if "id" in told else {}))
 
     def _read(self, frame: str | bytes) -> Message:
+        is_cbor = isinstance(frame, bytes) and not frame.startswith(b"{")
         try:
-            told = json.loads(frame, parse_constant=_refuse) if isinstance(frame, str) else self._cbor.loads(frame)
-        except (ValueError, RecursionError, self._cbor.CBORError) as error:
+            told = self._cbor.loads(frame) if is_cbor else json.loads(frame, parse_constant=_refuse)
+        except Exception as error:  # whatever a decoder makes of it, it is refused to this client alone
             raise ProtocolError(f"a message must be a JSON object, got {_shown(frame)}: {error}") from error
         if not isinstance(told, dict) or not isinstance(told.get("op"), str):
             raise ProtocolError(f"a message must be an object with an op, got {_shown(frame)}")
-        if not isinstance(told.get("id", ""), str | int):
-            raise ProtocolError(f"id must be a text, got {_shown(told['id'])}")
+        name = told.get("id", "")
+        if not isinstance(name, str) and not (isinstance(name, int) and name.bit_length() <= 64):
+            raise ProtocolError(f"id must be a text, got {_shown(name)}")
         return told
 
     def _advertise(self, client: Client, told: Message) -> None:
         topic, kind = _full(_text(told, "topic")), plain_name(_text(told, "type"))
+        self._check_type(topic, kind)
         if topic not in client.advertised and len(client.advertised) >= _MOST_TOPICS:
             raise ProtocolError(f"a client may advertise {_MOST_TOPICS} topics")
         client.advertised[topic] = kind
@@ -224,13 +191,19 @@ class Rosbridge:
         throttle = told.get("throttle_rate") or 0
         if not isinstance(throttle, int | float) or isinstance(throttle, bool) or not 0 <= throttle <= 1e9:
             raise ProtocolError(f"throttle_rate must be milliseconds, 0 or more, got {_shown(throttle)}")
-        if told.get("type") and topic in self._topics and plain_name(_text(told, "type")) != self._topics[topic]:
-            raise ProtocolError(f"{topic} is of type {self._topics[topic]}, got {_shown(told['type'])}")
+        if told.get("type"):
+            self._check_type(topic, plain_name(_text(told, "type")))
+        if compression == "cbor-raw" and topic not in self._topics:
+            raise ProtocolError(f"compression cbor-raw is for the topics that are published here, got {topic}")
         if topic not in client.subscriptions and len(client.subscriptions) >= _MOST_TOPICS:
             raise ProtocolError(f"a client may subscribe to {_MOST_TOPICS} topics")
         known = client.subscriptions.setdefault(topic, Subscription(compression, throttle / 1000.0))
         known.compression, known.throttle_s = compression, min(known.throttle_s, throttle / 1000.0)
         known.ids.add(str(told.get("id", "")))
+
+    def _check_type(self, topic: str, kind: str) -> None:
+        if self._types.get(topic, kind) != kind:
+            raise ProtocolError(f"{topic} is of type {self._types[topic]}, got {_shown(kind)}")
 
     def _unsubscribe(self, client: Client, told: Message) -> None:
         topic = _full(_text(told, "topic"))
@@ -255,7 +228,14 @@ class Rosbridge:
             client.put(json.dumps(answer | {"values": str(error), "result": False}))
 
     def _answer(self, client: Client, service: str, arguments: Message) -> Message:
-        types = {**{topic: kind for one in self._clients for topic, kind in one.advertised.items()}, **self._topics}
+        types = {**{topic: kind for one in self._clients for topic, kind in one.advertised.items()}, **self._types}
+        if service == "/rosapi/topics_and_raw_types":
+            known = {topic: kind for topic, kind in types.items() if kind in DEFINITIONS}
+            return {
+                "topics": list(known),
+                "types": [full_name(kind) for kind in known.values()],
+                "typedefs_full_text": [definition(kind) for kind in known.values()],
+            }
         if service == "/rosapi/topics":
             return {"topics": list(types), "types": list(types.values())}
         if service == "/rosapi/topic_type":
@@ -271,8 +251,8 @@ class Rosbridge:
 
     def _set_level(self, client: Client, told: Message) -> None:
         level = _text(told, "level")
-        if level not in _LEVELS:
-            raise ProtocolError(f"level must be one of {', '.join(_LEVELS)}, got {_shown(level)}")
+        if level not in LEVELS:
+            raise ProtocolError(f"level must be one of {', '.join(LEVELS)}, got {_shown(level)}")
         client.level = level
 
     def _pass(self, client: Client, told: Message) -> None:
@@ -310,5 +290,9 @@ def _refuse(constant: str) -> float:
 
 
 def _shown(value: object) -> str:
+    if isinstance(value, int) and value.bit_length() > 64:
+        return "a large number"
+    if not isinstance(value, str | bytes | int | float | None):
+        return f"a {type(value).__name__}"
     text = repr(value[:60] if isinstance(value, str | bytes) else value)
     return text if len(text) <= 80 else f"{text[:77]}..."

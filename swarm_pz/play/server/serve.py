@@ -9,6 +9,7 @@ import re
 import socket
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import uvicorn
@@ -153,6 +154,7 @@ def serve(
     markers: Markers | None = None,
     levels: Path | None = None,
     embedders: Sequence[str] = (),
+    beside: Callable[[str], AbstractContextManager[None]] = lambda _: contextlib.nullcontext(),
 ) -> None:
     """Serve the table until the process is told to end.
 
@@ -191,6 +193,8 @@ def serve(
         Folder of what people reach on the ladder; None has no ladder.
     embedders : sequence of str
         Origins of the pages that may hold this one in a frame.
+    beside : callable
+        From host and port by which this machine reaches the table to what is entered while it serves.
 
     Raises
     ------
@@ -258,8 +262,10 @@ def serve(
     before = sys.getswitchinterval()
     sys.setswitchinterval(_SWITCH_S)
     gc.freeze()  # what is there now stays: looking through all of it again and again would stop every game
+    here = "127.0.0.1" if host == "0.0.0.0" else "::1" if host == "::" else host  # noqa: S104
     try:
-        uvicorn.Server(config).run(sockets=[listening])
+        with beside(f"[{here}]:{port}" if ":" in here else f"{here}:{port}"):
+            uvicorn.Server(config).run(sockets=[listening])
     finally:
         gc.unfreeze()
         sys.setswitchinterval(before)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import RecordingError
-from swarm_pz.play import protocol
+from swarm_pz.play import commands, protocol
 from swarm_pz.play.frames import decode_frame, encode_frame
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import Origin, Recording
@@ -22,10 +22,8 @@ from tests.play.server.test_room import CALM, Client, Workers, give, opened, pla
 STROKE = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.25), (0.7, 0.75)])
 
 
-@pytest.fixture(scope="module")
-def played(tmp_path_factory):
-    """Give the file of a whole game: a person who draws, against a policy."""
-    folder = tmp_path_factory.mktemp("games")
+def played_in(folder):
+    """Return the file of a whole game: a person who draws, against a policy."""
 
     async def play():
         with opened(folder, Workers(), CALM, speed=2.0, time_limit=3.0, red=3, blue=3) as room:
@@ -48,6 +46,12 @@ def played(tmp_path_factory):
     recording = asyncio.run(play())
     assert recording.end.outcome == "draw"
     return folder / recording.name
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    """Give the file of a whole game."""
+    return played_in(tmp_path_factory.mktemp("games"))
 
 
 def fault_of(path):
@@ -73,6 +77,15 @@ def test_an_honest_game_verifies(played):
     lines = plain_lines(played)
     assert [line["tick"] for line in lines if line["type"] == "in_force" and line["team"] == 0][1] % 3 == 0
     assert sum(line["type"] == "command" and line["team"] == 0 for line in lines) == 3
+
+
+def test_a_game_whose_densities_have_four_digits_verifies(tmp_path, monkeypatch):
+    with monkeypatch.context() as former:
+        former.setattr(commands, "_DECIMALS", 4)
+        path = played_in(tmp_path)
+    assert fault_of(path) == ""
+    densities = [command.values for command in Recording.read(path).commands]
+    assert all((density == np.round(density, 4)).all() for density in densities)
 
 
 def test_an_honest_game_of_version_1_verifies(played, tmp_path):

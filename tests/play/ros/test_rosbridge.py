@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import socket
 
 import cbor2
 import pytest
@@ -12,9 +13,11 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from swarm_pz.errors import ProtocolError
+from swarm_pz.play.ros import connection, rosbridge
 from swarm_pz.play.ros.rosbridge import Rosbridge
 
 TOPICS = {"/clock": "rosgraph_msgs/Clock", "/status": "std_msgs/String"}
+INPUTS = {"/clear_locs": "std_msgs/Empty"}
 
 
 class Ear:
@@ -40,11 +43,13 @@ def talk(conversation):
 
     async def run():
         ear = Ear()
-        bridge = Rosbridge(ear, TOPICS, frozenset({"/status"}))
-        port = await bridge.open("127.0.0.1", 0)
+        bridge = Rosbridge(ear, TOPICS, frozenset({"/status"}), INPUTS)
+        listening = socket.create_server(("127.0.0.1", 0))
+        port = listening.getsockname()[1]
+        await bridge.open(listening)
         try:
             await asyncio.wait_for(
-                conversation(bridge, ear, lambda: connect(f"ws://127.0.0.1:{port}", max_size=None)), 30
+                conversation(bridge, ear, lambda: connect(f"ws://127.0.0.1:{port}", max_size=None)), 300
             )
         finally:
             await bridge.close()
@@ -54,6 +59,12 @@ def talk(conversation):
 
 async def say(socket, **told):
     await socket.send(json.dumps(told))
+
+
+async def hear_all(socket):
+    """Receive until the connection ends."""
+    while True:
+        await socket.recv()
 
 
 async def ask(socket, service, **arguments):
@@ -98,7 +109,7 @@ def test_what_is_published_is_heard_with_the_topics_full_name():
             kind = await ask(socket, "/rosapi/topic_type", topic="red_connection_service")
         assert ear.told == [("/red_connection_service", {}), ("/x", {"data": [1.5]})]
         pairs = dict(zip(found["values"]["topics"], found["values"]["types"], strict=True))
-        assert pairs == TOPICS | {"/red_connection_service": "std_msgs/Empty"}
+        assert pairs == TOPICS | INPUTS | {"/red_connection_service": "std_msgs/Empty"}
         assert kind["values"] == {"type": "std_msgs/Empty"} and kind["result"] is True
 
     talk(conversation)
@@ -148,6 +159,10 @@ def test_a_subscriber_may_want_fewer_messages():
         ('{"op": "publish", "topic": 7}', "topic must be a text"),
         ('{"op": "publish", "topic": "/bad"}', "expected nothing here"),
         ('{"op": "advertise", "topic": "/x"}', "type must be a text"),
+        ('{"op": "advertise", "topic": "clear_locs", "type": "std_msgs/String"}', "is of type std_msgs/Empty, got"),
+        ('{"op": "subscribe", "topic": "/x", "compression": "cbor-raw"}', "cbor-raw is for the topics that"),
+        (cbor2.dumps({"op": "subscribe", "topic": "/x", "throttle_rate": 10**5000}), "got a large number"),
+        (cbor2.dumps({"op": "set_level", "level": "info", "id": 10**5000}), "id must be a text, got a large number"),
         ('{"op": "subscribe", "topic": "/x", "compression": "png"}', "compression must be one of none, cbor"),
         ('{"op": "subscribe", "topic": "/x", "throttle_rate": -1}', "throttle_rate must be milliseconds"),
         ('{"op": "subscribe", "topic": "/clock", "type": "std_msgs/String"}', "is of type rosgraph_msgs/Clock"),
@@ -180,13 +195,15 @@ def test_a_call_that_nobody_answers_is_said_to_fail():
     talk(conversation)
 
 
-def test_who_says_nothing_but_nonsense_is_shown_out():
+def test_who_says_nothing_but_nonsense_is_shown_out(monkeypatch):
+    monkeypatch.setattr(connection, "_PATIENCE_S", 1e9)
+
     async def conversation(bridge, ear, join):
         async with join() as socket:
             with contextlib.suppress(ConnectionClosed):
                 for _ in range(1000):
                     await socket.send("{")
-            with pytest.raises(ConnectionClosed, match="101 messages were refused"):
+            with pytest.raises(ConnectionClosed, match="100 messages were refused"):
                 await socket.recv()
         async with join() as other:
             await ask(other, "/rosapi/nodes")
@@ -202,5 +219,66 @@ def test_topics_of_one_client_are_bounded():
             for number in range(257):
                 await say(socket, op="advertise", topic=f"/{number}", type="std_msgs/Empty")
             assert "may advertise 256 topics" in json.loads(await socket.recv())["msg"]
+
+    talk(conversation)
+
+
+def test_viewers_of_ros_2_are_told_all_types_and_sent_bytes():
+    async def conversation(bridge, ear, join):
+        async with join() as socket:
+            told = (await ask(socket, "/rosapi/topics_and_raw_types"))["values"]
+            assert told["topics"] == ["/clear_locs", "/clock", "/status"]
+            assert told["types"] == ["std_msgs/msg/Empty", "rosgraph_msgs/msg/Clock", "std_msgs/msg/String"]
+            assert told["typedefs_full_text"][1].startswith("builtin_interfaces/Time clock\n====")
+            await say(socket, op="subscribe", topic="/status", compression="cbor-raw")
+            await ask(socket, "/rosapi/nodes")
+            bridge.publish("/status", {"data": "agent3 red"})
+            sent = cbor2.loads(await socket.recv())
+            assert sent["topic"] == "/status" and {"secs", "nsecs"} < set(sent["msg"])
+            assert sent["msg"]["bytes"] == b"\x00\x01\x00\x00\x0b\x00\x00\x00agent3 red\x00"
+
+    talk(conversation)
+
+
+def test_who_never_reads_is_given_up_and_disturbs_nobody(monkeypatch):
+    monkeypatch.setattr(connection, "_MOST_WAITING", 100_000)
+
+    async def conversation(bridge, ear, join):
+        async with join() as deaf, join() as other:
+            for socket in (deaf, other):
+                await say(socket, op="subscribe", topic="/status")
+                await ask(socket, "/rosapi/nodes")
+            await say(other, op="unsubscribe", topic="/status")
+            await ask(other, "/rosapi/nodes")
+            for _ in range(200):
+                bridge.publish("/status", {"data": 1000 * "x"})
+            assert (await ask(other, "/rosapi/nodes"))["result"] is True
+            with pytest.raises(ConnectionClosed, match="too slow"):
+                await hear_all(deaf)
+
+    talk(conversation)
+
+
+def test_a_message_may_be_of_10_mb():
+    async def conversation(bridge, ear, join):
+        async with join() as socket:
+            await say(socket, op="publish", topic="/x", msg={"data": "x" * (10 * 2**20 - 1000)})
+            await ask(socket, "/rosapi/nodes")
+            assert len(ear.told[0][1]["data"]) > 10**7
+
+    talk(conversation)
+
+
+def test_a_larger_message_ends_the_connection(monkeypatch):
+    monkeypatch.setattr(rosbridge, "MAX_MESSAGE_BYTES", 1000)
+
+    async def conversation(bridge, ear, join):
+        async with join() as socket:
+            await say(socket, op="publish", topic="/x", msg={"data": "x" * 1000})
+            with pytest.raises(ConnectionClosed, match="1009"):
+                await hear_all(socket)
+        async with join() as other:
+            await ask(other, "/rosapi/nodes")
+        assert not ear.told
 
     talk(conversation)

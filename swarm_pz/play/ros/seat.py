@@ -1,0 +1,204 @@
+"""A seat at the table that a ROS program plays: a client of the table's own protocol."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from typing import Protocol
+
+from websockets import Subprotocol
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
+
+from swarm_pz.config import TEAM_NAMES, GameConfig
+from swarm_pz.errors import ProtocolError
+from swarm_pz.play import protocol
+from swarm_pz.play.frames import FRAME, TARGET, Frame, Target, decode_frame, decode_target
+from swarm_pz.play.protocol import Side
+from swarm_pz.play.ros.commands import Maker
+
+_COMMAND_S = 0.1
+"""Seconds between two commands that are sent to the table; of those that come sooner, the latest waits."""
+_ACKNOWLEDGED = 4
+"""Frames that one acknowledgement is for."""
+
+
+class Watcher(Protocol):
+    """Who is told what a seat sees and hears."""
+
+    def show(self, seat: Seat, frame: Frame) -> None:
+        """See a frame."""
+
+    def show_target(self, seat: Seat, target: Target) -> None:
+        """See what the seat's command made its target."""
+
+    def told(self, seat: Seat, text: str, is_fault: bool) -> None:
+        """Hear what became of the seat or of a command."""
+
+
+class Seat:
+    """A seat, from the first connection to the table to its end.
+
+    Parameters
+    ----------
+    address : str
+        Host and port of the table.
+    side : {"red", "blue"}
+    watcher : Watcher
+
+    Attributes
+    ----------
+    side : {"red", "blue"}
+    room : Future of str
+        The code of its room, when it is known; cancelled if it never will be.
+    ended : bool
+        Whether its connection to the table is over.
+    """
+
+    def __init__(self, address: str, side: Side, watcher: Watcher) -> None:
+        self.side: Side = side
+        self.room: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+        self.ended = False
+        self._address, self._watcher = address, watcher
+        self._takes: protocol.Commands | None = None
+        self._cells = GameConfig().command_cells
+        self._unread: Maker | None = None
+        """The latest command that came before it was known what the seat takes."""
+        self._waiting: protocol.CommandMessage | None = None
+        self._number, self._next_s = 0, 0.0
+        self._out: list[protocol.ClientMessage] = []
+        self._wake = asyncio.Event()
+        self._phase, self._is_ready = "", True
+        self._frames = 0
+
+    # --- what its player says ---------------------------------------------------------------------
+
+    def ready(self) -> None:
+        """Say that the player is ready, for the first game or the next one."""
+        if self._phase in ("waiting", "over") and not self._is_ready:
+            self._is_ready = True
+            self._say(protocol.Ready())
+
+    def command(self, maker: Maker) -> None:
+        """Give a command; the latest waits while no game takes any.
+
+        Raises
+        ------
+        ProtocolError
+            If it is none of the seat's.
+        """
+        if self._takes is None:
+            self._unread = maker
+            return
+        self._waiting = maker(self._takes, self._cells)
+        self._wake.set()
+
+    def leave(self) -> None:
+        """Give the seat up."""
+        self._say(protocol.Leave())
+
+    def _say(self, message: protocol.ClientMessage) -> None:
+        self._out.append(message)
+        self._wake.set()
+
+    # --- its connection ---------------------------------------------------------------------------
+
+    async def play(self, beside: Seat | None, opponent: str | None, settings: protocol.Settings) -> None:
+        """Sit down, in the room of another seat or one of its own, and show what is seen until it is over."""
+        try:
+            first: protocol.ClientMessage = protocol.Create(seat=self.side, opponent=opponent, settings=settings)
+            if beside is not None:
+                await asyncio.wait([beside.room])
+                if beside.room.cancelled():
+                    raise ProtocolError(f"{beside.side} has found no room")
+                first = protocol.Join(beside.room.result(), self.side)
+            self._out = [protocol.Hello(), first, protocol.Ready(), *self._out]
+            self._wake.set()
+            address = f"ws://{self._address}/socket"
+            spoken = [Subprotocol(protocol.SUBPROTOCOL)]
+            async with connect(address, subprotocols=spoken, max_size=None, close_timeout=1) as socket:
+                writer = asyncio.create_task(self._write(socket))
+                try:
+                    async for data in socket:
+                        self._take(data)
+                finally:
+                    writer.cancel()
+            self._watcher.told(self, "the table has ended the connection", True)
+        except (ConnectionClosed, OSError, ProtocolError) as error:
+            self._watcher.told(self, f"has no seat at the table: {error}", True)
+        finally:
+            self.ended = True
+            self.room.cancel()
+
+    async def _write(self, socket: ClientConnection) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await self._wake.wait()
+                self._wake.clear()
+                while self._out:
+                    message = self._out.pop(0)
+                    await socket.send(protocol.encode(message))
+                    if isinstance(message, protocol.Leave):
+                        await socket.close()
+                await self._send_command(socket)
+
+    async def _send_command(self, socket: ClientConnection) -> None:
+        if self._waiting is None or self._phase not in ("starting", "playing"):
+            return
+        early_s = self._next_s - time.monotonic()
+        if early_s > 0.0:
+            asyncio.get_running_loop().call_later(early_s, self._wake.set)
+            return
+        command, self._waiting = self._waiting, None
+        self._number += 1
+        self._next_s = time.monotonic() + _COMMAND_S
+        command.number = self._number
+        await socket.send(protocol.encode(command))
+
+    # --- what the table says ----------------------------------------------------------------------
+
+    def _take(self, data: str | bytes) -> None:
+        if isinstance(data, str):
+            self._hear(protocol.decode_server(data))
+        elif data[0] == FRAME:
+            frame = decode_frame(data)
+            self._frames += 1
+            if self._frames % _ACKNOWLEDGED == 0:
+                self._say(protocol.Acknowledge(frame.sequence))
+            self._watcher.show(self, frame)
+        elif data[0] == TARGET:
+            target = decode_target(data)
+            if TEAM_NAMES[target.team] == self.side:
+                self._watcher.show_target(self, target)
+
+    def _hear(self, message: protocol.ServerMessage) -> None:
+        match message:
+            case protocol.Welcome():
+                self._cells = message.command_cells
+            case protocol.Seated():
+                self._sit(message)
+            case protocol.RoomState():
+                self._phase = message.phase
+                if message.phase == "playing":
+                    self._is_ready = False
+                self._wake.set()
+            case protocol.Refused():
+                self._watcher.told(self, f"{message.about or 'a message'} is refused: {message.reason}", True)
+                if message.about in ("create", "join"):
+                    self.leave()
+            case protocol.Notice():
+                self._watcher.told(self, message.text, False)
+
+    def _sit(self, message: protocol.Seated) -> None:
+        self._takes = message.commands
+        if not self.room.done():
+            self.room.set_result(message.room)
+            takes = f", flown by {message.commands.system}" if message.commands is not None else ""
+            self._watcher.told(self, f"plays in room {message.room}{takes}", False)
+        unread, self._unread = self._unread, None
+        if unread is not None:
+            try:
+                self.command(unread)
+            except ProtocolError as error:
+                self._watcher.told(self, str(error), True)

@@ -1,0 +1,348 @@
+"""ROS programs at a table: seats, commands, what subscribers see, and who plays which side."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import re
+import socket
+
+import numpy as np
+import pytest
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed
+
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import RecordingError
+from swarm_pz.play.game import TableConfig
+from swarm_pz.play.recordings.format import CommandLine, InForceLine, Recording
+from swarm_pz.play.ros import connection
+from swarm_pz.play.ros.bridge import Bridge
+from swarm_pz.simulator.commands import make_target
+
+ERGODIC = GameConfig(time_limit=600.0)
+PATIENCE_S = 300.0
+
+
+class Program:
+    """A ROS program that is connected."""
+
+    def __init__(self, there):
+        self._there, self.heard = there, []
+
+    async def say(self, **told):
+        await self._there.send(json.dumps(told))
+
+    async def publish(self, topic, **message):
+        await self.say(op="publish", topic=topic, msg=message)
+
+    async def connect_player(self, side):
+        """Do what the tablet does when its button is pressed."""
+        await self.say(op="advertise", topic=f"{side}_connection_service", type="std_msgs/Empty")
+        await self.publish(f"{side}_connection_service")
+
+    async def deploy(self, side, image):
+        """Do what the tablet does with a drawing."""
+        kind = "ergodic_humanswarmcollab_sim/tablet"
+        await self.say(op="advertise", topic="/tablet_comm", type=kind)
+        told = {"name": "attract data", "team": side, "map_width": 50, "map_height": 50}
+        await self.publish("/tablet_comm", **told, data=image.ravel().tolist())
+
+    async def subscribe(self, *topics):
+        for topic in topics:
+            await self.say(op="subscribe", topic=topic)
+
+    async def hear(self, topic, where=lambda message: True):
+        """Receive until a message of a topic comes."""
+        while True:
+            told = json.loads(await self._there.recv())
+            self.heard.append(told)
+            if told.get("topic") == topic and where(told["msg"]):
+                return told["msg"]
+
+    async def refused(self, topic, **message):
+        """Publish something, and return why it is refused."""
+        await self.publish(topic, **message)
+        while (told := json.loads(await self._there.recv()))["op"] != "status" or told["level"] != "error":
+            pass
+        return told["msg"]
+
+    async def leave(self):
+        await self._there.close()
+
+
+class Meeting:
+    """A bridge, and those that have come."""
+
+    def __init__(self, port, lines, stack):
+        self._port, self._stack, self.lines = port, stack, lines
+
+    async def join(self, **how):
+        """Return another program, which is told what is refused."""
+        there = await self._stack.enter_async_context(connect(f"ws://127.0.0.1:{self._port}", max_size=None, **how))
+        program = Program(there)
+        await program.say(op="set_level", level="info")
+        return program
+
+    async def room(self, side="red"):
+        """Wait until a side has a seat, and return its room."""
+        return await self.said(rf"{side}: plays in room (\w+)")
+
+    async def said(self, pattern):
+        """Wait for a line, and return the pattern's group."""
+        while True:
+            for line in self.lines:
+                if found := re.search(pattern, line):
+                    return found[1] if found.groups() else line
+            await asyncio.sleep(0.05)
+
+
+def meet(table, conversation, opponent=None, game=ERGODIC, **how):
+    """Run a conversation at a bridge beside a table."""
+
+    async def run():
+        listening, lines = socket.create_server(("127.0.0.1", 0)), []
+        bridge = Bridge(table.address, opponent, TableConfig(game=game), lines.append, **how)
+        serving = asyncio.create_task(bridge.run(listening))
+        try:
+            async with contextlib.AsyncExitStack() as stack, asyncio.timeout(PATIENCE_S):
+                await conversation(Meeting(listening.getsockname()[1], lines, stack))
+        finally:
+            serving.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await serving
+
+    asyncio.run(run())
+
+
+async def recorded(table, room, kind, count=1, teams=(0,)):
+    """Wait until the recording of a room's game has so many lines of a kind of teams, and return them."""
+    while True:
+        with contextlib.suppress(RecordingError, ValueError, OSError):
+            lines = [line for line in Recording.read(table.recording(room)).of(kind) if line.team in teams]
+            if len(lines) >= count:
+                return lines
+        await asyncio.sleep(0.1)
+
+
+def spot(seed):
+    """Return an image as a tablet draws it (50, 50), which sums to 10."""
+    image = np.random.default_rng(seed).random((50, 50)).astype(np.float32) ** 8
+    return 10.0 * image / image.sum()
+
+
+def test_the_tablets_sequence_plays_a_game_and_its_images_are_the_targets(table):
+    async def conversation(meeting):
+        tablet = await meeting.join()
+        await tablet.connect_player("red")
+        room = await meeting.room()
+        await tablet.subscribe("/swarm/red/poses", "/agent_team_status")
+        await tablet.hear("/swarm/red/poses", lambda message: message["header"]["stamp"]["nanosec"])
+        for number in range(2):
+            await tablet.deploy("red", spot(number))
+            await recorded(table, room, InForceLine, number + 1)
+        for number, line in enumerate(await recorded(table, room, CommandLine, 2)):
+            target, _ = make_target(np.array(line.density), 10)
+            wanted = spot(number).reshape(10, 5, 10, 5).mean(axis=(1, 3), dtype=np.float64)
+            np.testing.assert_allclose(target / target.mean(), wanted / wanted.mean(), rtol=0, atol=1e-6)
+        told = [one["msg"]["data"] for one in tablet.heard if one.get("topic") == "/agent_team_status"]
+        assert told[:20] == [f"agent{drone} {'red' if drone < 10 else 'blue'}" for drone in range(20)]
+
+    meet(table, conversation, opponent="uniform")
+
+
+def test_two_tablets_meet_in_one_room_and_see_one_game(table):
+    async def conversation(meeting):
+        red, blue = await meeting.join(), await meeting.join()
+        await blue.connect_player("blue")
+        await red.connect_player("red")
+        assert await meeting.room("red") == await meeting.room("blue")
+        await red.subscribe("/clock", "/swarm/sizes", "/red_ck_plot", "/swarm/blue/capture_field")
+        await red.subscribe("/red_team_target_dist", "/blue_team_target_dist")
+        await red.hear("/swarm/blue/capture_field")
+        await red.deploy("red", spot(1))
+        await blue.deploy("blue", spot(2))
+        target = await red.hear("/red_team_target_dist")
+        assert target["info"]["width"] == 50 and max(target["data"]) == 100
+        for team in (0, 1):
+            await recorded(table, await meeting.room(), InForceLine, teams=[team])
+        plot = await red.hear("/red_ck_plot")
+        for _ in range(30):
+            await red.hear("/clock")
+        assert len(plot["data"]) == 2500
+        clocks = [one["msg"]["clock"] for one in red.heard if one.get("topic") == "/clock"]
+        times = [clock["sec"] + clock["nanosec"] * 1e-9 for clock in clocks]
+        assert times == sorted(set(times))
+        assert not [one for one in red.heard if one.get("topic") == "/blue_team_target_dist"], "it is blue's own"
+
+    meet(table, conversation)
+
+
+def test_a_side_belongs_to_one_client_until_it_goes_and_comes_back(table):
+    async def conversation(meeting):
+        tablet, stranger = await meeting.join(), await meeting.join()
+        await tablet.connect_player("red")
+        room = await meeting.room()
+        assert await stranger.refused("red_connection_service") == "red is played by a client at 127.0.0.1"
+        assert "red is played by" in await stranger.refused("/swarm/red/density", data=[1.0] * 100)
+        assert "blue is played by the policy uniform" in await stranger.refused("blue_connection_service")
+        assert "nobody has taken blue" in await stranger.refused("/swarm/blue/density", data=[1.0] * 100)
+        assert "team must be red or blue, got 'green'" in await stranger.refused(
+            "/tablet_comm", team="green", data=[1.0] * 100
+        )
+        await stranger.leave()
+        await tablet.leave()
+        again, stranger = await meeting.join(), await meeting.join()
+        await again.deploy("red", spot(1))  # it does not press its button again
+        await recorded(table, room, InForceLine)
+        assert "red is played by" in await stranger.refused("red_connection_service")
+        assert len([line for line in meeting.lines if "plays in room" in line]) == 1
+
+    meet(table, conversation, opponent="uniform")
+
+
+def test_a_tablet_whose_loss_was_not_noticed_has_its_side_again(table, monkeypatch):
+    monkeypatch.setattr(connection, "_ANSWER_S", 1.0)
+
+    async def conversation(meeting):
+        lost = await meeting.join()
+        await lost.connect_player("red")
+        room = await meeting.room()
+        lost._there.transport.pause_reading()  # it answers nothing any more
+        again, stranger = await meeting.join(), await meeting.join()
+        await again.refused("/tablet_comm", team="red", data=spot(1).ravel().tolist())
+        await stranger.refused("/tablet_comm", team="red", data=spot(2).ravel().tolist())
+        (line, *_) = await recorded(table, room, CommandLine)
+        wanted = spot(1).reshape(10, 5, 10, 5).mean(axis=(1, 3), dtype=np.float64)
+        np.testing.assert_allclose(np.array(line.density), wanted / wanted.max(), atol=1e-7)
+        lost._there.transport.abort()
+
+    meet(table, conversation, opponent="uniform")
+
+
+def test_seats_are_given_up_when_all_have_gone(table):
+    async def conversation(meeting):
+        tablet = await meeting.join()
+        await tablet.connect_player("red")
+        first = await meeting.room()
+        await tablet.leave()
+        await meeting.said("red: the table has ended the connection")
+        meeting.lines.clear()
+        again = await meeting.join()
+        await again.connect_player("red")
+        assert await meeting.room() != first
+
+    meet(table, conversation, opponent="uniform", alone_s=0.0)
+
+
+def test_a_game_over_is_followed_by_another_when_the_button_is_pressed(table):
+    async def conversation(meeting):
+        tablet = await meeting.join()
+        await tablet.subscribe("/clock")
+        await tablet.connect_player("red")
+        await tablet.hear("/clock", lambda message: message["clock"]["sec"] == 1)
+        room = await meeting.room()
+        first = table.recording(room)
+        while Recording.read(first).end is None:
+            await asyncio.sleep(0.1)
+        while True:
+            await tablet.connect_player("red")
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(0.5):
+                    await tablet.hear("/clock", lambda message: message["clock"]["sec"] == 0)
+                    break
+        assert table.recording(room) != first
+
+    meet(table, conversation, opponent="uniform", game=GameConfig(time_limit=1.5))
+
+
+@pytest.mark.parametrize(
+    ("system", "topic", "message", "kind"),
+    [
+        ("flocking", "flocking_command", {"x": 0.2, "y": 0.8, "migration_weight": 75}, "attractors"),
+        ("direct", "/swarm/red/accelerations", {"data": [0.5, -0.5] * 20}, "accelerations"),
+    ],
+)
+def test_a_seat_of_another_kind_takes_its_own_commands_and_clear_ones(system, topic, message, kind, table):
+    async def conversation(meeting):
+        program = await meeting.join()
+        await program.connect_player("red")
+        room = await meeting.said(rf"red: plays in room (\w+), flown by {system}")
+        await program.publish(topic, **message)
+        await recorded(table, room, InForceLine)
+        await program.publish("clear_locs")
+        first, second = (await recorded(table, room, CommandLine, 2))[:2]
+        assert first.command is not None and np.array(first.command).ravel()[0] in (0.2, 0.5)
+        assert second.command is not None or second.density is not None
+        if system == "direct":
+            assert "direct takes accelerations" in await program.refused("/swarm/red/density", data=[1.0] * 100)
+            assert "red: command is refused: red's command" in await program.refused(topic, data=[9.0] * 40)
+
+    game = GameConfig(controllers=(system, "ergodic"))
+    meet(table, conversation, opponent="uniform", game=game)
+
+
+def test_a_command_before_the_seat_is_known_waits_and_one_that_does_not_fit_is_told(table):
+    async def conversation(meeting):
+        program = await meeting.join()
+        await program.connect_player("red")
+        told = await program.refused("/swarm/red/density", data=[1.0] * 100)
+        assert "direct takes accelerations" in told
+
+    meet(table, conversation, opponent="uniform", game=GameConfig(controllers=("direct", "ergodic")))
+
+
+def test_a_table_that_is_not_there_is_told_of(table):
+    class Nowhere:
+        address = "127.0.0.1:1"
+
+    async def conversation(meeting):
+        program, reader = await meeting.join(), await meeting.join()
+        await reader.subscribe("/rosout")
+        assert await reader.refused("/tablet_comm")  # so what it has said before is heard, too
+        assert "red: has no seat at the table" in await program.refused("red_connection_service")
+        line = await reader.hear("/rosout")
+        assert line["level"] == 30 and "has no seat" in line["msg"]
+        await program.connect_player("blue")
+        await meeting.said("blue: has no seat at the table")
+
+    meet(Nowhere, conversation)
+
+
+TABLET = {"name": "attract data", "team": "red", "map_width": 50, "map_height": 50}
+HOSTILE = [
+    ("/tablet_comm", TABLET | {"data": [0.1] * 2499}),
+    ("/tablet_comm", TABLET | {"data": [-1.0] * 2500}),
+    ("/tablet_comm", TABLET | {"data": [1e400] * 2500}),
+    ("/tablet_comm", TABLET | {"data": None}),
+    ("/tablet_comm", TABLET | {"team": ["red"], "data": [0.1] * 2500}),
+    ("/tablet_comm", TABLET | {"data": [0.1] * 2500}),
+    ("/swarm/red/attractors", {"poses": [{"position": {"x": "here"}}]}),
+    ("/swarm/red/target", {"data": {"0": 1}}),
+    ("/flocking_command", {"x": None}),
+    ("red_connection_service", {}),
+]
+
+
+def test_hostile_messages_are_refused_and_reach_nobody(table):
+    async def conversation(meeting):
+        tablet, watcher = await meeting.join(), await meeting.join()
+        await tablet.connect_player("red")
+        room = await meeting.room()
+        await watcher.subscribe("/clock")
+        await watcher.hear("/clock", lambda message: message["clock"]["nanosec"])
+        refused = 0
+        while refused < 120:
+            stranger = await meeting.join()
+            with contextlib.suppress(ConnectionClosed):
+                while refused < 120:
+                    topic, message = HOSTILE[refused % len(HOSTILE)]
+                    assert await stranger.refused(topic, **message)
+                    refused += 1
+        await tablet.deploy("red", spot(1))
+        await recorded(table, room, InForceLine)
+        assert [line.number for line in await recorded(table, room, CommandLine)] == [1]
+        assert not [line for line in meeting.lines if "refused" in line], "nothing of it reached the table"
+
+    meet(table, conversation, opponent="uniform")

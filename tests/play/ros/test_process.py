@@ -1,0 +1,108 @@
+"""The rosbridge beside a table: it begins and ends with it, and the tablet app's own library plays there."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.rosbridge import Wire, density_of
+from swarm_pz import errors
+from swarm_pz.cli import main
+from swarm_pz.errors import CommandError, MissingExtraError
+from swarm_pz.play.recordings.format import CommandLine, Recording
+from swarm_pz.play.ros import process
+from swarm_pz.play.server import serve as module
+from swarm_pz.simulator.commands import make_target
+from tests.play.conftest import Table
+
+TABLET = Path(__file__).parents[3] / "benchmarks" / "table" / "tablet.py"
+
+
+def refused(capsys, *arguments):
+    """Return what a command that is refused says."""
+    with pytest.raises(SystemExit, match="2"):
+        main(list(arguments))
+    return capsys.readouterr().err
+
+
+def test_a_port_that_is_taken_is_named_before_anything_is_served(capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        said = refused(capsys, "play", "--port", "0", "--rosbridge", str(port))
+        assert f"cannot listen for ROS programs at 127.0.0.1, port {port}" in said and "another --rosbridge" in said
+        with pytest.raises(CommandError, match="is another rosbridge running"):
+            process.listen("127.0.0.1", port)
+
+
+def test_what_makes_no_sense_is_refused(capsys):
+    assert "give --rosbridge a port, too" in refused(capsys, "play", "--ros-opponent", "uniform")
+    assert "did you mean 'uniform'" in refused(capsys, "play", "--rosbridge", "0", "--ros-opponent", "unifrm")
+    assert "rosbridge must be" in refused(capsys, "play", "--rosbridge", "70000")
+
+
+def test_without_the_extra_it_is_said_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cbor2", None)
+    with pytest.raises(MissingExtraError, match=r"cbor2 is not installed; install it with: .*lab\]"):
+        process.listen("127.0.0.1", 0)
+    assert errors.installing("lab").endswith(("[lab]", "[lab]'"))
+
+
+def test_the_bridge_is_beside_the_table_that_was_asked_for(monkeypatch):
+    calls = []
+    monkeypatch.setattr("swarm_pz.cli.table.known", dict)
+    monkeypatch.setattr(module, "serve", lambda *what, **how: calls.append((what, how)))
+    main(["play", "--port", "0", "--rosbridge", "0", "--ros-opponent", "ring"])
+    ((_, policies), how) = calls[0]
+    assert set(policies) == {"ring"}
+    listening, opponent, table, _ = how["beside"].args
+    listening.close()
+    assert (opponent, table) == ("ring", how["table"])
+
+
+def test_the_current_library_plays_a_game_and_comes_back_after_a_loss(tmp_path):
+    table = Table(tmp_path, "--rosbridge", "0", "--ros-opponent", "uniform")
+    line = next(line for line in table.process.stdout if "rosbridge is at" in line)
+    sent = asyncio.run(_play(int(line.rpartition(":")[2])))
+    printed = table.end()
+    assert table.process.returncode in (0, -15) and "by itself" not in printed
+    assert printed.count("plays in room") == 1
+    (path,) = tmp_path.glob("*.jsonl")
+    commands = [line for line in Recording.read(path).of(CommandLine) if line.team == 0]
+    wanted = [density_of(data, 10) for data in sent]
+    found = []
+    for command in commands:
+        target, _ = make_target(np.array(command.density), 10)
+        found += [n for n, one in enumerate(wanted) if np.abs(target / target.mean() - one).max() <= 1e-6]
+    assert len(found) == len(commands) and found == sorted(set(found))
+    assert {0, 1, 3} <= set(found), "while it is found out that the former client has gone, the latest waits"
+
+
+async def _play(port):
+    """Let a tablet play, lose its connection in the middle, and return what it deployed."""
+    wire, sent = Wire(port), []
+    arguments = [sys.executable, str(TABLET), str(await wire.lay()), "red", "4", "0.6", str(port)]
+    tablet = await asyncio.create_subprocess_exec(
+        *arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, limit=2**26
+    )
+    async for line in tablet.stdout:
+        told = json.loads(line)
+        if "deploy" in told:
+            sent.append(told["data"])
+            if told["deploy"] == 1:
+                await asyncio.sleep(0.3)
+                wire.cut()
+        if told.get("deployed"):
+            await asyncio.sleep(8.0)  # in which the former client is asked twice
+            tablet.stdin.close()
+        if "poses" in told:
+            assert len(told["poses"]) > 10
+    assert await tablet.wait() == 0
+    await wire.end()
+    return sent
