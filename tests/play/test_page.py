@@ -543,7 +543,7 @@ def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later(
     sizes = {path.name: path.stat().st_size for path in STATIC.iterdir()}
     loaded = {"index.html", *names} & set(sizes)
     assert sum(sizes[name] for name in loaded) < 150_000
-    later = {"climb.js", "embed.js", "lesson.js", "marks.js", "responses.js", "stick.js"}
+    later = {"climb.js", "embed.js", "lesson.js", "marks.js", "replay.js", "responses.js", "stick.js"}
     assert set(sizes) - loaded == later | {"jspsych-plugin-swarm-pz.js"}
 
 

@@ -9,7 +9,6 @@ import { Library } from "./library.js";
 import { read } from "./link.js";
 import { clock, News } from "./news.js";
 import { Pen } from "./pen.js";
-import { Replay } from "./replay.js";
 import { Sound } from "./sound.js";
 import { freeSides } from "./waiting.js";
 
@@ -46,7 +45,7 @@ export class Table {
     this.unseen = []; // commands in force whose effect was not painted yet
     this.heardMs = 0; // when the latest frame came
     this.cover = new Cover(link, begin);
-    this.replay = new Replay(link, this.chart);
+    this.replay = null; // fetched with the first recorded game
     this.begin = begin;
     this.lesson = NO_LESSON;
     this.responses = null;
@@ -164,7 +163,7 @@ export class Table {
     this.chart.set(room.sizes);
     this.showScores();
     at("controls").hidden = this.seat === null || ["replay", "over"].includes(room.phase);
-    this.replay.show(room);
+    if (this.replay || room.phase === "replay") this.showReplay();
     this.cover.show(room, this.seat, this.lastTick);
     this.showButtons();
     this.pen.dirty = true; // what is placed is shown while one may place it
@@ -215,7 +214,15 @@ export class Table {
   // See a recorded game from a side.
   look(side) {
     this.arena.look(side);
-    this.replay.seek();
+    this.replay?.seek();
+  }
+
+  async showReplay() {
+    if (!this.replay) {
+      const { Replay } = await import("./replay.js");
+      this.replay ??= new Replay(this.link, this.chart);
+    }
+    this.replay.show(this.room); // as it is by now
   }
 
   showButtons() {
@@ -410,7 +417,7 @@ export class Table {
     const captured = this.arena.take(frame);
     this.lastTick = frame.tick;
     if (this.room.phase !== "replay") this.news.captures(captured, frame);
-    this.replay.follow(frame.tick);
+    this.replay?.follow(frame.tick);
     this.lesson.watch(frame, captured, this.seat);
   }
 
