@@ -222,7 +222,7 @@ export class Table {
       const { Replay } = await import("./replay.js");
       this.replay ??= new Replay(this.link, this.chart);
     }
-    this.replay.show(this.room); // as it is by now
+    if (this.room) this.replay.show(this.room); // as it is by now
   }
 
   showButtons() {
