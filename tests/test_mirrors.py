@@ -35,6 +35,7 @@ HOMES = {
     "swarm_pz/play/server/pilot": "play/server/test_systems",
     "swarm_pz/play/server/room_settings": "play/server/test_room",
     "swarm_pz/play/server/seat": "play/server/test_room",
+    "swarm_pz/play/server/study_games": "play/server/test_studies",
     "swarm_pz/play/server/thinkers": "play/server/test_beginnings",
     "swarm_pz/policy/protocol": "policy/test_names",
     "swarm_pz/spaces/densities": "spaces/test_formats",

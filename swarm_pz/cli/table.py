@@ -1,18 +1,16 @@
-"""Commands for people at the table: ``play``, ``replay`` and ``study``."""
+"""Commands for people at the table: ``play`` and ``replay``."""
 
 from __future__ import annotations
 
 import functools
 import io
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from swarm_pz.cli import printing as tables
 from swarm_pz.cli.player_options import known
-from swarm_pz.cli.report import command, filming, in_seconds, print_rules
+from swarm_pz.cli.report import filming, in_seconds, print_rules
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check, check_count, check_number
 from swarm_pz.errors import SwarmError, require_extra
@@ -47,7 +45,7 @@ def play(
         record_labels: Write into recordings what players call themselves; else only those at the table see it.
         game: The rules; sizes and time limit are each room's own.
     """
-    _need_play()
+    need_play()
     from swarm_pz import policies
     from swarm_pz.play.game import TableConfig
     from swarm_pz.play.server.games_folder import check_folder
@@ -74,7 +72,7 @@ def play(
         countdown_s=countdown,
         table=TableConfig(game=game, min_command_interval=min_command_interval),
         say=say,
-        draw_code=_draw_code,
+        draw_code=draw_code,
         cards=_cards(),
         record_labels=record_labels,
     )
@@ -101,7 +99,7 @@ def replay(
         host: Where to listen; 0.0.0.0 lets the local network in.
         port: Port to listen at; 0 takes any that is free.
     """
-    _need_play()
+    need_play()
     from swarm_pz import policies
     from swarm_pz.play.recordings.folder import checked_name
     from swarm_pz.play.recordings.format import Recording
@@ -150,48 +148,14 @@ def replay(
             folder=folder,
             page=page,
             say=say,
-            draw_code=_draw_code,
+            draw_code=draw_code,
             cards=_cards(),
             record_labels=False,
         )
 
 
-def study(
-    folder: Annotated[Path, tyro.conf.Positional],
-    /,
-    out: Path = Path("runs/study"),
-    every_game: Annotated[bool, tyro.conf.arg(name="all")] = False,
-    parquet: bool = False,
-) -> None:
-    """Turn a folder of recorded games into tables.
-
-    The summary counts games that were played: lessons, games that a player left, and games in which a person never
-    gave a command are left out of it, as are games without a result. Configurations that differ are different rows.
-    A game whose seats are the same player, such as people without labels, counts once, as red's.
-
-    Args:
-        folder: Folder of recordings.
-        out: Folder to write seats, summary and their schema to.
-        every_game: Count lessons, games that were left and those without a person's command, too.
-        parquet: Write Parquet instead of CSV.
-    """
-    _need_play()
-    from swarm_pz.play.recordings import study as tables_of
-
-    rows, faults = tables_of.read_folder(folder)
-    for fault in faults:
-        print(f"left out: {tables.printable(fault)}", file=sys.stderr)
-    for path in tables_of.write_tables(rows, out, every_game=every_game, parquet=parquet, command=command()):
-        print(path)
-    tables.print_study(tables_of.summarise(rows, every_game))
-    missing = tables_of.left_out(rows, every_game)
-    if missing:
-        reasons = ", ".join(f"{count} {reason}" for reason, count in missing.items())
-        hint = "" if every_game else "; --all counts lessons, left and no command, if there is a result"
-        print(f"games that the summary leaves out: {reasons}{hint}")
-
-
-def _need_play() -> None:
+def need_play() -> None:
+    """Name what is missing if the extra of the table is."""
     for module in ("msgspec", "segno", "starlette", "uvicorn", "websockets"):
         require_extra(module, "play")
 
@@ -206,7 +170,8 @@ def _cards() -> dict[str, Card]:
     }
 
 
-def _draw_code(address: str) -> str:
+def draw_code(address: str) -> str:
+    """Return an address as a picture made of text."""
     picture = io.StringIO()
     require_extra("segno", "play").make(address).terminal(picture, compact=True)
     return picture.getvalue()

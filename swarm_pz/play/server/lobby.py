@@ -23,6 +23,7 @@ from swarm_pz.play.server.live_session import Moment, ServerContext
 from swarm_pz.play.server.orders import Made
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, RefusedError, Room
+from swarm_pz.play.server.room_settings import Hosted, settings_of
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.policy import kind_of
 
@@ -54,6 +55,8 @@ class Lobby:
         Of those of them that were rated.
     addresses : sequence of str, optional
         Of the page, as other devices reach it.
+    is_hosted : bool
+        Rooms are a host's alone: clients take the seats that it keeps for them, and play.
 
     Attributes
     ----------
@@ -71,8 +74,9 @@ class Lobby:
         policies: Mapping[str, str],
         cards: Mapping[str, protocol.Card] | None = None,
         addresses: Sequence[str] = (),
+        is_hosted: bool = False,
     ) -> None:
-        self.context = context
+        self.context, self.is_hosted = context, is_hosted
         self.addresses = list(addresses)
         self.rooms: dict[str, Room] = {}
         self._openings: dict[str, Budget] = {}
@@ -139,14 +143,24 @@ class Lobby:
         except OutputError as error:
             log.warning("%s", error)
             raise RefusedError("not_valid", "games cannot be recorded on this server now; tell who runs it") from error
-        code = ""
-        while not code or code in self.rooms:
-            code = "".join(secrets.choice(_LETTERS) for _ in range(4))
+        code = self._new_code()
         try:
             self.rooms[code] = Room(code, settings, self.context, moment, address)
         except ConfigError as error:
             raise RefusedError("not_valid", str(error)) from error
         return self.rooms[code]
+
+    def open_hosted(self, hosted: Hosted) -> Room:
+        """Return a new room of a host."""
+        code = self._new_code()
+        self.rooms[code] = Room(code, settings_of(hosted.config), self.context, hosted=hosted)
+        return self.rooms[code]
+
+    def _new_code(self) -> str:
+        code = ""
+        while not code or code in self.rooms:
+            code = "".join(secrets.choice(_LETTERS) for _ in range(4))
+        return code
 
     def close_room(self, room: Room) -> None:
         """End a room's game and forget it."""

@@ -22,7 +22,7 @@ from swarm_pz.play.server.live_session import Callbacks, LiveSession, Moment, Se
 from swarm_pz.play.server.orders import Made
 from swarm_pz.play.server.policy_workers import PolicySeat
 from swarm_pz.play.server.responses import ReadyRule, Responses
-from swarm_pz.play.server.room_settings import settings_of, table_config
+from swarm_pz.play.server.room_settings import Hosted, settings_of, table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.views import frame_of, target_message
 
@@ -65,6 +65,8 @@ class Room:
         Of a recorded game, that the first game here goes on from.
     address : str
         Where who opened it is.
+    hosted : Hosted, optional
+        What a host has decided, in place of the settings and of who is in it.
 
     Attributes
     ----------
@@ -81,10 +83,14 @@ class Room:
         context: ServerContext,
         moment: Moment | None = None,
         address: str = "",
+        hosted: Hosted | None = None,
     ) -> None:
         self.code, self._context, self._moment = code, context, moment
-        self.address = address
-        self.config = moment.game.config if moment is not None else table_config(settings, context.table)
+        self.address, self.hosted = address, hosted
+        if hosted is not None:
+            self.config = hosted.config
+        else:
+            self.config = moment.game.config if moment is not None else table_config(settings, context.table)
         self.settings = settings_of(self.config)
         self.reader = CommandReader(self.config.game)
         self._commands = [commands_of(system, self.config.game) for system in self.reader.systems]
@@ -98,7 +104,7 @@ class Room:
         self._tells = Budget(_MOST_TOLD, _MOST_TOLD, self.last_used)
         self._tells_later: asyncio.TimerHandle | None = None
         self._games = 0
-        self._seed: int | None = None
+        self._seed: int | None = hosted.seed if hosted is not None else None
         """Of the next game: who calls its countdown off is given the same start again."""
         self._before: tuple[LiveSession | None, Outcome | None] = None, None
         """The session before the one that starts, and its outcome."""
@@ -177,6 +183,9 @@ class Room:
             connection.send_bytes(seat.target)
         if seat.responses is not None:
             self._tell_acting(seat)
+        if self.hosted is not None and self.session is None:
+            seat.ready = True
+            self._begin_if_ready()
 
     def watch(self, connection: Connection) -> None:
         """Let somebody look on who has no seat here."""
@@ -274,6 +283,8 @@ class Room:
 
     def free_absent(self) -> None:
         """Between games, free the seats of those who have been away for long."""
+        if self.hosted is not None:
+            return  # its host decides
         for seat in self.seats:
             is_away = seat.kind in ("person", "program") and seat.connection is None
             if is_away and self.phase != "playing" and time.monotonic() - seat.away_since > AWAY_S:
@@ -414,6 +425,7 @@ class Room:
                 ),
                 self._moment,
                 self.lesson,
+                self.hosted.path if self.hosted is not None else None,
             )
         except OSError as error:
             raise RefusedError("not_valid", f"the game cannot be recorded: {error.strerror}") from error
@@ -491,6 +503,8 @@ class Room:
             if seat.gone:
                 seat.free()
         self._changed()
+        if self.hosted is not None:
+            self.hosted.over()
 
     def _note(
         self,

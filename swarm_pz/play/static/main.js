@@ -2,6 +2,7 @@
 //   #room=ABCD   to a room: to one's seat there, or the free one, or to look on
 //   #watch=ABCD  to a room, to look on               #play=ring   straight into a game against a policy
 //   #replay=FILE a recorded game                     #lesson      the first lesson
+// At /study/CODE/game it is a game of a study, without anything but the game: afterwards one goes back there.
 
 import { Legend } from "./legend.js";
 import { Link } from "./link.js";
@@ -13,6 +14,8 @@ const at = (id) => document.getElementById(id);
 const SAYING_MS = 6000;
 const CODE = /^[A-Z0-9]{4,8}$/;
 const ROOMS = ["room", "watch"];
+const STUDY = /^(\/study\/[^/]+)\/game$/.exec(location.pathname)?.[1];
+const RESULT_MS = 6000; // for which the result of a study's game is shown
 
 const link = new Link(wantedSeat);
 new Legend();
@@ -46,6 +49,12 @@ function wantedSeat() {
 function mark(hash, isNew) {
   if (location.hash === (hash ? `#${hash}` : "")) return;
   history[isNew ? "pushState" : "replaceState"](null, "", hash ? `#${hash}` : location.pathname);
+}
+
+// Go back to the study that the game is a part of.
+function goOn(told = "") {
+  try { sessionStorage.setItem("swarm-pz.told", told); } catch { /* then it is not told */ }
+  location.replace(STUDY);
 }
 
 function go(hash) {
@@ -93,6 +102,10 @@ function show() {
     ask();
     return;
   }
+  if (name === "" && STUDY) {
+    goOn();
+    return;
+  }
   if (name === "") {
     table.leave();
     if (open("lobby")) at("quick").focus({ preventScroll: true });
@@ -120,6 +133,7 @@ function enter(name, code) {
     giveUp();
     say("A room's code has four letters and digits.");
   } else if (wantedSeat()) link.reopen();
+  else if (STUDY) goOn();
   else {
     wantsSeat = name === "room" ? code : "";
     link.send({ type: "join", room: code, seat: "watch" });
@@ -171,6 +185,11 @@ link.addEventListener("closed", () => say(link.quiet
 link.addEventListener("notice", ({ detail }) => say(detail.text));
 link.addEventListener("refused", ({ detail }) => {
   const { name, value } = wanted();
+  if (STUDY && detail.about === "hello") {
+    link.seat = null;
+    goOn(detail.code === "unknown" ? "" : detail.reason); // a seat that is gone is given anew there
+    return;
+  }
   isBeginning = false;
   if (detail.about === "hello") { // the seat is gone: see what became of it, or look on, if its room is still there
     link.seat = null;
@@ -193,5 +212,11 @@ link.addEventListener("refused", ({ detail }) => {
 });
 addEventListener("keydown", () => { document.documentElement.dataset.keys = ""; }, true);
 addEventListener("pointerdown", () => { delete document.documentElement.dataset.keys; }, true);
+if (STUDY) {
+  document.body.classList.add("study");
+  document.title = "A game";
+  at("go-home").textContent = "Go on";
+  link.addEventListener("room", ({ detail }) => { if (detail.phase === "over") setTimeout(goOn, RESULT_MS); });
+}
 addEventListener("hashchange", show);
 show();
