@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,10 +26,12 @@ CHANCE = np.random.default_rng(0)
 
 
 @contextlib.contextmanager
-def server(folder: Path, countdown_s: float = 0.0, **environment: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+def server(
+    folder: Path, countdown_s: float = 0.0, options: Sequence[str] = (), **environment: str
+) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """Start a server, whose games begin at once unless told otherwise, and give its address and process."""
     command = [sys.executable, "-u", "-c", "from swarm_pz.cli import main; main()"]
-    command += ["play", "--port", "0", "--countdown", str(countdown_s), "--out", str(folder)]
+    command += ["play", "--port", "0", "--countdown", str(countdown_s), "--out", str(folder), *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | environment) as process:  # noqa: S603
         printed = process.stdout or sys.stdin
         try:

@@ -77,14 +77,13 @@ def _check_players(study: Study) -> None:
     from swarm_pz.config import TEAM_NAMES
 
     for condition in study.conditions:
-        game = condition.game(study.rules)
-        other = game.team_systems[1 - TEAM_NAMES.index(condition.side)]
-        named = {} if condition.is_of_two else {"opponent": condition.opponent}
-        named |= {"practice.opponent": study.practice.opponent} if study.practice.wins else {}
-        named |= {"helper": condition.helper} if condition.helper else {}
-        for field, name in named.items():
+        game, own = condition.game(study.rules), TEAM_NAMES.index(condition.side)
+        named = [] if condition.is_of_two else [("opponent", condition.opponent, 1 - own)]
+        named += [("practice.opponent", study.practice.opponent, 1 - own)] if study.practice.wins else []
+        named += [("helper", condition.helper, own)] if condition.share else []
+        for field, name, team in named:
             try:
-                policies.load(name, game, other)
+                policies.load(name, game, game.team_systems[team])
             except SwarmError as error:
                 raise ConfigError(f"condition {condition.title!r}: {field}: {error}") from error
 

@@ -29,6 +29,7 @@ def play(
     countdown: float = 3.0,
     out: Path = Path("runs/games"),
     record_labels: bool = False,
+    factors: Path | None = None,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
@@ -43,10 +44,12 @@ def play(
         countdown: Seconds for which the start of a game is shown before it begins.
         out: Folder of the recordings.
         record_labels: Write into recordings what players call themselves; else only those at the table see it.
+        factors: File with what is varied at red's and at blue's seat: delays, what is shown, shared control.
         game: The rules; sizes and time limit are each room's own.
     """
     need_play()
     from swarm_pz import policies
+    from swarm_pz.play.factors import Factors, read_factors
     from swarm_pz.play.game import TableConfig
     from swarm_pz.play.server.games_folder import check_folder
     from swarm_pz.play.server.serve import serve
@@ -58,6 +61,11 @@ def play(
     if opponent is not None and opponent != "none":
         policies.load(opponent, game, game.team_systems[1])
         installed |= {opponent: about(opponent)}
+    varied = read_factors(factors) if factors is not None else (Factors(), Factors())
+    table = TableConfig(game=game, min_command_interval=min_command_interval, factors=varied)
+    for team, own in enumerate(varied):
+        if own.share > 0.0:
+            policies.load(own.helper, game, game.team_systems[team])
     page = f"play={opponent}" if opponent is not None else ""
     say = functools.partial(print, flush=True)
     print_rules(game, "(rules_hash of rooms as they are set at first; games of the same rules have the same)")
@@ -70,7 +78,7 @@ def play(
         folder=out,
         page=page,
         countdown_s=countdown,
-        table=TableConfig(game=game, min_command_interval=min_command_interval),
+        table=table,
         say=say,
         draw_code=draw_code,
         cards=_cards(),

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import tomllib
+from dataclasses import dataclass, fields
+from pathlib import Path
 
+from swarm_pz.config import TEAM_NAMES
 from swarm_pz.config.base import Config, check, check_choice, check_count, check_number
+from swarm_pz.errors import ConfigError, nearest
 
 HIDEABLE = ("opponents", "ground", "trails", "target")
 """What a seat may not be shown."""
+FULL_RATE = 30
+"""The frame rate that leaves nothing out."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,7 +25,7 @@ class Factors(Config):
     command_delay_ms, display_delay_ms : float
         How much later commands come into force, and moments are shown, than they would.
     frame_rate : int
-        Moments shown a second, at most 30.
+        Moments shown a second, at most 30; with 30, all that there are.
     speed : float
         Seconds of game a second, for all at the table.
     hide : tuple of str
@@ -32,7 +38,7 @@ class Factors(Config):
 
     command_delay_ms: float = 0.0
     display_delay_ms: float = 0.0
-    frame_rate: int = 30
+    frame_rate: int = FULL_RATE
     speed: float = 1.0
     hide: tuple[str, ...] = ()
     share: float = 0.0
@@ -42,9 +48,38 @@ class Factors(Config):
         super().__post_init__()
         for name in ("command_delay_ms", "display_delay_ms"):
             check_number(getattr(self, name), name, 0.0, 5000.0)
-        check_count(self.frame_rate, "frame_rate", 1, 30)
+        check_count(self.frame_rate, "frame_rate", 1, FULL_RATE)
         check_number(self.speed, "speed", 0.25, 2.0)
         check_number(self.share, "share", 0.0, 1.0)
+        check(isinstance(self.helper, str), "helper", self.helper, "a policy's name")
         check(self.share == 0.0 or bool(self.helper), "helper", self.helper, "a policy, if it has a share")
+        check(isinstance(self.hide, tuple), "hide", self.hide, "a list of names")
         for name in self.hide:
             check_choice(name, "hide", HIDEABLE)
+
+    @property
+    def bare(self) -> Factors:
+        """These alone, of what may be a condition that has more."""
+        return Factors(**{entry.name: getattr(self, entry.name) for entry in fields(Factors)})
+
+
+def read_factors(path: Path) -> tuple[Factors, Factors]:
+    """Return the factors of red and blue as a TOML file has them, in a table for each side that has any.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be read, or says what cannot be.
+    """
+    try:
+        plain = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError(f"{path} holds no factors: {error}") from error
+    for name in plain:
+        if name not in TEAM_NAMES:
+            raise ConfigError(f"{path}: expected tables [red] and [blue], got {name!r}; {nearest(name, TEAM_NAMES)}")
+    try:
+        red, blue = (Factors.from_dict(plain.get(name, {})) for name in TEAM_NAMES)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from error
+    return red, blue

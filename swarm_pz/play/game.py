@@ -19,10 +19,12 @@ from swarm_pz.config import (
     TICKS_PER_SECOND,
     GameConfig,
 )
-from swarm_pz.config.base import Config, check, check_number
+from swarm_pz.config.base import Config, check, check_number, later
+from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.fourier import SAME_TARGET
 from swarm_pz.kernels.game import Games
 from swarm_pz.play.commands import Command, CommandReader
+from swarm_pz.play.factors import Factors
 from swarm_pz.play.strokes import DEFAULT_MAPPING, MAPPINGS, Mapping
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import make_target
@@ -43,13 +45,16 @@ class TableConfig(Config):
     mapping : {"firm", "bold", "paper"}
         From strokes to a density; see `swarm_pz.play.strokes`.
     speed : float
-        Seconds of game a second.
+        Seconds of game a second; that of the factors, if they have one.
+    factors : (Factors, Factors)
+        What an experimenter varies at red's seat, and at blue's.
     """
 
     game: GameConfig = field(default_factory=GameConfig)
     min_command_interval: float = 0.5
     mapping: Mapping = DEFAULT_MAPPING
     speed: float = 1.0
+    factors: tuple[Factors, Factors] = later((Factors(), Factors()))
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -57,7 +62,30 @@ class TableConfig(Config):
         check_number(self.min_command_interval, "min_command_interval", 0.0, 60.0)
         is_known = isinstance(self.mapping, str) and self.mapping in MAPPINGS
         check(is_known, "mapping", self.mapping, f"one of {', '.join(MAPPINGS)}")
+        self._take_factors()
         check_number(self.speed, "speed", 0.1, 10.0)
+
+    def _take_factors(self) -> None:
+        pair = self.factors
+        fits = isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(one, Factors) for one in pair)
+        check(fits, "factors", pair, "a pair of Factors, red's and blue's")
+        object.__setattr__(self, "factors", tuple(one.bare for one in pair))
+        speeds = {one.speed for one in pair} - {1.0}
+        check(len(speeds) < 2, "factors: speed", sorted(speeds), "the same for both seats: a table has one clock")
+        if speeds:
+            object.__setattr__(self, "speed", speeds.pop())
+        for side, one, system in zip(TEAM_NAMES, pair, self.game.team_systems, strict=True):
+            if one.share > 0.0 and system.takes != "density":
+                raise ConfigError(
+                    f"factors: {side} cannot share its command with {one.helper}: densities are mixed, and {side} is "
+                    f"flown by {system.name}, which takes commands of kind {system.takes!r}; expected share 0, or a "
+                    "control system that takes densities"
+                )
+
+    @property
+    def varies(self) -> bool:
+        """Whether there is anything that an experimenter varies."""
+        return any(one != Factors() for one in self.factors)
 
     @property
     def interval_ticks(self) -> int:
@@ -223,9 +251,14 @@ class LiveGame:
         """Whether a control period begins."""
         return self.tick % TICKS_PER_CONTROL_PERIOD == 0
 
+    @property
+    def has_begun_period(self) -> bool:
+        """Whether what came into force at this tick is settled: commands count from the next one on."""
+        return self.tick == self._begun
+
     def begin_period(self) -> list[InForce]:
         """Where a control period begins, put in force what waits; `advance` does so unless it was done before."""
-        if not self.is_at_solve or self.tick == self._begun:
+        if not self.is_at_solve or self.has_begun_period:
             return []
         self._begun = self.tick
         return list(self._take_waiting())

@@ -322,6 +322,18 @@ class Welcome(_Message, tag="welcome"):
     """Names of those that fly red and blue where a room's settings say nothing else."""
 
 
+class SeatFactors(_Message):
+    """What an experimenter varies at a seat, as far as its client has to know it to show the game."""
+
+    hide: list[str] = []
+    """Of "opponents", "ground", "trails", "target": what it is not sent, or (trails) should not paint."""
+    frame_rate: int = 30
+    """Moments that it is sent a second; below 30 it should show them as they are, and not what follows from them."""
+    helper: str = ""
+    """The policy that makes a share of its commands."""
+    share: float = 0.0
+
+
 class Seated(_Message, tag="seated"):
     """A seat is yours; the token takes it back after a lost connection."""
 
@@ -330,6 +342,8 @@ class Seated(_Message, tag="seated"):
     token: str
     commands: Commands | None = None
     """What it takes."""
+    factors: SeatFactors | None = None
+    """None where nothing is varied that is to be known."""
 
 
 class SeatState(_Message):
@@ -395,7 +409,8 @@ class InForceMessage(_Message, tag="in_force"):
     tick: int
     server_ms: float
     sender: str = ""
-    """Of a command that an automatic response gave: "auto:" and its policy, or "auto:saved"."""
+    """Of a command that an automatic response gave: "auto:" and its policy, or "auto:saved"; of one that a
+    policy shares, "shared:" and that policy, with the number of the player's latest."""
 
 
 class Acting(_Message, tag="acting"):
@@ -437,7 +452,7 @@ class Pong(_Message, tag="pong"):
 
 ServerMessage = Welcome | Seated | RoomState | Received | InForceMessage | Acting | Refused | Notice | Displaced | Pong
 _OF_VERSION_2 = {"red_system", "blue_system", "systems", "default_systems", "commands", "system", "takes", "sender"}
-_OF_VERSION_2 |= {"ended_by", "forfeit", "answers"}
+_OF_VERSION_2 |= {"ended_by", "forfeit", "answers", "factors"}
 """Fields of server's messages, and of their parts, that clients of version 1 do not know."""
 
 T = TypeVar("T")

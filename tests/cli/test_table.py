@@ -53,6 +53,20 @@ def test_nobody_is_an_opponent_that_is_no_policy(opponent, page, served):
     assert how["page"] == page and policies == {"uniform": "everywhere"}
 
 
+def test_factors_are_read_before_anybody_plays(served, capsys, tmp_path):
+    path = tmp_path / "factors.toml"
+    path.write_text('[blue]\ncommand_delay_ms = 100\nshare = 0.5\nhelper = "ring"\n')
+    main(["play", "--factors", str(path)])
+    ((_, _, how),) = served
+    red, blue = how["table"].factors
+    assert (red.command_delay_ms, blue.command_delay_ms, blue.helper) == (0.0, 100.0, "ring")
+    path.write_text('[blue]\nshare = 0.5\nhelper = "rign"\n')
+    assert "did you mean 'ring'" in refused(capsys, "play", "--factors", str(path))
+    path.write_text("[blue]\nframe_rate = 31\n")
+    assert "frame_rate must be a whole number in [1, 30], got 31" in refused(capsys, "play", "--factors", str(path))
+    assert len(served) == 1
+
+
 def test_an_opponent_must_be_there(served, capsys):
     assert "did you mean 'ring'" in refused(capsys, "play", "--opponent", "rign")
     assert not served

@@ -82,6 +82,27 @@ def test_what_is_beyond_the_scale_is_shown_at_its_end():
     assert read.velocities[0].tolist() == [FASTEST, -FASTEST]
 
 
+# Drone 1, the only red one, is hidden; tests/play/test_page.py decodes the same bytes in the page.
+GOLDEN_HIDDEN = bytes.fromhex(
+    "01 05 0300 07000000 2a010000 0000000000408f40"  # frame, keyframe, red hidden
+    "0000 ffff  0000 0000  ffff 0000"
+    "0000 0000  0000 0000  0020 00e0"
+    "05"
+    "00 00 ff"
+)
+
+
+def test_of_a_hidden_team_nothing_is_written_and_nothing_is_read():
+    hidden = scene(altitudes=np.array([0.0, 0.5, 1.0]), hidden=0)
+    assert encode_frame(hidden) == GOLDEN_HIDDEN
+    read = decode_frame(GOLDEN_HIDDEN)
+    assert read.hidden == 0 and read.teams.tolist() == [1, 0, 1]
+    for told in (read.positions, read.velocities, read.altitudes[:, None]):
+        assert np.isnan(told[1]).all() and np.isfinite(told[[0, 2]]).all()
+    assert encode_frame(read) == GOLDEN_HIDDEN
+    assert decode_frame(GOLDEN).hidden is None
+
+
 @pytest.mark.parametrize("data", [b"", b"\x01", GOLDEN[:-1], GOLDEN + b"\x00", b"\x02" + GOLDEN[1:]])
 def test_what_is_no_frame_is_refused(data):
     with pytest.raises(ProtocolError):

@@ -16,7 +16,7 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import CommandLine, PaintedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from tests.play.conftest import SLOW_MS, Table, new_page
-from tests.play.test_frames import GOLDEN, GOLDEN_TARGET
+from tests.play.test_frames import GOLDEN, GOLDEN_HIDDEN, GOLDEN_TARGET
 
 pytestmark = pytest.mark.browser
 INK = """async () => {
@@ -523,15 +523,17 @@ def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later(
 
 def test_the_page_reads_the_same_bytes(open_page):
     page = open_page()
-    frame, target = page.evaluate(
-        """async ([frame, target]) => {
+    frame, target, hidden = page.evaluate(
+        """async (written) => {
             const { decode } = await import("/static/frames.js");
             const bytes = (hex) => Uint8Array.from(hex.match(/../g), (byte) => parseInt(byte, 16)).buffer;
             const plain = (value) => JSON.parse(JSON.stringify(value, (_, v) => ArrayBuffer.isView(v) ? [...v] : v));
-            return [plain(decode(bytes(frame))), plain(decode(bytes(target)))];
+            return written.map((hex) => plain(decode(bytes(hex))));
         }""",
-        [GOLDEN.hex(), GOLDEN_TARGET.hex()],
+        [GOLDEN.hex(), GOLDEN_TARGET.hex(), GOLDEN_HIDDEN.hex()],
     )
+    assert hidden["positions"] == [0, 1, None, None, 1, 0], "JSON's word for what is no number"
+    assert hidden["velocities"][2:4] == [None, None] and hidden["teams"] == [1, 0, 1]
     assert (frame["sequence"], frame["tick"], frame["serverMs"], frame["teams"]) == (7, 298, 1000, [1, 0, 1])
     np.testing.assert_allclose(frame["positions"], [0, 1, 0.5, 0.5, 1, 0], atol=1e-5)
     np.testing.assert_allclose(frame["velocities"], [0, 0, 4, -4, 1, -1], atol=1e-3)

@@ -97,7 +97,8 @@ class CommandLine(_Line, tag="command"):
     command: list[Any] | None = None
     """In place of a density: what the team's control system takes, nested as its space."""
     sender: str = ""
-    """Of a command that an automatic response gave in the player's place: "auto:" and its policy, or "auto:saved"."""
+    """Of a command that an automatic response gave in the player's place: "auto:" and its policy, or "auto:saved".
+    Of one that the player and a policy made together: "shared:" and that policy, with the number of the player's."""
 
 
 class InForceLine(_Line, tag="in_force"):
@@ -143,6 +144,21 @@ class SeatLine(_Line, tag="seat"):
     reason: str = ""
 
 
+class Delay(_Line):
+    """A delay that was asked for, the median of what was got (null if there was nothing to delay), and of how many."""
+
+    asked_ms: float
+    got_ms: float | None
+    count: int
+
+
+class SeatDelays(_Line):
+    """The delays of a seat: of its commands, and of the moments that it was shown."""
+
+    command: Delay
+    display: Delay
+
+
 class EndLine(_Line, tag="end"):
     """How the game ended; "stopped" if nobody played it to its end."""
 
@@ -152,6 +168,8 @@ class EndLine(_Line, tag="end"):
     ms: float
     ended_by: EndedBy | None = None
     """A game that a client had left when it ended is "left", however it ended. Files of version 1 do not tell."""
+    delays: tuple[SeatDelays, SeatDelays] | None = None
+    """Red's and blue's, where the table varied anything."""
 
 
 EventLine = CommandLine | InForceLine | PaintedLine | CapturedLine | FrameLine | SeatLine | EndLine

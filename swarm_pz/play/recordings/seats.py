@@ -20,6 +20,7 @@ from swarm_pz.play.recordings.format import (
     Recording,
     reason_of_end,
 )
+from swarm_pz.play.shared import SHARED
 
 _PRESET_OF = FORMER | {GameConfig.preset(name).rules_hash: name for name in PRESETS}
 
@@ -200,6 +201,7 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
     played_s = seconds - begin_s
     speed = recording.config.speed
     inputs: dict[int, float] = {}
+    forced = 0
     drawing_s, first_s, commands, automatic, lost, disconnections = [], None, 0, 0, 0, 0
     spans: list[tuple[float, float]] = []
     captured_ms: list[float] = []
@@ -214,8 +216,12 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
                 captured_ms.append(1000.0 * (line.tick / TICKS_PER_SECOND - begin_s) / speed)
         elif isinstance(line, FrameLine | EndLine) or line.team != team:
             continue
-        elif isinstance(line, CommandLine | InForceLine) and line.sender:
+        elif isinstance(line, CommandLine | InForceLine) and line.sender and not line.sender.startswith(SHARED):
             automatic += isinstance(line, CommandLine)
+        elif isinstance(line, CommandLine) and line.sender:
+            continue  # made of the player's, which counts by itself
+        elif isinstance(line, InForceLine) and line.sender and line.number in (0, forced):
+            continue  # its helper alone asked for something else
         elif isinstance(line, CommandLine):
             commands += 1
             inputs.pop(line.number, None)
@@ -225,6 +231,7 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
                 spans.append((inputs[line.number] - timing.drawing_ms, inputs[line.number]))
                 drawing_s += [timing.drawing_ms / 1000.0] if timing.drawing_ms > 0 else []
         elif isinstance(line, InForceLine):
+            forced = line.number
             first_s = line.tick / TICKS_PER_SECOND - begin_s if first_s is None else first_s
             to_force += [line.ms - inputs[line.number]] if line.number in inputs else []
         elif isinstance(line, PaintedLine):

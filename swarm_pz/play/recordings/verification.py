@@ -199,7 +199,8 @@ def _seats(recording: Recording) -> Iterator[str]:
         team, kind = line.team, kinds[line.team]
         if isinstance(line, SeatLine):
             of_players = line.event not in ("failed", "forfeit")
-            fits = kind in ("person", "program") if of_players else line.event == "forfeit" or kind == "policy"
+            has_policy = kind == "policy" or recording.config.factors[team].share > 0.0
+            fits = kind in ("person", "program") if of_players else line.event == "forfeit" or has_policy
             if line.event in ("connected", "disconnected"):
                 here[team] = line.event == "connected"
         elif isinstance(line, PaintedLine):

@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import datetime
+import functools
 import importlib.metadata
 import logging
 import time
@@ -16,7 +17,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,16 +42,19 @@ from swarm_pz.play.recordings.format import (
     Origin,
     Outcome,
     RecordedSeat,
+    SeatDelays,
     SeatLine,
     frame_line,
     reason_of_end,
 )
 from swarm_pz.play.recordings.recorder import Recorder
+from swarm_pz.play.server.delays import DelayLine, Measured
 from swarm_pz.play.server.games_folder import SeatIndex
 from swarm_pz.play.server.pilot import Pilot
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
 from swarm_pz.play.server.thinkers import Thinkers
 from swarm_pz.play.server.views import frame_of
+from swarm_pz.play.shared import SharedCommand
 
 COUNTDOWN_S = 3.0
 """Seconds for which the start is shown before the clock begins: time to find one's drones and to draw, and more than
@@ -154,6 +160,17 @@ class Callbacks:
     over: Callable[[Outcome, EndedBy], None]
 
 
+class _Given(NamedTuple):
+    """A command on its way into the game, and when it arrived, on the server's clock."""
+
+    command: Command
+    received_ms: float
+    strokes: list[StrokeMessage] | None = None
+    timing: Timing | None = None
+    unless_held: bool = False
+    """It is not handed in if it holds already."""
+
+
 class LiveSession:
     """A game that counts down from when it is made, and then runs by the clock.
 
@@ -169,7 +186,7 @@ class LiveSession:
     seats : (RecordedSeat, RecordedSeat)
         Who plays.
     policies : (PolicySeat or None, PolicySeat or None)
-        Where the policies among them are loaded.
+        Where the policies among them are loaded, or a player's helper.
     context : ServerContext
     tell : Callbacks
     moment : Moment, optional
@@ -193,6 +210,9 @@ class LiveSession:
         Ticks at which red's and blue's players last sent a command; of the start, if they have not.
     forfeit : str
         How a control system failed, so that its side lost; empty if none did.
+    commands_measured, display_measured : (Measured, Measured)
+        How much later red's and blue's commands were handed in than they came; and moments shown than they were made,
+        which is for who shows them to note.
     """
 
     def __init__(
@@ -233,6 +253,16 @@ class LiveSession:
         self._is_flying = False
         self.sent = [self.game.tick, self.game.tick]
         self.forfeit = ""
+        factors = config.factors
+        self.commands_measured = Measured(factors[RED].command_delay_ms), Measured(factors[BLUE].command_delay_ms)
+        self.display_measured = Measured(factors[RED].display_delay_ms), Measured(factors[BLUE].display_delay_ms)
+        self._lines = [DelayLine(own.command_delay_ms) for own in factors]
+        """By which commands come to the game."""
+        cells = self.game.reader.cells
+        self._shared = [
+            SharedCommand(team, cells, own.share, own.helper) if own.share > 0.0 else None
+            for team, own in enumerate(factors)
+        ]
         self._held: list[CommandLine] = []
         """What arrives while control systems choose accelerations: it counts from the next solve on."""
         self._early: list[CommandLine | SeatLine] = []
@@ -261,17 +291,34 @@ class LiveSession:
     def submit(
         self, command: Command, strokes: list[StrokeMessage] | None = None, timing: Timing | None = None
     ) -> None:
-        """Hand in a command that was read, and write it down."""
+        """Hand in a command that was read, and write it down; with its helper's share, and later, where that is so."""
         if not command.sender:
             self.sent[command.team] = self.game.tick
-        self.game.hand_in(command)
+        now, shared = self._context.now_ms(), self._shared[command.team]
+        given = [_Given(command, now, strokes, timing)]
+        if shared is not None and (mixed := shared.take(command)) is not None:
+            given.append(_Given(mixed, now))  # at once after it, and so in its place
+        self._give(command.team, given)
+
+    def _give(self, team: int, given: list[_Given]) -> None:
+        """Let commands of a team come to the game, together, when its delay is over."""
+        self._lines[team].put(functools.partial(self._hand_in, given), self.commands_measured[team])
+
+    def _hand_in(self, given: list[_Given]) -> None:
+        for one in given:
+            if not (one.unless_held and self.game.holds(one.command)):
+                self.game.hand_in(one.command)
+                self._write_command(one)
+
+    def _write_command(self, given: _Given) -> None:
+        command, received_ms, strokes, timing, _ = given
         plain, is_density = command.values.tolist(), command.kind == "density"
         self._write(
             CommandLine(
                 team=command.team,
                 number=command.number,
                 density=plain if is_density else None,
-                received_ms=self.now_ms,
+                received_ms=self.since_began(received_ms),
                 strokes=strokes,
                 timing=timing,
                 tick=self.game.tick,
@@ -281,10 +328,27 @@ class LiveSession:
         )
 
     def take_answer(self, team: int, number: int, answer: NDArray[np.float64], sender: str = "") -> None:
-        """Hand in a policy's answer, in the form that all commands have among others, unless that holds already."""
+        """Hand in a policy's answer, in the form that all commands have among others, unless that holds already.
+
+        A helper's becomes its share of the command.
+        """
         command = self.game.reader.answered(team, number, answer, sender)
-        if not self.game.holds(command):
-            self.submit(command)
+        shared, now = self._shared[team], self._context.now_ms()
+        if shared is None:
+            self._give(team, [_Given(command, now, unless_held=True)])
+        elif (mixed := shared.be_helped(command.values)) is not None:
+            self._give(team, [_Given(mixed, now)])
+
+    def delays(self) -> list[dict[str, dict[str, float | None]]]:
+        """Return the delays of red and of blue so far: of commands and display, what was asked for and what was got."""
+        return [msgspec.to_builtins(delays) for delays in self._delays()]
+
+    def _delays(self) -> tuple[SeatDelays, SeatDelays]:
+        red, blue = (
+            SeatDelays(command=commands.told(), display=display.told())
+            for commands, display in zip(self.commands_measured, self.display_measured, strict=True)
+        )
+        return red, blue
 
     def note(self, line: SeatLine) -> None:
         """Write down what became of a seat's connection."""
@@ -307,6 +371,8 @@ class LiveSession:
     def call_off(self) -> None:
         """Take back a game that has not begun, and its file: nothing of it was played."""
         self._halt()
+        for line in self._lines:
+            line.close()
         self.game.withdraw()
         self.recorder.close()
         with contextlib.suppress(OSError):
@@ -331,11 +397,26 @@ class LiveSession:
             return
         self._halt()
         reason = ended_by or reason_of_end(outcome, bool(self._away))
+        self._write_delayed()
         self.recorder.write(
-            EndLine(outcome=outcome, tick=self.game.tick, sizes=self.game.sizes, ms=self.now_ms, ended_by=reason)
+            EndLine(
+                outcome=outcome,
+                tick=self.game.tick,
+                sizes=self.game.sizes,
+                ms=self.now_ms,
+                ended_by=reason,
+                delays=self._delays() if self.config.varies else None,
+            )
         )
         self.recorder.close()
         self._tell.over(outcome, reason)
+
+    def _write_delayed(self) -> None:
+        """Write down the commands that the end came before; within a solve they are of a tick that is not played."""
+        left = [act for line in self._lines for act in line.close()]
+        if not self.game.has_begun_period:
+            for hand_in in left:
+                hand_in()
 
     # --- time -------------------------------------------------------------------------------------
 

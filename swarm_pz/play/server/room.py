@@ -14,16 +14,18 @@ from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.commands import Command, CommandReader
+from swarm_pz.play.factors import Factors
 from swarm_pz.play.forms import commands_of
 from swarm_pz.play.recordings.format import EndedBy, Outcome, PaintedLine, RecordedSeat, SeatEvent, SeatLine
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.live_session import Callbacks, LiveSession, Moment, ServerContext
-from swarm_pz.play.server.orders import Made
+from swarm_pz.play.server.orders import Made, target_of
 from swarm_pz.play.server.policy_workers import PolicySeat
 from swarm_pz.play.server.responses import ReadyRule, Responses
 from swarm_pz.play.server.room_settings import Hosted, settings_of, table_config
 from swarm_pz.play.server.seat import Seat
+from swarm_pz.play.server.seat_view import SeatView
 from swarm_pz.play.server.views import frame_of, target_message
 
 AWAY_S = 60.0
@@ -89,8 +91,10 @@ class Room:
         self.address, self.hosted = address, hosted
         if hosted is not None:
             self.config = hosted.config
-        else:
-            self.config = moment.game.config if moment is not None else table_config(settings, context.table)
+        elif moment is None:
+            self.config = table_config(settings, context.table)
+        else:  # by its rules; what was varied then is not now
+            self.config = moment.game.config.replace(factors=(Factors(), Factors()))
         self.settings = settings_of(self.config)
         self.reader = CommandReader(self.config.game)
         self._commands = [commands_of(system, self.config.game) for system in self.reader.systems]
@@ -128,6 +132,11 @@ class Room:
         """Everybody here."""
         return [*(seat.connection for seat in self.seats if seat.connection is not None), *self.watchers]
 
+    @property
+    def _audience(self) -> list[SeatView | Connection]:
+        """What everybody here is sent to through."""
+        return [*(seat.view for seat in self.seats if seat.view is not None), *self.watchers]
+
     def seat_of(self, connection: Connection) -> Seat:
         """Return a connection's seat, or refuse one that has none."""
         for seat in self.seats:
@@ -146,8 +155,23 @@ class Room:
         self._check_version(seat, connection)
         self.watchers.discard(connection)
         seat.take(connection, label)
-        self._entered(seat)
+        self._load_helper(seat)
+        self._entered(seat, connection)
         return seat
+
+    def reserve(self, team: int) -> None:
+        """Keep a seat for a person, who comes with its token."""
+        self.seats[team].reserve()
+        self._load_helper(self.seats[team])
+
+    def _load_helper(self, seat: Seat) -> None:
+        factors = self.config.factors[seat.team]
+        if factors.share > 0.0:
+            seat.help(self._place(seat, factors.helper), self._context.workers, self._go_on)
+
+    def _place(self, seat: Seat, policy: str) -> PolicySeat:
+        key = self.code, seat.team, next(self._places)
+        return PolicySeat(key=key, policy=policy, game=self.config.game, team=seat.team)
 
     def _check_side(self, seat: Seat) -> None:
         if self.config.game.team_sizes[seat.team] == 0:
@@ -169,23 +193,31 @@ class Room:
         if displaced is not None and displaced is not connection:
             self._note(seat, "displaced")
             displaced.send(protocol.Displaced())
-        seat.connection = connection
-        self._entered(seat)
+        self._entered(seat, connection)
 
-    def _entered(self, seat: Seat) -> None:
-        connection = seat.connection
-        assert connection is not None  # noqa: S101
-        commands = self._commands[seat.team]
-        connection.send(protocol.Seated(room=self.code, seat=seat.side, token=seat.token, commands=commands))
+    def _entered(self, seat: Seat, connection: Connection) -> None:
+        commands, factors = self._commands[seat.team], self.config.factors[seat.team]
+        view = SeatView(connection, seat.team, factors, self.config.speed)
+        seat.meet(connection, view)
+        told = _told(factors)
+        connection.send(
+            protocol.Seated(room=self.code, seat=seat.side, token=seat.token, commands=commands, factors=told)
+        )
+        self._measure(seat)
         self._note(seat, "connected")
-        self._welcome(connection)
+        self._welcome(view)
         if seat.target:
-            connection.send_bytes(seat.target)
+            view.send_bytes(seat.target)
         if seat.responses is not None:
             self._tell_acting(seat)
         if self.hosted is not None and self.session is None:
             seat.ready = True
             self._begin_if_ready()
+
+    def _measure(self, seat: Seat) -> None:
+        """Let what a seat is shown of a game be measured."""
+        if seat.view is not None and self.session is not None and self.outcome is None:
+            seat.view.measured = self.session.display_measured[seat.team]
 
     def watch(self, connection: Connection) -> None:
         """Let somebody look on who has no seat here."""
@@ -194,18 +226,18 @@ class Room:
         self.watchers.add(connection)
         self._welcome(connection)
 
-    def _welcome(self, connection: Connection) -> None:
+    def _welcome(self, view: SeatView | Connection) -> None:
         self.tell_state()
         if self._tells_later is not None:
-            connection.send(self._state())
+            view.send(self._state())
         if self._moment is not None and self.config.speed != 1.0:
             text = f"this game goes on as it was played: at {self.config.speed:g} times the speed"
-            connection.send(protocol.Notice(text=text))
+            view.send(protocol.Notice(text=text))
         if self.session is not None:
-            connection.send_bytes(self.session.frame(keyframe=True))
+            view.send_bytes(self.session.frame(keyframe=True))
         elif self._moment is not None:  # one decides whether one is ready with the board in view
             simulator, now = self._moment.game.simulator, self._context.now_ms()
-            connection.send_bytes(frame_of(simulator, 0, now, altitudes=True, fields=True))
+            view.send_bytes(frame_of(simulator, 0, now, altitudes=True, fields=True))
 
     def invite(self, connection: Connection, side: protocol.Side, policy: str | None) -> None:
         """Give a seat to a policy, or free it."""
@@ -220,11 +252,13 @@ class Room:
         if self.phase in ("starting", "playing"):
             raise RefusedError("out_of_turn", "seats change between games")
         self._check_side(seat)
+        helper = self.config.factors[seat.team].helper if self.config.factors[seat.team].share > 0.0 else ""
+        if policy is not None and helper:
+            reason = f"the {side} seat shares its commands with {helper}: it is for a player, not for another policy"
+            raise RefusedError("not_valid", reason)
         seat.free()
         if policy is not None:
-            key = self.code, seat.team, next(self._places)
-            place = PolicySeat(key=key, policy=policy, game=self.config.game, team=seat.team)
-            seat.give(place, self._context.workers, self._go_on)
+            seat.give(self._place(seat, policy), self._context.workers, self._go_on)
         self._changed()
 
     def _go_on(self) -> None:
@@ -241,7 +275,9 @@ class Room:
             raise RefusedError("out_of_turn", "the game is running")
         failed = [seat for seat in self.seats if seat.policy_state == "failed"]
         if ready and failed:
-            raise RefusedError("not_valid", f"{failed[0].policy} cannot play: {failed[0].reason}; invite another one")
+            name = failed[0].policy or self.config.factors[failed[0].team].helper
+            hint = "; invite another one" if failed[0].policy else ""
+            raise RefusedError("not_valid", f"{name} cannot play: {failed[0].reason}{hint}")
         if own is None:
             self._is_called_for = ready
         else:
@@ -262,7 +298,8 @@ class Room:
                 self._note(seat, "disconnected")
                 self._call_off()
                 if self.phase == "playing":
-                    seat.connection, seat.token, seat.gone = None, "", True  # nobody may come back to it
+                    seat.part()
+                    seat.token, seat.gone = "", True  # nobody may come back to it
                     seat.drop_responses()
                 else:
                     seat.free()
@@ -275,7 +312,8 @@ class Room:
         self.watchers.discard(connection)
         for seat in self.seats:
             if seat.connection is connection:
-                seat.connection, seat.away_since = None, time.monotonic()
+                seat.part()
+                seat.away_since = time.monotonic()
                 seat.ready = False
                 self._note(seat, "disconnected")
                 self._call_off()
@@ -298,8 +336,8 @@ class Room:
 
     def tell(self, message: protocol.ServerMessage) -> None:
         """Send a message to everybody here."""
-        for connection in self.connections:
-            connection.send(message)
+        for view in self._audience:
+            view.send(message)
 
     def _changed(self) -> None:
         self.last_used = time.monotonic()
@@ -349,12 +387,20 @@ class Room:
         self.session.game.check_size(made.command)
         self.session.submit(made.command, message.strokes, message.timing)
         connection.send(protocol.Received(number=message.number, server_ms=self._context.now_ms()))
-        seat.target = made.target
-        connection.send_bytes(seat.target)
+        if self.config.factors[seat.team].share == 0.0:  # else it is shown what is made of it, once that is in force
+            self._show_target(seat, made.target)
+
+    def _show_target(self, seat: Seat, target: bytes) -> None:
+        seat.target = target
+        if seat.view is not None:
+            seat.view.send_bytes(target)
 
     def respond(self, connection: Connection, rules: list[ReadyRule]) -> None:
         """Set the automatic responses of a seat, in place of those that it had."""
         seat = self.seat_of(connection)
+        if rules and self.config.factors[seat.team].share > 0.0:
+            helper = self.config.factors[seat.team].helper
+            raise RefusedError("not_valid", f"{helper} shares this seat's commands: it takes no automatic responses")
         if seat.responses is None:
             told = functools.partial(self._tell_acting, seat), functools.partial(self._rule_failed, seat)
             key, game = (self.code, next(self._places)), self.config.game
@@ -362,9 +408,10 @@ class Room:
         seat.responses.replace(rules)
 
     def _tell_acting(self, seat: Seat) -> None:
-        if seat.connection is not None and seat.connection.version > 1 and seat.responses is not None:
+        connection, view = seat.connection, seat.view
+        if connection is not None and view is not None and connection.version > 1 and seat.responses is not None:
             place, sender = seat.responses.acting
-            seat.connection.send(protocol.Acting(seat=seat.side, rule=place, sender=sender))
+            view.send(protocol.Acting(seat=seat.side, rule=place, sender=sender))
 
     def _rule_failed(self, seat: Seat, reason: str) -> None:
         if seat.connection is not None:
@@ -438,15 +485,16 @@ class Room:
         for seat in self.seats:
             coefficients = session.game.simulator.games.coefficients[0, seat.team]
             seat.target = target_message(seat.team, 0, coefficients)
+            self._measure(seat)
             if seat.connection is not None:
                 self._note(seat, "connected")  # before all that is done in the countdown
         self._changed()
         keyframe = session.frame(keyframe=True)
-        for connection in self.connections:
-            connection.send_bytes(keyframe)
+        for view in self._audience:
+            view.send_bytes(keyframe)
         for seat in self.seats:
-            if seat.connection is not None:
-                seat.connection.send_bytes(seat.target)
+            if seat.view is not None:
+                seat.view.send_bytes(seat.target)
 
     def _began(self) -> None:
         self._games += 1
@@ -481,19 +529,24 @@ class Room:
                 seat.free()
 
     def _show(self, frame: bytes, sequence: int) -> None:
-        for connection in self.connections:
-            connection.show(frame, sequence)
+        for view in self._audience:
+            view.show(frame, sequence)
 
     def _in_force(self, command: Command, tick: int) -> None:
         seat = self.seats[command.team]
-        if seat.connection is not None:
+        if seat.view is not None:
             now, sender = self._context.now_ms(), command.sender
-            seat.connection.send(protocol.InForceMessage(seat.side, command.number, tick, now, sender))
+            seat.view.send(protocol.InForceMessage(seat.side, command.number, tick, now, sender))
+        if self.config.factors[seat.team].share > 0.0:
+            self._show_target(seat, target_of(command, self.reader))
 
     def _failed(self, team: int, reason: str) -> None:
         seat = self.seats[team]
         self._note(seat, "failed", reason)
-        self.tell(protocol.Notice(text=f"{seat.policy} keeps its last command: {reason}"))
+        name, kept = seat.policy, "command"
+        if not name:
+            name, kept = self.config.factors[team].helper, "share of the command"
+        self.tell(protocol.Notice(text=f"{name} keeps its last {kept}: {reason}"))
 
     def _over(self, outcome: Outcome, ended_by: EndedBy) -> None:
         self.outcome, self._ended_by = outcome, ended_by
@@ -517,3 +570,14 @@ class Room:
             self.session.note(
                 SeatLine(team=seat.team, event=event, ms=self.session.now_ms, client=client, reason=reason[:500])
             )
+
+
+def _told(factors: Factors) -> protocol.SeatFactors | None:
+    """Return what a seat's client has to know of its factors; None if that is nothing."""
+    told = protocol.SeatFactors(
+        hide=[*factors.hide],
+        frame_rate=factors.frame_rate,
+        helper=factors.helper if factors.share > 0.0 else "",
+        share=factors.share,
+    )
+    return told if told != protocol.SeatFactors() else None

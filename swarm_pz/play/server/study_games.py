@@ -9,6 +9,7 @@ from typing import Literal
 
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import SwarmError
+from swarm_pz.play.factors import Factors
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.room import Room
 from swarm_pz.play.server.room_settings import Hosted
@@ -50,9 +51,10 @@ class StudyGame:
     def fault(self) -> str:
         """Why it cannot begin; empty if it can."""
         failed = [seat for seat in self.room.seats if seat.policy_state == "failed"]
-        return (
-            f"{failed[0].policy} cannot play: {failed[0].reason}. Please tell whoever runs the study" if failed else ""
-        )
+        if not failed:
+            return ""
+        name = failed[0].policy or self.room.config.factors[failed[0].team].helper
+        return f"{name} cannot play: {failed[0].reason}. Please tell whoever runs the study"
 
     def seat_of(self, number: int) -> dict[str, str]:
         """Return what leads a participant's browser to their seat."""
@@ -105,14 +107,15 @@ class StudyGames:
         """
         condition, study = step.condition, self._folder.study
         assert condition is not None  # noqa: S101
-        table = self._lobby.context.table.replace(game=condition.game(study.rules), speed=condition.speed)
         first = TEAM_NAMES.index(condition.side)
         seats = (first, 1 - first)[: len(players)]
+        red, blue = (condition.bare if team in seats else Factors(speed=condition.speed) for team in range(2))
+        table = self._lobby.context.table.replace(game=condition.game(study.rules), factors=(red, blue))
         path, seed = self._folder.recording(players[0], step), self._folder.seed_of(step)
         hosted = Hosted(config=table, seed=seed, path=path, over=lambda: self._over(game))
         game = StudyGame(players, self._lobby.open_hosted(hosted), seats)
         for team in seats:
-            game.room.seats[team].reserve()
+            game.room.reserve(team)
         if len(players) == 1:
             try:
                 game.room.place_policy("blue" if first == 0 else "red", self._folder.opponent_of(step))

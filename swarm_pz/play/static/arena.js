@@ -3,6 +3,7 @@
 import { COLOURS, Ground } from "./ground.js";
 import { Trails } from "./trails.js";
 
+const FULL_RATE = 30; // of frames; with fewer, each is shown as it is until the next
 const OLDEST_MS = 250; // frames older than this are not shown
 const AHEAD_MS = 100; // how far a frame is carried on by its velocities at most
 const FLASH_MS = 700, PULSE_MS = 400;
@@ -16,6 +17,8 @@ export class Arena {
     this.drones = drones;
     this.now = now; // the server's clock
     this.speed = 1; // seconds of game a second
+    this.rate = FULL_RATE; // moments that are shown a second
+    this.hasTrails = true;
     this.guarded = [0, 1]; // teams whose drones are marked when they are in danger
     this.isLive = false;
     this.isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -82,8 +85,9 @@ export class Arena {
       return null;
     }
     const age = this.isLive ? this.now() - frame.serverMs : 0;
-    if (age > OLDEST_MS) return null;
-    this.paintDrones(frame, age > 0 ? Math.min(age, AHEAD_MS) / 1000 * this.speed : 0);
+    if (age > OLDEST_MS + (this.rate < FULL_RATE ? 1000 / this.rate : 0)) return null;
+    const ahead = this.rate < FULL_RATE ? 0 : AHEAD_MS;
+    this.paintDrones(frame, age > 0 ? Math.min(age, ahead) / 1000 * this.speed : 0);
     return frame;
   }
 
@@ -101,7 +105,7 @@ export class Arena {
     const canvas = this.drones, side = canvas.width, pen = canvas.getContext("2d"), { teams } = frame;
     const places = this.carry(frame, ahead), size = side * (teams.length > 60 ? 0.008 : 0.0125);
     pen.clearRect(0, 0, side, side);
-    this.trails.paint(pen, frame, places, side);
+    if (this.hasTrails) this.trails.paint(pen, frame, places, side);
     this.paintShadows(pen, places, side, size);
     for (const [reach, white] of [[1.45, true], [1, false]]) {
       for (const team of [0, 1]) {

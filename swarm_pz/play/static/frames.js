@@ -2,7 +2,7 @@
 // Everything is little-endian; grids are [row = y, column = x], row 0 at the bottom.
 
 export const FRAME = 1, TARGET = 2;
-const KEYFRAME = 1, WITH_FIELDS = 2;
+const KEYFRAME = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // of red's drones, and blue's, it does not tell where they are
 const HEADER = 20, TARGET_HEADER = 8, CELLS = 50, FASTEST = 4;
 
 export function decode(buffer) {
@@ -25,7 +25,12 @@ function decodeFrame(buffer) {
   }
   const teams = new Uint8Array(count);
   let at = HEADER + 8 * count;
-  for (let i = 0; i < count; i++) teams[i] = view.getUint8(at + (i >> 3)) >> (i & 7) & 1;
+  const hidden = HIDDEN.findIndex((flag) => flags & flag);
+  for (let i = 0; i < count; i++) {
+    teams[i] = view.getUint8(at + (i >> 3)) >> (i & 7) & 1;
+    // Nowhere: what is painted there is not painted.
+    if (teams[i] === hidden) for (const told of [positions, velocities]) told.fill(NaN, 2 * i, 2 * i + 2);
+  }
   at += bits;
   let altitudes = null, fields = null;
   if (flags & KEYFRAME) {

@@ -21,6 +21,7 @@ const HANDS = {
   pointerdown: "begin", pointermove: "move", pointerup: "end", pointercancel: "cancel", keydown: "key", keyup: "keyUp", blur: "blur",
 };
 const NO_LESSON = { stop() {}, over() {}, sent() {}, watch() {} };
+const HIDDEN = { opponents: "your opponents", ground: "ground that captures", trails: "trails", target: "your target" };
 const TURN = 1 / 24; // by a key, or a notch of the wheel
 const WHEEL_MS = 300; // after which a wheel is at rest
 const MOST_PIXELS = 900;
@@ -41,6 +42,7 @@ export class Table {
     this.seat = null;
     this.leftPlace = null;
     this.number = 0;
+    this.followed = 0; // of one's commands, the latest that a shared one was made of
     this.unseen = []; // commands in force whose effect was not painted yet
     this.heardMs = 0; // when the latest frame came
     this.cover = new Cover(link, begin);
@@ -97,8 +99,9 @@ export class Table {
     this.setWidth();
     const hear = (type, act) => this.link.addEventListener(type, ({ detail }) => act.call(this, detail));
     hear("room", this.setRoom);
-    hear("seated", ({ seat, token, commands }) => {
+    hear("seated", ({ seat, token, commands, factors }) => {
       this.seat = SIDES.indexOf(seat);
+      this.vary(factors);
       if (read("sessionStorage", "swarm-pz.rules")?.token === token) this.respond();
       this.equip(commands);
     });
@@ -130,6 +133,17 @@ export class Table {
     this.place = recording;
     this.leftPlace = null;
     this.cover.wait("Opening the recorded game: it is played through first, which may take a while…");
+  }
+
+  // What an experimenter varies at one's seat; null for nothing.
+  vary(factors) {
+    const { hide, frame_rate: rate, helper, share } = factors ?? { hide: [], frame_rate: 30, helper: "", share: 0 };
+    const unseen = hide.length ? `Not shown here: ${hide.map((name) => HIDDEN[name]).join(", ")}.` : "";
+    const shared = share ? `${called(helper)} makes ${Math.round(100 * share)} % of each command.` : "";
+    at("varied").textContent = [unseen, shared].filter(Boolean).join(" ");
+    at("varied").hidden = !at("varied").textContent;
+    this.arena.rate = rate;
+    this.arena.hasTrails = !hide.includes("trails");
   }
 
   setRoom(room) {
@@ -167,7 +181,7 @@ export class Table {
     this.pen.forget();
     this.news.forget(this.seat);
     this.unseen = [];
-    this.number = 0;
+    this.number = this.followed = 0;
     this.lastTick = this.shown = null;
   }
 
@@ -221,6 +235,7 @@ export class Table {
   giveUpSeat() {
     if (this.seat !== null) this.link.seat = null;
     this.seat = null;
+    this.vary(null);
   }
 
   // Leave the room or the recorded game, if one is in any.
@@ -378,7 +393,10 @@ export class Table {
   }
 
   setInForce(command) {
-    if (command.sender) return; // a response, in one's place
+    const isShared = command.sender.startsWith("shared:");
+    if (command.sender && !isShared) return; // a response, in one's place
+    if (isShared && command.number <= this.followed) return; // one's helper alone asked for something else
+    this.followed = command.number;
     this.unseen.push(command);
     if (SIDES.indexOf(command.seat) === this.seat && command.number >= this.number) this.pen.setInForce();
   }

@@ -18,6 +18,7 @@ from swarm_pz.config import TEAM_NAMES, GameConfig
 from swarm_pz.config.base import Config, check, check_choice, check_count, check_number
 from swarm_pz.errors import ConfigError, nearest
 from swarm_pz.play.factors import Factors
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.studies.forms import KNOWN_FORMS, Form, Item
 
 When = Literal["start", "block", "end"]
@@ -222,6 +223,12 @@ class Study(Config):
     def _check_condition(self, condition: Condition) -> None:
         try:
             game = condition.game(self.rules)
+        except ConfigError as error:
+            raise ConfigError(f"condition {condition.title!r}: {error}") from error
+        own = condition.bare
+        both = (own, own) if condition.is_of_two else (own, Factors(speed=own.speed))
+        try:
+            TableConfig(game=game, factors=both if condition.side == TEAM_NAMES[0] else (both[1], both[0]))
         except ConfigError as error:
             raise ConfigError(f"condition {condition.title!r}: {error}") from error
         limit = game.time_limit

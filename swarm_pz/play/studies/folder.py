@@ -17,6 +17,8 @@ import threading
 from pathlib import Path
 from typing import IO, Any
 
+import msgspec
+
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.files import check_folder, explain
@@ -178,6 +180,7 @@ class StudyFolder:
         first = TEAM_NAMES.index(condition.side)
         team = first if number == self.players(number, step)[0] else 1 - first
         own = TEAM_NAMES[team]
+        delays = {} if end.delays is None else {"delays": msgspec.to_builtins(end.delays[team])}
         return {
             "condition": condition.title,
             "system": condition.system,
@@ -189,6 +192,7 @@ class StudyFolder:
             "seconds": end.tick / TICKS_PER_SECOND,
             "ended_by": end.ended_by,
             "recording": f"games/{path.name}",
+            **delays,
         }
 
     def settle(self, number: int) -> None:

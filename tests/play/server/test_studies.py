@@ -171,7 +171,7 @@ def test_a_corrupt_file_is_told_to_that_participant_and_disturbs_nobody(study):
     assert status == 409 and "please tell whoever runs the study" in told["fault"]
     rows = study.monitor()
     assert rows["P08"]["step"] == "corrupt" and "is of another study or participant" in rows["P08"]["fault"]
-    assert Participant(study, "P07").say("state")["step"]["id"] == "consent"
+    assert Participant(study, "P07").say("state", here=True)["step"]["id"] == "consent"
 
 
 def test_the_monitor_opens_with_its_token_alone(study):

@@ -97,6 +97,11 @@ def test_an_order_may_be_given(tmp_path):
             "no condition 'lat'; did you mean 'late'",
         ),
         ("participants = 4", "", "participants"),
+        (
+            'title = "late"',
+            'title = "late"\nsystem = "flocking"\nshare = 0.5\nhelper = "ring"',
+            "condition 'late': factors: red cannot share its command with ring",
+        ),
         ('title = "late"', 'title = "drawing"', "conditions of different titles"),
         ("command_delay_ms", "comand_delay_ms", "did you mean 'command_delay_ms'"),
         ("command_delay_ms = 300", "command_delay_ms = -1", "condition 'late': command_delay_ms must be"),

@@ -1,0 +1,84 @@
+"""What an experimenter varies at a seat: read, checked, and kept in a table's configuration."""
+
+import pytest
+
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import ConfigError
+from swarm_pz.play.factors import Factors, read_factors
+from swarm_pz.play.game import TableConfig
+from swarm_pz.play.protocol import Settings
+from swarm_pz.play.server.room_settings import settings_of, table_config
+from swarm_pz.play.studies.design import Condition
+
+NONE = Factors()
+
+
+def write(folder, text):
+    path = folder / "factors.toml"
+    path.write_text(text)
+    return path
+
+
+def test_a_file_has_a_table_for_each_side_that_varies(tmp_path):
+    path = write(tmp_path, '[blue]\ncommand_delay_ms = 300\nhide = ["opponents", "trails"]\n')
+    assert read_factors(path) == (NONE, Factors(command_delay_ms=300, hide=("opponents", "trails")))
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("[green]\nspeed = 2", r"expected tables \[red\] and \[blue\], got 'green'"),
+        ("speed = 2", "got 'speed'"),
+        ("[red]\ndelay = 2", "Factors has no field 'delay'"),
+        ("[red]\nframe_rate = 0", r"frame_rate must be a whole number in \[1, 30\], got 0"),
+        ('[red]\nhide = ["everything"]', "hide must be 'opponents' or 'ground' or 'trails' or 'target'"),
+        ('[red]\nhide = "ground"', "hide must be a list of names"),
+        ("[red]\nshare = 0.5", "helper must be a policy, if it has a share"),
+        ("red = 3", "expects a mapping"),
+        ("[red", "holds no factors"),
+    ],
+)
+def test_a_file_that_says_what_cannot_be_is_refused_by_its_name(text, told, tmp_path):
+    with pytest.raises(ConfigError, match=told) as refused:
+        read_factors(write(tmp_path, text))
+    assert "factors.toml" in str(refused.value)
+    with pytest.raises(ConfigError, match="holds no factors"):
+        read_factors(tmp_path / "missing.toml")
+
+
+def test_a_table_keeps_them_and_one_without_any_is_the_table_of_before():
+    plain, varied = TableConfig(), TableConfig(factors=(NONE, Factors(display_delay_ms=100, hide=("ground",))))
+    assert plain.factors == (NONE, NONE) and not plain.varies and varied.varies
+    assert TableConfig.from_dict(varied.to_dict()) == varied != plain
+    before = {name: value for name, value in plain.to_dict().items() if name != "factors"}
+    assert TableConfig.from_dict(before) == plain, "recordings of before have none"
+
+
+def test_a_condition_of_a_study_is_kept_as_the_factors_that_it_has():
+    condition = Condition(title="late", opponent="ring", command_delay_ms=300.0)
+    table = TableConfig(factors=(condition, NONE))
+    assert type(table.factors[0]) is Factors and table.factors[0] == Factors(command_delay_ms=300.0)
+    assert TableConfig.from_dict(table.to_dict()) == table
+
+
+def test_the_clock_is_one_for_both_seats():
+    table = TableConfig(factors=(NONE, Factors(speed=0.5)))
+    assert table.speed == 0.5
+    room = table_config(Settings(speed=2.0), table)
+    assert room.speed == settings_of(room).speed == 0.5, "and no room chooses another"
+    with pytest.raises(ConfigError, match="the same for both seats"):
+        TableConfig(factors=(Factors(speed=2.0), Factors(speed=0.5)))
+
+
+def test_only_densities_are_shared():
+    helped = Factors(share=0.5, helper="ring")
+    attractors = GameConfig(controllers=("ergodic", "flocking"))
+    assert TableConfig(game=attractors, factors=(helped, NONE)).varies
+    with pytest.raises(ConfigError, match=r"blue cannot share its command with ring: .* by flocking, .*'attractors'"):
+        TableConfig(game=attractors, factors=(NONE, helped))
+
+
+@pytest.mark.parametrize("pair", [(NONE,), (NONE, None), [NONE, {}]])
+def test_what_is_no_pair_is_refused(pair):
+    with pytest.raises(ConfigError, match="factors must be a pair of Factors"):
+        TableConfig(factors=pair)
