@@ -11,7 +11,7 @@ import tyro
 
 from swarm_pz.cli import printing
 from swarm_pz.cli.player_options import known
-from swarm_pz.cli.report import command
+from swarm_pz.cli.report import command, progress
 from swarm_pz.cli.table import draw_code, need_play
 from swarm_pz.config.base import check_count, check_number
 from swarm_pz.errors import ConfigError, SwarmError, require_extra
@@ -28,6 +28,7 @@ def run(
     port: int = 8000,
     allowed_hosts: tuple[str, ...] = (),
     countdown: float = 3.0,
+    lsl: Annotated[tuple[str, ...] | None, tyro.conf.arg(metavar="[NAME]")] = None,
 ) -> None:
     """Serve a study: participants type a code and are led through it; started again, it goes on where it was.
 
@@ -38,10 +39,13 @@ def run(
         port: Port to listen at; 0 takes any that is free.
         allowed_hosts: Names by which a proxy or tunnel is reached that leads here, such as play.example.org.
         countdown: Seconds for which the start of a game is shown before it begins.
+        lsl: Tell Lab Streaming Layer when games begin and end, commands come into force and drones are taken, in a
+            stream of this name; swarm-pz if none is given.
     """
     need_play()
     require_extra("markdown_it", "study")
     from swarm_pz import policies
+    from swarm_pz.play.lsl import Markers
     from swarm_pz.play.server.serve import serve
     from swarm_pz.play.studies.design import Study
     from swarm_pz.play.studies.folder import StudyFolder
@@ -49,6 +53,7 @@ def run(
     check_count(port, "port", 0, 65535)
     check_number(countdown, "countdown", 0.0, 60.0)
     _check_players(Study.read(study))
+    markers = Markers(*lsl) if lsl is not None else None
     opened = StudyFolder.begin(study, folder)
     say = functools.partial(print, flush=True)
     plan = opened.study
@@ -66,6 +71,7 @@ def run(
             draw_code=draw_code,
             record_labels=False,
             study=opened,
+            markers=markers,
         )
     finally:
         opened.close()
@@ -140,15 +146,24 @@ def tables(
         print(f"games that the summary leaves out: {reasons}{hint}")
 
 
-def export(folder: Annotated[Path, tyro.conf.Positional], /, out: Path = Path("runs/export")) -> None:
-    """Write a study's data as tables for other programs, and compare its conditions.
+def export(
+    folder: Annotated[Path, tyro.conf.Positional], /, out: Path = Path("runs/export"), overwrite: bool = False
+) -> None:
+    """Write a study's data as tables for other programs, and compare its conditions; see docs/data.md.
 
     Args:
-        folder: Folder of the study's data.
+        folder: Folder of the study's data; the study may still be running.
         out: Folder to write to.
+        overwrite: Replace the export that it holds.
     """
     need_play()
-    require_extra("pyarrow", "study")
+    require_extra("pyarrow", "lab")
     from swarm_pz.play.studies.export import export as write
 
-    write(folder, out)
+    with progress("participants", "reading") as show:
+        written = write(folder, out, overwrite=overwrite, command=command(), progress=show)
+    for fault in written.data.faults:
+        print(f"left out: {printing.printable(fault)}", file=sys.stderr)
+    data = written.data
+    print(f"{len(data.participants)} participants, {len(data.games)} games, {len(data.forms)} answers and scores")
+    print(f"what was found: {out / 'report.md'}")

@@ -30,6 +30,7 @@ def play(
     out: Path = Path("runs/games"),
     record_labels: bool = False,
     factors: Path | None = None,
+    lsl: Annotated[tuple[str, ...] | None, tyro.conf.arg(metavar="[NAME]")] = None,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
@@ -45,18 +46,22 @@ def play(
         out: Folder of the recordings.
         record_labels: Write into recordings what players call themselves; else only those at the table see it.
         factors: File with what is varied at red's and at blue's seat: delays, what is shown, shared control.
+        lsl: Tell Lab Streaming Layer when games begin and end, commands come into force and drones are taken, in a
+            stream of this name; swarm-pz if none is given.
         game: The rules; sizes and time limit are each room's own.
     """
     need_play()
     from swarm_pz import policies
     from swarm_pz.play.factors import Factors, read_factors
     from swarm_pz.play.game import TableConfig
+    from swarm_pz.play.lsl import Markers
     from swarm_pz.play.server.games_folder import check_folder
     from swarm_pz.play.server.serve import serve
 
     check_count(port, "port", 0, 65535)
     check_folder(out)
     check_number(countdown, "countdown", 0.0, 60.0)
+    check(lsl is None or len(lsl) <= 1, "lsl", lsl, "one name, or none")
     installed = known()
     if opponent is not None and opponent != "none":
         policies.load(opponent, game, game.team_systems[1])
@@ -67,6 +72,7 @@ def play(
         if own.share > 0.0:
             policies.load(own.helper, game, game.team_systems[team])
     page = f"play={opponent}" if opponent is not None else ""
+    markers = Markers(*lsl) if lsl is not None else None
     say = functools.partial(print, flush=True)
     print_rules(game, "(rules_hash of rooms as they are set at first; games of the same rules have the same)")
     serve(
@@ -83,6 +89,7 @@ def play(
         draw_code=draw_code,
         cards=_cards(),
         record_labels=record_labels,
+        markers=markers,
     )
 
 

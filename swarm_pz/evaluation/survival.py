@@ -7,7 +7,7 @@ running then that go on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -41,6 +41,30 @@ def kaplan_meier(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[flo
     ResultsError
         If there are no games, as many lengths as outcomes are not given, or a length is no time.
     """
+    median, mean = None, 0.0
+    above, below, before = 1, 1, 0.0
+    for moment, after_above, after_below in _survival(seconds, decided):
+        mean += above / below * (moment - before)
+        above, below, before = after_above, after_below, moment
+        if median is None and 2 * above <= below:
+            median = moment
+    return median, mean + above / below * (float(np.max(seconds)) - before)
+
+
+def survival_curve(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[list[float], list[float]]:
+    """Return the times at which games were decided, and the share undecided from each on; see `kaplan_meier`.
+
+    Both begin with the start, 0 and 1, and end with the longest time seen.
+    """
+    times, shares = [0.0], [1.0]
+    for moment, above, below in _survival(seconds, decided):
+        times.append(moment)
+        shares.append(above / below)
+    return [*times, float(np.max(seconds))], [*shares, shares[-1]]
+
+
+def _survival(seconds: Sequence[float], decided: Sequence[bool]) -> Iterator[tuple[float, int, int]]:
+    """Yield each time of decisions, and the share undecided from it on, as a fraction of whole numbers."""
     lengths, ended = np.asarray(seconds, np.float64), np.asarray(decided, bool)
     if lengths.ndim != 1 or lengths.shape != ended.shape or not len(lengths):
         raise ResultsError(
@@ -49,15 +73,9 @@ def kaplan_meier(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[flo
         )
     if not (np.isfinite(lengths) & (lengths >= 0)).all():
         raise ResultsError(f"lengths of games must be finite and not below 0, got {lengths.tolist()}")
-    median, mean = None, 0.0
-    above, below = 1, 1  # survival, as a fraction
-    before = 0.0
+    above, below = 1, 1
     for moment in np.unique(lengths[ended]).tolist():
-        mean += above / below * (moment - before)
         at_risk = int((lengths >= moment).sum())
         left = at_risk - int((ended & (lengths == moment)).sum())
         above, below = above * left, below * at_risk
-        if median is None and 2 * above <= below:
-            median = moment
-        before = moment
-    return median, mean + above / below * (float(lengths.max()) - before)
+        yield moment, above, below

@@ -69,6 +69,21 @@ def test_status_says_how_far_everybody_is(tmp_path, capsys):
     assert "no study has run in" in refused(capsys, "study", "status", str(tmp_path))
 
 
+def test_what_a_study_found_is_exported_where_it_was_asked(tmp_path, capsys):
+    written(tmp_path)
+    opened = StudyFolder.begin(tmp_path / "study.toml", tmp_path / "data")
+    opened.progress(0).finish(opened.progress(0).next)
+    opened.close()
+    (tmp_path / "data" / "participants" / "P02.jsonl").write_text("{\n")
+    export = ["study", "export", str(tmp_path / "data"), "--out", str(tmp_path / "out")]
+    main(export)
+    printed = capsys.readouterr()
+    assert "1 participants, 0 games" in printed.out and "report.md" in printed.out and "left out: line 1" in printed.err
+    assert (tmp_path / "out" / "tables" / "participants.csv").exists()
+    assert "--overwrite" in refused(capsys, *export)
+    main([*export, "--overwrite"])
+
+
 def test_commands_of_studies_are_named(tmp_path, capsys):
     said = refused(capsys, "study", "rum")
     assert "there is no command study 'rum'; did you mean 'run'" in said

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import ResultsError
-from swarm_pz.evaluation.survival import kaplan_meier
+from swarm_pz.evaluation.survival import kaplan_meier, survival_curve
 
 
 def test_the_median_is_kaplan_meiers():
@@ -63,3 +63,10 @@ def test_the_median_is_exact_where_half_of_the_games_are_over():
 def test_survival_of_nothing_or_of_what_is_no_time_is_refused(seconds, decided, message):
     with pytest.raises(ResultsError, match=message):
         kaplan_meier(seconds, decided)
+
+
+def test_the_curve_falls_where_games_are_decided():
+    assert survival_curve([10.0, 30.0, 20.0, 20.0], [True, False, True, False]) == (
+        [0.0, 10.0, 20.0, 30.0],
+        [1.0, 0.75, 0.5, 0.5],
+    )

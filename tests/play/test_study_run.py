@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from swarm_pz.play.recordings.format import CommandLine, Recording
+from swarm_pz.play.studies.export import export
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import steps_of
 from tests.play.studying import PATIENCE_S, Participant, StudyTable, walk_all
@@ -86,6 +87,9 @@ def test_a_study_that_is_killed_three_times_ends_with_exactly_what_was_planned(t
     titles = [condition.title for condition in study.conditions]
     assert seeds == dict.fromkeys(itertools.product(titles, map(study.seed_of, range(study.games))), 8)
     assert {f"games/{path.name}" for path in (tmp_path / "data" / "games").glob("*.jsonl")} == recordings
+    published = export(tmp_path / "data", tmp_path / "out").data
+    assert not published.faults and len(published.participants) == 8 and len(published.games) == len(recordings)
+    assert all(one.finished for one in published.participants)
 
 
 def steps_done(folder):

@@ -159,6 +159,19 @@ class SeatDelays(_Line):
     display: Delay
 
 
+class ClockLine(_Line, tag="clock"):
+    """Another clock and the recording's, as they were at the same moment: when the game began, and when it ended."""
+
+    clock: Literal["lsl"]
+    """Of Lab Streaming Layer, by which its markers are stamped."""
+    ms: float
+    """On the recording's clock."""
+    seconds: float
+    """On the other one."""
+    uncertainty_ms: float
+    """Of both having been read at the same moment."""
+
+
 class EndLine(_Line, tag="end"):
     """How the game ended; "stopped" if nobody played it to its end."""
 
@@ -172,7 +185,7 @@ class EndLine(_Line, tag="end"):
     """Red's and blue's, where the table varied anything."""
 
 
-EventLine = CommandLine | InForceLine | PaintedLine | CapturedLine | FrameLine | SeatLine | EndLine
+EventLine = CommandLine | InForceLine | PaintedLine | CapturedLine | FrameLine | SeatLine | ClockLine | EndLine
 L = TypeVar("L", bound=EventLine)
 
 _decoder: msgspec.json.Decoder[Header | EventLine] = msgspec.json.Decoder(Header | EventLine)
@@ -219,7 +232,7 @@ class Recording:
                 raise RecordingError(f"{where} comes after the game's end")
             if isinstance(line, CapturedLine) and line.drone >= drones:
                 raise RecordingError(f"{where}: drone must be below {drones}, the drones of its game, got {line.drone}")
-            tick = line.tick if not isinstance(line, PaintedLine | SeatLine) else None
+            tick = line.tick if not isinstance(line, PaintedLine | SeatLine | ClockLine) else None
             if tick is not None and tick < latest:
                 raise RecordingError(f"{where}: tick must be {latest} or later, as before it, got {tick}")
             latest = latest if tick is None else tick

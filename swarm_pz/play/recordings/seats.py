@@ -12,6 +12,7 @@ from swarm_pz.config import PRESETS, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
 from swarm_pz.config.presets import FORMER
 from swarm_pz.play.recordings.format import (
     CapturedLine,
+    ClockLine,
     CommandLine,
     EndLine,
     FrameLine,
@@ -214,7 +215,7 @@ def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
         if isinstance(line, CapturedLine):
             if line.team != team:
                 captured_ms.append(1000.0 * (line.tick / TICKS_PER_SECOND - begin_s) / speed)
-        elif isinstance(line, FrameLine | EndLine) or line.team != team:
+        elif isinstance(line, FrameLine | EndLine | ClockLine) or line.team != team:
             continue
         elif isinstance(line, CommandLine | InForceLine) and line.sender and not line.sender.startswith(SHARED):
             automatic += isinstance(line, CommandLine)

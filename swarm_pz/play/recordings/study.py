@@ -205,7 +205,7 @@ def write_tables(
             with path.open("w", newline="") as file:
                 writer = csv.DictWriter(file, names)
                 writer.writeheader()
-                writer.writerows([{key: _plain(value) for key, value in asdict(entry).items()} for entry in entries])
+                writer.writerows([{key: plain(value) for key, value in asdict(entry).items()} for entry in entries])
         written.append(path)
     schema = {
         "version": SCHEMA_VERSION,
@@ -220,7 +220,7 @@ def write_tables(
     return [*written, folder / "schema.json"]
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Return a value for CSV; a label that a spreadsheet would take for a formula is quoted."""
     if isinstance(value, float):
         return round(value, 6)

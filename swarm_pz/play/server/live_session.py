@@ -27,6 +27,7 @@ from swarm_pz.config import BLUE, RED, TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import FlightError
 from swarm_pz.play.commands import Command
 from swarm_pz.play.game import Captured, InForce, LiveGame, TableConfig
+from swarm_pz.play.lsl import Markers
 from swarm_pz.play.protocol import StrokeMessage, Timing
 from swarm_pz.play.recordings.folder import SUFFIX
 from swarm_pz.play.recordings.format import (
@@ -91,6 +92,8 @@ class ServerContext:
     countdown_s: float = COUNTDOWN_S
     record_labels: bool = True
     """Whether recordings hold the players' labels; else only those at the table see them."""
+    markers: Markers | None = None
+    """Where moments of games are told to who records other signals, too."""
     punctuality: Punctuality = field(default_factory=Punctuality)
     began: float = field(default_factory=time.monotonic)
 
@@ -228,7 +231,7 @@ class LiveSession:
         lesson: bool = False,
         path: Path | None = None,
     ) -> None:
-        self.config, self._context, self._tell = config, context, tell
+        self.config, self._context, self._tell, self._seats = config, context, tell, seats
         self.game = moment.game if moment is not None else LiveGame(config, seed)
         self.sizes = moment.sizes if moment is not None else [self.game.sizes]
         self.starts_ms = self._began_ms = context.now_ms() + 1000.0 * context.countdown_s
@@ -398,7 +401,8 @@ class LiveSession:
         self._halt()
         reason = ended_by or reason_of_end(outcome, bool(self._away))
         self._write_delayed()
-        self.recorder.write(
+        self._note_clock()
+        self._mark(
             EndLine(
                 outcome=outcome,
                 tick=self.game.tick,
@@ -459,6 +463,9 @@ class LiveSession:
                 line.ms -= self._began_ms - planned
             self.recorder.write(line)
         self._early.clear()
+        self._note_clock()
+        if self._context.markers is not None:
+            self._context.markers.start(self.recorder.path.stem, self.game.tick, *self._seats)
         self._tell.began()
 
     async def _play(self) -> None:
@@ -492,7 +499,7 @@ class LiveSession:
             await self._fly(self._pilot)
         for event in game.advance():
             if isinstance(event, Captured):
-                self.recorder.write(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
+                self._mark(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
         if game.tick % TICKS_PER_SECOND == 0:
             self.sizes.append(game.sizes)
         self._tell.show(self.frame(), self._sequence)
@@ -518,12 +525,22 @@ class LiveSession:
 
     def _note_in_force(self, event: InForce) -> None:
         command = event.command
-        self.recorder.write(
+        self._mark(
             InForceLine(
                 team=command.team, number=command.number, tick=event.tick, ms=self.now_ms, sender=command.sender
             )
         )
         self._tell.in_force(command, event.tick)
+
+    def _mark(self, line: InForceLine | CapturedLine | EndLine) -> None:
+        """Write down what happened, and tell it to who records other signals, too."""
+        self.recorder.write(line)
+        if self._context.markers is not None and self.has_begun:
+            self._context.markers.note(self.recorder.path.stem, line)
+
+    def _note_clock(self) -> None:
+        if self._context.markers is not None and self.has_begun:
+            self.recorder.write(self._context.markers.clock(lambda: self.now_ms))
 
     # --- what is seen -----------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from swarm_pz.config import RED, TICKS_PER_SECOND
 from swarm_pz.errors import CommandError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import LiveGame, TableConfig
+from swarm_pz.play.lsl import Markers
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.live_session import COUNTDOWN_S, ServerContext
 from swarm_pz.play.server.lobby import Lobby
@@ -132,6 +133,7 @@ def serve(
     cards: Mapping[str, protocol.Card] | None = None,
     record_labels: bool = True,
     study: StudyFolder | None = None,
+    markers: Markers | None = None,
 ) -> None:
     """Serve the table until the process is told to end.
 
@@ -166,6 +168,8 @@ def serve(
         Whether recordings hold what players call themselves.
     study : StudyFolder, optional
         The table is for this study alone.
+    markers : Markers, optional
+        Where moments of games are told to who records other signals, too.
 
     Raises
     ------
@@ -190,6 +194,7 @@ def serve(
         table=table,
         countdown_s=countdown_s,
         record_labels=record_labels,
+        markers=markers,
     )
     _ = context.seat_index  # read before anybody waits for it
     lobby = Lobby(context, policies, cards, addresses_of(names), is_hosted=study is not None)

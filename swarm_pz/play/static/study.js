@@ -16,7 +16,8 @@ const stored = {
   get: (name) => { try { return sessionStorage.getItem(`swarm-pz.${name}`); } catch { return null; } },
   set: (name, value) => { try { sessionStorage.setItem(`swarm-pz.${name}`, value); } catch { /* only a reload forgets it */ } },
 };
-let own = stored.get("window") ?? newWindow();
+let own = stored.get("window");
+if (!own) newWindow();
 
 function newWindow() {
   own = [...crypto.getRandomValues(new Uint8Array(8))].map((byte) => byte.toString(16).padStart(2, "0")).join("");

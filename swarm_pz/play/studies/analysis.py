@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -51,12 +52,14 @@ class StudyGame:
 
 @dataclass(frozen=True, kw_only=True)
 class ConditionRow:
-    """A condition's games: how many, the share won, and how long they last (Kaplan-Meier)."""
+    """A condition's games: how many, the share won with its interval, and how long they last (Kaplan-Meier)."""
 
     condition: str
     participants: int
     games: int
     win_rate: float
+    low: float
+    high: float
     median_s: float | None
     restricted_mean_s: float
 
@@ -67,7 +70,8 @@ class Comparison:
 
     Attributes
     ----------
-    measure : {"win_rate", "restricted_mean_s"}
+    measure : str
+        "win_rate", "restricted_mean_s", or a form's score.
     first, second : str
     participants : int
     difference, low, high : float
@@ -92,12 +96,15 @@ def conditions(games: Sequence[StudyGame]) -> list[ConditionRow]:
     for condition in dict.fromkeys(game.condition for game in games):
         own = [game for game in games if game.condition == condition]
         median, mean = kaplan_meier([game.seconds for game in own], [game.decided for game in own])
+        low, high = win_interval([[game.won for game in own if game.participant == one] for one in _people(own)])
         rows.append(
             ConditionRow(
                 condition=condition,
-                participants=len({game.participant for game in own}),
+                participants=len(_people(own)),
                 games=len(own),
                 win_rate=float(np.mean([game.won for game in own])),
+                low=low,
+                high=high,
                 median_s=median,
                 restricted_mean_s=mean,
             )
@@ -105,32 +112,67 @@ def conditions(games: Sequence[StudyGame]) -> list[ConditionRow]:
     return rows
 
 
+def _people(games: Sequence[StudyGame]) -> list[str]:
+    return list(dict.fromkeys(game.participant for game in games))
+
+
+def win_interval(people: Sequence[Sequence[bool]]) -> tuple[float, float]:
+    """Return the 95 % interval of the share of games won, of which a participant's are alike.
+
+    Wilson's, of as many independent games as would be worth these: fewer by as much as the shares of participants
+    differ more than chance lets them (Korn and Graubard, Survey Methodology 24, 1998). With one participant all
+    games may be worth one.
+
+    Parameters
+    ----------
+    people : sequence of sequence of bool
+        Games won and not, a participant each.
+    """
+    wins, games = np.array([sum(own) for own in people], np.float64), np.array([len(own) for own in people], np.float64)
+    share, total, count = wins.sum() / games.sum(), games.sum(), len(people)
+    binomial = share * (1.0 - share) / total
+    if count > 1:
+        between = count / (count - 1) * ((wins - share * games) ** 2).sum() / total**2
+        total /= max(between / binomial, 1.0) if binomial > 0.0 else 1.0
+    else:
+        total = 1.0
+    z = NormalDist().inv_cdf((1.0 + LEVEL) / 2.0)
+    middle = (share + z**2 / (2.0 * total)) / (1.0 + z**2 / total)
+    half = z / (1.0 + z**2 / total) * np.sqrt(share * (1.0 - share) / total + z**2 / (4.0 * total**2))
+    return float(max(middle - half, 0.0)), float(min(middle + half, 1.0))
+
+
 def compare(games: Sequence[StudyGame]) -> list[Comparison]:
     """Return each pair of conditions compared, by the share won and by how long games last."""
-    found = []
     names = list(dict.fromkeys(game.condition for game in games))
     longest = max((game.seconds for game in games), default=0.0)
+    found = []
     for first, second in itertools.combinations(names, 2):
         for measure in ("win_rate", "restricted_mean_s"):
-            by_person = [_of_person(games, condition, measure, longest) for condition in (first, second)]
-            both = [person for person in by_person[0] if person in by_person[1]]
-            if not both:
-                continue
-            differences = np.array([by_person[0][person] - by_person[1][person] for person in both])
-            low, high = interval(differences)
-            found.append(
-                Comparison(
-                    measure=measure,
-                    first=first,
-                    second=second,
-                    participants=len(both),
-                    difference=float(differences.mean()),
-                    low=low,
-                    high=high,
-                    p=sign_test(differences),
-                )
-            )
-    return found
+            values = [_of_person(games, condition, measure, longest) for condition in (first, second)]
+            found.append(compare_values(measure, (first, second), (values[0], values[1])))
+    return [one for one in found if one is not None]
+
+
+def compare_values(
+    measure: str, conditions: tuple[str, str], values: tuple[Mapping[str, float], Mapping[str, float]]
+) -> Comparison | None:
+    """Return two conditions compared by a value of each participant; None if nobody met both."""
+    both = [person for person in values[0] if person in values[1]]
+    if not both:
+        return None
+    differences = np.array([values[0][person] - values[1][person] for person in both])
+    low, high = interval(differences)
+    return Comparison(
+        measure=measure,
+        first=conditions[0],
+        second=conditions[1],
+        participants=len(both),
+        difference=float(differences.mean()),
+        low=low,
+        high=high,
+        p=sign_test(differences),
+    )
 
 
 def _of_person(games: Sequence[StudyGame], condition: str, measure: str, longest: float) -> dict[str, float]:

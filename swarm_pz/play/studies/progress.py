@@ -86,6 +86,29 @@ def _forms(study: Study, when: str, name: str) -> list[Step]:
     return [Step(f"{name}.form.{form.name}", "form", form=form) for form in asked]
 
 
+def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
+    """Return the whole lines of a participant's file, and their bytes; half a line after them is left out.
+
+    Raises
+    ------
+    RecordingError
+        If one is corrupt.
+    """
+    whole, end, _ = path.read_bytes().rpartition(b"\n")
+    lines = [_read_line(line, path, number) for number, line in enumerate(whole.split(b"\n"), 1) if line]
+    return lines, len(whole) + len(end)
+
+
+def _read_line(line: bytes, path: Path, number: int) -> dict[str, Any]:
+    try:
+        read = json.loads(line)
+    except ValueError as error:
+        raise RecordingError(f"line {number} of {path} is corrupt: {error}") from error
+    if not isinstance(read, dict) or ("step" not in read and number > 1):
+        raise RecordingError(f"line {number} of {path} is corrupt: it names no step")
+    return read
+
+
 class Progress:
     """A participant's file.
 
@@ -117,8 +140,7 @@ class Progress:
             self._write(first)
 
     def _read(self, first: dict[str, Any]) -> None:
-        whole, _, torn = self._path.read_bytes().rpartition(b"\n")
-        lines = [self._line(line, number) for number, line in enumerate(whole.split(b"\n"), 1) if line]
+        lines, whole = read_lines(self._path)
         if not lines and self._only_read:
             return
         if not lines:
@@ -129,18 +151,10 @@ class Progress:
             raise RecordingError(f"{self._path} is of another study or participant: expected {first}, got {lines[0]}")
         for line in lines[1:]:
             self.done[str(line["step"])] = line
-        if torn and not self._only_read:  # half a line: what it said was never confirmed to anybody
+        is_torn = self._path.stat().st_size > whole  # what half a line said was never confirmed to anybody
+        if is_torn and not self._only_read:
             with self._path.open("r+b") as file:
-                file.truncate(len(whole) + 1)
-
-    def _line(self, line: bytes, number: int) -> dict[str, Any]:
-        try:
-            read = json.loads(line)
-        except ValueError as error:
-            raise RecordingError(f"line {number} of {self._path} is corrupt: {error}") from error
-        if not isinstance(read, dict) or ("step" not in read and number > 1):
-            raise RecordingError(f"line {number} of {self._path} is corrupt: it names no step")
-        return read
+                file.truncate(whole)
 
     def _write(self, line: dict[str, Any]) -> None:
         self._path.parent.mkdir(parents=True, exist_ok=True)

@@ -86,9 +86,15 @@ class Workers:
 
 
 @contextlib.contextmanager
-def opened(tmp_path, workers=None, table=None, moment=None, countdown_s=0.0, **settings):
+def opened(tmp_path, workers=None, table=None, moment=None, countdown_s=0.0, markers=None, **settings):
     """Give a room that no process thinks for, and in which nobody is captured; what runs in it ends with it."""
-    shared = ServerContext(folder=tmp_path, workers=workers or Workers(), table=table or CALM, countdown_s=countdown_s)
+    shared = ServerContext(
+        folder=tmp_path,
+        workers=workers or Workers(),
+        table=table or CALM,
+        countdown_s=countdown_s,
+        markers=markers,
+    )
     room = Room("ABCD", protocol.Settings(**settings), shared, moment)
     try:
         yield room

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import ResultsError
-from swarm_pz.play.studies.analysis import StudyGame, compare, conditions, interval, sign_test
+from swarm_pz.evaluation.intervals import wilson
+from swarm_pz.play.studies.analysis import StudyGame, compare, conditions, interval, sign_test, win_interval
 
 
 def simulated(seed, gain, participants=8, games=6):
@@ -73,3 +74,12 @@ def test_conditions_are_summed_up_with_durations_that_count_draws_as_longer():
 def test_what_is_no_list_of_differences_is_refused(differences):
     with pytest.raises(ResultsError, match="at least one finite difference"):
         sign_test(differences)
+
+
+def test_the_interval_of_wins_widens_as_participants_differ():
+    alike, apart = [[True, False] * 3] * 8, [[True] * 6] * 4 + [[False] * 6] * 4
+    low, high = win_interval(alike)
+    assert (low, high) == pytest.approx(wilson(24, 48))
+    assert win_interval(apart)[0] < low < 0.5 < high < win_interval(apart)[1]
+    assert win_interval([[True] * 6] * 8) == pytest.approx(wilson(48, 48))
+    assert win_interval([[True, True, False]]) == pytest.approx(win_interval([[True] * 4 + [False] * 2]))

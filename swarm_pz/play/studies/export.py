@@ -1,0 +1,150 @@
+"""A study as what is published of it: tables, data sets of two standards, a codebook, and a report.
+
+====================  ==========================================================================
+`report.md`           wins, lengths and scores by condition, compared; with a picture
+`tables/`             games, commands, captures, forms and participants, as CSV and Parquet
+`codebook.md`         what every column is, with its unit; `codebook.json` for programs
+`bids/`               events of each game, as the Brain Imaging Data Structure has them
+`psychds/`            the tables as a Psych-DS data set
+====================  ==========================================================================
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from swarm_pz.errors import OutputError, require_extra
+from swarm_pz.evaluation.provenance import versions
+from swarm_pz.files import check_folder, explain
+from swarm_pz.play.studies.analysis import Comparison
+from swarm_pz.play.studies.bids import write_bids
+from swarm_pz.play.studies.psychds import write_psychds
+from swarm_pz.play.studies.reading import StudyData, read_study
+from swarm_pz.play.studies.report import write_report
+from swarm_pz.play.studies.rows import TABLES, codebook
+from swarm_pz.play.studies.tables import NOTES, codebook_text, write_csv, write_parquet
+
+VERSION = 1
+"""Of the tables: it changes when a column means something else, or is gone."""
+_MARK = "codebook.json"
+"""By which an export is known."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exported:
+    """What was written.
+
+    Attributes
+    ----------
+    folder : Path
+    data : StudyData
+        All rows, and what could not be read.
+    comparisons : list of Comparison
+    """
+
+    folder: Path
+    data: StudyData
+    comparisons: list[Comparison]
+
+
+def export(
+    folder: Path,
+    out: Path,
+    *,
+    overwrite: bool = False,
+    command: str = "",
+    progress: Callable[[float, float], None] | None = None,
+) -> Exported:
+    """Write all that is published of a study, or nothing; the study may still be running.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the study ran.
+    out : Path
+        A folder that is not there yet, or empty.
+    overwrite : bool
+        Replace the export that it holds.
+    command : str
+        What was called, for the report.
+    progress : callable, optional
+        Told how many participants have been read, and how many there are.
+
+    Raises
+    ------
+    ConfigError
+        If no study ran in the folder.
+    RecordingError
+        If nobody has taken part.
+    OutputError
+        If the folder holds something already, or cannot be written.
+    MissingExtraError
+        If pyarrow or matplotlib is not installed.
+    """
+    for module in ("pyarrow", "matplotlib"):
+        require_extra(module, "lab")
+    if out.resolve().is_relative_to(folder.resolve()):
+        raise OutputError(f"the export of {folder} must lie outside of it, got {out}: what ran stays as it is")
+    _check_out(out, overwrite)
+    data = read_study(folder, progress)
+    with _draft_of(out) as draft:
+        (draft / "tables").mkdir()
+        for name, kind in TABLES.items():
+            write_csv(data.table(name), kind, draft / "tables" / f"{name}.csv")
+            write_parquet(data.table(name), kind, draft / "tables" / f"{name}.parquet")
+        known = {
+            "version": VERSION,
+            "study": data.study.title,
+            "versions": versions(),
+            "command": command,
+            "notes": NOTES,
+            "tables": codebook(),
+        }
+        (draft / _MARK).write_text(json.dumps(known, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+        (draft / "codebook.md").write_text(codebook_text(data.study.title), encoding="utf-8")
+        write_bids(data, draft / "bids")
+        write_psychds(data, draft / "psychds")
+        comparisons = write_report(data, draft, command)
+    return Exported(folder=out, data=data, comparisons=comparisons)
+
+
+def _check_out(out: Path, overwrite: bool) -> None:
+    check_folder(out.parent)
+    if out.is_dir():
+        held = sorted(path.name for path in out.iterdir())
+        is_export = _MARK in held
+        if held and not is_export:
+            raise OutputError(f"{out} holds {held[0]!r} and is no export: give a free folder (--out)")
+        if held and not overwrite:
+            raise OutputError(f"{out} holds an export: replace it (--overwrite), or give a free folder (--out)")
+    elif out.exists() or out.is_symlink():
+        raise OutputError(f"cannot write into {str(out)!r}: it is a file, not a folder")
+
+
+@contextmanager
+def _draft_of(out: Path) -> Iterator[Path]:
+    """Give a folder beside another, which takes its place when the block ends and is gone if it fails."""
+    draft, former = out.with_name(f".{out.name}.draft"), out.with_name(f".{out.name}.former")
+    try:
+        try:
+            for left_over in (draft, former):
+                shutil.rmtree(left_over, ignore_errors=True)
+            draft.mkdir()
+            yield draft
+            if out.exists():
+                out.rename(former)
+            draft.rename(out)
+        except OutputError:
+            raise
+        except OSError as error:
+            raise OutputError(f"{str(out)!r} cannot be written: {explain(error)}") from error
+    finally:
+        if former.exists() and not out.exists():
+            former.rename(out)
+        for left_over in (draft, former):
+            shutil.rmtree(left_over, ignore_errors=True)

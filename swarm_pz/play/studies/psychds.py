@@ -1,0 +1,51 @@
+"""A study as a Psych-DS data set: tables whose names and metadata say what they are, for search engines too.
+
+As of the schema 1.5 of Psych-DS: `dataset_description.json` is a schema.org Dataset that knows every column, and the
+names of the tables are pairs of a key and a value.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from swarm_pz.play.studies.reading import StudyData
+from swarm_pz.play.studies.rows import TABLES, codebook
+from swarm_pz.play.studies.tables import labels, write_csv
+
+
+def write_psychds(data: StudyData, folder: Path) -> None:
+    """Write a study's tables as a Psych-DS data set, into a new folder."""
+    (folder / "data").mkdir(parents=True)
+    study = labels([data.study.title], "study")[data.study.title]
+    for name, kind in TABLES.items():
+        write_csv(data.table(name), kind, folder / "data" / f"study-{study}_description-{name}_data.csv")
+    conditions = ", ".join(one.title for one in data.study.conditions)
+    about = (
+        f"Games of two swarms of drones, played by {len(data.participants)} participants under the conditions "
+        f"{conditions}: what each of them commanded, took and answered. Written by swarm-pz from the recordings."
+    )
+    description = {
+        "@context": "https://schema.org/",
+        "@type": "Dataset",
+        "name": data.study.title,
+        "description": about,
+        "keywords": ["swarm-pz", "human-swarm interaction", "drones"],
+        "variableMeasured": _variables(),
+    }
+    text = json.dumps(description, indent=2, ensure_ascii=False) + "\n"
+    (folder / "dataset_description.json").write_text(text, encoding="utf-8")
+    (folder / "README.md").write_text(f"# {data.study.title}\n\n{about}\n", encoding="utf-8")
+
+
+def _variables() -> list[dict[str, Any]]:
+    """Return all columns, each once: what it is in each of its tables, and its unit."""
+    found: dict[str, dict[str, Any]] = {}
+    for name, table in codebook().items():
+        for column, told in table["columns"].items():
+            known = found.setdefault(column, {"@type": "PropertyValue", "name": column, "description": ""})
+            known["description"] += f"{'; ' if known['description'] else ''}in {name}: {told['about']}"
+            if told["unit"]:
+                known["unitText"] = told["unit"]
+    return list(found.values())

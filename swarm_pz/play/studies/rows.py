@@ -1,0 +1,184 @@
+"""What is published of a study, as tables: what a row and each of its columns is, for programs and for people.
+
+A key of `games` is participant and step; commands, captures and forms lead there by the same two.
+"""
+
+from __future__ import annotations
+
+from dataclasses import Field, dataclass, field, fields
+from typing import Any
+
+
+def column(about: str, unit: str = "") -> Any:
+    """Return a field of a row, with what a codebook says about it."""
+    return field(metadata={"about": about, "unit": unit})
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParticipantRow:
+    """A participant."""
+
+    participant: str = column("code of the participant")
+    number: int = column("number of the participant, from 0; it decides the order")
+    order: str = column("titles of the conditions in the order in which they were met, with > between them")
+    finished: bool = column("whether all steps of the study are done")
+    steps: int = column("steps that are done: texts, forms, games and breaks", "count")
+    games: int = column("games that count, as far as they were played", "count")
+    practice_games: int = column("games of practice", "count")
+    wins: int = column("games that count and were won", "count")
+    began_at: float | None = column("when the first step was done, on the server's clock", "s since 1970-01-01 UTC")
+    ended_at: float | None = column("when the last step was done, on the server's clock", "s since 1970-01-01 UTC")
+
+
+@dataclass(frozen=True, kw_only=True)
+class GameRow:
+    """A game, as one participant played it."""
+
+    participant: str = column("code of the participant")
+    step: str = column("name of the step, such as block1.game2; with the participant the key of a game")
+    block: int = column("number of the block in the participant's order, from 1")
+    game: int = column("number of the game in its block, from 1; games of one number have the same start")
+    practice: bool = column("whether it was practice, which does not count")
+    condition: str = column("title of the condition")
+    system: str = column("control system that flew the participant's drones")
+    opponent: str = column('policy that was played against; "person" for another participant')
+    side: str = column("side of the participant: red or blue")
+    seed: int | None = column("seed of the start")
+    outcome: str = column("win, draw or loss of the participant")
+    won: bool = column("whether the participant won")
+    decided: bool = column("whether anybody won; else the length is a lower bound (censored)")
+    seconds: float = column("length of the game", "s of game")
+    speed: float | None = column("seconds of game that pass in a second", "1")
+    at: float | None = column("when it was over, on the server's clock", "s since 1970-01-01 UTC")
+    recording: str = column("file of the recording, in the study's folder")
+    left_out: str = column(
+        "why a summary of recordings would leave the game out (left, no command, forfeit, ...); empty if it would "
+        "not. The comparison of the report counts all but those that a fault of the server or of a control system "
+        "ended"
+    )
+    ended_by: str = column("capture, time, left (a client was away at the end), server or forfeit")
+    drones: int | None = column("drones of the participant at the start", "count")
+    opponent_drones: int | None = column("drones of the opponent at the start", "count")
+    final_share: float | None = column("share of all drones that were the participant's at the end", "1")
+    commands: int | None = column("commands that the participant gave", "count")
+    automatic_commands: int | None = column(
+        "commands that automatic responses gave in the participant's place", "count"
+    )
+    commands_per_minute: float | None = column("commands of the participant a minute of game", "1/min")
+    first_command_s: float | None = column("when the first command came into force", "s of game")
+    drawing_s_per_command: float | None = column("how long a drawing took, in the mean", "s")
+    lost_while_drawing: int | None = column("drones that were lost while the participant drew", "count")
+    input_to_in_force_ms: float | None = column("from the end of an input to its command in force, median", "ms")
+    input_to_painted_ms: float | None = column(
+        "from the end of an input to the first picture that it changed, median", "ms"
+    )
+    disconnections: int | None = column("how often the connection was lost", "count")
+    away_s: float | None = column("how long nobody was connected", "s")
+    hidden_s: float | None = column("how long the page was hidden", "s")
+    command_delay_asked_ms: float | None = column("delay of commands that the condition asks for", "ms")
+    command_delay_got_ms: float | None = column("delay of commands as measured, median", "ms")
+    command_delay_count: int | None = column("commands whose delay was measured", "count")
+    display_delay_asked_ms: float | None = column("delay of the display that the condition asks for", "ms")
+    display_delay_got_ms: float | None = column("delay of the display as measured, median", "ms")
+    display_delay_count: int | None = column("moments whose delay was measured", "count")
+    rules_hash: str = column("of the rules of the game: games of the same rules have the same")
+    config_hash: str = column("of the configuration of the table, the rules among it")
+
+
+@dataclass(frozen=True, kw_only=True)
+class CommandRow:
+    """A command of either side, in a game of a participant."""
+
+    participant: str = column("code of the participant")
+    step: str = column("name of the step; with the participant the key of the game")
+    condition: str = column("title of the condition")
+    side: str = column("side that was commanded: red or blue")
+    by: str = column("participant, opponent, or automatic: a response that was set up before")
+    number: int = column("number by which its sender knows it")
+    kind: str = column('"density", or the kind of commands that the control system takes')
+    tick: int | None = column("tick at which it arrived", "1/30 s of game")
+    seconds: float | None = column("when it arrived", "s of game")
+    received_ms: float = column("when it arrived, on the clock of the recording; negative in the countdown", "ms")
+    in_force_tick: int | None = column("tick from which it was followed; empty if another one took its place", "1/30 s")
+    to_in_force_ms: float | None = column("from its arrival to when it was in force", "ms")
+    to_painted_ms: float | None = column("from its arrival to the first picture that it changed, at its sender's", "ms")
+    drawing_ms: float | None = column("how long its drawing took", "ms")
+    strokes: int | None = column("strokes of its drawing", "count")
+    centre_x: float | None = column("centre of what it asks for, from 0 (left) to 1", "side of the board")
+    centre_y: float | None = column("centre of what it asks for, from 0 (bottom) to 1", "side of the board")
+    values: str = column("the command itself, as JSON; a density has rows from the bottom and columns from the left")
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaptureRow:
+    """A drone that one side took from the other, in a game of a participant."""
+
+    participant: str = column("code of the participant")
+    step: str = column("name of the step; with the participant the key of the game")
+    condition: str = column("title of the condition")
+    tick: int = column("tick at which it was taken", "1/30 s of game")
+    seconds: float = column("when it was taken", "s of game")
+    drone: int = column("number of the drone, from 0")
+    side: str = column("side that took it: red or blue")
+    by_participant: bool = column("whether the participant took it; else the participant lost it")
+    drones: int = column("drones of the participant after it", "count")
+    opponent_drones: int = column("drones of the opponent after it", "count")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FormRow:
+    """An answer to one question of a form, or a score of the form."""
+
+    participant: str = column("code of the participant")
+    step: str = column("name of the step, such as block1.form.sus")
+    block: int | None = column("number of the block after which it was asked; empty if asked once")
+    condition: str = column("title of the condition of that block; empty if asked once")
+    form: str = column("name of the form")
+    item: str = column("name of the question, or of the score")
+    kind: str = column("scale, choice, number, text or pair; score for what the answers come to")
+    question: str = column("the question's words")
+    answer: str | None = column("the answer as text; empty if it was left out")
+    value: float | None = column("the answer or score as a number; empty if it is none")
+    at: float | None = column("when the form was handed in, on the server's clock", "s since 1970-01-01 UTC")
+
+
+Row = ParticipantRow | GameRow | CommandRow | CaptureRow | FormRow
+TABLES: dict[str, type[Row]] = {
+    "games": GameRow,
+    "commands": CommandRow,
+    "captures": CaptureRow,
+    "forms": FormRow,
+    "participants": ParticipantRow,
+}
+"""What there is a table of, by its name."""
+KINDS = {"str": "text", "int": "whole number", "float": "number", "bool": "truth"}
+"""What the types of columns are called."""
+
+
+def columns(kind: type[Row]) -> list[Field[Any]]:
+    """Return a table's columns."""
+    return list(fields(kind))
+
+
+def type_of(column: Field[Any]) -> str:
+    """Return a column's type, "str", "int", "float" or "bool", whether or not it may be empty."""
+    return str(column.type).removesuffix(" | None")
+
+
+def codebook() -> dict[str, Any]:
+    """Return what every table and column is, as plain values."""
+    return {
+        name: {
+            "row": (kind.__doc__ or "").rstrip("."),
+            "columns": {
+                column.name: {
+                    "about": column.metadata["about"],
+                    "type": KINDS[type_of(column)],
+                    "unit": column.metadata["unit"],
+                    "may_be_empty": str(column.type).endswith(" | None"),
+                }
+                for column in columns(kind)
+            },
+        }
+        for name, kind in TABLES.items()
+    }

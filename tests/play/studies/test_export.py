@@ -1,0 +1,290 @@
+"""What is published of a study: tables, data sets of two standards, a report; whole or not at all."""
+
+import csv
+import io
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet
+import pytest
+
+from swarm_pz.errors import ConfigError, MissingExtraError, OutputError, RecordingError
+from swarm_pz.play.recordings.format import CapturedLine, CommandLine, Recording
+from swarm_pz.play.studies import export as module
+from swarm_pz.play.studies.analysis import compare
+from swarm_pz.play.studies.export import export
+from swarm_pz.play.studies.reading import read_study
+from swarm_pz.play.studies.report import counted_games
+from swarm_pz.play.studies.rows import TABLES, codebook
+from swarm_pz.play.studies.tables import labels
+from tests.play.studies import playing
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """Give the folder of a study in which one participant has done all, and another is in the middle."""
+    folder = tmp_path_factory.mktemp("ran") / "study"
+    study = playing.begin(folder)
+    playing.run(folder, study, 0)
+    playing.run(folder, study, 1, until="block2.game1")
+    with (folder / "participants" / "P02.jsonl").open("ab") as file:
+        file.write(b'{"step": "block2.ga')  # it is being written
+    return folder
+
+
+@pytest.fixture(scope="module")
+def out(ran, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("out") / "published"
+    export(ran, folder, command="swarm-pz study export ran")
+    return folder
+
+
+def table(out, name):
+    with (out / "tables" / f"{name}.csv").open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_tables_hold_a_row_for_each_thing_that_happened(ran, out):
+    games = table(out, "games")
+    assert [(game["participant"], game["step"]) for game in games] == [
+        *(("P01", f"block{block}.{step}") for block in (1, 2) for step in ("practice1", "game1", "game2")),
+        *(("P02", step) for step in ("block1.practice1", "block1.game1", "block1.game2", "block2.practice1")),
+    ]
+    for game in games:
+        recording, key = Recording.read(ran / game["recording"]), (game["participant"], game["step"])
+        commands = [row for row in table(out, "commands") if (row["participant"], row["step"]) == key]
+        told = [(line.number, line.tick, line.density) for line in recording.of(CommandLine)]
+        assert [(int(row["number"]), int(row["tick"]), json.loads(row["values"])) for row in commands] == told
+        assert sum(row["by"] == "participant" for row in commands) == int(game["commands"])
+        assert {row["side"] for row in commands if row["by"] == "participant"} == {game["side"]}
+        captures = [row for row in table(out, "captures") if (row["participant"], row["step"]) == key]
+        taken = [(line.tick, line.drone) for line in recording.of(CapturedLine)]
+        assert [(int(row["tick"]), int(row["drone"])) for row in captures] == taken
+        if captures:
+            assert int(captures[-1]["drones"]) / 6 == pytest.approx(float(game["final_share"]), abs=1e-6)
+        assert float(game["command_delay_got_ms"]) == 301.5
+        assert float(game["command_delay_asked_ms"]) == (300 if game["condition"].startswith("late") else 0)
+    by_start = {(game["condition"], game["practice"], game["game"]): game["seed"] for game in games}
+    assert len(set(by_start.values())) == 3  # the same in each condition
+    assert {row["finished"] for row in table(out, "participants")} == {"true", "false"}
+
+
+def test_a_command_tells_when_it_was_followed_and_where_it_points(out):
+    own = next(row for row in table(out, "commands") if row["by"] == "participant")
+    assert (own["in_force_tick"], float(own["to_in_force_ms"]), float(own["drawing_ms"])) == ("0", 20.0, 500.0)
+    assert (float(own["centre_x"]), float(own["centre_y"])) == (pytest.approx(0.75), pytest.approx(0.35))
+
+
+def test_forms_hold_answers_and_scores(out):
+    forms = {(row["participant"], row["step"], row["item"]): row for row in table(out, "forms")}
+    score = forms["P01", "block1.form.sus", "sus"]
+    assert (score["kind"], float(score["value"]), score["condition"]) == ("score", 75.0, "drawing")
+    age, words = forms["P01", "start.form.background", "age"], forms["P01", "start.form.background", "words"]
+    assert (age["value"], age["block"], age["condition"], age["question"]) == ("40.0", "", "", "Your age?")
+    assert words["answer"] == "'" + playing.ANSWERS["background"]["words"]  # no spreadsheet's formula
+    assert words["value"] == ""
+
+
+def test_parquet_holds_what_csv_holds_with_types(out):
+    for name, kind in TABLES.items():
+        read = pyarrow.parquet.read_table(out / "tables" / f"{name}.parquet")
+        rows = table(out, name)
+        assert read.column_names == list(rows[0]) == list(kind.__dataclass_fields__)
+        assert read.num_rows == len(rows)
+    forms = pyarrow.parquet.read_table(out / "tables" / "forms.parquet")
+    assert str(forms.schema.field("value").type) == "double"
+    assert playing.ANSWERS["background"]["words"] in forms["answer"].to_pylist()  # as it was
+
+
+def test_the_pages_snippets_read_it(out, capsys):
+    text = (Path(__file__).parents[3] / "docs" / "data.md").read_text()
+    programs = [one for one in re.findall(r"^```python\n(.*?)^```", text, re.M | re.S) if ">>>" not in one]
+    for program in programs:
+        exec(compile(program.replace("OUT/", f"{out}/"), "docs/data.md", "exec"), {})  # noqa: S102  (our own page)
+    told = capsys.readouterr().out
+    assert len(programs) == 2
+    assert "500.0" in told and "75.0" in told
+
+
+def test_the_codebook_names_every_column_with_its_unit(out):
+    book, text = json.loads((out / "codebook.json").read_text()), (out / "codebook.md").read_text()
+    assert book["tables"] == codebook()
+    for name, told in book["tables"].items():
+        assert list(told["columns"]) == list(table(out, name)[0])
+        assert all(column["about"] for column in told["columns"].values())
+        for column, one in told["columns"].items():
+            assert f"| `{column}` |" in text
+            if re.search(r"_(ms|s)$", column):
+                assert one["unit"], f"{name}.{column} has no unit"
+
+
+def test_events_are_as_bids_has_them(out):
+    bids = out / "bids"
+    description = json.loads((bids / "dataset_description.json").read_text())
+    assert {"Name", "BIDSVersion", "DatasetType"} <= set(description)
+    people = list(csv.DictReader(io.StringIO((bids / "participants.tsv").read_text()), dialect="excel-tab"))
+    assert next(iter(people[0])) == "participant_id"
+    assert [one["participant_id"] for one in people] == ["sub-P01", "sub-P02"]
+    assert set(json.loads((bids / "participants.json").read_text())) == set(people[0]) - {"participant_id"}
+    events = sorted(bids.rglob("*_events.tsv"))
+    assert len(events) == len(table(out, "games"))
+    name = re.compile(r"sub-[a-zA-Z0-9]+/beh/sub-[a-zA-Z0-9]+_task-[a-zA-Z0-9]+(_acq-practice)?_run-[0-9]+_events\.tsv")
+    for path in events:
+        assert name.fullmatch(path.relative_to(bids).as_posix())
+        sidecar = json.loads(path.with_suffix(".json").read_text())
+        assert all(isinstance(told, dict) for told in sidecar.values())
+        rows = list(csv.DictReader(io.StringIO(path.read_text()), dialect="excel-tab"))
+        assert list(rows[0])[:2] == ["onset", "duration"]
+        assert set(rows[0]) <= set(sidecar)
+        assert {row["trial_type"] for row in rows} <= set(sidecar["trial_type"]["Levels"])
+        onsets = [float(row["onset"]) for row in rows]
+        assert onsets == sorted(onsets)
+        assert all(value for row in rows for value in row.values())  # n/a, never nothing
+    listed = {path.relative_to(bids).as_posix() for path in bids.rglob("*") if path.is_file()} - {"README"}
+    assert all(
+        re.search(r"(_events\.(tsv|json)|participants\.(tsv|json)|dataset_description\.json)$", one) for one in listed
+    )
+
+
+def test_tables_are_as_psych_ds_has_them(out):
+    folder = out / "psychds"
+    described = json.loads((folder / "dataset_description.json").read_text())
+    assert described["@type"] == "Dataset"
+    assert described["@context"] == "https://schema.org/"
+    assert all(described[field] for field in ("name", "description", "variableMeasured"))
+    known = [one["name"] for one in described["variableMeasured"]]
+    assert len(set(known)) == len(known)
+    files = sorted((folder / "data").iterdir())
+    assert len(files) == len(TABLES)
+    for path in files:
+        # The validator's expression for names.
+        assert re.fullmatch(r"([a-z]+-[a-zA-Z0-9]+)(_[a-z]+-[a-zA-Z0-9]+)*_data\.csv", path.name)
+        header, *rows = csv.reader(io.StringIO(path.read_text(encoding="utf-8")))
+        assert len(set(header)) == len(header)
+        assert set(header) <= set(known)
+        assert {len(row) for row in rows} <= {len(header)}
+
+
+def test_the_report_compares_and_shows(out):
+    text = (out / "report.md").read_text()
+    assert "| drawing | 1 | 2 |" in text
+    assert "| late (300 ms) | 2 | 4 |" in text
+    assert "| share won | drawing less late (300 ms) | 1 |" in text
+    assert "too few participants" in text
+    assert "| `sus` | drawing less late (300 ms) | 1 |" in text
+    assert "swarm-pz study export ran" in text
+    assert (out / "comparison.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_nothing_of_the_study_is_changed(ran, tmp_path):
+    before = {path: path.read_bytes() for path in ran.rglob("*") if path.is_file()}
+    export(ran, tmp_path / "out")
+    assert {path: path.read_bytes() for path in ran.rglob("*") if path.is_file()} == before
+
+
+def test_an_export_is_replaced_only_if_told_and_nothing_else_ever(ran, tmp_path):
+    goal = tmp_path / "out"
+    export(ran, goal)
+    (goal / "tables" / "mine.txt").write_text("")
+    with pytest.raises(OutputError, match=r"holds an export: replace it \(--overwrite\)"):
+        export(ran, goal)
+    export(ran, goal, overwrite=True)
+    assert not (goal / "tables" / "mine.txt").exists()
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "thesis.txt").write_text("")
+    with pytest.raises(OutputError, match=r"holds 'thesis\.txt' and is no export"):
+        export(ran, other, overwrite=True)
+    with pytest.raises(OutputError, match="is a file, not a folder"):
+        export(ran, other / "thesis.txt")
+    with pytest.raises(OutputError, match="must lie outside of it"):
+        export(ran, ran / "out")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["other", "out"]
+
+
+def test_an_export_that_fails_leaves_what_was_there(ran, tmp_path, monkeypatch):
+    goal = tmp_path / "out"
+    export(ran, goal)
+    before = sorted(goal.rglob("*"))
+
+    def fail(*given):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(module, "write_report", fail)
+    with pytest.raises(OutputError, match="cannot be written: no space left on device"):
+        export(ran, goal, overwrite=True)
+    with pytest.raises(OutputError):
+        export(ran, tmp_path / "another")
+    assert sorted(goal.rglob("*")) == before
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_what_is_corrupt_is_left_out_and_told(tmp_path):
+    study = playing.begin(tmp_path / "s")
+    playing.run(tmp_path / "s", study, 0, until="block1.form.sus")
+    people, games = tmp_path / "s" / "participants", tmp_path / "s" / "games"
+    (people / "P02.jsonl").write_text('{"type": "participant", "number": 1, "study": "another"}\n')
+    (people / "P03.jsonl").write_text("{\n")
+    (people / "P04.jsonl").write_text("")
+    (games / "P01.block1.game1.jsonl").write_text("{}\n")
+    lines = (people / "P01.jsonl").read_text().split("\n")
+    lines[-2] = json.dumps(json.loads(lines[-2]) | {"recording": "../../secret.jsonl"})
+    lines[-1] = json.dumps({"step": "block9.game1"}) + "\n"
+    (people / "P01.jsonl").write_text("\n".join(lines))
+    found = export(tmp_path / "s", tmp_path / "out")
+    told = "\n".join(found.data.faults)
+    assert len(found.data.faults) == 6
+    for fault in ("P02.jsonl is no participant", "line 1 of", "P04.jsonl is empty", "not one of a recorded game"):
+        assert fault in told
+    assert "is not in the study's folder" in told
+    assert "P01: block9.game1 is no step of the study" in told
+    assert [game.commands is None for game in found.data.games] == [False, True, True]
+    assert all(fault in (tmp_path / "out" / "report.md").read_text() for fault in found.data.faults)
+
+
+def test_an_outcome_that_its_recording_contradicts_is_told(tmp_path):
+    study = playing.begin(tmp_path)
+    playing.run(tmp_path, study, 0, until="block1.game1")
+    path = tmp_path / "participants" / "P01.jsonl"
+    told = json.loads(path.read_text().split("\n")[-2])["outcome"]
+    path.write_text(path.read_text().replace(f'"outcome": "{told}"', '"outcome": "loss"'))
+    assert read_study(tmp_path).faults == [
+        f"P01: block1.practice1: the outcome was 'loss', its recording says '{told}'"
+    ]
+
+
+def test_a_folder_without_a_study_or_without_participants_is_refused(tmp_path):
+    with pytest.raises(ConfigError, match="is no study"):
+        export(tmp_path / "s", tmp_path / "out")
+    playing.begin(tmp_path / "s")
+    with pytest.raises(RecordingError, match="nobody has taken part"):
+        export(tmp_path / "s", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_is_missing_is_named_before_anything_is_read(ran, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(MissingExtraError, match="pyarrow is not installed"):
+        export(ran, tmp_path / "out")
+
+
+def test_labels_are_plain_and_differ():
+    names = ["Drawing!", "drawing", "Größe 1", "…", "draw-ing"]
+    assert list(labels(names, "condition").values()) == ["Drawing", "drawingx2", "Groe1", "condition", "drawingx3"]
+
+
+def test_from_folders_a_planted_difference_is_found_and_none_where_none_was_planted(tmp_path):
+    text = playing.TEXT.replace("participants = 2", "participants = 8").replace("games = 2", "games = 6")
+    study = playing.begin(tmp_path, text)
+
+    def found(gain, seed):
+        playing.simulate(tmp_path, study, gain, seed)
+        return next(one for one in compare(counted_games(read_study(tmp_path))) if one.measure == "win_rate")
+
+    planted = [found(0.4, seed) for seed in range(50)]
+    nothing = [found(0.0, 1000 + seed) for seed in range(50)]
+    assert np.sum([one.p <= 0.05 and one.difference > 0 for one in planted]) >= 40
+    assert np.sum([one.p <= 0.05 for one in nothing]) <= 5
