@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import swarm_pz
-from swarm_pz.config import PRESETS
+from swarm_pz.config import PRESETS, GameConfig
 from swarm_pz.errors import CommandError, MissingExtraError, Stopped, SwarmError, nearest, require_extra
 from swarm_pz.files import explain
 
@@ -57,7 +57,7 @@ def main(arguments: list[str] | None = None) -> None:
         if preset is not None:
             commands = {name: preset_option.begin_with(preset, function) for name, function in commands.items()}
         if rest[:1] == ["study"]:
-            _study(rest[1:])
+            _study(rest[1:], preset)
             return
         if rest and rest[0] in commands:  # so that what is wrong is said of this command alone
             name, *rest = rest
@@ -87,14 +87,16 @@ def main(arguments: list[str] | None = None) -> None:
         sys.exit(130)
 
 
-def _study(arguments: list[str]) -> None:
-    """Run a command of studies."""
+def _study(arguments: list[str], preset: GameConfig | None) -> None:
+    """Run a command of studies; a preset is refused, since a study's file has its rules."""
     commands: dict[str, Callable[..., None]] = {
         "run": studies.run,
         "status": studies.status,
         "tables": studies.tables,
         "export": studies.export,
     }
+    if preset is not None:
+        commands = {name: preset_option.begin_with(preset, function) for name, function in commands.items()}
     if arguments and not arguments[0].startswith("-") and arguments[0] not in commands:
         hint = (
             "; tables of a folder of recordings are made by study tables FOLDER" if Path(arguments[0]).is_dir() else ""

@@ -88,6 +88,7 @@ def test_commands_of_studies_are_named(tmp_path, capsys):
     said = refused(capsys, "study", "rum")
     assert "there is no command study 'rum'; did you mean 'run'" in said
     assert "made by study tables FOLDER" in refused(capsys, "study", str(tmp_path))
+    assert "leave out --preset" in refused(capsys, "--preset", "paper", "study", "status", str(tmp_path))
     with pytest.raises(SystemExit, match="0"):
         main(["study", "--help"])
     printed = capsys.readouterr().out

@@ -1,12 +1,18 @@
 """A study as participants' pages and its monitor meet it: who is let in, what is kept, and what is broken off."""
 
+import asyncio
 import json
+import time
+from types import SimpleNamespace
 
 import pytest
 
 from swarm_pz.play import protocol
+from swarm_pz.play.game import TableConfig
+from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.studies import Visitor
-from swarm_pz.play.server.study_games import AWAY_S
+from swarm_pz.play.server.study_games import AWAY_S, UNUSED_S, StudyGames
+from swarm_pz.play.studies.folder import StudyFolder
 from tests.play.conftest import Client
 from tests.play.studying import Participant, StudyTable, walk_all
 
@@ -127,20 +133,82 @@ def test_a_window_is_the_participants_until_it_falls_silent():
     assert visitor.claim("b", 4.0, 30.0, **free)
 
 
-def test_a_game_that_is_left_is_kept_aside_and_played_again_from_the_same_start(study):
+def test_who_goes_before_the_game_begins_comes_back_to_it(study):
     one = Participant(study, "P02")
     step = one.walk(lambda step: step["kind"] == "game")["step"]
-    # A second of game is too short to be left: this one hangs in its countdown, which a disconnection calls off.
     seat = one.say("play", step=step["id"])["game"]["seat"]
     assert one.say("play", step=step["id"])["game"]["seat"] == seat  # pressed twice
     client = Client(study.address, seat["token"])
     assert client.hear(protocol.Seated).seat == "blue"
     client.close()
-    assert one.say("state")["game"]["phase"] in ("ready", "running", "saving")
     one.walk(lambda step: step["id"].startswith("block2"))
     game = lines_of(study, "P02")[-1]
     assert (game["step"], game["seed"]) == ("block1.game1", study.kept.study.seed_of(0))
-    assert AWAY_S > 5.0
+
+
+class Room:
+    """A room whose game somebody else plays."""
+
+    def __init__(self, hosted):
+        self.code, self.hosted, self.phase, self.connections = "ABCD", hosted, "waiting", []
+        self.seats, self.policies, self.session = (Seat(0), Seat(1)), [], SimpleNamespace(recorder=self)
+
+    def reserve(self, team):
+        self.seats[team].reserve()
+
+    def place_policy(self, side, policy):
+        self.policies.append((side, policy))
+
+    def join(self):
+        """Wait for nothing: what there is of the recording is on the disk."""
+
+
+class Rooms:
+    """A lobby of such rooms."""
+
+    def __init__(self):
+        self.context, self.rooms = SimpleNamespace(table=TableConfig()), {}
+
+    def open_hosted(self, hosted):
+        self.rooms["ABCD"] = Room(hosted)
+        return self.rooms["ABCD"]
+
+    def close_room(self, room):
+        was_running, room.phase = room.phase == "playing", "over"
+        del self.rooms[room.code]
+        if was_running:
+            room.hosted.over()
+
+
+def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again(tmp_path):
+    folder = StudyFolder.begin(planned(tmp_path / "plan"), tmp_path / "data")
+    progress = folder.progress(0)
+    for told in ({}, {"answers": {"hand": "left"}}):
+        progress.finish(progress.next, **told)
+    step, lobby = progress.next, Rooms()
+
+    async def leave_twice():
+        games = StudyGames(folder, lobby)
+        for phase, away_s in (("waiting", UNUSED_S), ("playing", AWAY_S)):
+            games.open((0,), step)
+            room = lobby.rooms["ABCD"]
+            assert room.policies == [("red", "uniform")] and room.seats[1].token
+            assert (room.hosted.seed, room.hosted.path) == (folder.seed_of(step), folder.recording(0, step))
+            room.phase = phase
+            room.seats[1].away_since = time.monotonic() - away_s + 5.0
+            games.look()
+            assert lobby.rooms and games.of(0) is not None  # they may come back
+            room.hosted.path.write_text("{")
+            room.seats[1].away_since -= 10.0
+            games.look()
+            assert not lobby.rooms
+            await games.close()
+            assert games.of(0) is None
+            assert room.hosted.path.exists() == (phase == "waiting")
+
+    asyncio.run(leave_twice())
+    assert progress.next == step and (tmp_path / "data" / "interrupted" / f"P01.{step.id}.1.jsonl").exists()
+    folder.close()
 
 
 @pytest.mark.parametrize(
