@@ -9,6 +9,7 @@ const SHORT = 11; // points of a scale that are buttons; longer ones are sliders
 
 let shown = ""; // what is shown now, so that it is not drawn anew while somebody writes
 let takesOver = false;
+let declined = false; // who does not take part is asked nothing more
 let later = 0;
 let ticking = 0;
 
@@ -54,6 +55,7 @@ function lookAgain(ms = STATE_MS) {
 // --- what is shown --------------------------------------------------------------------------------
 
 function show(state) {
+  if (declined) return;
   if (state.fault) {
     draw("fault", "This does not go on", [link("Type a code", "/study")]);
     at("told").textContent = state.fault;
@@ -166,13 +168,17 @@ function consent(step) {
   const form = element("form", { noValidate: true }), agree = element("input", { type: "checkbox", name: "agree" });
   const label = element("label", { className: "agree" });
   label.append(agree, "I have read this, and I agree to take part.");
-  const refuse = button("I do not want to take part", () => draw("refused", "Thank you for reading this", [
-    paragraph("Nothing was written down about you. You can close this page."),
-    choices(button("Back", () => {
-      shown = "";
-      ask("state");
-    })),
-  ]));
+  const refuse = button("I do not want to take part", () => {
+    declined = true;
+    clearTimeout(later);
+    draw("declined", "Thank you for reading this", [
+      paragraph("Nothing was written down about you. You can close this page."),
+      choices(button("Back", () => {
+        declined = false;
+        ask("state");
+      })),
+    ]);
+  });
   form.append(label, choices(submit("Go on"), refuse));
   form.addEventListener("submit", (event) => {
     event.preventDefault();
