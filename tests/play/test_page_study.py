@@ -112,10 +112,10 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     page = visit("")
     at_heading(page, "Welcome")
     check(page, "code")
-    page.fill("#code", "../etc")
+    page.fill("#participant", "../etc")
     page.keyboard.press("Enter")
     expect(page.locator("#told")).to_contain_text("letters, digits")
-    page.fill("#code", "p01")
+    page.fill("#participant", "p01")
     page.keyboard.press("Enter")
 
     at_heading(page, "Do you want to take part?")
@@ -175,7 +175,7 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     own = {"age": 18, "hand": "left", "mood": 7, "free": None}
     assert kept["start.form.own"]["answers"] == own
 
-    expect(page.locator("#step")).to_contain_text("until you have won 1, or played 1")
+    expect(page.locator("#asked")).to_contain_text("until you have won 1, or played 1")
     check(page, "before a game")
     page.add_init_script(HOLD)
     page.evaluate("sessionStorage.setItem('hold', 'yes')")
@@ -200,7 +200,7 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     go_on(page, "Begin")
     at_heading(page, "Game 1 of 1")
     go_on(page, "Begin")
-    expect(page.locator("#step")).to_contain_text("when the other participant is, too")
+    expect(page.locator("#asked")).to_contain_text("when the other participant is, too")
     check(page, "waiting")
     other.walk()
     at_heading(page, "Thank you")
@@ -217,6 +217,16 @@ def test_a_second_window_says_so_and_may_take_over(visit):
     go_on(second, "Go on here")
     at_heading(second, "Do you want to take part?")
     at_heading(first, "This study is open in another window")
+
+
+def test_nothing_lies_over_what_is_read(visit):
+    page = visit("study/P06")
+    at_heading(page, "Do you want to take part?")
+    for name in ("#study", "#heading", ".text p", ".agree"):
+        box = page.locator(name).bounding_box()
+        middle = [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
+        seen = "([name, at]) => document.elementFromPoint(...at).closest(name) !== null"
+        assert page.evaluate(seen, [name, middle]), name
 
 
 def test_who_is_nobody_is_told_so(visit):

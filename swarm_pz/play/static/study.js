@@ -106,7 +106,7 @@ function draw(key, heading, content) {
   clearInterval(ticking);
   at("told").textContent = "";
   at("heading").textContent = heading;
-  at("step").replaceChildren(...content);
+  at("asked").replaceChildren(...content);
   if (isNew) {
     scrollTo(0, 0);
     at("heading").focus({ preventScroll: true });
@@ -336,8 +336,8 @@ function choices(first, ...others) {
 
 function askForCode() {
   const form = element("form", { noValidate: true }), block = element("div", { className: "item" });
-  const field = element("input", { id: "code", autocomplete: "off", autocapitalize: "characters", spellcheck: false, maxLength: 32 });
-  block.append(element("label", { htmlFor: "code", textContent: "Your code" }), field);
+  const field = element("input", { id: "participant", autocomplete: "off", autocapitalize: "characters", spellcheck: false, maxLength: 32 });
+  block.append(element("label", { htmlFor: "participant", textContent: "Your code" }), field);
   form.append(block, choices(submit("Go on")));
   form.addEventListener("submit", (event) => {
     event.preventDefault();
