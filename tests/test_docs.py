@@ -20,7 +20,7 @@ import pytest
 import swarm_pz.play.client
 import swarm_pz.training.vec_env
 from swarm_pz import GameConfig
-from swarm_pz.cli import compare, evidence, learn, machine, main, systems, table
+from swarm_pz.cli import compare, evidence, learn, machine, main, studies, systems, table
 from swarm_pz.play.frames import Frame
 
 ROOT = Path(__file__).parents[1]
@@ -29,7 +29,8 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").r
 COMMANDS = {
     learn: ("train", "league"),
     compare: ("evaluate", "tournament", "list_policies"),
-    table: ("play", "replay", "study"),
+    studies: ("run", "status", "tables", "export"),
+    table: ("play", "replay"),
     machine: ("render", "diagnose", "bench", "warmup"),
     evidence: ("figures",),
     systems: ("systems",),

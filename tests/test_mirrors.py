@@ -41,6 +41,7 @@ HOMES = {
     "swarm_pz/play/server/pilot": "play/server/test_systems",
     "swarm_pz/play/server/room_settings": "play/server/test_room",
     "swarm_pz/play/server/seat": "play/server/test_room",
+    "swarm_pz/play/server/study_games": "play/server/test_studies",
     "swarm_pz/play/server/thinkers": "play/server/test_beginnings",
     "swarm_pz/play/studies/bids": "play/studies/test_export",
     "swarm_pz/play/studies/psychds": "play/studies/test_export",

@@ -9,10 +9,11 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import swarm_pz
-from swarm_pz.config import PRESETS
-from swarm_pz.errors import MissingExtraError, Stopped, SwarmError, require_extra
+from swarm_pz.config import PRESETS, GameConfig
+from swarm_pz.errors import CommandError, MissingExtraError, Stopped, SwarmError, nearest, require_extra
 from swarm_pz.files import explain
 
 try:
@@ -22,7 +23,7 @@ except MissingExtraError as missing:  # the entry point is installed even withou
 
 import tyro
 
-from swarm_pz.cli import compare, evidence, learn, machine, preset_option, report, systems, table
+from swarm_pz.cli import compare, evidence, learn, machine, preset_option, report, studies, systems, table
 from swarm_pz.cli.printing import printable
 from swarm_pz.cli.system_option import REGISTRY
 
@@ -36,7 +37,6 @@ def main(arguments: list[str] | None = None) -> None:
         "tournament": compare.tournament,
         "play": table.play,
         "replay": table.replay,
-        "study": table.study,
         "figures": evidence.figures,
         "systems": systems.systems,
         "policies": compare.list_policies,
@@ -45,6 +45,7 @@ def main(arguments: list[str] | None = None) -> None:
         "bench": machine.bench,
         "warmup": machine.warmup,
     }
+    commands["study"] = studies.run  # for the list of commands; it has its own
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments == ["--version"]:
         print(f"swarm-pz {swarm_pz.__version__}")
@@ -55,6 +56,9 @@ def main(arguments: list[str] | None = None) -> None:
         preset, rest = preset_option.take(arguments)
         if preset is not None:
             commands = {name: preset_option.begin_with(preset, function) for name, function in commands.items()}
+        if rest[:1] == ["study"]:
+            _study(rest[1:], preset)
+            return
         if rest and rest[0] in commands:  # so that what is wrong is said of this command alone
             name, *rest = rest
             tyro.cli(commands[name], prog=f"swarm-pz {name}", args=rest, config=config, registry=REGISTRY)
@@ -81,3 +85,27 @@ def main(arguments: list[str] | None = None) -> None:
         where = f": {interrupt}" if isinstance(interrupt, Stopped) else ""
         print(f"\nswarm-pz: stopped{where}", file=sys.stderr)
         sys.exit(130)
+
+
+def _study(arguments: list[str], preset: GameConfig | None) -> None:
+    """Run a command of studies; a preset is refused, since a study's file has its rules."""
+    commands: dict[str, Callable[..., None]] = {
+        "run": studies.run,
+        "status": studies.status,
+        "tables": studies.tables,
+        "export": studies.export,
+    }
+    if preset is not None:
+        commands = {name: preset_option.begin_with(preset, function) for name, function in commands.items()}
+    if arguments and not arguments[0].startswith("-") and arguments[0] not in commands:
+        hint = (
+            "; tables of a folder of recordings are made by study tables FOLDER" if Path(arguments[0]).is_dir() else ""
+        )
+        raise CommandError(f"there is no command study {arguments[0]!r}; {nearest(arguments[0], commands)}{hint}")
+    if arguments and arguments[0] in commands:
+        name, *rest = arguments
+        config = (tyro.conf.AvoidSubcommands,)
+        tyro.cli(commands[name], prog=f"swarm-pz study {name}", args=rest, config=config, registry=REGISTRY)
+        return
+    about = "A study with people: one file says what happens; see docs/studies.md."
+    tyro.extras.subcommand_cli_from_dict(commands, prog="swarm-pz study", description=about, args=arguments)

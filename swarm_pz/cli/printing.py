@@ -146,6 +146,25 @@ def print_study(rows: Sequence[Any]) -> None:
     )
 
 
+def print_status(title: str, rows: Sequence[dict[str, Any]]) -> None:
+    """Print how far each participant of a study is: rows of `StudyFolder.summary`."""
+    _print(
+        ("code", "step", "block", "won", "done"),
+        [
+            (
+                row["code"],
+                row.get("fault") or row["step"],
+                row["block"],
+                f"{row['won']} of {row['played']}" if row["of"] else "",
+                f"{row['done']} of {row['of']}" if row["of"] else "",
+            )
+            for row in rows
+        ],
+        texts=3,
+        title=title,
+    )
+
+
 def printable(text: str) -> str:
     """Return a text whose control characters are written out: none of them reaches a terminal."""
     return "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text)

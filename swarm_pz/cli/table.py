@@ -1,10 +1,10 @@
-"""Commands for people at the table: ``play``, ``replay`` and ``study``."""
+"""Commands for people at the table: ``play`` and ``replay``."""
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import io
-import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from swarm_pz.cli import printing as tables
 from swarm_pz.cli.player_options import known
-from swarm_pz.cli.report import command, filming, in_seconds, print_rules
+from swarm_pz.cli.report import filming, in_seconds, print_rules
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check, check_count, check_number
 from swarm_pz.errors import CommandError, SwarmError, require_extra
@@ -64,7 +63,7 @@ def play(
         ros_opponent: Let them play against this policy, or a folder that training wrote; else the other side is free.
         game: The rules; sizes and time limit are each room's own.
     """
-    _need_play()
+    need_play()
     from swarm_pz import policies
     from swarm_pz.play.factors import Factors, read_factors
     from swarm_pz.play.game import TableConfig
@@ -95,7 +94,7 @@ def play(
     page = f"play={opponent}" if opponent is not None else "ladder" if ladder else ""
     markers = Markers(*lsl) if lsl is not None else None
     say = functools.partial(print, flush=True)
-    beside = _beside(host, rosbridge, ros_opponent, table, say) if rosbridge is not None else {}
+    beside = _beside(host, rosbridge, ros_opponent, table, say)
     print_rules(game, "(rules_hash of rooms as they are set at first; games of the same rules have the same)")
     serve(
         policies.load,
@@ -108,13 +107,13 @@ def play(
         countdown_s=countdown,
         table=table,
         say=say,
-        draw_code=_draw_code,
+        draw_code=draw_code,
         cards=_cards(),
         record_labels=record_labels,
         markers=markers,
         levels=out / "levels" if ladder else None,
         embedders=embed,
-        **beside,
+        beside=beside,
     )
 
 
@@ -139,7 +138,7 @@ def replay(
         host: Where to listen; 0.0.0.0 lets the local network in.
         port: Port to listen at; 0 takes any that is free.
     """
-    _need_play()
+    need_play()
     from swarm_pz import policies
     from swarm_pz.play.recordings.folder import checked_name
     from swarm_pz.play.recordings.format import Recording
@@ -188,59 +187,26 @@ def replay(
             folder=folder,
             page=page,
             say=say,
-            draw_code=_draw_code,
+            draw_code=draw_code,
             cards=_cards(),
             record_labels=False,
         )
 
 
-def study(
-    folder: Annotated[Path, tyro.conf.Positional],
-    /,
-    out: Path = Path("runs/study"),
-    every_game: Annotated[bool, tyro.conf.arg(name="all")] = False,
-    parquet: bool = False,
-) -> None:
-    """Turn a folder of recorded games into tables.
-
-    The summary counts games that were played: lessons, games that a player left, and games in which a person never
-    gave a command are left out of it, as are games without a result. Configurations that differ are different rows.
-    A game whose seats are the same player, such as people without labels, counts once, as red's.
-
-    Args:
-        folder: Folder of recordings.
-        out: Folder to write seats, summary and their schema to.
-        every_game: Count lessons, games that were left and those without a person's command, too.
-        parquet: Write Parquet instead of CSV.
-    """
-    _need_play()
-    from swarm_pz.play.recordings import study as tables_of
-
-    rows, faults = tables_of.read_folder(folder)
-    for fault in faults:
-        print(f"left out: {tables.printable(fault)}", file=sys.stderr)
-    for path in tables_of.write_tables(rows, out, every_game=every_game, parquet=parquet, command=command()):
-        print(path)
-    tables.print_study(tables_of.summarise(rows, every_game))
-    missing = tables_of.left_out(rows, every_game)
-    if missing:
-        reasons = ", ".join(f"{count} {reason}" for reason, count in missing.items())
-        hint = "" if every_game else "; --all counts lessons, left and no command, if there is a result"
-        print(f"games that the summary leaves out: {reasons}{hint}")
-
-
 def _beside(
-    host: str, port: int, opponent: str | None, table: TableConfig, say: Callable[[str], None]
-) -> dict[str, Callable[[str], AbstractContextManager[None]]]:
-    """Return what serves ROS programs beside the table, as `serve` takes it."""
+    host: str, port: int | None, opponent: str | None, table: TableConfig, say: Callable[[str], None]
+) -> Callable[[str], AbstractContextManager[None]]:
+    """Return what serves ROS programs beside the table, as `serve` takes it: nothing without a port."""
+    if port is None:
+        return lambda _: contextlib.nullcontext()
     from swarm_pz.play.ros import process
 
     check_count(port, "rosbridge", 0, 65535)
-    listening = process.listen(host, port)
-    return {"beside": functools.partial(process.rosbridge, listening, opponent, table, say)}
+    return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, say)
 
 
-def _need_play() -> None:
+def need_play() -> None:
+    """Name what is missing if the extra of the table is."""
     for module in ("msgspec", "segno", "starlette", "uvicorn", "websockets"):
         require_extra(module, "play")
 
@@ -255,7 +221,8 @@ def _cards() -> dict[str, Card]:
     }
 
 
-def _draw_code(address: str) -> str:
+def draw_code(address: str) -> str:
+    """Return an address as a picture made of text."""
     picture = io.StringIO()
     require_extra("segno", "play").make(address).terminal(picture, compact=True)
     return picture.getvalue()

@@ -19,7 +19,7 @@ import msgspec
 from swarm_pz.errors import RecordingError
 from swarm_pz.files import draft_of
 from swarm_pz.play.levels import Level, Met, level_of
-from swarm_pz.play.studies.progress import check_code
+from swarm_pz.play.studies.design import check_code
 
 TABLE = "levels.csv"
 REACHED_S = 1200.0

@@ -1,8 +1,5 @@
 """Commands for people at the table: what they hand on to the server, to films and to tables."""
 
-import csv
-import json
-import shutil
 import sys
 from pathlib import Path
 
@@ -154,24 +151,6 @@ def test_a_replay_that_cannot_be_is_refused(options, message, served, tmp_path, 
     record(tmp_path / "a.jsonl", ticks=30)
     assert message in refused(capsys, "replay", str(tmp_path / "a.jsonl"), *options)
     assert not served
-
-
-@pytest.mark.parametrize("options", [[], ["--parquet"]])
-def test_a_study_writes_tables_and_says_what_it_left_out(options, tmp_path, capsys):
-    record(tmp_path / "a.jsonl", ticks=30, outcome="red", player="ring")
-    shutil.copy(tmp_path / "a.jsonl", tmp_path / "b.jsonl")
-    (tmp_path / "bad.jsonl").write_text("{}\n")
-    main(["study", str(tmp_path), "--out", "tables", *options])
-    printed = capsys.readouterr()
-    suffix = "parquet" if options else "csv"
-    names = [f"seats.{suffix}", f"summary.{suffix}", "schema.json"]
-    assert printed.out.splitlines()[:3] == [f"tables/{name}" for name in names]
-    assert sorted(path.name for path in Path("tables").iterdir()) == sorted(names)
-    assert "2-0-0" in printed.out and "P1" in printed.out
-    assert printed.err.startswith("left out: ") and "bad.jsonl" in printed.err
-    assert json.loads(Path("tables/schema.json").read_text())["command"].startswith(f"swarm-pz study {tmp_path}")
-    if not options:
-        assert len(list(csv.DictReader(Path("tables/seats.csv").read_text().splitlines()))) == 4
 
 
 def test_a_folder_that_takes_no_recordings_is_an_error_before_anybody_plays(served, tmp_path, capsys):

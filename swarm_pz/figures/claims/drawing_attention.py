@@ -164,8 +164,8 @@ def _describe(found: dict[str, Any], more: dict[str, tuple[float, ...]]) -> str:
             text += " So it loses fewer."
     return text + (
         " This is the price of time, not of attention: a script that draws thinks of nothing else. What people lose "
-        "while they draw `swarm-pz study` counts (`lost_while_drawing`), from recordings; no recordings of people are "
-        "part of this project."
+        "while they draw `swarm-pz study tables` counts (`lost_while_drawing`), from recordings; no recordings "
+        "of people are part of this project."
     )
 
 

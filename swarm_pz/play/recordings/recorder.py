@@ -93,6 +93,11 @@ class Recorder:
         self._end = threading.Thread(target=self._finish, name=f"end of {self.path.name}")
         self._end.start()
 
+    def join(self) -> None:
+        """Wait until a game that is over is on the disk, or cannot be."""
+        if self._end is not None:
+            self._end.join()
+
     def _write_some(self) -> None:
         """Write what waits, but not so much that it takes long; what was not taken goes on waiting."""
         while self._lines and len(self._bytes) < _ONE_FLUSH:
@@ -123,14 +128,14 @@ class Recorder:
             time.sleep(_LAST_PAUSE_S if self._failed else 0.0)
         try:
             os.fsync(self._file.fileno())
-            _sync_folder(self.path.parent)
+            sync_folder(self.path.parent)
         except OSError as error:
             log.warning("%s may not be on the disk: %s", self.path.name, explain(error))
         finally:
             self._file.close()
 
 
-def _sync_folder(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
     """Write the folder's entries, the file's name among them, to the disk."""
     if not hasattr(os, "O_DIRECTORY"):
         return  # this system opens no folders

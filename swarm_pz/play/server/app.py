@@ -10,7 +10,7 @@ import itertools
 import time
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -30,6 +30,9 @@ from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.middleware import AccessMiddleware
 
+if TYPE_CHECKING:
+    from swarm_pz.play.server.studies import StudyHost
+
 STATIC = Path(__file__).parents[1] / "static"
 _STATUS_TICKS = 20_000
 """Latest ticks that the server's figures are taken of."""
@@ -44,22 +47,27 @@ class Server:
     Parameters
     ----------
     lobby : Lobby
+    study : StudyHost, optional
+        The study that the table is for: its pages take the place of the start and of what was recorded.
     """
 
-    def __init__(self, lobby: Lobby) -> None:
-        self.lobby = lobby
+    def __init__(self, lobby: Lobby, study: StudyHost | None = None) -> None:
+        self.lobby, self.study = lobby, study
         self._handlers: set[ClientHandler] = set()
         self._figures: tuple[float, dict[str, Any]] | None = None
 
     def app(self, hosts: Sequence[str], allowed_hosts: Sequence[str] = ()) -> ASGIApp:
         """Return the application, for the names (with port) that it is served by, itself and through a proxy."""
-        routes = [
+        own = [
             Route("/", self._page),
-            Route("/status", self._status),
             Route("/recordings", self._recordings),
             Route("/recordings/{name}", self._recording),
             Route("/recordings/{name}/trial", self._trial),
             Route("/invitations/{room}.svg", self._invitation),
+        ]
+        routes = [
+            *(own if self.study is None else self.study.routes()),
+            Route("/status", self._status),
             WebSocketRoute("/socket", self._socket),
             Mount("/static", StaticFiles(directory=STATIC)),
         ]
@@ -68,12 +76,17 @@ class Server:
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
-        sweeper = asyncio.create_task(self._sweep())
+        tasks = [asyncio.create_task(self._sweep())]
+        if self.study is not None:
+            tasks.append(asyncio.create_task(self.study.games.watch()))
         try:
             yield
         finally:
-            sweeper.cancel()
+            for task in tasks:
+                task.cancel()
             self.lobby.close()
+            if self.study is not None:
+                await self.study.games.close()
 
     async def _sweep(self) -> None:
         while True:

@@ -23,6 +23,15 @@ HELLO_S = 10.0
 """Seconds within which a connection must say hello."""
 SILENT_S = 300.0
 """Seconds after which who is nowhere and says nothing is closed; pages ask for the clock, hidden ones once a minute."""
+_OF_PLAYERS = (
+    protocol.Hello,
+    protocol.Ping,
+    protocol.Acknowledge,
+    protocol.CommandMessage,
+    protocol.Painted,
+    protocol.Visibility,
+)
+"""All that is said where a host decides which games there are."""
 log = logging.getLogger("swarm_pz.play")
 
 
@@ -270,6 +279,8 @@ class ClientHandler:
         connection, lobby = self._connection, self._lobby
         if not self._greeted and not isinstance(message, protocol.Hello):
             raise RefusedError("out_of_turn", "the first message must be a hello")
+        if lobby.is_hosted and not isinstance(message, _OF_PLAYERS):
+            raise RefusedError("out_of_turn", "games begin from the study's page here, and by themselves")
         match message:
             case protocol.Hello():
                 self._greet(message)

@@ -196,6 +196,8 @@ class LiveSession:
         Of a recorded game, to go on from; its start and rules are this game's, then.
     lesson : bool
         It is a lesson, not a match.
+    path : Path, optional
+        Of its recording, in place of one of its name.
 
     Attributes
     ----------
@@ -227,6 +229,7 @@ class LiveSession:
         tell: Callbacks,
         moment: Moment | None = None,
         lesson: bool = False,
+        path: Path | None = None,
     ) -> None:
         self.config, self._context, self._tell, self._seats = config, context, tell, seats
         self.game = moment.game if moment is not None else LiveGame(config, seed)
@@ -247,7 +250,7 @@ class LiveSession:
             rules_hash=config.game.rules_hash,
             lesson=lesson,
         )
-        self.recorder = Recorder(context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}", header)
+        self.recorder = Recorder(path or context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}", header)
         first, second = config.game.team_systems
         self._pilot = None if first.kernel and second.kernel else Pilot(config.game)
         self._is_flying = False
@@ -397,8 +400,8 @@ class LiveSession:
             return
         self._halt()
         reason = ended_by or reason_of_end(outcome, bool(self._away))
-        self._note_clock()
         self._write_delayed()
+        self._note_clock()
         self._mark(
             EndLine(
                 outcome=outcome,

@@ -27,6 +27,7 @@ from swarm_pz.play.server.live_session import Moment, ServerContext
 from swarm_pz.play.server.painter import Painter
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, RefusedError, Room
+from swarm_pz.play.server.room_settings import Hosted, settings_of
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.policy import kind_of
 
@@ -62,6 +63,8 @@ class Lobby:
         Origins of the pages that may hold it in a frame.
     climbing : Climbing, optional
         The ladder, where people can climb.
+    is_hosted : bool
+        Rooms are a host's alone: clients take the seats that it keeps for them, and play.
 
     Attributes
     ----------
@@ -83,8 +86,9 @@ class Lobby:
         addresses: Sequence[str] = (),
         embedders: Sequence[str] = (),
         climbing: Climbing | None = None,
+        is_hosted: bool = False,
     ) -> None:
-        self.context = context
+        self.context, self.is_hosted = context, is_hosted
         self.addresses, self.embedders = list(addresses), list(embedders)
         self.climbing = climbing
         self.rooms: dict[str, Room] = {}
@@ -154,14 +158,24 @@ class Lobby:
         except OutputError as error:
             log.warning("%s", error)
             raise RefusedError("not_valid", "games cannot be recorded on this server now; tell who runs it") from error
-        code = ""
-        while not code or code in self.rooms:
-            code = "".join(secrets.choice(_LETTERS) for _ in range(4))
+        code = self._new_code()
         try:
             self.rooms[code] = Room(code, settings, self.context, moment, address)
         except ConfigError as error:
             raise RefusedError("not_valid", str(error)) from error
         return self.rooms[code]
+
+    def open_hosted(self, hosted: Hosted) -> Room:
+        """Return a new room of a host."""
+        code = self._new_code()
+        self.rooms[code] = Room(code, settings_of(hosted.config), self.context, hosted=hosted)
+        return self.rooms[code]
+
+    def _new_code(self) -> str:
+        code = ""
+        while not code or code in self.rooms:
+            code = "".join(secrets.choice(_LETTERS) for _ in range(4))
+        return code
 
     def close_room(self, room: Room) -> None:
         """End a room's game and forget it."""

@@ -24,7 +24,7 @@ from swarm_pz.play.server.live_session import Callbacks, LiveSession, Moment, Se
 from swarm_pz.play.server.orders import Made, target_of
 from swarm_pz.play.server.policy_workers import PolicySeat
 from swarm_pz.play.server.responses import ReadyRule, Responses
-from swarm_pz.play.server.room_settings import settings_of, table_config
+from swarm_pz.play.server.room_settings import Hosted, settings_of, table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
 from swarm_pz.play.server.views import frame_of, target_message
@@ -68,6 +68,8 @@ class Room:
         Of a recorded game, that the first game here goes on from.
     address : str
         Where who opened it is.
+    hosted : Hosted, optional
+        What a host has decided, in place of the settings and of who is in it.
 
     Attributes
     ----------
@@ -92,10 +94,13 @@ class Room:
         context: ServerContext,
         moment: Moment | None = None,
         address: str = "",
+        hosted: Hosted | None = None,
     ) -> None:
         self.code, self._context, self._moment = code, context, moment
-        self.address = address
-        if moment is None:
+        self.address, self.hosted = address, hosted
+        if hosted is not None:
+            self.config = hosted.config
+        elif moment is None:
             self.config = table_config(settings, context.table)
         else:  # by its rules; what was varied then is not now
             self.config = moment.game.config.replace(factors=(Factors(), Factors()))
@@ -113,7 +118,8 @@ class Room:
         self._tells = Budget(_MOST_TOLD, _MOST_TOLD, self.last_used)
         self._tells_later: asyncio.TimerHandle | None = None
         self._games = 0
-        self.seed: int | None = None
+        self.seed: int | None = hosted.seed if hosted is not None else None
+        """Of the next game: who calls its countdown off is given the same start again."""
         self._before: tuple[LiveSession | None, Outcome | None] = None, None
         """The session before the one that starts, and its outcome."""
         self._places = itertools.count()
@@ -159,11 +165,19 @@ class Room:
         self._check_version(seat, connection)
         self.watchers.discard(connection)
         seat.take(connection, label)
+        self._load_helper(seat)
+        self._entered(seat, connection)
+        return seat
+
+    def reserve(self, team: int) -> None:
+        """Keep a seat for a person, who comes with its token."""
+        self.seats[team].reserve()
+        self._load_helper(self.seats[team])
+
+    def _load_helper(self, seat: Seat) -> None:
         factors = self.config.factors[seat.team]
         if factors.share > 0.0:
             seat.help(self._place(seat, factors.helper), self._context.workers, self._go_on)
-        self._entered(seat, connection)
-        return seat
 
     def _place(self, seat: Seat, policy: str) -> PolicySeat:
         key = self.code, seat.team, next(self._places)
@@ -206,6 +220,9 @@ class Room:
             view.send_bytes(seat.target)
         if seat.responses is not None:
             self._tell_acting(seat)
+        if self.hosted is not None and self.session is None:
+            seat.ready = True
+            self._begin_if_ready()
 
     def _measure(self, seat: Seat) -> None:
         """Let what a seat is shown of a game be measured."""
@@ -318,6 +335,8 @@ class Room:
 
     def free_absent(self) -> None:
         """Between games, free the seats of those who have been away for long."""
+        if self.hosted is not None:
+            return  # its host decides
         for seat in self.seats:
             is_away = seat.kind in ("person", "program") and seat.connection is None
             if is_away and self.phase != "playing" and time.monotonic() - seat.away_since > AWAY_S:
@@ -468,6 +487,7 @@ class Room:
                 ),
                 self._moment,
                 self.lesson,
+                self.hosted.path if self.hosted is not None else None,
             )
         except OSError as error:
             raise RefusedError("not_valid", f"the game cannot be recorded: {error.strerror}") from error
@@ -553,6 +573,8 @@ class Room:
         self._changed()
         if self.over is not None:
             self.over(outcome, ended_by)
+        if self.hosted is not None:
+            self.hosted.over()
 
     def _note(
         self,

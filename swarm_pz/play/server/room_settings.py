@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.config.registry import system_of
 from swarm_pz.config.system import ControlSystem
@@ -10,6 +14,27 @@ from swarm_pz.play.game import TableConfig
 
 _UNTIMED = 1e6
 """Seconds that stand for no time limit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hosted:
+    """What a host has decided of a room: one game, which begins when all who have a seat are there.
+
+    Attributes
+    ----------
+    config : TableConfig
+    seed : int
+        Of the game's start.
+    path : Path
+        Of its recording.
+    over : callable
+        Told when the game has ended.
+    """
+
+    config: TableConfig
+    seed: int
+    path: Path
+    over: Callable[[], None]
 
 
 def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig:

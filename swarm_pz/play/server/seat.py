@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import secrets
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
@@ -54,6 +55,10 @@ class Seat:
         """Give it to a client, who may come back to it with its new token; `meet` it then."""
         self.kind, self.label, self.ready = connection.kind, label, False
         self.token = secrets.token_hex(16)
+
+    def reserve(self) -> None:
+        """Keep it for a person, who comes with its token."""
+        self.kind, self.token, self.away_since = "person", secrets.token_hex(16), time.monotonic()
 
     def give(self, place: PolicySeat, workers: PolicyWorkers, told: Callable[[], None]) -> None:
         """Give it to a policy, and load that; who is told when it is loaded, or has failed, need not wait."""

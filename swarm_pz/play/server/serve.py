@@ -27,6 +27,7 @@ from swarm_pz.play.server.policy_workers import Loader, PolicyWorkers
 from swarm_pz.play.server.sockets import RECEIVED_AT_ONCE, BoundedHTTP, BoundedWebSocket
 from swarm_pz.play.server.views import capture_fields, target_message
 from swarm_pz.play.strokes import WIDEST, Stroke, density_of
+from swarm_pz.play.studies.folder import StudyFolder
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _END_S = 3
@@ -151,6 +152,7 @@ def serve(
     draw_code: Callable[[str], str] | None = None,
     cards: Mapping[str, protocol.Card] | None = None,
     record_labels: bool = True,
+    study: StudyFolder | None = None,
     markers: Markers | None = None,
     levels: Path | None = None,
     embedders: Sequence[str] = (),
@@ -187,6 +189,8 @@ def serve(
         Of those of the policies that were rated.
     record_labels : bool
         Whether recordings hold what players call themselves.
+    study : StudyFolder, optional
+        The table is for this study alone.
     markers : Markers, optional
         Where moments of games are told to who records other signals, too.
     levels : Path, optional
@@ -228,16 +232,24 @@ def serve(
     )
     _ = context.seat_index  # read before anybody waits for it
     climbing = Climbing(levels, table, policies) if levels is not None else None
-    lobby = Lobby(context, policies, cards, addresses_of(names), origins, climbing)
-    app = Server(lobby).app(names, allowed_hosts)
+    lobby = Lobby(context, policies, cards, addresses_of(names), origins, climbing, is_hosted=study is not None)
+    host_of_study = None
+    if study is not None:
+        from swarm_pz.play.server.studies import StudyHost  # what it needs is of an extra of its own
+
+        host_of_study = StudyHost(study, lobby)
+    app = Server(lobby, host_of_study).app(names, allowed_hosts)
     is_open = host not in LOOPBACK
     listens_everywhere = host in ("0.0.0.0", "::")  # noqa: S104
     shown = next(iter(sorted(_own_addresses())), socket.gethostname()) if listens_everywhere else host
     shown = f"[{shown}]" if ":" in shown else shown
-    address = f"http://{shown}:{port}/" + (f"#{page}" if page else "")
+    here = f"http://{shown}:{port}/"
+    address = f"{here}study" if study is not None else here + (f"#{page}" if page else "")
     say("the page is not up yet: its address follows, after up to two minutes where the game must be compiled first")
     _warm_up(table)  # before the address is shown, so that who follows it is answered
     say(f"swarm-pz is at {address}")
+    if host_of_study is not None:
+        say(f"participants type their code there; you look on at {here}study/monitor#{host_of_study.token}")
     if is_open:
         say("OPEN TO THE NETWORK: whoever reaches this machine can play, and nothing is encrypted")
         if draw_code is not None:

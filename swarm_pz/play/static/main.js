@@ -3,6 +3,7 @@
 //   #watch=ABCD  to a room, to look on               #play=ring   straight into a game against a policy
 //   #replay=FILE a recorded game                     #lesson      the first lesson
 //   #ladder      to one's level                      #embed=ORIGIN  in the frame of an experiment there
+// At /study/CODE/game it is a game of a study, without anything but the game: afterwards one goes back there.
 
 import { Legend } from "./legend.js";
 import { Link } from "./link.js";
@@ -14,6 +15,8 @@ const at = (id) => document.getElementById(id);
 const SAYING_MS = 6000;
 const CODE = /^[A-Z0-9]{4,8}$/;
 const ROOMS = ["room", "watch"];
+const STUDY = /^(\/study\/[^/]+)\/game$/.exec(location.pathname)?.[1];
+const RESULT_MS = 6000; // for which the result of a study's game is shown
 
 const framed = wanted().name === "embed" ? await import("./embed.js") : null;
 const link = new Link(wantedSeat);
@@ -51,6 +54,12 @@ function wantedSeat() {
 function mark(hash, isNew) {
   if (location.hash === (hash ? `#${hash}` : "")) return;
   history[isNew ? "pushState" : "replaceState"](null, "", hash ? `#${hash}` : location.pathname);
+}
+
+// Go back to the study that the game is a part of.
+function goOn(told = "") {
+  try { sessionStorage.setItem("swarm-pz.told", told); } catch { /* then it is not told */ }
+  location.replace(STUDY);
 }
 
 function go(hash) {
@@ -106,6 +115,10 @@ function show() {
     if (welcomed) climb();
     return;
   }
+  if (name === "" && STUDY) {
+    goOn();
+    return;
+  }
   if (name === "") {
     home = "";
     table.leave();
@@ -149,6 +162,7 @@ function enter(name, code) {
     giveUp();
     say("A room's code has four letters and digits.");
   } else if (wantedSeat()) link.reopen();
+  else if (STUDY) goOn();
   else {
     wantsSeat = name === "room" ? code : "";
     link.send({ type: "join", room: code, seat: "watch" });
@@ -206,6 +220,11 @@ link.addEventListener("level", ({ detail }) => {
 link.addEventListener("notice", ({ detail }) => say(detail.text));
 link.addEventListener("refused", ({ detail }) => {
   const { name, value } = wanted();
+  if (STUDY && detail.about === "hello") {
+    link.seat = null;
+    goOn(detail.code === "unknown" ? "" : detail.reason); // a seat that is gone is given anew there
+    return;
+  }
   isBeginning = false;
   if (embed) {
     embed.refused(detail);
@@ -233,5 +252,11 @@ link.addEventListener("refused", ({ detail }) => {
 });
 addEventListener("keydown", () => { document.documentElement.dataset.keys = ""; }, true);
 addEventListener("pointerdown", () => { delete document.documentElement.dataset.keys; }, true);
+if (STUDY) {
+  document.body.classList.add("study");
+  document.title = "A game";
+  at("go-home").textContent = "Go on";
+  link.addEventListener("room", ({ detail }) => { if (detail.phase === "over") setTimeout(goOn, RESULT_MS); });
+}
 addEventListener("hashchange", show);
 show();

@@ -352,6 +352,7 @@ export class Table {
       u: () => this.undo(), c: () => this.spread(), r: () => { if (!at("ready").hidden) at("ready").click(); },
       m: () => at("sound").click(), Enter: () => { if (!onButton) this.send(); },
     };
+    if (document.body.classList.contains("study") && /^[1-9rs]$/i.test(event.key)) return;
     const act = /^[1-9]$/.test(event.key) ? () => this.library.recall(event.key - 1)
       : acts[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!act || (onButton && event.key === "Enter")) return;

@@ -6,6 +6,7 @@ A study is one TOML file, beside the texts that it names; see `docs/studies.md`.
 from __future__ import annotations
 
 import itertools
+import re
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,13 +18,17 @@ from swarm_pz.config import TEAM_NAMES, GameConfig
 from swarm_pz.config.base import Config, check, check_choice, check_count, check_number
 from swarm_pz.errors import ConfigError, nearest
 from swarm_pz.play.factors import Factors
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.studies.forms import KNOWN_FORMS, Form, Item
 
 When = Literal["start", "block", "end"]
 _WHEN: tuple[When, ...] = ("start", "block", "end")
+PERSON = "person"
+"""The opponent of a condition in which two participants play each other."""
 _STUDY = 21
 """Sets the seeds of studies apart from those of training and matches."""
 _MOST_TEXT = 200_000
+_CODE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,10 +70,16 @@ class Condition(Factors):
         check_choice(self.side, f"{where}: side", TEAM_NAMES)
         check(isinstance(self.rules, dict), f"{where}: rules", self.rules, "a table of fields")
 
+    @property
+    def is_of_two(self) -> bool:
+        """Whether two participants play each other."""
+        return self.opponent == PERSON
+
     def game(self, rules: dict[str, Any]) -> GameConfig:
-        """Return the rules of its games; those of the study come first."""
-        own = (self.system, "ergodic") if self.side == TEAM_NAMES[0] else ("ergodic", self.system)
-        return GameConfig.from_dict({"controllers": own, **rules, **self.rules})
+        """Return the rules of its games; those of the study come first. Its system flies all participants."""
+        other = self.system if self.is_of_two else "ergodic"
+        systems = (self.system, other) if self.side == TEAM_NAMES[0] else (other, self.system)
+        return GameConfig.from_dict({"controllers": systems, **rules, **self.rules})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,6 +141,8 @@ class Study(Config):
         Files of what is read, in Markdown; a participant has to agree to the first.
     seed : int
         Of the games' starts.
+    codes : tuple of str
+        Of the participants, by number; if none are given, P01, P02 and so on.
     folder : Path
         Where the texts are.
     """
@@ -146,6 +159,7 @@ class Study(Config):
     consent: str = ""
     welcome: str = ""
     seed: int = 0
+    codes: tuple[str, ...] = ()
     folder: Path = Path()
 
     def __post_init__(self) -> None:
@@ -161,22 +175,43 @@ class Study(Config):
         names = [asked.form.name for asked in self.forms]
         check(len(set(names)) == len(names), "forms", names, "forms of different names")
         self._check_order(titles)
+        self._check_codes()
         for condition in self.conditions:
             self._check_condition(condition)
-        for name in (self.consent, self.welcome, *(condition.text for condition in self.conditions)):
-            if name:
-                self.text(name)
+        for name in self.texts:
+            self.text(name)
+
+    def _check_codes(self) -> None:
+        if not self.codes:
+            digits = max(2, len(str(self.participants)))
+            own = tuple(f"P{number:0{digits}d}" for number in range(1, self.participants + 1))
+            object.__setattr__(self, "codes", own)
+        for code in self.codes:
+            check_code(code)
+        count = f"{self.participants} different ones, one a participant; upper and lower case count as the same"
+        fits = len({code.upper() for code in self.codes}) == len(self.codes) == self.participants
+        check(fits, "codes", self.codes, count)
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """Names of the files of texts."""
+        names = (self.consent, self.welcome, *(condition.text for condition in self.conditions))
+        return tuple(dict.fromkeys(filter(None, names)))
+
+    @property
+    def is_of_pairs(self) -> bool:
+        """Whether participants 2k and 2k + 1 meet: they go through the study in the same order, then."""
+        return any(condition.is_of_two for condition in self.conditions)
 
     def _check_order(self, titles: list[str]) -> None:
+        together = 2 if self.is_of_pairs else 1
         if self.order == "balanced":
-            rows = len(balanced_order(len(titles)))
-            check(
-                self.participants % rows == 0,
-                "participants",
-                self.participants,
-                f"a multiple of {rows}, for {len(titles)} conditions in balanced order",
-            )
+            rows = together * len(balanced_order(len(titles)))
+            why = f"a multiple of {rows}, for {len(titles)} conditions in balanced order"
+            why += ", met by two participants each" if self.is_of_pairs else ""
+            check(self.participants % rows == 0, "participants", self.participants, why)
             return
+        check(self.participants % together == 0, "participants", self.participants, "even: they play in pairs")
         rows_given = isinstance(self.order, tuple) and all(isinstance(row, tuple) for row in self.order)
         check(rows_given and bool(self.order), "order", self.order, '"balanced", or rows of conditions\' titles')
         for row in self.order:
@@ -188,6 +223,12 @@ class Study(Config):
     def _check_condition(self, condition: Condition) -> None:
         try:
             game = condition.game(self.rules)
+        except ConfigError as error:
+            raise ConfigError(f"condition {condition.title!r}: {error}") from error
+        own = condition.bare
+        both = (own, own) if condition.is_of_two else (own, Factors(speed=own.speed))
+        try:
+            TableConfig(game=game, factors=both if condition.side == TEAM_NAMES[0] else (both[1], both[0]))
         except ConfigError as error:
             raise ConfigError(f"condition {condition.title!r}: {error}") from error
         limit = game.time_limit
@@ -241,15 +282,42 @@ class Study(Config):
     def order_of(self, participant: int) -> tuple[Condition, ...]:
         """Return the conditions of a participant, counted from 0, in turn."""
         by_title = {condition.title: condition for condition in self.conditions}
+        place = participant // 2 if self.is_of_pairs else participant
         if self.order == "balanced":
             rows = balanced_order(len(self.conditions))
-            return tuple(self.conditions[place] for place in rows[participant % len(rows)])
-        return tuple(by_title[title] for title in self.order[participant % len(self.order)])
+            return tuple(self.conditions[which] for which in rows[place % len(rows)])
+        return tuple(by_title[title] for title in self.order[place % len(self.order)])
+
+    def number_of(self, code: str) -> int:
+        """Return the number of the participant of a code, upper or lower case.
+
+        Raises
+        ------
+        ConfigError
+            If nobody has it.
+        """
+        known = [one.upper() for one in self.codes]
+        if check_code(code).upper() not in known:
+            raise ConfigError(f"nobody in this study has the code {code}: look whether it is typed right")
+        return known.index(code.upper())
 
     def seed_of(self, game: int, *, practice: bool = False) -> int:
         """Return the seed of a block's game, counted from 0: the same in all conditions and for everybody."""
         sequence = np.random.SeedSequence(self.seed, spawn_key=(_STUDY, int(practice), game))
         return int(sequence.generate_state(1, np.uint32)[0])
+
+
+def check_code(code: str) -> str:
+    """Return a participant's code.
+
+    Raises
+    ------
+    ConfigError
+        If it is not made of letters, digits, _ and -, or the monitor's address: codes name files and pages.
+    """
+    fits = isinstance(code, str) and _CODE.fullmatch(code) is not None and code.lower() != "monitor"
+    check(fits, "code", code, "1 to 32 letters, digits, _ or -, the first no sign, and not 'monitor'")
+    return code
 
 
 def balanced_order(count: int) -> list[tuple[int, ...]]:

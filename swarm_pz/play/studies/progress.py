@@ -6,21 +6,20 @@ reload, a crash or a power cut goes on at the step that has no line, and no step
 
 from __future__ import annotations
 
+import errno
 import json
 import os
-import re
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from swarm_pz.config.base import check
-from swarm_pz.errors import ConfigError, RecordingError
+from swarm_pz.errors import ConfigError, OutputError, RecordingError
+from swarm_pz.files import explain
 from swarm_pz.play.studies.design import Condition, Study
 from swarm_pz.play.studies.forms import Form
 
 StepKind = Literal["consent", "form", "text", "practice", "game", "break"]
-_CODE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")
 
 
 @dataclass(frozen=True)
@@ -47,19 +46,6 @@ class Step:
     form: Form | None = None
     text: str = ""
     game: int = 0
-
-
-def check_code(code: str) -> str:
-    """Return a participant's code.
-
-    Raises
-    ------
-    ConfigError
-        If it is not made of letters, digits, _ and -: codes name files.
-    """
-    fits = isinstance(code, str) and _CODE.fullmatch(code) is not None
-    check(fits, "code", code, "1 to 32 letters, digits, _ or -, the first no sign")
-    return code
 
 
 def steps_of(study: Study, participant: int, practised: dict[str, int] | None = None) -> list[Step]:
@@ -133,6 +119,8 @@ class Progress:
         Made if it is not there.
     participant : int
         Number, from 0, which decides the order.
+    only_read : bool
+        Another program may be writing the file: it is left as it is.
 
     Raises
     ------
@@ -140,8 +128,9 @@ class Progress:
         If the file is of another study or participant, or corrupt.
     """
 
-    def __init__(self, study: Study, path: Path, participant: int) -> None:
+    def __init__(self, study: Study, path: Path, participant: int, *, only_read: bool = False) -> None:
         self.study, self.participant, self._path = study, participant, path
+        self._only_read = only_read
         self.done: dict[str, dict[str, Any]] = {}
         """What is known of each step that is done, by its id."""
         first = {"type": "participant", "number": participant, "study": study.title, "seed": study.seed}
@@ -152,6 +141,8 @@ class Progress:
 
     def _read(self, first: dict[str, Any]) -> None:
         lines, whole = read_lines(self._path)
+        if not lines and self._only_read:
+            return
         if not lines:
             self._path.write_bytes(b"")
             self._write(first)
@@ -160,16 +151,23 @@ class Progress:
             raise RecordingError(f"{self._path} is of another study or participant: expected {first}, got {lines[0]}")
         for line in lines[1:]:
             self.done[str(line["step"])] = line
-        if self._path.stat().st_size > whole:  # half a line: what it said was never confirmed to anybody
+        is_torn = self._path.stat().st_size > whole  # what half a line said was never confirmed to anybody
+        if is_torn and not self._only_read:
             with self._path.open("r+b") as file:
                 file.truncate(whole)
 
     def _write(self, line: dict[str, Any]) -> None:
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        with self._path.open("ab") as file:
-            file.write(json.dumps(line, allow_nan=False).encode() + b"\n")
-            file.flush()
-            os.fsync(file.fileno())
+        data = json.dumps(line, allow_nan=False).encode() + b"\n"
+        with self._path.open("ab", buffering=0) as file:
+            before = os.fstat(file.fileno()).st_size
+            try:
+                if file.write(data) != len(data):
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                os.fsync(file.fileno())
+            except OSError as error:  # half a line would spoil the next one
+                file.truncate(before)
+                raise OutputError(f"what was done cannot be kept in {self._path}: {explain(error)}") from error
 
     @property
     def steps(self) -> list[Step]:
@@ -211,6 +209,8 @@ class Progress:
         ------
         ConfigError
             If it is not the next one, or the answers of its form are none; nothing is kept.
+        OutputError
+            If it cannot be written down.
         """
         due = self.next
         if due is None or due.id != step.id:

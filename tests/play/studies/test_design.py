@@ -6,7 +6,7 @@ from collections import Counter
 import pytest
 
 from swarm_pz.errors import ConfigError
-from swarm_pz.play.studies.design import Condition, Study, balanced_order
+from swarm_pz.play.studies.design import Condition, Study, balanced_order, check_code
 
 PLAIN = """
 title = "Two interfaces"
@@ -97,6 +97,11 @@ def test_an_order_may_be_given(tmp_path):
             "no condition 'lat'; did you mean 'late'",
         ),
         ("participants = 4", "", "participants"),
+        (
+            'title = "late"',
+            'title = "late"\nsystem = "flocking"\nshare = 0.5\nhelper = "ring"',
+            "condition 'late': factors: red cannot share its command with ring",
+        ),
         ('title = "late"', 'title = "drawing"', "conditions of different titles"),
         ("command_delay_ms", "comand_delay_ms", "did you mean 'command_delay_ms'"),
         ("command_delay_ms = 300", "command_delay_ms = -1", "condition 'late': command_delay_ms must be"),
@@ -120,3 +125,35 @@ def test_what_cannot_be_is_refused_by_name(before, after, said, tmp_path):
 def test_a_helper_must_be_there_to_share():
     with pytest.raises(ConfigError, match="condition 'both': helper must be a policy, if it has a share"):
         Condition(title="both", share=0.5)
+
+
+@pytest.mark.parametrize("code", ["", "..", "a/b", "/etc", "a.b", "-a", "ä", "x" * 33, "Monitor", None, 7])
+def test_a_code_is_no_path(code):
+    assert check_code("P-01_b") == "P-01_b"
+    with pytest.raises(ConfigError, match="code must be 1 to 32 letters"):
+        check_code(code)
+
+
+def test_codes_are_given_or_chosen_and_found_in_either_case(tmp_path):
+    study = written(tmp_path)
+    assert study.codes == ("P01", "P02", "P03", "P04") and study.number_of("p03") == 2
+    own = study.replace(codes=("ann", "b-1", "C", "d"))
+    assert own.number_of("Ann") == 0
+    with pytest.raises(ConfigError, match="nobody in this study has the code P01"):
+        own.number_of("P01")
+    for codes, said in ((("a", "b"), "4 different"), (("a", "A", "b", "c"), "4 different"), (("../x",) * 4, "letters")):
+        with pytest.raises(ConfigError, match=said):
+            study.replace(codes=codes)
+
+
+def test_two_who_meet_go_the_same_way(tmp_path):
+    text = PLAIN.replace('title = "late"', 'title = "late"\nopponent = "person"\nsystem = "flocking"')
+    with pytest.raises(ConfigError, match=r"a multiple of 4, .* two participants each, got 6"):
+        written(tmp_path, text.replace("participants = 4", "participants = 6"))
+    study = written(tmp_path, text)
+    orders = [[one.title for one in study.order_of(person)] for person in range(4)]
+    assert orders == [["drawing", "late"]] * 2 + [["late", "drawing"]] * 2
+    game = study.conditions[1].game(study.rules)
+    assert game.team_controllers == ("flocking", "flocking")
+    with pytest.raises(ConfigError, match="participants must be even"):
+        study.replace(order=(("late",),), participants=3, codes=())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import ConfigError, RecordingError
-from swarm_pz.play.studies.progress import Progress, check_code
+from swarm_pz.play.studies.progress import Progress
 from tests.play.studies.test_design import written
 
 SUS = {f"sus_{place}": 3 for place in range(1, 11)}
@@ -111,10 +111,3 @@ def test_a_corrupt_line_is_named(line, tmp_path):
         file.write(line + "\n")
     with pytest.raises(RecordingError, match=r"line 2 of .* is corrupt"):
         Progress(study, path, 0)
-
-
-@pytest.mark.parametrize("code", ["", "..", "a/b", "/etc", "a.b", "-a", "ä", "x" * 33, None, 7])
-def test_a_code_is_no_path(code):
-    assert check_code("P-01_b") == "P-01_b"
-    with pytest.raises(ConfigError, match="code must be 1 to 32 letters"):
-        check_code(code)

@@ -1,0 +1,169 @@
+"""Commands of studies: ``study run``, ``study status``, ``study tables`` and ``study export``."""
+
+from __future__ import annotations
+
+import functools
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from swarm_pz.cli import printing
+from swarm_pz.cli.player_options import known
+from swarm_pz.cli.report import command, progress
+from swarm_pz.cli.table import draw_code, need_play
+from swarm_pz.config.base import check_count, check_number
+from swarm_pz.errors import ConfigError, SwarmError, require_extra
+
+if TYPE_CHECKING:
+    from swarm_pz.play.studies.design import Study
+
+
+def run(
+    study: Annotated[Path, tyro.conf.Positional],
+    /,
+    folder: Path = Path("runs/study"),
+    host: str = "127.0.0.1",
+    port: int = 8000,
+    allowed_hosts: tuple[str, ...] = (),
+    countdown: float = 3.0,
+    lsl: Annotated[tuple[str, ...] | None, tyro.conf.arg(metavar="[NAME]")] = None,
+) -> None:
+    """Serve a study: participants type a code and are led through it; started again, it goes on where it was.
+
+    Args:
+        study: The study's file; see docs/studies.md.
+        folder: Folder of the study's data, made or gone on with.
+        host: Where to listen; 0.0.0.0 lets the local network in.
+        port: Port to listen at; 0 takes any that is free.
+        allowed_hosts: Names by which a proxy or tunnel is reached that leads here, such as play.example.org.
+        countdown: Seconds for which the start of a game is shown before it begins.
+        lsl: Tell Lab Streaming Layer when games begin and end, commands come into force and drones are taken, in a
+            stream of this name; swarm-pz if none is given.
+    """
+    need_play()
+    require_extra("markdown_it", "study")
+    from swarm_pz import policies
+    from swarm_pz.play.lsl import Markers
+    from swarm_pz.play.server.serve import serve
+    from swarm_pz.play.studies.design import Study
+    from swarm_pz.play.studies.folder import StudyFolder
+
+    check_count(port, "port", 0, 65535)
+    check_number(countdown, "countdown", 0.0, 60.0)
+    _check_players(Study.read(study))
+    markers = Markers(*lsl) if lsl is not None else None
+    opened = StudyFolder.begin(study, folder)
+    say = functools.partial(print, flush=True)
+    plan = opened.study
+    say(f"study: {plan.title}; codes {', '.join(plan.codes[:12])}{', ...' if len(plan.codes) > 12 else ''}")
+    try:
+        serve(
+            policies.load,
+            known(),
+            host=host,
+            port=port,
+            allowed_hosts=allowed_hosts,
+            folder=folder / "games",
+            countdown_s=countdown,
+            say=say,
+            draw_code=draw_code,
+            record_labels=False,
+            study=opened,
+            markers=markers,
+        )
+    finally:
+        opened.close()
+
+
+def _check_players(study: Study) -> None:
+    """Load the policies that participants meet, before anybody waits for one that cannot play."""
+    from swarm_pz import policies
+    from swarm_pz.config import TEAM_NAMES
+
+    for condition in study.conditions:
+        game, own = condition.game(study.rules), TEAM_NAMES.index(condition.side)
+        named = [] if condition.is_of_two else [("opponent", condition.opponent, 1 - own)]
+        named += [("practice.opponent", study.practice.opponent, 1 - own)] if study.practice.wins else []
+        named += [("helper", condition.helper, own)] if condition.share else []
+        for field, name, team in named:
+            try:
+                policies.load(name, game, game.team_systems[team])
+            except SwarmError as error:
+                raise ConfigError(f"condition {condition.title!r}: {field}: {error}") from error
+
+
+def status(folder: Annotated[Path, tyro.conf.Positional], /) -> None:
+    """Say how far each participant of a study is; nothing is changed.
+
+    Args:
+        folder: Folder of the study's data.
+    """
+    need_play()
+    from swarm_pz.play.studies.folder import StudyFolder
+
+    opened = StudyFolder(folder)
+    study = opened.study
+    rows = [opened.summary(number) for number in range(study.participants)]
+    printing.print_status(study.title, rows)
+    done = sum(row["step"] == "all done" for row in rows)
+    print(f"{done} of {study.participants} participants have done all")
+
+
+def tables(
+    folder: Annotated[Path, tyro.conf.Positional],
+    /,
+    out: Path = Path("runs/tables"),
+    every_game: Annotated[bool, tyro.conf.arg(name="all")] = False,
+    parquet: bool = False,
+) -> None:
+    """Turn a folder of recorded games into tables.
+
+    The summary counts games that were played: lessons, games that a player left, and games in which a person never
+    gave a command are left out of it, as are games without a result. Configurations that differ are different rows.
+    A game whose seats are the same player, such as people without labels, counts once, as red's.
+
+    Args:
+        folder: Folder of recordings.
+        out: Folder to write seats, summary and their schema to.
+        every_game: Count lessons, games that were left and those without a person's command, too.
+        parquet: Write Parquet instead of CSV.
+    """
+    need_play()
+    from swarm_pz.play.recordings import study as tables_of
+
+    rows, faults = tables_of.read_folder(folder)
+    for fault in faults:
+        print(f"left out: {printing.printable(fault)}", file=sys.stderr)
+    for path in tables_of.write_tables(rows, out, every_game=every_game, parquet=parquet, command=command()):
+        print(path)
+    printing.print_study(tables_of.summarise(rows, every_game))
+    missing = tables_of.left_out(rows, every_game)
+    if missing:
+        reasons = ", ".join(f"{count} {reason}" for reason, count in missing.items())
+        hint = "" if every_game else "; --all counts lessons, left and no command, if there is a result"
+        print(f"games that the summary leaves out: {reasons}{hint}")
+
+
+def export(
+    folder: Annotated[Path, tyro.conf.Positional], /, out: Path = Path("runs/export"), overwrite: bool = False
+) -> None:
+    """Write a study's data as tables for other programs, and compare its conditions; see docs/data.md.
+
+    Args:
+        folder: Folder of the study's data; the study may still be running.
+        out: Folder to write to.
+        overwrite: Replace the export that it holds.
+    """
+    need_play()
+    require_extra("pyarrow", "lab")
+    from swarm_pz.play.studies.export import export as write
+
+    with progress("participants", "reading") as show:
+        written = write(folder, out, overwrite=overwrite, command=command(), progress=show)
+    for fault in written.data.faults:
+        print(f"left out: {printing.printable(fault)}", file=sys.stderr)
+    data = written.data
+    print(f"{len(data.participants)} participants, {len(data.games)} games, {len(data.forms)} answers and scores")
+    print(f"what was found: {out / 'report.md'}")

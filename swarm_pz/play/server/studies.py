@@ -1,0 +1,302 @@
+"""A study at the table: what participants are asked by their pages, step by step, and the monitor of who runs it."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import secrets
+import time
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, RedirectResponse, Response
+from starlette.routing import Route
+
+from swarm_pz.errors import ConfigError, OutputError, RecordingError, SwarmError
+from swarm_pz.play.server.lobby import Lobby
+from swarm_pz.play.server.study_games import StudyGames
+from swarm_pz.play.studies.folder import StudyFolder
+from swarm_pz.play.studies.progress import Progress, Step
+from swarm_pz.play.studies.texts import html_of
+
+STATIC = Path(__file__).parents[1] / "static"
+LEASE_S = 8.0
+"""Seconds for which a window that says nothing is still the participant's: pages say something every two."""
+_MOST_BYTES = 2**20
+"""Of what a page says."""
+_HEADINGS = {"consent": "Do you want to take part?", "text": "Please read", "break": "Time for a rest"}
+log = logging.getLogger("swarm_pz.play")
+
+
+@dataclass
+class Visitor:
+    """A participant's page.
+
+    Attributes
+    ----------
+    window : str
+        What no other window of a browser has.
+    loaded : float
+        When the page was loaded there, by its clock: a tab that was copied has the same name.
+    seen : float
+        When it last said something.
+    wants : str
+        The game of two that it is ready for.
+    lock : asyncio.Lock
+        One thing after the other.
+    """
+
+    window: str = ""
+    loaded: float = 0.0
+    seen: float = -1e9
+    wants: str = ""
+    lock: asyncio.Lock = field(default_factory=asyncio.Lock)
+
+    def claim(self, window: str, loaded: float, now: float, *, takes_over: bool, is_busy: bool) -> bool:
+        """Take a window for the participant's, and tell whether it is; another one that is there comes first."""
+        is_same = window == self.window
+        is_there = bool(self.window) and (is_busy or now - self.seen < LEASE_S)
+        if (is_same and loaded < self.loaded) or (not is_same and is_there and not takes_over):
+            return False
+        self.window, self.loaded, self.seen = window, loaded, now
+        return True
+
+
+class StudyHost:
+    """A study as it is served.
+
+    Parameters
+    ----------
+    folder : StudyFolder
+    lobby : Lobby
+        Whose rooms are this study's games.
+
+    Attributes
+    ----------
+    token : str
+        Opens the monitor.
+    games : StudyGames
+    """
+
+    def __init__(self, folder: StudyFolder, lobby: Lobby) -> None:
+        self.folder, self.study = folder, folder.study
+        self.games = StudyGames(folder, lobby)
+        self.token = secrets.token_urlsafe(12)
+        self._visitors = [Visitor() for _ in range(self.study.participants)]
+
+    def routes(self) -> list[Route]:
+        """Return its pages, and what they ask for."""
+        return [
+            Route("/", lambda _: RedirectResponse("/study")),
+            Route("/study", self._page("study.html")),
+            Route("/study/monitor", self._page("monitor.html")),
+            Route("/study/monitor/data", self._monitor),
+            Route("/study/{code}", self._page("study.html")),
+            Route("/study/{code}/game", self._page("index.html")),
+            Route("/study/{code}/state", self._answer(self._look), methods=["POST"]),
+            Route("/study/{code}/done", self._answer(self._finish), methods=["POST"]),
+            Route("/study/{code}/play", self._answer(self._play), methods=["POST"]),
+        ]
+
+    @staticmethod
+    def _page(name: str) -> Callable[[Request], Awaitable[Response]]:
+        async def page(_: Request) -> Response:
+            return FileResponse(STATIC / name)
+
+        return page
+
+    # --- participants -----------------------------------------------------------------------------
+
+    def _answer(
+        self, act: Callable[[int, dict[str, Any]], Awaitable[dict[str, Any]]]
+    ) -> Callable[[Request], Awaitable[Response]]:
+        async def answer(request: Request) -> Response:
+            try:
+                number = self.study.number_of(request.path_params["code"])
+                said = await _read(request)
+                return JSONResponse(await self._obey(number, said, act))
+            except ConfigError as error:
+                return JSONResponse({"fault": str(error)}, 404)
+            except RecordingError as error:
+                log.error("%s", error)
+                told = "what you have done so far cannot be read here: please tell whoever runs the study"
+                return JSONResponse({"fault": told}, 409)
+            except (OutputError, OSError) as error:
+                log.error("%s", error)
+                told = "this could not be written down: please tell whoever runs the study"
+                return JSONResponse({"fault": told}, 503)
+
+        return answer
+
+    async def _obey(
+        self, number: int, said: dict[str, Any], act: Callable[[int, dict[str, Any]], Awaitable[dict[str, Any]]]
+    ) -> dict[str, Any]:
+        visitor, now = self._visitors[number], time.monotonic()
+        async with visitor.lock:
+            is_here = visitor.claim(
+                str(said.get("window", "")),
+                _number(said.get("loaded")),
+                now,
+                takes_over=said.get("here") is True,
+                is_busy=self.games.is_played_by(number),
+            )
+            if not is_here:
+                return {"code": self.study.codes[number], "title": self.study.title, "elsewhere": True}
+            more = await act(number, said)
+            return await self._state(number) | more
+
+    async def _look(self, number: int, said: dict[str, Any]) -> dict[str, Any]:
+        return {}
+
+    async def _finish(self, number: int, said: dict[str, Any]) -> dict[str, Any]:
+        """Keep what was answered, unless it is known already: an answer of ours may have been lost."""
+        progress = await self._progress(number)
+        step = progress.next
+        if step is None or said.get("step") != step.id or step.kind in ("game", "practice"):
+            return {}
+        if step.kind == "break" and self._rest_s(progress) > 0.0:
+            return {"refused": "the break is not over yet"}
+        told = {"answers": said.get("answers", {})} if step.kind == "form" else {}
+        try:
+            await asyncio.to_thread(progress.finish, step, **told)
+        except ConfigError as error:
+            return {"refused": str(error)}
+        return {}
+
+    async def _play(self, number: int, said: dict[str, Any]) -> dict[str, Any]:
+        """Begin a game, once everybody who plays it is ready."""
+        game = self.games.of(number)
+        if game is not None and not game.fault:
+            return {}
+        if game is not None:
+            self.games.drop(game)
+        progress = await self._progress(number)
+        step = progress.next
+        if step is None or said.get("step") != step.id or step.kind not in ("game", "practice"):
+            return {}
+        self._visitors[number].wants = step.id
+        players = self.folder.players(number, step)
+        if all(one == number or self._is_ready(one, step) for one in players):
+            try:
+                self.games.open(players, step)
+            except SwarmError as error:
+                log.error("%s", error)
+                return {"refused": f"the game cannot begin: {error}. Please tell whoever runs the study"}
+        return {}
+
+    def _is_ready(self, number: int, step: Step) -> bool:
+        visitor = self._visitors[number]
+        is_there = time.monotonic() - visitor.seen < LEASE_S
+        if not is_there or visitor.wants != step.id or self.games.of(number) is not None:
+            return False
+        try:
+            due = self.folder.progress(number).next
+        except RecordingError:  # they are told
+            return False
+        return due is not None and due.id == step.id
+
+    async def _progress(self, number: int) -> Progress:
+        """Return how far somebody is, with what was left of a game taken up if none is played."""
+        if self.games.of(number) is None:
+            await asyncio.to_thread(self.folder.settle, number)
+        return self.folder.progress(number)
+
+    def _rest_s(self, progress: Progress) -> float:
+        """Return how long a break still lasts; it began when what came before it was done."""
+        began = max((float(line["at"]) for line in progress.done.values() if "at" in line), default=time.time())
+        return min(max(began + self.study.break_s - time.time(), 0.0), self.study.break_s)
+
+    # --- what pages are told ----------------------------------------------------------------------
+
+    async def _state(self, number: int) -> dict[str, Any]:
+        progress = await self._progress(number)
+        step, steps = progress.next, progress.steps
+        told: dict[str, Any] = {
+            "code": self.study.codes[number],
+            "title": self.study.title,
+            "done": len(progress.done),
+            "of": max(len(steps), len(progress.done) + (step is not None)),
+        }
+        if step is None:
+            return told
+        told["step"] = {"id": step.id, "kind": step.kind, "heading": self._heading(step)}
+        if step.text:
+            told["step"]["html"] = html_of(self.study.text(step.text))
+        if step.form is not None:
+            told["step"]["items"] = step.form.to_dict()["items"]
+        if step.kind == "break":
+            told["step"]["seconds"] = self._rest_s(progress)
+        if step.kind in ("game", "practice"):
+            told["game"] = self._game(number, step)
+        return told
+
+    def _heading(self, step: Step) -> str:
+        if step.form is not None:
+            return step.form.title or step.form.name
+        if step.kind == "practice":
+            return f"Practice game {step.game + 1}"
+        if step.kind == "game":
+            return f"Game {step.game + 1} of {self.study.games}"
+        return _HEADINGS[step.kind]
+
+    def _game(self, number: int, step: Step) -> dict[str, Any]:
+        """Return how the game stands that comes next: its seat, whom it waits for, or what keeps it."""
+        game = self.games.of(number)
+        if game is not None:
+            return {"phase": game.phase, "seat": game.seat_of(number), "fault": game.fault}
+        players, practice = self.folder.players(number, step), self.study.practice
+        others = [one for one in players if one != number]
+        wants = self._visitors[number].wants == step.id
+        met = all(self._is_ready(one, step) for one in others)
+        until = f"until you have won {practice.wins}, or played {practice.most}" if step.kind == "practice" else ""
+        return {
+            "phase": "waiting" if others and wants and not met else "before",
+            "of_two": bool(others),
+            "until": until,
+        }
+
+    # --- the monitor ------------------------------------------------------------------------------
+
+    async def _monitor(self, request: Request) -> Response:
+        given = request.headers.get("authorization", "").removeprefix("Bearer ")
+        if not secrets.compare_digest(given.encode(), self.token.encode()):
+            return JSONResponse({"fault": "this page's address ends in #token, as the terminal shows it"}, 403)
+        rows = [self._row(number) for number in range(self.study.participants)]
+        return JSONResponse({"title": self.study.title, "games": self.study.games, "rows": rows})
+
+    def _row(self, number: int) -> dict[str, Any]:
+        ago = time.monotonic() - self._visitors[number].seen
+        is_playing = self.games.is_played_by(number)
+        where = "in a game" if is_playing else "here" if ago < LEASE_S else "away"
+        seen = 0.0 if is_playing else ago if ago < 1e8 else None
+        return self.folder.summary(number) | {"where": where, "seen_s": seen}
+
+
+async def _read(request: Request) -> dict[str, Any]:
+    """Return what a page says.
+
+    Raises
+    ------
+    ConfigError
+        If that is no object, or too large.
+    """
+    data = b""
+    async for part in request.stream():
+        data += part
+        if len(data) > _MOST_BYTES:
+            raise ConfigError(f"a page may say {_MOST_BYTES} bytes at once")
+    try:
+        said = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        raise ConfigError(f"what the page said is no JSON: {error}") from error
+    if not isinstance(said, dict):
+        raise ConfigError("what the page said is no object")
+    return said
+
+
+def _number(value: Any) -> float:
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else 0.0

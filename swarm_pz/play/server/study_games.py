@@ -1,0 +1,177 @@
+"""The games of a study: rooms of one game each, which begin by themselves and are written down when they end."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from typing import Literal
+
+from swarm_pz.config import TEAM_NAMES
+from swarm_pz.errors import SwarmError
+from swarm_pz.play.factors import Factors
+from swarm_pz.play.server.lobby import Lobby
+from swarm_pz.play.server.room import Room
+from swarm_pz.play.server.room_settings import Hosted
+from swarm_pz.play.studies.folder import StudyFolder
+from swarm_pz.play.studies.progress import Step
+
+AWAY_S = 15.0
+"""Seconds that a game goes on without one of its participants; then it is stopped, and played again."""
+UNUSED_S = 60.0
+"""Seconds that a game waits for its participants before it begins."""
+_LOOK_S = 1.0
+log = logging.getLogger("swarm_pz.play")
+
+
+class StudyGame:
+    """A game that is about to be played, is played, or has just been.
+
+    Parameters
+    ----------
+    players : tuple of int
+        Participants, in the order of `seats`.
+    room : Room
+    seats : tuple of int
+        Their teams.
+    """
+
+    def __init__(self, players: tuple[int, ...], room: Room, seats: tuple[int, ...]) -> None:
+        self.players, self.room, self.seats = players, room, seats
+        self.is_over = False
+
+    @property
+    def phase(self) -> Literal["ready", "running", "saving"]:
+        """How it stands, for a participant's page."""
+        if self.is_over:
+            return "saving"
+        return "running" if self.room.phase == "playing" else "ready"
+
+    @property
+    def fault(self) -> str:
+        """Why it cannot begin; empty if it can."""
+        failed = [seat for seat in self.room.seats if seat.policy_state == "failed"]
+        if not failed:
+            return ""
+        name = failed[0].policy or self.room.config.factors[failed[0].team].helper
+        return f"{name} cannot play: {failed[0].reason}. Please tell whoever runs the study"
+
+    def seat_of(self, number: int) -> dict[str, str]:
+        """Return what leads a participant's browser to their seat."""
+        seat = self.room.seats[self.seats[self.players.index(number)]]
+        return {"room": self.room.code, "seat": seat.side, "token": seat.token}
+
+    def has(self, number: int) -> bool:
+        """Whether a participant's browser is in it."""
+        seat = self.room.seats[self.seats[self.players.index(number)]]
+        return not self.is_over and seat.connection is not None
+
+    @property
+    def away_s(self) -> float:
+        """Seconds for which the participant who has been away for longest is away; 0 if all are there."""
+        seats = [self.room.seats[team] for team in self.seats]
+        now = time.monotonic()
+        return max((now - seat.away_since for seat in seats if seat.connection is None), default=0.0)
+
+
+class StudyGames:
+    """All of them.
+
+    Parameters
+    ----------
+    folder : StudyFolder
+    lobby : Lobby
+    """
+
+    def __init__(self, folder: StudyFolder, lobby: Lobby) -> None:
+        self._folder, self._lobby = folder, lobby
+        self._of: dict[int, StudyGame] = {}
+        self._ending: set[asyncio.Task[None]] = set()
+
+    def of(self, number: int) -> StudyGame | None:
+        """Return the game that a participant has now, until it is written down."""
+        return self._of.get(number)
+
+    def is_played_by(self, number: int) -> bool:
+        """Whether a participant's browser is in a game."""
+        game = self._of.get(number)
+        return game is not None and game.has(number)
+
+    def open(self, players: tuple[int, ...], step: Step) -> None:
+        """Open a room for a game, with a seat for each of its participants.
+
+        Raises
+        ------
+        SwarmError
+            If it cannot be played.
+        """
+        condition, study = step.condition, self._folder.study
+        assert condition is not None  # noqa: S101
+        first = TEAM_NAMES.index(condition.side)
+        seats = (first, 1 - first)[: len(players)]
+        red, blue = (condition.bare if team in seats else Factors(speed=condition.speed) for team in range(2))
+        table = self._lobby.context.table.replace(game=condition.game(study.rules), factors=(red, blue))
+        path, seed = self._folder.recording(players[0], step), self._folder.seed_of(step)
+        hosted = Hosted(config=table, seed=seed, path=path, over=lambda: self._over(game))
+        game = StudyGame(players, self._lobby.open_hosted(hosted), seats)
+        for team in seats:
+            game.room.reserve(team)
+        if len(players) == 1:
+            try:
+                game.room.place_policy("blue" if first == 0 else "red", self._folder.opponent_of(step))
+            except SwarmError:
+                self._lobby.close_room(game.room)
+                raise
+        for number in players:
+            self._of[number] = game
+
+    def _over(self, game: StudyGame) -> None:
+        game.is_over = True
+        task = asyncio.create_task(self._end(game))
+        self._ending.add(task)
+        task.add_done_callback(self._ending.discard)
+
+    async def _end(self, game: StudyGame) -> None:
+        """Write a game down, once its recording is on the disk; or keep that aside, if it was broken off."""
+        assert game.room.session is not None  # noqa: S101
+        await asyncio.to_thread(game.room.session.recorder.join)
+        for number in game.players:
+            try:
+                await asyncio.to_thread(self._folder.settle, number)
+            except (SwarmError, OSError) as error:  # it is tried again when the participant's page asks for it
+                log.error("a game was not written down: %s", error)
+        self._forget(game)
+
+    def _forget(self, game: StudyGame) -> None:
+        for number in game.players:
+            if self._of.get(number) is game:
+                del self._of[number]
+
+    async def watch(self) -> None:
+        """Stop games that a participant has left, for ever."""
+        while True:
+            await asyncio.sleep(_LOOK_S)
+            self.look()
+
+    def look(self) -> None:
+        """Stop games that a participant has left."""
+        for game in {id(game): game for game in self._of.values()}.values():
+            if game.is_over:
+                continue
+            is_running = game.room.phase == "playing"
+            is_gone = game.room.code not in self._lobby.rooms
+            if is_gone or game.away_s > (AWAY_S if is_running else UNUSED_S):
+                self.drop(game)
+
+    def drop(self, game: StudyGame) -> None:
+        """Break a game off, and let go of who is in it."""
+        there = game.room.connections
+        self._lobby.close_room(game.room)
+        if not game.is_over:  # nothing of it was played
+            self._forget(game)
+        for connection in there:
+            connection.close("this game was broken off")
+
+    async def close(self) -> None:
+        """Wait until what has ended is written down."""
+        await asyncio.gather(*self._ending, return_exceptions=True)

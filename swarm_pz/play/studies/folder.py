@@ -1,0 +1,260 @@
+"""The folder of a study that runs: what it is, what its participants have done, and their games.
+
+====================================  ================================================================
+`study/`                              its file and texts, as they were when it began
+`participants/CODE.jsonl`             what a participant has done; see `progress`
+`games/CODE.STEP.jsonl`               the recording of each game; that of two stands under the first's code
+`interrupted/CODE.STEP.N.jsonl`       recordings of games that were broken off, and played again
+====================================  ================================================================
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import threading
+from pathlib import Path
+from typing import IO, Any
+
+import msgspec
+
+from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
+from swarm_pz.errors import ConfigError, OutputError, RecordingError
+from swarm_pz.files import check_folder, explain
+from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.recordings.recorder import sync_folder
+from swarm_pz.play.studies.design import Study
+from swarm_pz.play.studies.progress import Progress, Step
+
+FROZEN, FILE = "study", "study.toml"
+
+
+class StudyFolder:
+    """A study that runs, or ran, in a folder.
+
+    Parameters
+    ----------
+    path : Path
+        A folder that holds one already; see `begin`.
+    only_read : bool
+        A server may be at work in it: nothing is written.
+
+    Attributes
+    ----------
+    study : Study
+        As it was when it began.
+    path : Path
+
+    Raises
+    ------
+    ConfigError
+        If there is none.
+    """
+
+    def __init__(self, path: Path, *, only_read: bool = True) -> None:
+        file = path / FROZEN / FILE
+        if not file.is_file():
+            raise ConfigError(f"no study has run in {path}: expected the file {file}; begin one by study run")
+        self.path, self.study = path, Study.read(file)
+        self._only_read = only_read
+        self._progress: dict[int, Progress] = {}
+        self._reading = threading.Lock()
+        self._lock = None if only_read else _locked(path)
+
+    @classmethod
+    def begin(cls, file: Path, path: Path) -> StudyFolder:
+        """Begin a study in a folder, or go on with it.
+
+        Raises
+        ------
+        ConfigError
+            If the file is no study, or the folder holds another one.
+        OutputError
+            If the folder cannot be written to.
+        """
+        study, frozen = Study.read(file), path / FROZEN
+        files = [(file, FILE), *((study.folder / name, name) for name in study.texts)]
+        check_folder(path)
+        if not frozen.exists():
+            _freeze(files, frozen)
+        for source, name in files:
+            kept = frozen / name
+            if not kept.is_file() or kept.read_bytes() != source.read_bytes():
+                raise ConfigError(
+                    f"{path} holds a study that began with another {name} than {source}: what was asked of some must "
+                    f"be asked of all. Give another --folder; or run {frozen / FILE}, as it began"
+                )
+        for name in ("participants", "games", "interrupted"):
+            check_folder(path / name)
+        return cls(path, only_read=False)
+
+    def close(self) -> None:
+        """Let another server have the folder."""
+        if self._lock is not None:
+            self._lock.close()
+
+    # --- participants -----------------------------------------------------------------------------
+
+    def progress(self, number: int) -> Progress:
+        """Return what a participant has done; it is made when they come first.
+
+        Raises
+        ------
+        RecordingError
+            If their file is corrupt.
+        """
+        with self._reading:  # threads share what there is
+            if number not in self._progress:
+                path = self.path / "participants" / f"{self.study.codes[number]}.jsonl"
+                try:
+                    self._progress[number] = Progress(self.study, path, number, only_read=self._only_read)
+                    sync_folder(path.parent)
+                except OSError as error:
+                    raise RecordingError(f"{path} cannot be used: {explain(error)}") from error
+            return self._progress[number]
+
+    def has_come(self, number: int) -> bool:
+        """Whether a participant has ever come."""
+        return (self.path / "participants" / f"{self.study.codes[number]}.jsonl").exists()
+
+    def summary(self, number: int) -> dict[str, Any]:
+        """Return how far a participant is, for those who look on."""
+        told = {"code": self.study.codes[number], "order": [one.title for one in self.study.order_of(number)]}
+        if not self.has_come(number):
+            return told | {"step": "has not come", "block": "", "played": 0, "won": 0, "done": 0, "of": 0}
+        try:
+            progress = self.progress(number)
+        except RecordingError as error:
+            return told | {
+                "step": "corrupt",
+                "block": "",
+                "played": 0,
+                "won": 0,
+                "done": 0,
+                "of": 0,
+                "fault": str(error),
+            }
+        step, games = progress.next, [line for name, line in list(progress.done.items()) if ".game" in name]
+        return told | {
+            "step": step.id if step is not None else "all done",
+            "block": step.condition.title if step is not None and step.condition is not None else "",
+            "played": len(games),
+            "won": sum(line.get("won") is True for line in games),
+            "done": len(progress.done),
+            "of": len(progress.steps),
+        }
+
+    # --- games ------------------------------------------------------------------------------------
+
+    def players(self, number: int, step: Step) -> tuple[int, ...]:
+        """Return the participants of a game; the first has the condition's side, the second the other one."""
+        assert step.condition is not None  # noqa: S101
+        if step.kind == "practice" or not step.condition.is_of_two:
+            return (number,)
+        return number // 2 * 2, number // 2 * 2 + 1
+
+    def recording(self, number: int, step: Step) -> Path:
+        """Return the file of a game."""
+        return self.path / "games" / f"{self.study.codes[self.players(number, step)[0]]}.{step.id}.jsonl"
+
+    def seed_of(self, step: Step) -> int:
+        """Return the seed of a game."""
+        return self.study.seed_of(step.game, practice=step.kind == "practice")
+
+    def opponent_of(self, step: Step) -> str:
+        """Return whom a participant meets in a game."""
+        assert step.condition is not None  # noqa: S101
+        return self.study.practice.opponent if step.kind == "practice" else step.condition.opponent
+
+    def line_of(self, number: int, step: Step) -> dict[str, Any] | None:
+        """Return what is kept of a game that is over, from its recording; None if it was not played to its end."""
+        path, condition = self.recording(number, step), step.condition
+        assert condition is not None  # noqa: S101
+        try:
+            end = Recording.read(path).end
+        except RecordingError:
+            return None
+        if end is None or end.outcome == "stopped":
+            return None
+        first = TEAM_NAMES.index(condition.side)
+        team = first if number == self.players(number, step)[0] else 1 - first
+        own = TEAM_NAMES[team]
+        delays = {} if end.delays is None else {"delays": msgspec.to_builtins(end.delays[team])}
+        return {
+            "condition": condition.title,
+            "system": condition.system,
+            "opponent": self.opponent_of(step),
+            "side": own,
+            "seed": self.seed_of(step),
+            "outcome": "draw" if end.outcome == "draw" else "win" if end.outcome == own else "loss",
+            "won": end.outcome == own,
+            "seconds": end.tick / TICKS_PER_SECOND,
+            "ended_by": end.ended_by,
+            "recording": f"games/{path.name}",
+            **delays,
+        }
+
+    def settle(self, number: int) -> None:
+        """Take up where the program ended in the middle of a game.
+
+        Of one that was over, only its line was missing; one that was not is kept aside, and played again.
+
+        Raises
+        ------
+        RecordingError
+            If the participant's file is corrupt.
+        """
+        progress = self.progress(number)
+        while (step := progress.next) is not None and step.kind in ("game", "practice"):
+            path = self.recording(number, step)
+            if not path.exists():
+                return
+            line = self.line_of(number, step)
+            if line is None:
+                self.set_aside(path)
+                return
+            progress.finish(step, **line)
+
+    def set_aside(self, path: Path) -> None:
+        """Keep the recording of an interrupted game where it is none of the study's."""
+        aside = self.path / "interrupted"
+        count = 1
+        while (goal := aside / f"{path.stem}.{count}.jsonl").exists():
+            count += 1
+        path.rename(goal)
+        sync_folder(aside)
+        sync_folder(path.parent)
+
+
+def _locked(path: Path) -> IO[bytes] | None:
+    """Keep other servers out of a study's folder, as long as what is returned is open."""
+    if not sys.platform.startswith(("linux", "darwin")):
+        return None
+    import fcntl
+
+    file = (path / ".lock").open("wb")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        file.close()
+        raise OutputError(f"a study is run in {path} already, by another program: end that first") from error
+    return file
+
+
+def _freeze(files: list[tuple[Path, str]], frozen: Path) -> None:
+    """Copy a study's files, all of them or none."""
+    draft = frozen.with_name(f".{frozen.name}.draft")
+    try:
+        shutil.rmtree(draft, ignore_errors=True)
+        for source, name in files:
+            copy = draft / name
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            with copy.open("wb") as file:
+                file.write(source.read_bytes())
+                file.flush()
+                os.fsync(file.fileno())
+        draft.rename(frozen)
+        sync_folder(frozen.parent)
+    except OSError as error:
+        raise OutputError(f"the study cannot be kept in {frozen}: {explain(error)}") from error

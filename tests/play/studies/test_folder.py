@@ -1,0 +1,107 @@
+"""A study's folder: what it keeps, and what it takes up after an interruption."""
+
+import pytest
+
+from swarm_pz.errors import ConfigError, OutputError, RecordingError
+from swarm_pz.play.studies.folder import StudyFolder
+from swarm_pz.play.studies.progress import Progress
+from tests.play.recordings.test_format import record
+from tests.play.studies.test_design import PLAIN, written
+
+SUS = {f"sus_{place}": 3 for place in range(1, 11)}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "plan").mkdir()
+    written(tmp_path / "plan", PLAIN.replace("wins = 1", "wins = 0"))
+    opened = StudyFolder.begin(tmp_path / "plan" / "study.toml", tmp_path / "data")
+    yield opened
+    opened.close()
+
+
+def to_first_game(folder, number=0):
+    """Do all that comes before the first game; return that step."""
+    progress = folder.progress(number)
+    while (step := progress.next).kind != "game":
+        progress.finish(step, **({"answers": {"age": 40}} if step.form is not None else {}))
+    return step
+
+
+def test_a_study_is_what_it_was_when_it_began(folder, tmp_path):
+    file = tmp_path / "plan" / "study.toml"
+    assert folder.study.title == "Two interfaces" and (tmp_path / "data" / "study" / "consent.md").exists()
+    with pytest.raises(OutputError, match=r"a study is run in .* already"):
+        StudyFolder.begin(file, tmp_path / "data")
+    folder.close()
+    StudyFolder.begin(file, tmp_path / "data").close()
+    StudyFolder.begin(tmp_path / "data" / "study" / "study.toml", tmp_path / "data").close()
+    (tmp_path / "plan" / "consent.md").write_text("# Won't you?")
+    with pytest.raises(ConfigError, match=r"began with another consent\.md than .* Give another --folder"):
+        StudyFolder.begin(file, tmp_path / "data")
+    with pytest.raises(ConfigError, match="no study has run in"):
+        StudyFolder(tmp_path / "plan")
+
+
+def test_a_study_that_is_none_leaves_no_folder(tmp_path):
+    (tmp_path / "study.toml").write_text("title = 7")
+    with pytest.raises(ConfigError):
+        StudyFolder.begin(tmp_path / "study.toml", tmp_path / "data")
+    assert not (tmp_path / "data").exists()
+
+
+def test_a_game_that_was_over_when_the_power_went_counts(folder):
+    step = to_first_game(folder)
+    path = folder.recording(0, step)
+    assert path.name == "P01.block1.game1.jsonl"
+    record(path, ticks=30, outcome="red")
+    folder.settle(0)
+    line = folder.progress(0).done[step.id]
+    assert (line["outcome"], line["won"], line["side"], line["seconds"]) == ("win", True, "red", 1.0)
+    assert (line["recording"], line["seed"]) == ("games/P01.block1.game1.jsonl", folder.study.seed_of(0))
+    assert (line["condition"], line["system"], line["opponent"]) == ("drawing", "ergodic", "uniform")
+    assert folder.summary(0)["won"] == 1 and path.exists()
+
+
+@pytest.mark.parametrize("lines", [1, 5, None])
+def test_a_game_that_was_not_is_kept_aside_and_played_again(lines, folder, tmp_path):
+    step = to_first_game(folder)
+    path = folder.recording(0, step)
+    for count in (1, 2):
+        record(path, ticks=30, outcome="stopped")
+        path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:lines]) + b"{")
+        folder.settle(0)
+        assert folder.progress(0).next.id == step.id and not path.exists()
+        assert (tmp_path / "data" / "interrupted" / f"P01.block1.game1.{count}.jsonl").exists()
+
+
+def test_who_looks_on_changes_nothing(folder, tmp_path):
+    to_first_game(folder)
+    path = tmp_path / "data" / "participants" / "P01.jsonl"
+    with path.open("a") as file:
+        file.write('{"half')
+    before = path.read_bytes()
+    rows = [StudyFolder(tmp_path / "data").summary(number) for number in range(4)]
+    assert [row["step"] for row in rows] == ["block1.game1", *["has not come"] * 3]
+    assert path.read_bytes() == before and not (tmp_path / "data" / "participants" / "P02.jsonl").exists()
+    path.write_text("{}\n")
+    assert StudyFolder(tmp_path / "data").summary(0)["step"] == "corrupt"
+    with pytest.raises(RecordingError):
+        StudyFolder(tmp_path / "data").progress(0)
+
+
+def test_a_disk_that_is_full_spoils_no_line(folder, tmp_path, monkeypatch):
+    step = folder.progress(0).next
+    path = tmp_path / "data" / "participants" / "P01.jsonl"
+    before = path.read_bytes()
+
+    def refuse(_):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as full:
+        full.setattr("swarm_pz.play.studies.progress.os.fsync", refuse)
+        with pytest.raises(OutputError, match=r"what was done cannot be kept in .*: no space left"):
+            folder.progress(0).finish(step)
+    assert path.read_bytes() == before and folder.progress(0).next == step
+    folder.progress(0).finish(step)
+    assert Progress(folder.study, path, 0).done.keys() == {step.id}

@@ -1,0 +1,188 @@
+"""A study at a table of its own, and participants who do what they are asked."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import urllib.error
+import urllib.request
+
+from websockets.exceptions import ConnectionClosed, InvalidMessage
+
+from swarm_pz.play import protocol
+from swarm_pz.play.studies.folder import StudyFolder
+from tests.play.conftest import COMMAND, Client
+
+PATIENCE_S = 1200.0
+"""What a participant waits for in all, on the slowest machine."""
+
+
+class StudyTable:
+    """A running study; it can be killed, and started again.
+
+    Attributes
+    ----------
+    address : str
+        Host and port; other ones after each start.
+    token : str
+        Of the monitor.
+    """
+
+    def __init__(self, file, folder):
+        self.file, self.folder = file, folder
+        self.start()
+
+    def start(self):
+        options = ["--folder", str(self.folder), "--port", "0", "--countdown", "0"]
+        self.process = subprocess.Popen(  # noqa: S603
+            [sys.executable, "-c", COMMAND, "study", "run", str(self.file), *options],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env=os.environ | {"PYTHONUNBUFFERED": "1"},
+        )
+        line = next(line for line in self.process.stdout if "/study/monitor#" in line)
+        self.token = line.strip().split("#")[1]
+        self.address = line.split("http://")[1].split("/")[0]
+
+    def kill(self):
+        """End the server as a power failure would."""
+        self.process.kill()
+        self.process.communicate()
+
+    def end(self):
+        """Tell the server to end, and return what it printed."""
+        self.process.send_signal(signal.SIGTERM)
+        return self.process.communicate(timeout=60)[0]
+
+    def ask(self, path, said=None, **headers):
+        """Return status and answer of an address; `said` is posted, if there is any."""
+        data = said if said is None or isinstance(said, bytes) else json.dumps(said).encode()
+        request = urllib.request.Request(f"http://{self.address}{path}", data=data, headers=headers)
+        try:
+            with urllib.request.urlopen(request, timeout=30) as answer:  # noqa: S310
+                text = answer.read().decode()
+                return answer.status, json.loads(text) if "json" in answer.headers["content-type"] else text
+        except urllib.error.HTTPError as error:
+            text = error.read().decode()
+            return error.code, json.loads(text) if "json" in error.headers["content-type"] else text
+
+    def monitor(self):
+        """Return the monitor's rows, by code."""
+        _, told = self.ask("/study/monitor/data", authorization=f"Bearer {self.token}")
+        return {row["code"]: row for row in told["rows"]}
+
+    @property
+    def kept(self):
+        """What stands in the folder now."""
+        return StudyFolder(self.folder)
+
+
+class Participant:
+    """Somebody who answers, plays, and tries again when the server is gone.
+
+    Attributes
+    ----------
+    done : list of str
+        Steps, as the server confirmed them.
+    """
+
+    def __init__(self, table, code):
+        self.table, self.code = table, code
+        self.window, self.loaded = f"window of {code}", time.time()
+        self.done = []
+
+    def say(self, act, **more):
+        """Return how the study stands for this participant after something was said."""
+        said = {"window": self.window, "loaded": self.loaded, **more}
+        status, told = self.table.ask(f"/study/{self.code}/{act}", said)
+        assert status == 200, told
+        return told
+
+    def walk(self, until=lambda step: False):
+        """Do what is asked until all is done, or a step comes at which one stops; return the last state."""
+        end, state = time.monotonic() + PATIENCE_S, {}
+        while time.monotonic() < end:
+            try:
+                state = self.say("state")
+                step = state.get("step")
+                if step is None or until(step):
+                    return state
+                assert step["id"] not in self.done, f"{self.code} is asked {step['id']} twice"
+                self.do(state)
+            except (OSError, ConnectionClosed, InvalidMessage, TimeoutError):
+                time.sleep(0.2)  # the server is gone, or its game
+        raise AssertionError(f"{self.code} does not get on: {state}")
+
+    def do(self, state):
+        """Do one step."""
+        step = state["step"]
+        if step["kind"] in ("game", "practice"):
+            self.play(step, state["game"])
+            return
+        time.sleep(step.get("seconds", 0.0))
+        told = {"answers": {item["id"]: answer_to(item) for item in step["items"]}} if step["kind"] == "form" else {}
+        after = self.say("done", step=step["id"], **told)
+        assert "refused" not in after, after
+        self.done.append(step["id"])
+
+    def play(self, step, game):
+        if game["phase"] not in ("ready", "running"):
+            game = self.say("play", step=step["id"]).get("game", {})
+        if "seat" not in game or game["phase"] == "saving":
+            time.sleep(0.1)
+            return
+        assert not game["fault"], game
+        if self.finish(game["seat"]["token"]) != "stopped":
+            while (after := self.say("state")).get("game", {}).get("phase") == "saving":
+                time.sleep(0.05)
+            if (after.get("step") or {}).get("id") != step["id"]:
+                self.done.append(step["id"])
+
+    def finish(self, token):
+        """Play a game to its end, with one command; return its outcome."""
+        client = Client(self.table.address, token)
+        try:
+            commands = client.hear(protocol.Seated).commands
+            if commands.takes == "density":
+                command = {"density": [[float(column == 9) for column in range(10)] for _ in range(10)]}
+            else:
+                command = {"command": commands.default}
+            client.hear(protocol.RoomState, lambda room: room.phase != "waiting")
+            client.say(protocol.CommandMessage(1, **command))
+            return client.hear(protocol.RoomState, lambda room: room.phase == "over").outcome
+        except AssertionError as error:
+            if "refused" in str(error):  # the seat is gone, or the game over before the command came
+                return "stopped"
+            raise
+        finally:
+            client.close()
+
+
+def answer_to(item):
+    """Return an answer to a question."""
+    if item["kind"] in ("choice", "pair"):
+        return item["choices"][0]
+    return "fine" if item["kind"] == "text" else item["least"]
+
+
+def walk_all(participants, meanwhile=lambda: None):
+    """Let participants do all that they are asked, at the same time, while something else is done."""
+    faults = []
+
+    def walk(one):
+        try:
+            one.walk()
+        except BaseException as error:
+            faults.append(f"{one.code}: {error!r}")
+
+    threads = [threading.Thread(target=walk, args=[one]) for one in participants]
+    for thread in threads:
+        thread.start()
+    meanwhile()
+    for thread in threads:
+        thread.join()
+    assert not faults, faults

@@ -1,0 +1,266 @@
+"""The pages of a study in a real browser: what is asked, how it is answered, and that everybody can."""
+
+import re
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import expect
+
+from tests.play.conftest import new_page
+from tests.play.server.test_studies import lines_of, planned
+from tests.play.studying import Participant, StudyTable
+
+pytestmark = pytest.mark.browser
+WIDTHS = ((390, 844), (1280, 800))
+FIELDS = "button, textarea, .answers label, input:not([type=radio], [type=checkbox])"
+SMALL = """(fields) => [...document.querySelectorAll(fields)]
+    .filter((one) => one.checkVisibility() && (one.offsetHeight < 44 || one.offsetWidth < 36))
+    .map((one) => one.outerHTML)"""
+HOLD = """window.setTimeout = ((later) => (act, ms, ...more) =>
+    later(act, ms === 6000 && sessionStorage.getItem("hold") ? 1e9 : ms, ...more))(window.setTimeout)"""
+"""A result is shown for as long as it is looked at."""
+PLAN = """
+title = "Two interfaces"
+participants = 8
+games = 1
+break_s = 1.5
+consent = "consent.md"
+welcome = "consent.md"
+rules = { time_limit = 1.0, drones_per_team = 3 }
+practice = { wins = 1, most = 1 }
+
+[[conditions]]
+title = "drawing"
+text = "consent.md"
+
+[[conditions]]
+title = "attractors"
+system = "flocking"
+opponent = "person"
+
+[[forms]]
+name = "nasa-tlx"
+when = "start"
+
+[[forms]]
+name = "sus"
+when = "start"
+
+[[forms]]
+name = "own"
+title = "Looking back"
+when = "start"
+items = [
+    { id = "age", text = "How old are you?", kind = "number", least = 18, most = 99 },
+    { id = "hand", text = "Your hand?", kind = "choice", choices = ["left", "right", "both"] },
+    { id = "mood", text = "How are you?", low = "bad", high = "well" },
+    { id = "free", text = "Anything else?", kind = "text", optional = true },
+]
+"""
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("study")
+    table = StudyTable(planned(folder / "plan", PLAN), folder / "data")
+    yield table
+    table.end()
+
+
+@pytest.fixture
+def visit(chromium, study):
+    """Give a function that opens an address of the study in a browser of its own."""
+    pages, faults = [], []
+
+    def open_(address, width=390, height=844):
+        page = new_page(chromium, width, height)
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.goto(f"http://{study.address}/{address}")
+        pages.append(page)
+        return page
+
+    yield open_
+    for page in pages:
+        page.context.close()
+    assert not faults, f"a page had errors: {faults}"
+
+
+def check(page, where):
+    """Check that axe finds nothing wrong with a page, narrow and wide, and that nothing sticks out of it."""
+    for width, height in WIDTHS:
+        page.set_viewport_size({"width": width, "height": height})
+        found = Axe().run(page).response
+        violations = [(entry["id"], [node["html"] for node in entry["nodes"]]) for entry in found["violations"]]
+        assert not violations, f"{where}, {width} wide: {violations}"
+        unclear = {entry["id"] for entry in found["incomplete"]}
+        assert unclear <= {"color-contrast"}, f"{where}, {width} wide: {unclear}"
+        assert page.evaluate("document.documentElement.scrollWidth") <= width, f"{where}, {width} wide"
+        small = page.evaluate(SMALL, FIELDS)
+        assert not small, f"{where}, {width} wide: too small to be touched: {small}"
+    page.set_viewport_size({"width": 390, "height": 844})
+
+
+def at_heading(page, text):
+    expect(page.locator("#heading")).to_have_text(text)
+
+
+def go_on(page, name="Go on"):
+    page.get_by_role("button", name=name, exact=True).click()
+
+
+def test_a_participant_goes_through_every_kind_of_page(visit, study):
+    page = visit("")
+    at_heading(page, "Welcome")
+    check(page, "code")
+    page.fill("#participant", "../etc")
+    page.keyboard.press("Enter")
+    expect(page.locator("#told")).to_contain_text("letters, digits")
+    page.fill("#participant", "p01")
+    page.keyboard.press("Enter")
+
+    at_heading(page, "Do you want to take part?")
+    check(page, "consent")
+    go_on(page)
+    expect(page.locator("#told")).to_contain_text("tick that you agree")
+    go_on(page, "I do not want to take part")
+    at_heading(page, "Thank you for reading this")
+    go_on(page, "Back")
+    page.get_by_label("I have read this").check()
+    go_on(page)
+
+    at_heading(page, "How demanding was it?")
+    check(page, "NASA-TLX")
+    go_on(page)
+    expect(page.locator("#told")).to_have_text("Please answer this question.")
+    check(page, "NASA-TLX, unanswered")
+    for place, slider in enumerate(page.locator("input[type=range]").all()):
+        expect(slider).to_have_attribute("aria-valuetext", "not answered yet")
+        slider.focus()
+        page.keyboard.press("Enter" if place == 0 else "Home")
+        expect(slider).to_have_attribute("aria-valuetext", "50" if place == 0 else "0")
+    page.locator("#mental").focus()
+    page.keyboard.press("ArrowRight")
+    for pair in page.locator("fieldset").all():
+        pair.locator("label").first.click()
+    page.reload()  # what was answered is still there
+    expect(page.locator("#mental")).to_have_value("55")
+    go_on(page)
+
+    at_heading(page, "How usable was it?")
+    check(page, "SUS")
+    for question in page.locator("fieldset").all():
+        question.locator("label").nth(2).click()
+    go_on(page)
+
+    at_heading(page, "Looking back")
+    page.get_by_label("How old are you?").fill("17")
+    page.get_by_label("left").check()
+    page.locator("label", has_text="7").click()
+    go_on(page)
+    expect(page.locator("#told")).to_have_text("Please give a number from 18 to 99.")
+    check(page, "own questions")
+    page.get_by_label("How old are you?").fill("18")
+    go_on(page)
+
+    at_heading(page, "Please read")
+    check(page, "text")
+    assert page.locator(".text h2").inner_text() == "Will you?"
+    go_on(page)
+    expect(page.locator("#progress")).to_have_attribute("value", "5")  # the next text has the same heading
+    go_on(page)
+    at_heading(page, "Practice game 1")
+    kept = {line["step"]: line for line in lines_of(study, "P01")[1:]}
+    assert kept["start.form.nasa-tlx"]["answers"]["mental"] == 55
+    assert kept["start.form.sus"]["scores"] == {"sus": 50.0}
+    own = {"age": 18, "hand": "left", "mood": 7, "free": None}
+    assert kept["start.form.own"]["answers"] == own
+
+    expect(page.locator("#asked")).to_contain_text("until you have won 1, or played 1")
+    check(page, "before a game")
+    page.add_init_script(HOLD)
+    page.evaluate("sessionStorage.setItem('hold', 'yes')")
+    go_on(page, "Begin")
+    page.wait_for_selector("#table[data-phase=over]")
+    assert "/study/p01/game#room=" in page.url
+    for name in ("#leave", "#ready", "#swap", "#recording", "#lobby", "#shelf"):
+        expect(page.locator(name)).to_be_hidden()
+    check(page, "a game's result")
+    page.evaluate("sessionStorage.removeItem('hold')")
+    go_on(page)
+    at_heading(page, "Game 1 of 1")
+    go_on(page, "Begin")
+    at_heading(page, "Time for a rest")  # by itself, when the result was shown
+    expect(page.get_by_role("button", name="Go on")).to_be_enabled()
+    check(page, "break")
+    go_on(page)
+
+    at_heading(page, "Practice game 1")
+    other = Participant(study, "P02")
+    other.walk(lambda step: step["id"] == "block2.game1")
+    go_on(page, "Begin")
+    at_heading(page, "Game 1 of 1")
+    go_on(page, "Begin")
+    expect(page.locator("#asked")).to_contain_text("when the other participant is, too")
+    check(page, "waiting")
+    other.walk()
+    at_heading(page, "Thank you")
+    check(page, "end")
+    assert lines_of(study, "P01")[-1]["opponent"] == "person"
+
+
+def test_a_second_window_says_so_and_may_take_over(visit):
+    first = visit("study/P03")
+    at_heading(first, "Do you want to take part?")
+    second = visit("study/P03")
+    at_heading(second, "This study is open in another window")
+    check(second, "elsewhere")
+    go_on(second, "Go on here")
+    at_heading(second, "Do you want to take part?")
+    at_heading(first, "This study is open in another window")
+
+
+def test_nothing_lies_over_what_is_read(visit):
+    page = visit("study/P06")
+    at_heading(page, "Do you want to take part?")
+    for name in ("#study", "#heading", ".text p", ".agree"):
+        box = page.locator(name).bounding_box()
+        middle = [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
+        seen = "([name, at]) => document.elementFromPoint(...at).closest(name) !== null"
+        assert page.evaluate(seen, [name, middle]), name
+
+
+def test_who_is_nobody_is_told_so(visit):
+    page = visit("study/P77")
+    at_heading(page, "This does not go on")
+    expect(page.locator("#told")).to_contain_text("nobody in this study has the code P77")
+    check(page, "nobody")
+
+
+def test_the_monitor_follows_by_itself(visit, study):
+    page = visit(f"study/monitor#{study.token}", 1280, 800)
+    row = page.locator("tr[data-code=P05]")
+    expect(row).to_contain_text("has not come")
+    Participant(study, "P05").say("state")
+    expect(row).to_contain_text("consent")
+    expect(row).to_contain_text("here")
+    check(page, "monitor")
+    closed = visit("study/monitor")
+    expect(closed.locator("#lost")).to_contain_text("as the terminal shows it")
+
+
+def test_a_game_is_come_back_to_and_leads_back(visit, study):
+    one = Participant(study, "P07")
+    one.walk(lambda step: step["kind"] == "practice")
+    page = visit("study")
+    page.evaluate("name => sessionStorage.setItem('swarm-pz.window', name)", one.window)
+    page.goto(f"http://{study.address}/study/P07")
+    go_on(page, "Begin")
+    page.wait_for_url(re.compile("/game#room="))
+    page.reload()
+    page.wait_for_url("**/study/P07")
+    at_heading(page, "Game 1 of 1")
+    seat = {"room": "AAAA", "seat": "red", "token": "0" * 32}
+    page.evaluate("seat => sessionStorage.setItem('swarm-pz.seat', JSON.stringify(seat))", seat)
+    page.goto(f"http://{study.address}/study/P07/game#room=AAAA")  # a seat that went with its server
+    page.wait_for_url("**/study/P07")
+    at_heading(page, "Game 1 of 1")
