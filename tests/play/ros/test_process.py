@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 import socket
 import subprocess
 import sys
@@ -22,7 +23,8 @@ from swarm_pz.play.server import serve as module
 from swarm_pz.simulator.commands import make_target
 from tests.play.conftest import Table
 
-TABLET = Path(__file__).parents[3] / "benchmarks" / "table" / "tablet.py"
+ROOT = Path(__file__).parents[3]
+TABLET = ROOT / "benchmarks" / "table" / "tablet.py"
 
 
 def refused(capsys, *arguments):
@@ -64,6 +66,18 @@ def test_the_bridge_is_beside_the_table_that_was_asked_for(monkeypatch):
     listening, opponent, table, _ = how["beside"].args
     listening.close()
     assert (opponent, table) == ("ring", how["table"])
+
+
+def test_the_program_of_the_documentation_plays(tmp_path):
+    (program,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "ros.md").read_text(), re.S)
+    table = Table(tmp_path, "--rosbridge", "0", "--ros-opponent", "uniform")
+    line = next(line for line in table.process.stdout if "rosbridge is at" in line)
+    program = program.replace("port=9090", f"port={int(line.rpartition(':')[2])}")
+    with subprocess.Popen([sys.executable, "-u", "-c", program], stdout=subprocess.PIPE, text=True) as playing:
+        seen = next(line for line in playing.stdout if "red drones" in line)
+        playing.kill()
+    assert "plays in room" in table.end()
+    assert int(seen.split()[0]) > 0
 
 
 def test_the_current_library_plays_a_game_and_comes_back_after_a_loss(tmp_path):
