@@ -105,7 +105,7 @@ def test_what_is_followed_is_what_a_recording_can_hold():
     command = game.submit(BLUE, 7, asked)
     (event,) = game.advance()
     assert event.command is command and (command.team, command.number) == (BLUE, 7)
-    np.testing.assert_array_equal(command.values, np.round(asked / asked.max(), 4))
+    np.testing.assert_array_equal(command.values, np.round(asked / asked.max(), 8))
     np.testing.assert_allclose(game.simulator.targets[0, BLUE], command.values / command.values.sum(), rtol=1e-12)
 
 

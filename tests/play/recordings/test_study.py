@@ -317,7 +317,7 @@ def test_a_game_of_two_equals_is_one_game(tmp_path):
 
 
 def test_odd_labels_reach_neither_the_terminal_nor_a_spreadsheet(folder, tmp_path, capsys):
-    main(["study", str(folder), "--out", str(tmp_path / "tables")])
+    main(["study", "tables", str(folder), "--out", str(tmp_path / "tables")])
     said = capsys.readouterr()
     assert "[/p1]" in said.out and "\\x1b[31mred" in said.out and "\\t=1+1" in said.out
     assert not {sign for sign in said.out + said.err if not sign.isprintable()} - {"\n"}
@@ -327,7 +327,7 @@ def test_odd_labels_reach_neither_the_terminal_nor_a_spreadsheet(folder, tmp_pat
     assert schema["left_out"]["lesson"] == 2 and schema["every_game"] is False
     table = (tmp_path / "tables" / "summary.csv").read_bytes().decode()
     assert "'\t=1+1" in table
-    main(["study", str(folder), "--out", str(tmp_path / "tables"), "--all"])
+    main(["study", "tables", str(folder), "--out", str(tmp_path / "tables"), "--all"])
     said = capsys.readouterr().out
     assert "3-3-3" in said and "lesson" not in said
     assert json.loads((tmp_path / "tables" / "schema.json").read_text())["every_game"] is True
