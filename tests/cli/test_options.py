@@ -274,7 +274,7 @@ def test_of_replay(monkeypatch, recording, capsys):
 @pytest.mark.parametrize("parquet", [False, True])
 def test_of_study(monkeypatch, tmp_path, capsys, parquet):
     monkeypatch.setattr("swarm_pz.play.recordings.study.read_folder", lambda folder: (["rows", folder], ["a.gz: torn"]))
-    arguments = ["study", "games", "--out", str(tmp_path), *(["--parquet"] if parquet else [])]
+    arguments = ["study", "tables", "games", "--out", str(tmp_path), *(["--parquet"] if parquet else [])]
     given, named = asked(monkeypatch, "swarm_pz.play.recordings.study.write_tables", arguments)
     assert given == (["rows", Path("games")], tmp_path)
     assert named == {"every_game": False, "parquet": parquet, "command": " ".join(["swarm-pz", *arguments])}
