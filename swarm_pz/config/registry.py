@@ -64,11 +64,19 @@ def system_class(name: str) -> type[ControlSystem]:
         raise ConfigError(f"{said} must have a name of letters, digits, _, - and inner dots: it names files")
     if "__dataclass_fields__" not in vars(found) or not found.__dataclass_params__.frozen:  # type: ignore[attr-defined]
         raise ConfigError(f"{said} must be a frozen dataclass: put @dataclass(frozen=True, kw_only=True) above it")
-    if found.kernel and not point.value.startswith("swarm_pz."):
+    if found.kernel and not is_own(name):
         raise ConfigError(f"{said} must fly by its own solve: kernel is for swarm-pz's own, got {found.kernel!r}")
     if not isinstance(getattr(found, "takes", None), str):
         raise ConfigError(f"{said} must say by takes = '...' which kind of commands it takes")
     return found
+
+
+def is_own(name: str) -> bool:
+    """Whether a control system is swarm-pz's own."""
+    try:
+        return _find(name).value.startswith("swarm_pz.")
+    except ConfigError:
+        return False
 
 
 @functools.cache  # looking through what is installed takes milliseconds, and every configuration asks

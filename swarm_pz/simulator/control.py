@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
 from swarm_pz.config.system import ControlSystem, Flight
-from swarm_pz.config.values import check_densities, check_values, describe, repr_of
+from swarm_pz.config.values import TOLERANCE, check_densities, describe, repr_of
 from swarm_pz.errors import CommandError, ConfigError, FlightError, SwarmError
 from swarm_pz.kernels.controllers.communication import communication_parameters
 from swarm_pz.kernels.game import ERGODIC, GIVEN, Games, find_heard
@@ -320,7 +320,7 @@ def command_shape(system: ControlSystem, config: GameConfig) -> tuple[int, ...]:
         If what it takes is not told by a Box, or the command that it begins with is none of these.
     """
     try:
-        space, default = system.space(config), system.default(config)
+        space, begins = system.space(config), np.asarray(system.default(config), np.float64)
     except SwarmError:
         raise
     except (Exception, SystemExit) as error:
@@ -333,12 +333,16 @@ def command_shape(system: ControlSystem, config: GameConfig) -> tuple[int, ...]:
             f"controllers: {system.name} says that it takes densities, which are of shape {densities}, got a space of "
             f"shape {space.shape}"
         )
-    try:
-        check_values(default, space.shape, space.low, space.high, "what it begins with")
-    except CommandError as error:
-        raise ConfigError(f"controllers: {system.name} must begin with a command of its space: {error}") from error
+    if (
+        begins.shape != space.shape
+        or not ((begins >= space.low - TOLERANCE) & (begins <= space.high + TOLERANCE)).all()
+    ):
+        raise ConfigError(
+            f"controllers: {system.name} must begin with a command of its space, {repr_of(space)}, got shape "
+            f"{begins.shape} with {repr_of(begins.tolist())[:200]}"
+        )
     if system.takes != "density":
-        _check_densities_of(system, np.asarray(default, np.float64), config)
+        _check_densities_of(system, begins, config)
     return tuple(space.shape)
 
 

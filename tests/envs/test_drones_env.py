@@ -40,9 +40,9 @@ def variant(request):
 
 
 def test_pettingzoos_tests_pass(variant):
-    parallel_api_test(drones_env(**variant), num_cycles=150)
+    parallel_api_test(drones_env(**variant), num_cycles=60)
     parallel_seed_test(lambda: drones_env(**variant))
-    api_test(parallel_to_aec(drones_env(**variant)), num_cycles=60)
+    api_test(parallel_to_aec(drones_env(**variant)), num_cycles=30)
 
 
 def test_it_renders():

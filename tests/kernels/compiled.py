@@ -10,14 +10,18 @@ from __future__ import annotations
 import os
 from concurrent.futures import ProcessPoolExecutor
 
-from swarm_pz.bench import batch_env_face
+import numpy as np
+
 from swarm_pz.config import GameConfig, MemoryConfig
+from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.profiling import solve
 from swarm_pz.simulator import Simulator
 
 KINDS = {
     "paper": GameConfig(),
     "variants": GameConfig(controllers="flocking"),
+    "coverage": GameConfig(controllers="coverage"),
+    "potential field": GameConfig(controllers="potential_field"),
     "released": GameConfig.preset("released"),
     "endless trails": GameConfig(memory=MemoryConfig(trail=None)),
     "the controller alone": None,
@@ -26,12 +30,19 @@ KINDS = {
 
 def make(kind: str) -> None:
     """Compile what games of a kind need, unless it is kept already."""
-    if (config := KINDS[kind]) is not None:
-        batch_env_face(config, 1, 1)()
-    else:
+    if (config := KINDS[kind]) is None:
         simulator = Simulator()
         simulator.reset([0])
         solve(simulator.games, simulator.controller)
+        return
+    env = BatchEnv(config)
+    env.reset([0])
+    games, control = env.simulator.games, env.simulator.control
+    density = np.ones((1, config.command_cells, config.command_cells))
+    sides = [control.read(density, games.flown_by[:, team], "density", "densities") for team in range(2)]
+    env.step_checked(np.stack(sides, axis=1))
+    for team, observation in enumerate(config.observations):
+        env.observe(observation, team)
 
 
 def main() -> None:

@@ -5,19 +5,21 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
+from swarm_pz.config.registry import is_own
 from swarm_pz.errors import CommandError
 from swarm_pz.play.server.orders import Made
 from swarm_pz.play.server.watched_thread import WatchedThread
 
 MAKE_S = 5.0
-"""Seconds that a command may take to be made."""
+"""Seconds that a command for another package's system may take to be made."""
 
 
 class Painter:
     """Makes commands, one at a time, since it takes a core.
 
-    A control system that hangs while it reads or draws a command has its thread to itself from then on; until it comes
-    back, no other command is made for it.
+    Another package's control system that hangs while it reads or draws a command has its thread to itself from then on;
+    until it comes back, no other command is made for it. swarm-pz's own may take their time: a machine may be busy, and
+    what draws may have to be compiled.
     """
 
     def __init__(self) -> None:
@@ -41,7 +43,7 @@ class Painter:
         try:
             if system in self._hanging and self._hanging[system].is_alive:
                 raise CommandError(f"{system} still reads another command: it takes no more until it is done")
-            return await self._thread.do(work, MAKE_S)
+            return await self._thread.do(work, None if is_own(system) else MAKE_S)
         except TimeoutError as error:
             self.close()
             self._hanging[system], self._thread = self._thread, WatchedThread("painting")

@@ -39,13 +39,13 @@ class WatchedThread:
         """Whether it has not ended yet."""
         return self._thread.is_alive()
 
-    async def do(self, work: Callable[[], T], limit_s: float) -> T:
+    async def do(self, work: Callable[[], T], limit_s: float | None) -> T:
         """Return what is answered; what is raised is raised here.
 
         Raises
         ------
         TimeoutError
-            If it takes longer than the limit, and goes on.
+            If it takes longer than the limit, where there is one, and goes on.
         RuntimeError
             If it raises what would end the event loop, such as a KeyboardInterrupt.
         """

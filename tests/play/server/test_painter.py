@@ -2,6 +2,7 @@
 
 import asyncio
 import threading
+import time
 
 import pytest
 
@@ -71,5 +72,12 @@ def test_what_would_end_the_server_is_an_error_like_others(fault, painter):
         with pytest.raises(RuntimeError):
             await painter.make(work, "one")
         assert await painter.make(lambda: "made", "one") == "made"
+
+    asyncio.run(script())
+
+
+def test_own_systems_may_take_their_time(painter):
+    async def script():
+        assert await painter.make(lambda: time.sleep(0.5) or "made", "ergodic") == "made"
 
     asyncio.run(script())
