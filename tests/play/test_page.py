@@ -289,7 +289,7 @@ def test_a_large_drawing_is_sent(open_page, table):
 
 def test_two_people_play_each_other_to_the_end(open_page, table):
     red = open_page(width=1000, height=700)
-    room = open_room(red, "", "15")
+    room = open_room(red, "", "30")
     expect(red.locator("#room-code")).to_have_text(room)
     blue = open_page()
     blue.fill("#code", room.lower())
@@ -297,11 +297,11 @@ def test_two_people_play_each_other_to_the_end(open_page, table):
     expect(blue.locator("#blue-who")).to_contain_text("(you)")
     red.click("#ready")
     blue.wait_for_timeout(300)
-    assert blue.inner_text("#clock").split() == ["0:00", "of", "0:15"]
+    assert blue.inner_text("#clock").split() == ["0:00", "of", "0:30"]
     blue.click("#ready")
     for page in (red, blue):
         page.wait_for_selector("#cover", state="hidden")
-        Hand(page).draw((0.3, 0.5), (0.7, 0.5))  # a moment's work, of a game of 15 s
+        Hand(page).draw((0.3, 0.5), (0.7, 0.5))  # a moment's work, of a game of 30 s
         page.click("#send")
     for page in (red, blue):
         page.wait_for_selector("#recording", state="visible")

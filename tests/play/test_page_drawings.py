@@ -56,8 +56,7 @@ def names(page):
 def test_a_saved_drawing_survives_a_reload_and_is_sent_at_a_tap_or_by_its_digit(open_page, table):
     page = open_page(width=390, height=844)
     room = begin(page)
-    page.keyboard.press("4")
-    expect(page.locator("#told")).to_have_text("Nothing is saved as 4")
+    eventually(page, lambda: page.keyboard.press("4") or page.inner_text("#told") == "Nothing is saved as 4")
     page.keyboard.press("s")
     expect(page.locator("#told")).to_have_text("Draw something first")
     for i, y in enumerate((0.3, 0.7)):
@@ -272,7 +271,10 @@ def test_responses_are_listed_in_words_and_removed_and_no_more_are_added_than_a_
     for _ in range(5):
         page.click("#rule-add")
     expect(page.locator("#rules li")).to_have_count(8)
+    expect(page.locator("#rules li").last).to_contain_text(said[-1])  # what was chosen stays chosen
     expect(page.locator("#rule-add")).to_be_disabled()
+    offered = page.locator("#rule-do option").evaluate_all("options => options.map(({ value }) => value)")
+    assert "ring" in offered and "besiege" not in offered, "it answers other commands"
     page.locator("#rules button").first.click()
     expect(page.locator("#rules li")).to_have_count(7)
     expect(page.locator("#close-tools")).to_be_focused()

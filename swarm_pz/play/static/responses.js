@@ -13,7 +13,7 @@ const CONDITIONS = {
 };
 
 export class Responses {
-  // policies: that may answer; saved: gives the drawings that can be sent here; say: what the protocol has for one.
+  // policies: gives those that may answer; saved: gives the drawings that can be sent here; say: what the protocol has for one.
   constructor(link, { policies, saved, say }) {
     Object.assign(this, { link, policies, saved, say });
     link.addEventListener("seated", () => this.begin());
@@ -44,8 +44,9 @@ export class Responses {
 
   // Who can answer: policies, and what is saved.
   show() {
-    const drawings = this.saved().map(({ name }, i) => new Option(name, i));
-    at("rule-do").replaceChildren(...drawings, ...this.policies.map(({ name }) => new Option(called(name), name)));
+    const drawings = this.saved().map(({ name }, i) => new Option(name, i)), chosen = at("rule-do").value;
+    at("rule-do").replaceChildren(...drawings, ...this.policies().map(({ name }) => new Option(called(name), name)));
+    if ([...at("rule-do").options].some(({ value }) => value === chosen)) at("rule-do").value = chosen;
     at("rules").replaceChildren(...this.rules.map(({ name, when }, i) => {
       const words = this.words({ name, when });
       return make("li", {}, words, button("Remove", () => this.remove(i), { "aria-label": `Remove: ${words}` }));

@@ -271,13 +271,14 @@ export class Table {
   }
 
   respond() {
-    const how = { policies: this.policies, saved: () => this.library.own, say: (strokes) => this.pen.say(strokes) };
+    const how = { policies: () => this.policies.filter((policy) => this.answers(policy)), saved: () => this.library.own, say: (strokes) => this.pen.say(strokes) };
     return this.responses ??= import("./responses.js").then(({ Responses }) => new Responses(this.link, how));
   }
 
   // Have what commands of a seat are made with: what is not drawn has its own code, fetched when it is needed.
   async equip(commands) {
     const { takes, serves_densities: isServed } = commands, kind = PLACED.includes(takes) || takes === "accelerations" ? takes : "strokes";
+    this.answers = ({ answers }) => answers === takes || answers === "any" || (answers === "density" && isServed);
     this.isEquipped = false;
     this.pen.forget();
     if (kind === "strokes") this.pen = this.brush;
