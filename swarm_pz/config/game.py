@@ -200,11 +200,6 @@ class GameConfig(Config):
         return red, blue
 
     @property
-    def trails_have_gaps(self) -> bool:
-        """Whether there may be places without a past in trails, after the first ticks."""
-        return bool(self.memory.trail_forgotten_on) or self.dynamics.failure_rate > 0.0
-
-    @property
     def tells_sending(self) -> bool:
         """Whether a command that is sent again is another thing than one that is held."""
         memory = self.memory

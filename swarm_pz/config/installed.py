@@ -11,7 +11,7 @@ FAULTS = (Exception, SystemExit)
 def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
     """Return all entry points of a group: swarm-pz's own, then by package and value, however they are found."""
     points = importlib.metadata.entry_points(group=group)
-    return sorted(points, key=lambda point: (origin(point) != "swarm-pz", origin(point), point.value))
+    return sorted(points, key=lambda point: (not is_own(point), origin(point), point.value))
 
 
 def registered_in(group: str) -> dict[str, importlib.metadata.EntryPoint]:
@@ -25,3 +25,8 @@ def registered_in(group: str) -> dict[str, importlib.metadata.EntryPoint]:
 def origin(point: importlib.metadata.EntryPoint) -> str:
     """Return the name of the package that registered an entry point."""
     return str(point.dist.name) if point.dist is not None else "unknown"
+
+
+def is_own(point: importlib.metadata.EntryPoint) -> bool:
+    """Whether swarm-pz registered an entry point itself."""
+    return origin(point) == "swarm-pz"

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from swarm_pz.config.installed import FAULTS, entry_points, origin, registered_in
+from swarm_pz.config.installed import FAULTS, entry_points, is_own, origin, registered_in
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.config.values import repr_of
 from swarm_pz.errors import ConfigError, nearest
@@ -64,17 +64,17 @@ def system_class(name: str) -> type[ControlSystem]:
         raise ConfigError(f"{said} must have a name of letters, digits, _, - and inner dots: it names files")
     if "__dataclass_fields__" not in vars(found) or not found.__dataclass_params__.frozen:  # type: ignore[attr-defined]
         raise ConfigError(f"{said} must be a frozen dataclass: put @dataclass(frozen=True, kw_only=True) above it")
-    if found.kernel and not is_own(name):
+    if found.kernel and not is_own(point):
         raise ConfigError(f"{said} must fly by its own solve: kernel is for swarm-pz's own, got {found.kernel!r}")
     if not isinstance(getattr(found, "takes", None), str):
         raise ConfigError(f"{said} must say by takes = '...' which kind of commands it takes")
     return found
 
 
-def is_own(name: str) -> bool:
+def is_our_own(name: str) -> bool:
     """Whether a control system is swarm-pz's own."""
     try:
-        return _find(name).value.startswith("swarm_pz.")
+        return is_own(_find(name))
     except ConfigError:
         return False
 

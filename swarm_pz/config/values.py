@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from swarm_pz.config.installed import FAULTS
 from swarm_pz.errors import CommandError
 
 TOLERANCE = 1e-6
@@ -98,5 +99,5 @@ def repr_of(value: Any) -> str:
     """Return the repr of what another package made: its type's name, where that fails."""
     try:
         return repr(value)
-    except (Exception, SystemExit):
+    except FAULTS:
         return f"<{type(value).__name__} that cannot be shown>"

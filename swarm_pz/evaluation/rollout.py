@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check_choice, check_count
+from swarm_pz.config.installed import FAULTS
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import CommandError, FlightError, PolicyError
 from swarm_pz.policy import Player, load_players, name_of
@@ -121,7 +122,7 @@ def blame(place: int, name: str) -> Iterator[None]:
         yield
     except PolicyError as error:
         raise FaultError(place, str(error)) from error
-    except (Exception, SystemExit) as error:
+    except FAULTS as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(last.filename).name}:{last.lineno}"
         raise FaultError(place, f"policy {name} raised {error!r} ({where})") from error

@@ -39,7 +39,6 @@ def paint_trail_age(
     trails: NDArray[np.int16],
     members: NDArray[np.int64],
     tick: int,
-    has_gaps: bool,
     coarse_cells: NDArray[np.uint16],
     brightness: NDArray[np.uint8],
     plane: NDArray[np.uint8],
@@ -49,9 +48,8 @@ def paint_trail_age(
     for age in range(min(length, tick) - 1, -1, -1):  # the newer over the older
         cells, shade = trails[(tick - 1 - age) % length], brightness[age]
         for i in members:
-            if has_gaps and cells[np.uint64(i)] < 0:
-                continue
-            plane[coarse_cells[np.uint16(cells[np.uint64(i)])]] = shade
+            if cells[np.uint64(i)] >= 0:
+                plane[coarse_cells[np.uint16(cells[np.uint64(i)])]] = shade
 
 
 @kernel
@@ -131,7 +129,6 @@ def paint_grids(
     sides: NDArray[np.int64],
     time_left: NDArray[np.float64],
     threshold: float,
-    has_gaps: bool,
     coarse_cells: NDArray[np.uint16],
     brightness: NDArray[np.uint8],
     interpolation: NDArray[np.float64],
@@ -153,8 +150,6 @@ def paint_grids(
         Fraction of the time that is left.
     threshold : float
         Of the capture.
-    has_gaps : bool
-        Whether there may be places without a past in trails.
     coarse_cells : uint16 array (G * G,)
         Which cell of the observation's grid holds each cell of the full one; unsigned, because a
         signed index costs a test for a count from the end.
@@ -180,7 +175,7 @@ def paint_grids(
             if channel < OWN_TRAIL_AGE:
                 paint_positions(games.positions[e], drones, coarse_cells, plane.ravel())
             elif channel < OWN_CAPTURE_FIELD:
-                paint_trail_age(trails, drones, tick, has_gaps, coarse_cells, brightness, plane.ravel())
+                paint_trail_age(trails, drones, tick, coarse_cells, brightness, plane.ravel())
             elif channel < OWN_TARGET and games.reconstruction.shape[2]:
                 paint_density_field(games.reconstruction[e, team], threshold, plane)
             elif channel < OWN_TARGET:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig
+from swarm_pz.config.installed import FAULTS
 from swarm_pz.config.values import check_densities
 from swarm_pz.errors import CommandError, SwarmError
 from swarm_pz.play.forms import read_form, serves_densities
@@ -100,7 +101,7 @@ class CommandReader:
             self.packed(command)
         except SwarmError:
             raise
-        except (Exception, SystemExit) as error:  # of a control system of another package
+        except FAULTS as error:  # of a control system of another package
             raise CommandError(f"{name}: {system.name} cannot serve it: {error!r}") from error
         return command
 
@@ -128,5 +129,5 @@ class CommandReader:
         try:
             drawn = system.to_densities(command.values[None], self._game)
             return np.asarray(check_densities(drawn, shape, "a picture of commands")[0])
-        except (Exception, SystemExit) as error:
+        except FAULTS as error:
             raise CommandError(f"{system.name} cannot draw a command: {error!r}") from error

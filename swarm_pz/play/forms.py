@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
+from swarm_pz.config.installed import FAULTS
 from swarm_pz.config.registry import registered, system_class
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import CommandError, ConfigError, SwarmError
 from swarm_pz.play import protocol
 
-_FAULTS = (Exception, SystemExit)
-"""Whatever another package's code does wrong; to end the process is for who started it."""
 _NUMBER = re.compile(r"[0-9]{1,4}")
 
 
@@ -38,7 +37,7 @@ def read_form(form: Any, system: ControlSystem, config: GameConfig, name: str) -
         values = np.asarray(system.parse(_plain(form), config, name), np.float64)
     except SwarmError as error:
         raise CommandError(str(error)) from error
-    except _FAULTS as error:
+    except FAULTS as error:
         raise CommandError(f"{name} cannot be read by the control system {system.name}: {error!r}") from error
     expected = system.space(config).shape
     if values.shape != expected or not np.isfinite(values).all():
@@ -65,7 +64,7 @@ def commands_of(system: ControlSystem, config: GameConfig) -> protocol.Commands:
         return _commands_of(system, config)
     except SwarmError:
         raise
-    except _FAULTS as error:
+    except FAULTS as error:
         raise ConfigError(f"the control system {system.name} does not say what it takes: {error!r}") from error
 
 
@@ -105,7 +104,7 @@ def installed_systems(config: GameConfig) -> list[protocol.SystemInfo]:
             system = system_class(name)()
             about = (type(system).__doc__ or "").strip().partition("\n")[0]
             served = serves_densities(system, config)
-        except _FAULTS:  # `swarm-pz policies` says it
+        except FAULTS:  # `swarm-pz policies` says it
             continue
         found.append(protocol.SystemInfo(name=name, about=about, takes=system.takes, serves_densities=served))
     return found

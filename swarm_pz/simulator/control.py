@@ -15,6 +15,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
+from swarm_pz.config.installed import FAULTS
 from swarm_pz.config.system import ControlSystem, Flight
 from swarm_pz.config.values import TOLERANCE, check_densities, describe, repr_of
 from swarm_pz.errors import CommandError, ConfigError, FlightError, SwarmError
@@ -307,7 +308,7 @@ def reading(system: ControlSystem, name: str) -> Iterator[None]:
         yield
     except CommandError as error:
         raise CommandError(f"{error} (for {system.name}, which takes {system.takes})") from error
-    except (Exception, SystemExit) as error:
+    except FAULTS as error:
         raise CommandError(f"{name} cannot be read by the control system {system.name}: {repr_of(error)}") from error
 
 
@@ -323,7 +324,7 @@ def command_shape(system: ControlSystem, config: GameConfig) -> tuple[int, ...]:
         space, begins = system.space(config), np.asarray(system.default(config), np.float64)
     except SwarmError:
         raise
-    except (Exception, SystemExit) as error:
+    except FAULTS as error:
         raise ConfigError(f"controllers: {system.name} cannot say what it takes: {repr_of(error)}") from error
     if not isinstance(space, spaces.Box) or not (space.shape and np.prod(space.shape) and space.is_bounded()):
         raise ConfigError(f"controllers: {system.name} must take commands of a bounded Box, got {repr_of(space)}")
@@ -351,13 +352,13 @@ def _check_densities_of(system: ControlSystem, default: NDArray[np.float64], con
     cells = (1, config.command_cells, config.command_cells)
     try:
         check_densities(system.to_densities(default[None], config), cells, "densities")
-    except (Exception, SystemExit) as error:
+    except FAULTS as error:
         said = repr_of(error) if not isinstance(error, CommandError) else error
         raise ConfigError(f"controllers: {system.name} cannot show its commands by to_densities: {said}") from error
     try:
         served: Any = system.from_densities(np.ones(cells), config)
         fits = served is None or np.shape(served) == (1, *default.shape)
-    except (Exception, SystemExit) as error:
+    except FAULTS as error:
         raise ConfigError(
             f"controllers: {system.name} cannot serve densities by from_densities: {repr_of(error)}"
         ) from error
@@ -378,7 +379,7 @@ class blame:  # noqa: N801  (reads like the function that it is)
         pass
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
-        if error is None or not isinstance(error, (Exception, SystemExit)):
+        if error is None or not isinstance(error, FAULTS):
             return
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(last.filename).name}:{last.lineno}"

@@ -100,7 +100,6 @@ def observe(
             teams,
             time_left,
             config.capture.threshold,
-            config.trails_have_gaps,
             coarse_cells,
             brightness,
             interpolation,

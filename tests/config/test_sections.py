@@ -161,13 +161,6 @@ def test_times_are_told_in_ticks(changes, trail, step, limit):
     assert (config.trail_ticks, config.step_ticks, config.limit_ticks) == (trail, step, limit)
 
 
-def test_trails_have_gaps_where_drones_fail_or_trails_are_forgotten():
-    assert not GameConfig(dynamics=DynamicsConfig(repair_rate=1.0)).trails_have_gaps
-    assert GameConfig(dynamics=DynamicsConfig(failure_rate=1e-9)).trails_have_gaps
-    for occasion in ("capture", "command", "sending"):
-        assert GameConfig(memory=MemoryConfig(trail_forgotten_on=(occasion,))).trails_have_gaps
-
-
 def test_options_are_off_at_rest():
     # No hash of the default game would tell: it leaves out what came later.
     rest = GameConfig().to_dict()

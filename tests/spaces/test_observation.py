@@ -223,3 +223,19 @@ def test_observations_do_not_depend_on_the_batch(batch):
     together = batch.observe(ObservationConfig(grid=25), [1, 0, 1, 0])
     for game, team in enumerate([1, 0, 1, 0]):
         np.testing.assert_array_equal(batch.observe(ObservationConfig(grid=25), team, [game])[0], together[game])
+
+
+def test_a_clock_that_was_set_forward_shows_the_trails_that_there_are():
+    batch = BatchEnv(GameConfig(drones_per_team=3))
+    batch.reset([0])
+    batch.step(np.ones((1, 2, 10, 10)))
+    games, length = batch.simulator.games, batch.config.trail_ticks
+    games.ticks[0] = length + 30  # as of a trail's length ago: the places between hold no cell, which is no address
+    images = batch.observe(ObservationConfig(channels=OLDEST), 0)[0]
+    for side in range(2):
+        expected = np.zeros(2500)
+        for age in range(length - 1, -1, -1):
+            for cell in games.trails[0, (games.ticks[0] - 1 - age) % length][games.teams[0] == side]:
+                if cell >= 0:
+                    expected[cell] = 255 * (length - age) / length
+        np.testing.assert_allclose(images[side].ravel(), expected, atol=0.51)

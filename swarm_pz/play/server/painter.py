@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
-from swarm_pz.config.registry import is_own
+from swarm_pz.config.registry import is_our_own
 from swarm_pz.errors import CommandError
 from swarm_pz.play.server.orders import Made
 from swarm_pz.play.server.watched_thread import WatchedThread
@@ -43,7 +43,7 @@ class Painter:
         try:
             if system in self._hanging and self._hanging[system].is_alive:
                 raise CommandError(f"{system} still reads another command: it takes no more until it is done")
-            return await self._thread.do(work, None if is_own(system) else MAKE_S)
+            return await self._thread.do(work, None if is_our_own(system) else MAKE_S)
         except TimeoutError as error:
             self.close()
             self._hanging[system], self._thread = self._thread, WatchedThread("painting")
