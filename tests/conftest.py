@@ -23,8 +23,8 @@ BITS = (
 """Tests whose outcome can depend on how the processor rounds; those marked `bits` run a second time as on another."""
 
 
-PLAY = "tests/play/"
-"""What is measured by the clock: one process runs these tests, one after another."""
+TOGETHER = ("tests/play/test_page.py", "tests/play/")
+"""What waits for browsers and clocks: one process each runs these tests, one after another; the first that fits."""
 
 
 def pytest_xdist_make_scheduler(config, log):
@@ -33,7 +33,7 @@ def pytest_xdist_make_scheduler(config, log):
 
     class Scheduling(LoadScopeScheduling):
         def _split_scope(self, nodeid):
-            return PLAY if nodeid.startswith(PLAY) else nodeid
+            return next((together for together in TOGETHER if nodeid.startswith(together)), nodeid)
 
     return Scheduling(config, log)
 
@@ -47,7 +47,7 @@ def make_way():
 
 def pytest_runtest_setup(item):
     """Let what the clock measures come first: the process that has it begins with it, the others with other tests."""
-    if "PYTEST_XDIST_WORKER" in os.environ and not item.nodeid.startswith(PLAY):
+    if "PYTEST_XDIST_WORKER" in os.environ and not item.nodeid.startswith(TOGETHER):
         make_way()
 
 
