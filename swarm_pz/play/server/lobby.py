@@ -168,8 +168,9 @@ class Lobby:
     def open_hosted(self, hosted: Hosted) -> Room:
         """Return a new room of a host."""
         code = self._new_code()
-        self.rooms[code] = Room(code, settings_of(hosted.config), self.context, hosted=hosted)
-        return self.rooms[code]
+        room = self.rooms[code] = Room(code, settings_of(hosted.config), self.context, hosted=hosted)
+        room.once = True
+        return room
 
     def _new_code(self) -> str:
         code = ""
