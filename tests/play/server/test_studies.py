@@ -14,7 +14,7 @@ from swarm_pz.play.server.studies import Visitor
 from swarm_pz.play.server.study_games import AWAY_S, UNUSED_S, StudyGames
 from swarm_pz.play.studies.folder import StudyFolder
 from tests.play.conftest import Client
-from tests.play.studying import Participant, StudyTable, walk_all
+from tests.play.studying import NearStudyTable, Participant, walk_all
 
 PLAN = """
 title = "All that there is"
@@ -57,7 +57,7 @@ def planned(folder, text=PLAN):
 def study(tmp_path_factory):
     """Give a study that several tests share: each has participants of its own."""
     folder = tmp_path_factory.mktemp("study")
-    table = StudyTable(planned(folder / "plan"), folder / "data")
+    table = NearStudyTable(planned(folder / "plan"), folder / "data")
     yield table
     assert "Traceback" not in table.end()
 
