@@ -25,8 +25,9 @@ from swarm_pz.play.server.climbing import Climbing
 from swarm_pz.play.server.games_folder import check_folder
 from swarm_pz.play.server.live_session import Moment, ServerContext
 from swarm_pz.play.server.painter import Painter
+from swarm_pz.play.server.refusal import RefusedError
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
-from swarm_pz.play.server.room import AWAY_S, RefusedError, Room
+from swarm_pz.play.server.room import AWAY_S, Room
 from swarm_pz.play.server.room_settings import Hosted, settings_of
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.policy import kind_of

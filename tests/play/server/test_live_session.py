@@ -272,7 +272,7 @@ def test_a_room_that_is_closed_when_its_players_have_gone_was_left(tmp_path):
 def test_games_of_a_lesson_say_that_they_are(tmp_path):
     async def play(lesson):
         with opened(tmp_path / str(lesson), time_limit=None) as room:
-            room.lesson = lesson
+            room.games.lesson = lesson
             await running(room)
             return read(room).header.lesson
 

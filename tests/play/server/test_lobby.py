@@ -20,7 +20,8 @@ from swarm_pz.play.server.lobby import (
     Lobby,
 )
 from swarm_pz.play.server.policy_workers import PolicyWorkers
-from swarm_pz.play.server.room import AWAY_S, RefusedError
+from swarm_pz.play.server.refusal import RefusedError
+from swarm_pz.play.server.room import AWAY_S
 from tests.play.faulty import loader
 from tests.play.recordings.test_format import record
 from tests.play.server.test_room import Client
