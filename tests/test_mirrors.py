@@ -31,6 +31,7 @@ HOMES = {
     "swarm_pz/kernels/*": "kernels/test_mirror",
     "swarm_pz/kernels/controllers/coverage": "systems/test_coverage",
     "swarm_pz/kernels/controllers/potential_field": "systems/test_potential_field",
+    "swarm_pz/play/protocol/*": "play/test_protocol",
     "swarm_pz/play/ros/connection": "play/ros/test_rosbridge",
     "swarm_pz/play/ros/definitions": "play/ros/test_cdr",
     "swarm_pz/play/ros/messages": "play/ros/test_mcap",
