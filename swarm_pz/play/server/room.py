@@ -8,10 +8,11 @@ from typing import Literal
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.play import protocol
 from swarm_pz.play.factors import Factors
-from swarm_pz.play.recordings.format import Outcome, PaintedLine
+from swarm_pz.play.recordings.format import Outcome
+from swarm_pz.play.recordings.moment import Moment
 from swarm_pz.play.server.audience import Audience
 from swarm_pz.play.server.connection import Connection
-from swarm_pz.play.server.live_session import LiveSession, Moment, ServerContext
+from swarm_pz.play.server.live_session import LiveSession
 from swarm_pz.play.server.orders import Made
 from swarm_pz.play.server.refusal import RefusedError
 from swarm_pz.play.server.responses import ReadyRule
@@ -19,6 +20,7 @@ from swarm_pz.play.server.room_games import RoomGames
 from swarm_pz.play.server.room_settings import Hosted, settings_of, table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
+from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.server.views import frame_of
 
 AWAY_S = 60.0
@@ -293,7 +295,7 @@ class Room:
         seat = self.commanding(connection)
         assert self.session is not None  # noqa: S101
         self.session.game.check_size(made.command)
-        self.session.submit(made.command, message.strokes, message.timing)
+        self.session.commands.submit(made.command, message.strokes, message.timing)
         connection.send(protocol.Received(number=message.number, server_ms=self._context.now_ms()))
         if not seat.helper:  # else it is shown what is made of it, once that is in force
             seat.show_target(made.target)
@@ -306,8 +308,7 @@ class Room:
         """Note when a command's effect was first seen."""
         seat = self.seat_of(connection)
         if self.session is not None and self.phase == "playing":
-            ms = self.session.since_began(message.painted_ms)
-            self.session.recorder.write(PaintedLine(team=seat.team, number=message.number, ms=ms))
+            self.session.log.painted(seat.team, message.number, message.painted_ms)
 
     def visibility(self, connection: Connection, hidden: bool) -> None:
         """Note that a player's page was hidden or shown."""

@@ -12,12 +12,14 @@ from swarm_pz.play import protocol
 from swarm_pz.play.commands import Command, CommandReader
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import EndedBy, Outcome, SeatEvent, SeatLine
+from swarm_pz.play.recordings.moment import Moment
 from swarm_pz.play.server.audience import Audience
-from swarm_pz.play.server.live_session import Callbacks, LiveSession, Moment, ServerContext
+from swarm_pz.play.server.live_session import Callbacks, LiveSession
 from swarm_pz.play.server.orders import target_of
 from swarm_pz.play.server.refusal import RefusedError
 from swarm_pz.play.server.room_settings import Hosted
 from swarm_pz.play.server.seat import Seat
+from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.server.views import target_message
 
 log = logging.getLogger("swarm_pz.play")
@@ -216,9 +218,8 @@ class RoomGames:
         """Write down what became of a seat's client, or policy."""
         if self.session is not None and (self.is_on or event == "failed"):
             client = seat.connection.client if event == "connected" and seat.connection is not None else None
-            self.session.note(
-                SeatLine(team=seat.team, event=event, ms=self.session.now_ms, client=client, reason=reason[:500])
-            )
+            log_ = self.session.log
+            log_.note(SeatLine(team=seat.team, event=event, ms=log_.now_ms, client=client, reason=reason[:500]))
 
     def _look(self) -> None:
         for seat in self._seats:

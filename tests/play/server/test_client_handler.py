@@ -11,9 +11,9 @@ from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import PaintedLine, SeatLine
 from swarm_pz.play.server import lobby, orders
 from swarm_pz.play.server.client_handler import HELLO_S, SILENT_S, ClientHandler
-from swarm_pz.play.server.live_session import ServerContext
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
+from swarm_pz.play.server.server_context import ServerContext
 from tests.play.recordings.test_format import record
 from tests.play.recordings.test_playback import CALM
 from tests.play.server.test_room import Client, Workers, playing, read, until
