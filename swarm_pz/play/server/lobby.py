@@ -18,17 +18,19 @@ from swarm_pz.play import protocol
 from swarm_pz.play.forms import installed_systems
 from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
 from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.recordings.moment import Moment
 from swarm_pz.play.recordings.summary import Summaries, Summary
 from swarm_pz.play.recordings.trial import trial_rows
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.climbing import Climbing
 from swarm_pz.play.server.games_folder import check_folder
-from swarm_pz.play.server.live_session import Moment, ServerContext
 from swarm_pz.play.server.painter import Painter
+from swarm_pz.play.server.refusal import RefusedError
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
-from swarm_pz.play.server.room import AWAY_S, RefusedError, Room
+from swarm_pz.play.server.room import AWAY_S, Room
 from swarm_pz.play.server.room_settings import Hosted, settings_of
 from swarm_pz.play.server.seat import Seat
+from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.policy import kind_of
 
 MOST_ROOMS = 100
