@@ -95,7 +95,8 @@ class Client:
 
     async def is_there(self) -> bool:
         """Ask whether somebody is at the other end."""
-        for _ in range(_PINGS):  # after a while in which this process did nothing, the answer is there, but not read yet
+        # Several times: after a while in which this process did nothing, the answer is there, but not read yet.
+        for _ in range(_PINGS):
             try:
                 async with asyncio.timeout(_ANSWER_S):
                     await (await self._connection.ping())
