@@ -129,6 +129,9 @@ class StudyHost:
                 log.error("%s", error)
                 told = "this could not be written down: please tell whoever runs the study"
                 return JSONResponse({"fault": told}, 503)
+            except Exception as error:  # a page that hears no words would ask again for ever
+                log.error("a page's message was not obeyed", exc_info=error)
+                return JSONResponse({"fault": "the server could not do that: please tell whoever runs the study"}, 500)
 
         return answer
 
@@ -138,7 +141,7 @@ class StudyHost:
         visitor, now = self._visitors[number], time.monotonic()
         async with visitor.lock:
             is_here = visitor.claim(
-                str(said.get("window", "")),
+                window if isinstance(window := said.get("window"), str) else "",
                 _number(said.get("loaded")),
                 now,
                 takes_over=said.get("here") is True,
@@ -299,4 +302,6 @@ async def _read(request: Request) -> dict[str, Any]:
 
 
 def _number(value: Any) -> float:
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else 0.0
+    """Return a time that a page says; 0 if it is none."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return float(value) if is_number and 0.0 <= value <= 1e15 else 0.0

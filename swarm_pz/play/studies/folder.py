@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sys
 import threading
@@ -28,6 +29,7 @@ from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.progress import Progress, Step
 
 FROZEN, FILE = "study", "study.toml"
+_GAME = re.compile(r"block\d+\.game\d+")
 
 
 class StudyFolder:
@@ -135,7 +137,7 @@ class StudyFolder:
                 "of": 0,
                 "fault": str(error),
             }
-        step, games = progress.next, [line for name, line in list(progress.done.items()) if ".game" in name]
+        step, games = progress.next, [line for name, line in list(progress.done.items()) if _GAME.fullmatch(name)]
         return told | {
             "step": step.id if step is not None else "all done",
             "block": step.condition.title if step is not None and step.condition is not None else "",

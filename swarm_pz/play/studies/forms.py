@@ -102,7 +102,8 @@ class Item(Config):
         if self.kind == "text":
             expected = f"a text of at most {MOST_TEXT} characters"
             check(isinstance(answer, str) and len(answer) <= MOST_TEXT, self.id, answer, expected)
-            return answer
+            # Half a sign, as a page may cut it off, is one that cannot be written.
+            return answer.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
         is_number = isinstance(answer, int | float) and not isinstance(answer, bool)
         within = is_number and self.least <= answer <= self.most
         fits = within and (self.kind == "number" or (answer - self.least) % self.step == 0)

@@ -231,6 +231,7 @@ def test_what_no_page_says_is_refused(said, study):
     status, told = study.ask("/study/P07/state", said)
     assert status == 404 and ("the page said" in told["fault"] or "a page may say" in told["fault"])
     assert study.ask("/study/P07/done", {"step": 7, "answers": [1], "window": [], "loaded": "x"})[0] == 200
+    assert study.ask("/study/P07/state", {"window": "w", "loaded": 10**400})[0] == 200
 
 
 def test_a_corrupt_file_is_told_to_that_participant_and_disturbs_nobody(study):

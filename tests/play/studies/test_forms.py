@@ -126,3 +126,8 @@ def test_a_form_whose_answers_could_not_be_added_up_is_refused_before_anybody_an
 def test_a_question_that_no_page_could_show_is_refused(wrong):
     with pytest.raises(ConfigError, match="item q"):
         Item(**{"id": "q", "text": "?"} | wrong)
+
+
+def test_half_a_sign_that_a_page_cut_off_is_kept_as_one_that_can_be_written():
+    item = Item(id="q", text="?", kind="text")
+    assert item.read("a\ud83d") == "a\ufffd" and item.read("\ud83d\ude00") == "\N{GRINNING FACE}"
