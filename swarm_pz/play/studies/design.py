@@ -5,7 +5,7 @@ A study is one TOML file, beside the texts that it names; see `docs/studies.md`.
 
 from __future__ import annotations
 
-import itertools
+import functools
 import re
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
@@ -327,7 +327,8 @@ def check_code(code: str) -> str:
     return code
 
 
-def balanced_order(count: int) -> list[tuple[int, ...]]:
+@functools.lru_cache(maxsize=8)
+def balanced_order(count: int) -> tuple[tuple[int, ...], ...]:
     """Return rows in which each condition stands at each place, and follows each other one, equally often.
 
     As many rows as conditions if these are even, else twice as many (E. J. Williams, Experimental designs balanced
@@ -336,8 +337,8 @@ def balanced_order(count: int) -> list[tuple[int, ...]]:
     zigzag = [0]
     for step in range(1, count):
         zigzag.append((step + 1) // 2 if step % 2 else count - step // 2)
-    rows = [tuple((place + shift) % count for place in zigzag) for shift in range(count)]
-    return rows if count % 2 == 0 or count == 1 else list(itertools.chain(rows, (row[::-1] for row in rows)))
+    rows = tuple(tuple((place + shift) % count for place in zigzag) for shift in range(count))
+    return rows if count % 2 == 0 or count == 1 else rows + tuple(row[::-1] for row in rows)
 
 
 def _tables(plain: dict[str, Any], name: str) -> list[dict[str, Any]]:
