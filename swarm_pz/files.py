@@ -105,6 +105,10 @@ def draft_of(path: Path) -> Iterator[Path]:
     check_file(path)
     draft = path.with_name(f".{path.stem}.draft{path.suffix}")
     try:
+        draft.unlink(missing_ok=True)  # what is there may be a link, which leads to somebody's file
+    except OSError as error:
+        raise OutputError(f"cannot write {str(path)!r}: {explain(error)}") from error
+    try:
         yield draft
         draft.replace(path)
     finally:
