@@ -138,6 +138,10 @@ def test_who_goes_before_the_game_begins_comes_back_to_it(study):
     step = one.walk(lambda step: step["kind"] == "game")["step"]
     seat = one.say("play", step=step["id"])["game"]["seat"]
     assert one.say("play", step=step["id"])["game"]["seat"] == seat  # pressed twice
+    stranger = Client(study.address)
+    for place in ("watch", "red", "blue"):
+        assert "from the study's page" in stranger.refused(protocol.Join(seat["room"], place)).reason
+    stranger.close()
     client = Client(study.address, seat["token"])
     assert client.hear(protocol.Seated).seat == "blue"
     client.close()
