@@ -249,6 +249,7 @@ def _freeze(files: list[tuple[Path, str]], frozen: Path) -> None:
     draft = frozen.with_name(f".{frozen.name}.draft")
     try:
         shutil.rmtree(draft, ignore_errors=True)
+        draft.mkdir()  # a link there, which leads elsewhere, is not written through
         for source, name in files:
             copy = draft / name
             copy.parent.mkdir(parents=True, exist_ok=True)
