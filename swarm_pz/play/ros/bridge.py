@@ -168,7 +168,8 @@ class Bridge:
 
     def _command(self, client: Client, team: object, maker: Maker) -> None:
         if team not in TEAM_NAMES:
-            raise ProtocolError(f"team must be red or blue, got {str(team)[:40]!r}")
+            told = repr(team[:40]) if isinstance(team, str) else f"a {type(team).__name__}"
+            raise ProtocolError(f"team must be red or blue, got {told}")
         side = cast("Side", team)
         seat = self._seat(side)
         if seat is None:

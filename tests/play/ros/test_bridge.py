@@ -8,6 +8,7 @@ import json
 import re
 import socket
 
+import cbor2
 import numpy as np
 import pytest
 from websockets.asyncio.client import connect
@@ -291,6 +292,33 @@ def test_a_command_before_the_seat_is_known_waits_and_one_that_does_not_fit_is_t
         assert "direct takes accelerations" in told
 
     meet(table, conversation, opponent="uniform", game=GameConfig(controllers=("direct", "ergodic")))
+
+
+def test_a_command_that_is_too_long_for_the_table_costs_nobody_a_seat(table):
+    async def conversation(meeting):
+        program = await meeting.join()
+        await program.connect_player("red")
+        room = await meeting.room()
+        poses = [{"position": {"x": 0.123456789, "y": 0.987654321}}] * 20_000
+        assert "65536 bytes" in await program.refused("/swarm/red/attractors", poses=poses)
+        await program.publish("/flocking_command", x=0.25, y=0.75)
+        await recorded(table, room, CommandLine)
+        assert not [line for line in meeting.lines if "ended the connection" in line]
+
+    meet(
+        table, conversation, opponent="uniform", game=GameConfig(time_limit=600.0, controllers=("flocking", "ergodic"))
+    )
+
+
+def test_a_team_that_no_text_can_be_made_of_is_refused(table):
+    async def conversation(meeting):
+        program = await meeting.join()
+        await program._there.send(
+            cbor2.dumps({"op": "publish", "topic": "/tablet_comm", "msg": {"team": 10**5000, "data": [1.0] * 2500}})
+        )
+        assert "got a int" in await program.refused("/tablet_comm", team=1, data=[1.0] * 2500)
+
+    meet(table, conversation)
 
 
 def test_a_table_that_is_not_there_is_told_of(table):

@@ -43,6 +43,16 @@ def test_a_study_is_what_it_was_when_it_began(folder, tmp_path):
         StudyFolder(tmp_path / "plan")
 
 
+def test_a_link_in_the_place_of_the_draft_is_not_written_through(tmp_path):
+    for name in ("plan", "data", "elsewhere"):
+        (tmp_path / name).mkdir()
+    written(tmp_path / "plan")
+    (tmp_path / "data" / ".study.draft").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(OutputError, match="cannot be kept in"):
+        StudyFolder.begin(tmp_path / "plan" / "study.toml", tmp_path / "data")
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
 def test_a_study_that_is_none_leaves_no_folder(tmp_path):
     (tmp_path / "study.toml").write_text("title = 7")
     with pytest.raises(ConfigError):
