@@ -255,7 +255,6 @@ addEventListener("pointerdown", () => { delete document.documentElement.dataset.
 if (STUDY) {
   document.body.classList.add("study");
   document.title = "A game";
-  at("go-home").textContent = "Go on";
   link.addEventListener("room", ({ detail }) => { if (detail.phase === "over") setTimeout(goOn, RESULT_MS); });
 }
 addEventListener("hashchange", show);
