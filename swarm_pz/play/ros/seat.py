@@ -22,6 +22,7 @@ _COMMAND_S = 0.1
 """Seconds between two commands that are sent to the table; of those that come sooner, the latest waits."""
 _ACKNOWLEDGED = 4
 """Frames that one acknowledgement is for."""
+_ENDS = {"red": "red has won", "blue": "blue has won", "draw": "a draw", "stopped": "it was stopped"}
 
 
 class Watcher(Protocol):
@@ -179,6 +180,8 @@ class Seat:
             case protocol.Seated():
                 self._sit(message)
             case protocol.RoomState():
+                if message.phase == "over" != self._phase:
+                    self._watcher.told(self, f"the game is over: {_ENDS[message.outcome or 'stopped']}", False)
                 self._phase = message.phase
                 if message.phase == "playing":
                     self._is_ready = False
