@@ -257,7 +257,7 @@ def test_an_outcome_that_its_recording_contradicts_is_told(tmp_path):
 
 
 def test_a_folder_without_a_study_or_without_participants_is_refused(tmp_path):
-    with pytest.raises(ConfigError, match="is no study"):
+    with pytest.raises(ConfigError, match="no study has run in"):
         export(tmp_path / "s", tmp_path / "out")
     playing.begin(tmp_path / "s")
     with pytest.raises(RecordingError, match="nobody has taken part"):
