@@ -50,6 +50,9 @@ class Node(Protocol):
     def called(self, client: Client, service: str, arguments: Message) -> Message:
         """Answer a call, or raise ProtocolError."""
 
+    def refused(self, client: Client, text: str) -> None:
+        """Learn that a client's message was refused, and why."""
+
     def left(self, client: Client) -> None:
         """Learn that a client has gone."""
 
@@ -107,11 +110,11 @@ class Rosbridge:
         """Whether anybody has subscribed to a topic: else its messages need not be made."""
         return any(_full(topic) in client.subscriptions for client in self._clients)
 
-    def publish(self, topic: str, message: Message, but: Client | None = None) -> None:
-        """Send a message to all that have subscribed to its topic, but one."""
+    def publish(self, topic: str, message: Message, but: Client | None = None, to: Client | None = None) -> None:
+        """Send a message to all that have subscribed to its topic, but one; or to one alone."""
         topic, now = _full(topic), time.monotonic()
         frames: dict[str, str | bytes] = {}
-        for client in self._clients:
+        for client in self._clients if to is None else (to,):
             subscription = client.subscriptions.get(topic)
             if subscription is None or client is but or now - subscription.last_s < subscription.throttle_s:
                 continue
@@ -164,6 +167,7 @@ class Rosbridge:
             operation(self, client, told)
         except ProtocolError as error:
             client.refuse(str(error), **({"id": told["id"]} if "id" in told else {}))
+            self._node.refused(client, str(error))
         except Exception:  # whatever it is, it is refused to this client alone
             log.exception("a message was not obeyed")
             client.refuse("the server could not do that")

@@ -24,6 +24,7 @@ _ROOM_BYTES = 32
 """Of a command's message, for its number. A table ends the connection of who sends more than it takes."""
 _ACKNOWLEDGED = 4
 """Frames that one acknowledgement is for."""
+_ENDS = {"red": "red has won", "blue": "blue has won", "draw": "a draw", "stopped": "it was stopped"}
 
 
 class Watcher(Protocol):
@@ -185,6 +186,8 @@ class Seat:
             case protocol.Seated():
                 self._sit(message)
             case protocol.RoomState():
+                if message.phase == "over" != self._phase:
+                    self._watcher.told(self, f"the game is over: {_ENDS[message.outcome or 'stopped']}", False)
                 self._phase = message.phase
                 if message.phase == "playing":
                     self._is_ready = False

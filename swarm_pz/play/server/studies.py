@@ -260,6 +260,7 @@ class StudyHost:
             "phase": "waiting" if others and wants and not met else "before",
             "of_two": bool(others),
             "until": until,
+            "again": self.folder.was_broken_off(number, step),
         }
 
     # --- the monitor ------------------------------------------------------------------------------

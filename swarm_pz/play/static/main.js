@@ -186,6 +186,7 @@ function arrive(room) {
 function ask() {
   goal = location.hash.slice(1);
   mark(`room=${table.room.code}`, true);
+  at("leaving-counts").hidden = !table.room.once; // a game of the ladder
   if (!at("leaving").open) at("leaving").showModal();
 }
 

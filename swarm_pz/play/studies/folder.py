@@ -218,6 +218,10 @@ class StudyFolder:
                 return
             progress.finish(step, **line)
 
+    def was_broken_off(self, number: int, step: Step) -> bool:
+        """Whether a participant's game was begun before, and interrupted."""
+        return (self.path / "interrupted" / f"{self.recording(number, step).stem}.1.jsonl").exists()
+
     def set_aside(self, path: Path) -> None:
         """Keep the recording of an interrupted game where it is none of the study's."""
         aside = self.path / "interrupted"

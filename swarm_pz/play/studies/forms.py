@@ -255,7 +255,7 @@ def _tlx(name: str, *, weighed: bool) -> Form:
         for scale, (title, question, low, high) in TLX_SCALES.items()
     ]
     pairs = [
-        Item(id=f"{one}_or_{other}", text="Which counted more for how loaded you felt?", kind="pair", choices=titles)
+        Item(id=f"{one}_or_{other}", text="Which contributed more to the workload?", kind="pair", choices=titles)
         for one, other in itertools.combinations(TLX_SCALES, 2)
         for titles in [(TLX_SCALES[one][0], TLX_SCALES[other][0])]
     ]

@@ -20,10 +20,10 @@ from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLi
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.forms import Form
+from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step, read_lines, steps_of
 from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, ParticipantRow, Row
 
-FROZEN = Path("study", "study.toml")
 _STEP = re.compile(r"block(\d+)\.(practice|game)(\d+)")
 _OF_SEATS = sorted(
     {one.name for one in fields(GameRow)} & {one.name for one in fields(SeatRow)} - {"seconds", "outcome"}
@@ -74,7 +74,7 @@ def read_study(folder: Path, progress: Callable[[float, float], None] | None = N
     RecordingError
         If nobody has taken part.
     """
-    data = StudyData(study=Study.read(folder / FROZEN))
+    data = StudyData(study=StudyFolder(folder).study)
     known: dict[str, tuple[int, list[dict[str, Any]]]] = {}
     for path in sorted((folder / "participants").glob("*.jsonl")):
         try:

@@ -240,11 +240,12 @@ def test_seats_are_given_up_when_all_have_gone(table):
 def test_a_game_over_is_followed_by_another_when_the_button_is_pressed(table):
     async def conversation(meeting):
         tablet = await meeting.join()
-        await tablet.subscribe("/clock")
+        await tablet.subscribe("/clock", "/rosout")
         await tablet.connect_player("red")
         await tablet.hear("/clock", lambda message: message["clock"]["sec"] == 1)
         room = await meeting.room()
         first = table.recording(room)
+        await tablet.hear("/rosout", lambda message: message["msg"] == "red: the game is over: a draw")
         while Recording.read(first).end is None:
             await asyncio.sleep(0.1)
         while True:
@@ -321,6 +322,20 @@ def test_a_team_that_no_text_can_be_made_of_is_refused(table):
     meet(table, conversation)
 
 
+def test_what_is_refused_stands_in_the_log_of_who_said_it_and_of_nobody_else(table):
+    async def conversation(meeting):
+        one, other = await meeting.join(), await meeting.join()
+        for program in (one, other):
+            await program.say(op="set_level", level="none")
+            await program.subscribe("/rosout")
+        await one.publish("/swarm/red/density", data=[1.0] * 100)
+        assert "nobody has taken red" in (await one.hear("/rosout"))["msg"]
+        await other.publish("/swarm/blue/density", data=[1.0] * 100)
+        assert "nobody has taken blue" in (await other.hear("/rosout"))["msg"]
+
+    meet(table, conversation, opponent="uniform")
+
+
 def test_a_table_that_is_not_there_is_told_of(table):
     class Nowhere:
         address = "127.0.0.1:1"
@@ -330,8 +345,8 @@ def test_a_table_that_is_not_there_is_told_of(table):
         await reader.subscribe("/rosout")
         assert await reader.refused("/tablet_comm")  # so what it has said before is heard, too
         assert "red: has no seat at the table" in await program.refused("red_connection_service")
-        line = await reader.hear("/rosout")
-        assert line["level"] == 30 and "has no seat" in line["msg"]
+        line = await reader.hear("/rosout", lambda message: "has no seat" in message["msg"])
+        assert line["level"] == 30
         await program.connect_player("blue")
         await meeting.said("blue: has no seat at the table")
 

@@ -34,6 +34,9 @@ class Ear:
     def called(self, client, service, arguments):
         raise ProtocolError(f"there is no service {service}")
 
+    def refused(self, client, text):
+        pass
+
     def left(self, client):
         self.gone += 1
 

@@ -92,7 +92,8 @@ def test_two_participants_meet_and_each_has_their_line(study):
     first, second = pair
     for one in pair:
         one.walk(lambda step: step["kind"] == "game")
-    assert first.say("play", step="block1.game1")["game"] == {"phase": "waiting", "of_two": True, "until": ""}
+    waiting = {"phase": "waiting", "of_two": True, "until": "", "again": False}
+    assert first.say("play", step="block1.game1")["game"] == waiting
     assert first.say("state")["game"]["phase"] == "waiting"
     walk_all(pair)
     lines = [{line["step"]: line for line in lines_of(study, one.code)[1:]} for one in pair]

@@ -274,7 +274,7 @@ def test_scores_that_answers_do_not_come_to_and_steps_out_of_turn_are_told(tmp_p
 
 
 def test_a_folder_without_a_study_or_without_participants_is_refused(tmp_path):
-    with pytest.raises(ConfigError, match="is no study"):
+    with pytest.raises(ConfigError, match="no study has run in"):
         export(tmp_path / "s", tmp_path / "out")
     playing.begin(tmp_path / "s")
     with pytest.raises(RecordingError, match="nobody has taken part"):

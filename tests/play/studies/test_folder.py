@@ -77,12 +77,14 @@ def test_a_game_that_was_over_when_the_power_went_counts(folder):
 def test_a_game_that_was_not_is_kept_aside_and_played_again(lines, folder, tmp_path):
     step = to_first_game(folder)
     path = folder.recording(0, step)
+    assert not folder.was_broken_off(0, step)
     for count in (1, 2):
         record(path, ticks=30, outcome="stopped")
         path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:lines]) + b"{")
         folder.settle(0)
         assert folder.progress(0).next.id == step.id and not path.exists()
         assert (tmp_path / "data" / "interrupted" / f"P01.block1.game1.{count}.jsonl").exists()
+        assert folder.was_broken_off(0, step)
 
 
 def test_who_looks_on_changes_nothing(folder, tmp_path):
