@@ -19,8 +19,8 @@ from swarm_pz.play.commands import CommandReader
 from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLine, PaintedLine, Recording
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 from swarm_pz.play.studies.design import Study
-from swarm_pz.play.studies.forms import Form
 from swarm_pz.play.studies.folder import StudyFolder
+from swarm_pz.play.studies.forms import Form
 from swarm_pz.play.studies.progress import Step, read_lines, steps_of
 from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, ParticipantRow, Row
 
