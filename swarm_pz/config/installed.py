@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 
+OWN = "swarm-pz"
 FAULTS = (Exception, SystemExit)
 """Whatever another package's code does wrong; to end the process is for who started it."""
 
@@ -11,7 +12,16 @@ FAULTS = (Exception, SystemExit)
 def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
     """Return all entry points of a group: swarm-pz's own, then by package and value, however they are found."""
     points = importlib.metadata.entry_points(group=group)
-    return sorted(points, key=lambda point: (not is_own(point), origin(point), point.value))
+    names: dict[int, str] = {}  # for a package's name all that it says about itself is read: once for each package
+    for point in points:
+        if id(point.dist) not in names:
+            names[id(point.dist)] = origin(point)
+
+    def order(point: importlib.metadata.EntryPoint) -> tuple[bool, str, str]:
+        name = names[id(point.dist)]
+        return name != OWN, name, point.value
+
+    return sorted(points, key=order)
 
 
 def registered_in(group: str) -> dict[str, importlib.metadata.EntryPoint]:
@@ -29,4 +39,4 @@ def origin(point: importlib.metadata.EntryPoint) -> str:
 
 def is_own(point: importlib.metadata.EntryPoint) -> bool:
     """Whether swarm-pz registered an entry point itself."""
-    return origin(point) == "swarm-pz"
+    return origin(point) == OWN

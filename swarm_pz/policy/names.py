@@ -33,10 +33,11 @@ def registered() -> dict[str, importlib.metadata.EntryPoint]:
 def faults() -> dict[str, str]:
     """Return what is wrong with what other packages registered, in words: broken policies by name, copies by origin."""
     found: dict[str, str] = {}
+    known = registered()
     for point in entry_points(GROUP):
         where = f"policy {point.name!r} of {origin(point)} ({point.value})"
-        if point != registered()[point.name]:
-            taken = origin(registered()[point.name])
+        if point != known[point.name]:
+            taken = origin(known[point.name])
             found[f"{point.name} of {origin(point)}"] = f"{where}: {taken} has a policy of that name already"
             continue
         try:

@@ -95,6 +95,31 @@ def test_broken_policies_are_named_with_their_package_and_error(guests):
     assert "swarm-pz has a policy of that name already" in found["ring of guests"]
 
 
+def test_what_is_installed_is_looked_through_as_often_however_much_it_is(guests, monkeypatch):
+    asked, names = [], []
+    installed = importlib.metadata.entry_points
+
+    class Package:
+        @property
+        def name(self):
+            names.append(self)
+            return "guests"
+
+    def entry_points(**wanted):
+        asked.append(wanted)
+        found, package = installed(**wanted), Package()
+        for point in found:
+            if point.dist.name == "guests":
+                vars(point)["dist"] = package
+        return found
+
+    monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
+    registered()
+    assert (len(asked), len(names)) == (1, 1)
+    faults()
+    assert len(asked) == 3
+
+
 def test_the_own_policy_stays_where_another_package_takes_its_name(guests):
     assert registered()["ring"].value == "swarm_pz.policies.scripted:ring"
 
