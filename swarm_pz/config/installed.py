@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.metadata
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
 
-OWN = "swarm-pz"
 FAULTS = (Exception, SystemExit)
 """Whatever another package's code does wrong; to end the process is for who started it."""
 
 
 def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
     """Return all entry points of a group: swarm-pz's own, then by package and value, however they are found."""
-    points = importlib.metadata.entry_points(group=group)
-    names: dict[int, str] = {}  # for a package's name all that it says about itself is read: once for each package
-    for point in points:
-        if id(point.dist) not in names:
-            names[id(point.dist)] = origin(point)
+    return list(_looked_up(importlib.metadata.entry_points, group, _where()))
 
-    def order(point: importlib.metadata.EntryPoint) -> tuple[bool, str, str]:
-        name = names[id(point.dist)]
-        return name != OWN, name, point.value
 
-    return sorted(points, key=order)
+def _where() -> tuple[tuple[str, float], ...]:
+    """Return the folders that packages are installed in, and when something was last put there or taken away."""
+    folders = [Path(folder) for folder in sys.path]
+    return tuple((str(folder), folder.stat().st_mtime) for folder in folders if folder.is_dir())
+
+
+@functools.lru_cache(maxsize=16)  # to look costs tens of milliseconds, and every policy that is named asks
+def _looked_up(
+    look: Callable[..., Iterable[importlib.metadata.EntryPoint]],
+    group: str,
+    where: tuple[tuple[str, float], ...],  # noqa: ARG001 - else what is installed meanwhile is not found
+) -> tuple[importlib.metadata.EntryPoint, ...]:
+    return tuple(sorted(look(group=group), key=lambda point: (not is_own(point), origin(point), point.value)))
 
 
 def registered_in(group: str) -> dict[str, importlib.metadata.EntryPoint]:
@@ -39,4 +47,4 @@ def origin(point: importlib.metadata.EntryPoint) -> str:
 
 def is_own(point: importlib.metadata.EntryPoint) -> bool:
     """Whether swarm-pz registered an entry point itself."""
-    return origin(point) == OWN
+    return origin(point) == "swarm-pz"

@@ -123,7 +123,7 @@ def _make(policy: str, config: GameConfig) -> object:
 
 def _reader_of(folder: Path) -> importlib.metadata.EntryPoint:
     """Return what reads a folder, told by a file that it holds."""
-    readers = {point.name: point for point in importlib.metadata.entry_points(group=FOLDERS)}
+    readers = registered_in(FOLDERS)
     for name, point in sorted(readers.items()):
         if (folder / name).is_file():
             return point
