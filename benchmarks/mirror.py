@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.kernels.controllers.ergodic import ergodic, make_scratch, saturate
-from swarm_pz.kernels.swarm import Swarm
+from swarm_pz.kernels.controllers.ergodic import saturate
+from swarm_pz.kernels.profiling import solve
 from swarm_pz.simulator import Simulator
 from tests.reference import ControllerReference, RuleReference, target_coefficients
 from tests.reference import saturate as saturate_reference
@@ -86,9 +86,16 @@ def controller_errors(
         )
         accelerations = np.zeros((count, 2), np.float32)
         by_drone = np.ascontiguousarray(np.moveaxis(memory, 0, -1))
-        scratch = make_scratch(count, simulator.controller)
-        swarm = Swarm(positions, velocities, teams, by_drone, weight, accelerations)
-        ergodic(swarm, targets, simulator.controller, scratch)
+        game = simulator.games._replace(
+            positions=positions[None],
+            velocities=velocities[None],
+            teams=teams[None],
+            memory=by_drone[None],
+            memory_weight=weight[None],
+            accelerations=accelerations[None],
+            coefficients=targets[None],
+        )
+        solve(game, simulator.controller)
         errors[0, state] = np.abs(accelerations - expected).max() / np.abs(expected).max()
         for acceleration in accelerations:
             saturate(acceleration, simulator.controller.max_acceleration)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.metadata
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
 
 FAULTS = (Exception, SystemExit)
 """Whatever another package's code does wrong; to end the process is for who started it."""
@@ -10,8 +14,22 @@ FAULTS = (Exception, SystemExit)
 
 def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
     """Return all entry points of a group: swarm-pz's own, then by package and value, however they are found."""
-    points = importlib.metadata.entry_points(group=group)
-    return sorted(points, key=lambda point: (not is_own(point), origin(point), point.value))
+    return list(_looked_up(importlib.metadata.entry_points, group, _where()))
+
+
+def _where() -> tuple[tuple[str, float], ...]:
+    """Return the folders that packages are installed in, and when something was last put there or taken away."""
+    folders = [Path(folder) for folder in sys.path]
+    return tuple((str(folder), folder.stat().st_mtime) for folder in folders if folder.is_dir())
+
+
+@functools.lru_cache(maxsize=16)  # to look costs tens of milliseconds, and every policy that is named asks
+def _looked_up(
+    look: Callable[..., Iterable[importlib.metadata.EntryPoint]],
+    group: str,
+    where: tuple[tuple[str, float], ...],  # noqa: ARG001 - else what is installed meanwhile is not found
+) -> tuple[importlib.metadata.EntryPoint, ...]:
+    return tuple(sorted(look(group=group), key=lambda point: (not is_own(point), origin(point), point.value)))
 
 
 def registered_in(group: str) -> dict[str, importlib.metadata.EntryPoint]:

@@ -33,10 +33,11 @@ def registered() -> dict[str, importlib.metadata.EntryPoint]:
 def faults() -> dict[str, str]:
     """Return what is wrong with what other packages registered, in words: broken policies by name, copies by origin."""
     found: dict[str, str] = {}
+    known = registered()
     for point in entry_points(GROUP):
         where = f"policy {point.name!r} of {origin(point)} ({point.value})"
-        if point != registered()[point.name]:
-            taken = origin(registered()[point.name])
+        if point != known[point.name]:
+            taken = origin(known[point.name])
             found[f"{point.name} of {origin(point)}"] = f"{where}: {taken} has a policy of that name already"
             continue
         try:
@@ -122,7 +123,7 @@ def _make(policy: str, config: GameConfig) -> object:
 
 def _reader_of(folder: Path) -> importlib.metadata.EntryPoint:
     """Return what reads a folder, told by a file that it holds."""
-    readers = {point.name: point for point in importlib.metadata.entry_points(group=FOLDERS)}
+    readers = registered_in(FOLDERS)
     for name, point in sorted(readers.items()):
         if (folder / name).is_file():
             return point

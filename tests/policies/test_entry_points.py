@@ -95,6 +95,26 @@ def test_broken_policies_are_named_with_their_package_and_error(guests):
     assert "swarm-pz has a policy of that name already" in found["ring of guests"]
 
 
+def test_what_is_installed_is_looked_through_once_and_again_when_more_is_installed(monkeypatch, tmp_path):
+    installed, asked = importlib.metadata.entry_points, []
+
+    def entry_points(**wanted):
+        asked.append(wanted)
+        return installed(**wanted)
+
+    monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
+    monkeypatch.syspath_prepend(tmp_path)
+    faults()
+    assert [about(name) for name in registered()]
+    assert len(asked) == 1
+    told = tmp_path / "guests-1.0.dist-info"
+    told.mkdir()
+    (told / "METADATA").write_text("Metadata-Version: 2.1\nName: guests\nVersion: 1.0\n")
+    (told / "entry_points.txt").write_text(f"[{GROUP}]\nnewly = guests_tactics:halo\n")
+    assert "newly" in registered()
+    assert len(asked) == 2
+
+
 def test_the_own_policy_stays_where_another_package_takes_its_name(guests):
     assert registered()["ring"].value == "swarm_pz.policies.scripted:ring"
 

@@ -79,5 +79,6 @@ def permuted(flight: Flight, order: NDArray[np.int64]) -> Flight:
         positions=flight.positions[:, order],
         velocities=flight.velocities[:, order],
         own=flight.own[:, order],
-        heard=flight.heard[:, order][:, :, order],
+        # In rows, as in games: kernels are compiled anew for what lies in columns.
+        heard=np.ascontiguousarray(flight.heard[:, order][:, :, order]),
     )

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import copy
 import json
+import shutil
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -17,9 +19,8 @@ TINY = SystemsConfig(
 )
 
 
-@pytest.fixture
-def quick_traits(monkeypatch):
-    """Traits that take no time, and a list of whose were asked for."""
+def measure_quickly(monkeypatch):
+    """Give traits that take no time, and a list of whose were asked for."""
     asked = []
     number = {"mean": 1.0, "ci95": [0.5, 2.0]}
 
@@ -33,13 +34,33 @@ def quick_traits(monkeypatch):
     return asked
 
 
-def test_a_ladder_is_a_page_with_pictures_and_its_numbers(tmp_path, quick_traits):
-    results = make(TINY, tmp_path / "kept", tmp_path / "docs", processes=1, command="swarm-pz systems")
-    assert json.loads((tmp_path / "kept" / "systems.json").read_text()) == json.loads(json.dumps(results))
-    page = (tmp_path / "docs" / "systems.md").read_text()
+@pytest.fixture
+def quick_traits(monkeypatch):
+    return measure_quickly(monkeypatch)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A ladder that is made once, to be read: its folder and its results."""
+    folder = tmp_path_factory.mktemp("made")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        measure_quickly(monkeypatch)
+        results = make(TINY, folder / "kept", folder / "docs", processes=1, command="swarm-pz systems")
+    return folder, results
+
+
+@pytest.fixture
+def results(made):
+    return copy.deepcopy(made[1])
+
+
+def test_a_ladder_is_a_page_with_pictures_and_its_numbers(made):
+    folder, results = made
+    assert json.loads((folder / "kept" / "systems.json").read_text()) == json.loads(json.dumps(results))
+    page = (folder / "docs" / "systems.md").read_text()
     for name in ("time_to_win", "field"):
         assert f"(images/systems/{name}.png)" in page
-        assert (tmp_path / "docs" / "images" / "systems" / f"{name}.png").stat().st_size > 1000
+        assert (folder / "docs" / "images" / "systems" / f"{name}.png").stat().st_size > 1000
     assert [row["entrant"].split("/")[0] for row in results["standings"]] == ["direct"]
     assert len(results["pilot"]) == 4
     assert results["command"] == "swarm-pz systems" and "swarm-pz systems" in page
@@ -60,8 +81,8 @@ def test_a_ladder_that_was_stopped_goes_on_where_it_was(tmp_path, quick_traits):
     assert quick_traits == ["direct"]
 
 
-def test_traits_of_other_settings_are_not_taken_for_these(tmp_path, quick_traits):
-    make(TINY, tmp_path, tmp_path, processes=1)
+def test_traits_of_other_settings_are_not_taken_for_these(tmp_path, quick_traits, made):
+    shutil.copytree(made[0] / "kept", tmp_path, dirs_exist_ok=True)
     with pytest.raises(ResultsError, match=r"direct.json was measured with .*; delete it, or use another folder"):
         make(TINY.replace(starts=3), tmp_path, tmp_path, processes=1)
 
@@ -84,10 +105,10 @@ def test_traits_that_are_measured_side_by_side_are_kept_as_those_of_their_system
 
 @pytest.mark.parametrize("kept", ["{", "[]", '{"settings": {}}', '{"settings": {}, "traits": {}}', "[" * 100_000])
 def test_corrupt_traits_are_refused_by_name(kept, tmp_path, quick_traits):
-    make(TINY, tmp_path, tmp_path, processes=1)
-    (tmp_path / "traits" / "direct.json").write_text(kept)
+    making._measure_all(["direct"], TINY, tmp_path, 1, None, lambda: False)
+    (tmp_path / "direct.json").write_text(kept)
     with pytest.raises(ResultsError, match=r"direct.json is corrupt or foreign .*; delete it, or use another folder"):
-        make(TINY, tmp_path, tmp_path, processes=1)
+        making._measure_all(["direct"], TINY, tmp_path, 1, None, lambda: False)
 
 
 def test_two_ladders_are_not_made_in_one_folder(tmp_path, quick_traits):
@@ -95,9 +116,8 @@ def test_two_ladders_are_not_made_in_one_folder(tmp_path, quick_traits):
         make(TINY, tmp_path, tmp_path, processes=1)
 
 
-def test_the_page_of_few_games_says_so(tmp_path, quick_traits):
-    results = make(TINY, tmp_path, tmp_path, processes=1)
-    assert "says that all of it works, and nothing about the systems" in (tmp_path / "systems.md").read_text()
+def test_the_page_of_few_games_says_so(made, results):
+    assert "says that all of it works, and nothing about the systems" in (made[0] / "docs" / "systems.md").read_text()
     results["config"]["games"] = 40
     assert "nothing about the systems" not in to_markdown(results, "images")
 
@@ -121,16 +141,14 @@ def test_the_pilot_and_the_contest_play_as_many_games_as_each_is_to(tmp_path, mo
     assert (compared["one"], compared["other"]) == ("direct/scatter", "direct/hold")
 
 
-def test_the_page_tells_wins_draws_losses_and_forfeits_in_this_order(tmp_path, quick_traits):
-    results = make(TINY, tmp_path, tmp_path, processes=1)
+def test_the_page_tells_wins_draws_losses_and_forfeits_in_this_order(results):
     row = results["standings"][0] | {"wins": 3, "draws": 5, "losses": 7, "forfeits": 2}
     trial = {"entrant": "direct/hem_in", "wins": 11, "draws": 13, "losses": 17}
     page = to_markdown(results | {"standings": [row], "pilot": [trial]}, "images")
     assert "| 3 | 5 | 7 (2 forfeited) |" in page and "- `direct`: `hem_in` 11-13-17" in page
 
 
-def test_the_page_says_where_a_trained_policy_does_not_beat_the_best_script(tmp_path, quick_traits):
-    results = make(TINY, tmp_path, tmp_path, processes=1)
+def test_the_page_says_where_a_trained_policy_does_not_beat_the_best_script(results):
     number = {"mean": 0.0, "ci95": [0.0, 0.0]}
 
     def row(system, low, high):
