@@ -1,18 +1,24 @@
 """A study as participants' pages and its monitor meet it: who is let in, what is kept, and what is broken off."""
 
 import asyncio
+import contextlib
 import json
 import time
 from types import SimpleNamespace
 
 import pytest
+from starlette.requests import Request
 
 from swarm_pz.play import protocol
+from swarm_pz.play.factors import Factors
 from swarm_pz.play.game import TableConfig
+from swarm_pz.play.server import studies
 from swarm_pz.play.server.seat import Seat
-from swarm_pz.play.server.studies import Visitor
+from swarm_pz.play.server.studies import StudyHost, Visitor
 from swarm_pz.play.server.study_games import AWAY_S, UNUSED_S, StudyGames
+from swarm_pz.play.studies import progress
 from swarm_pz.play.studies.folder import StudyFolder
+from swarm_pz.play.studies.progress import Step
 from tests.play.conftest import Client
 from tests.play.studying import Participant, StudyTable, walk_all
 
@@ -81,6 +87,7 @@ def test_a_participant_is_led_from_consent_to_a_game(study):
     told = one.say("done", step=form["id"], answers={"hand": "left"})
     assert told == one.say("done", step=form["id"], answers={"hand": "right"})  # our answer was lost, and is repeated
     assert (told["step"]["kind"], told["step"]["heading"]) == ("game", "Game 1 of 1")
+    assert one.say("done", step="block1.game1") == told, "a game is over when it was played, whatever a page says"
     assert [line.get("answers") for line in lines_of(study, "P01")] == [None, None, {"hand": "left", "free": None}]
     row = study.monitor()["P01"]
     assert (row["step"], row["block"], row["where"]) == ("block1.game1", "alone", "here")
@@ -146,6 +153,38 @@ def test_who_goes_before_the_game_begins_comes_back_to_it(study):
     assert (game["step"], game["seed"]) == ("block1.game1", study.kept.study.seed_of(0))
 
 
+def answer_of(host, act, **said):
+    """Return what a study tells the page of its first participant."""
+    data = json.dumps({"window": "w", **said}).encode()
+
+    async def receive():
+        return {"type": "http.request", "body": data, "more_body": False}
+
+    scope = {"type": "http", "method": "POST", "headers": [], "path_params": {"code": "P01"}}
+    route = next(route for route in host.routes() if route.path == f"/study/{{code}}/{act}")
+    return json.loads(asyncio.run(route.endpoint(Request(scope, receive))).body)
+
+
+def test_a_break_begins_when_what_came_before_was_done_and_cannot_be_cut_short(tmp_path, monkeypatch):
+    now = [1000.0]
+    clock = SimpleNamespace(time=lambda: now[0], monotonic=time.monotonic)
+    for module in (progress, studies):
+        monkeypatch.setattr(module, "time", clock)
+    plan = planned(tmp_path / "plan", PLAN.replace("seed = 3", "seed = 3\nbreak_s = 60.0"))
+    with contextlib.closing(StudyFolder.begin(plan, tmp_path / "data")) as folder:
+        host, walked = StudyHost(folder, Rooms()), folder.progress(0)
+        while walked.next.kind != "break":
+            now[0] += 100.0
+            walked.finish(walked.next, **({"answers": {"hand": "left"}} if walked.next.form is not None else {}))
+        step = walked.next
+        now[0] += 20.0
+        assert answer_of(host, "state")["step"]["seconds"] == 40.0
+        early = answer_of(host, "done", step=step.id)
+        assert early["refused"] == "the break is not over yet" and early["step"]["id"] == step.id
+        now[0] += 41.0
+        assert answer_of(host, "done", step=step.id)["step"]["id"] == "block2.game1"
+
+
 class Room:
     """A room whose game somebody else plays."""
 
@@ -180,12 +219,34 @@ class Rooms:
             room.hosted.over()
 
 
+def test_a_condition_is_of_its_participants_seats_and_its_speed_of_the_table(tmp_path):
+    plan = PLAN.replace('side = "blue"', 'side = "blue"\ncommand_delay_ms = 300\nspeed = 0.5')
+    plan = plan.replace("speed = 2.0", 'speed = 2.0\nhide = ["opponents"]\n\n[practice]\nwins = 1')
+    with contextlib.closing(StudyFolder.begin(planned(tmp_path / "plan", plan), tmp_path / "data")) as folder:
+        games, (alone, together) = StudyGames(folder, Rooms()), folder.study.conditions
+        practice, game = (Step(f"block1.{kind}1", kind, alone) for kind in ("practice", "game"))
+        opened = []
+        for players, step in (((0,), practice), ((0,), game), ((2, 3), Step("block1.game1", "game", together))):
+            games.open(players, step)
+            opened.append(games.of(players[-1]).room)
+    assert [room.policies for room in opened] == [[("red", "corners")], [("red", "uniform")], []]
+    for room in opened[:2]:
+        assert room.hosted.config.factors == (Factors(speed=0.5), Factors(command_delay_ms=300, speed=0.5))
+        assert [bool(seat.token) for seat in room.seats] == [False, True]
+    both = Factors(speed=2.0, hide=("opponents",))
+    assert opened[2].hosted.config.factors == (both, both)
+    assert [games.of(number).seat_of(number)["seat"] for number in (0, 2, 3)] == ["blue", "red", "blue"]
+    now = time.monotonic()
+    opened[2].seats[0].away_since, opened[2].seats[1].away_since = now - 20.0, now - 1.0
+    assert games.of(2).away_s >= 20.0, "as long as who is away for longest"
+
+
 def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again(tmp_path):
     folder = StudyFolder.begin(planned(tmp_path / "plan"), tmp_path / "data")
-    progress = folder.progress(0)
+    walked = folder.progress(0)
     for told in ({}, {"answers": {"hand": "left"}}):
-        progress.finish(progress.next, **told)
-    step, lobby = progress.next, Rooms()
+        walked.finish(walked.next, **told)
+    step, lobby = walked.next, Rooms()
 
     async def leave_twice():
         games = StudyGames(folder, lobby)
@@ -207,7 +268,7 @@ def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again(tmp_p
             assert room.hosted.path.exists() == (phase == "waiting")
 
     asyncio.run(leave_twice())
-    assert progress.next == step and (tmp_path / "data" / "interrupted" / f"P01.{step.id}.1.jsonl").exists()
+    assert walked.next == step and (tmp_path / "data" / "interrupted" / f"P01.{step.id}.1.jsonl").exists()
     folder.close()
 
 
