@@ -185,6 +185,20 @@ def test_a_break_begins_when_what_came_before_was_done_and_cannot_be_cut_short(t
         assert answer_of(host, "done", step=step.id)["step"]["id"] == "block2.game1"
 
 
+def test_a_window_stays_the_participants_while_it_plays_though_it_says_nothing(tmp_path, monkeypatch):
+    now = [1000.0]
+    monkeypatch.setattr(studies, "time", SimpleNamespace(time=time.time, monotonic=lambda: now[0]))
+    with contextlib.closing(StudyFolder.begin(planned(tmp_path / "plan"), tmp_path / "data")) as folder:
+        host = StudyHost(folder, Rooms())
+        assert answer_of(host, "state")["step"]["id"] == "consent"
+        host.games.open((0,), Step("block1.game1", "game", folder.study.conditions[0]))
+        host.games.of(0).room.seats[1].connection = object()
+        now[0] += 100.0
+        assert answer_of(host, "state", window="another")["elsewhere"]
+        host.games.of(0).room.seats[1].connection = None
+        assert "elsewhere" not in answer_of(host, "state", window="another")
+
+
 class Room:
     """A room whose game somebody else plays."""
 
