@@ -20,7 +20,7 @@ from swarm_pz.play.studies.analysis import compare, conditions
 from swarm_pz.play.studies.bids import TYPES
 from swarm_pz.play.studies.export import export
 from swarm_pz.play.studies.reading import read_study
-from swarm_pz.play.studies.report import counted_games
+from swarm_pz.play.studies.report import counted_games, write_report
 from swarm_pz.play.studies.rows import TABLES, codebook
 from swarm_pz.play.studies.tables import labels
 from tests.play.studies import playing
@@ -249,6 +249,15 @@ def test_the_report_tells_what_was_found_in_percent_and_seconds(ran, out):
     assert f"| share won | drawing less late (300 ms) | 1 | {100 * won.difference:+.1f} % |" in text
     assert f"| mean length | drawing less late (300 ms) | 1 | {lasted.difference:+.1f} s |" in text
     assert "- `sus`: drawing 75.0, late (300 ms) 75.0" in text
+
+
+def test_a_difference_of_shares_is_told_in_percent_and_who_is_not_done_is_not_counted_as_done(tmp_path):
+    study = playing.begin(tmp_path, playing.TEXT.replace("participants = 2", "participants = 8"))
+    playing.simulate(tmp_path, study, 0.4, 1)
+    won = write_report(read_study(tmp_path), tmp_path)[0]
+    text = (tmp_path / "report.md").read_text()
+    assert abs(won.difference) > 0.1 and f"| 8 | {100 * won.difference:+.1f} % |" in text
+    assert "8 of 8 participants, of whom 0 did all of it" in text
 
 
 def test_games_count_by_the_order_of_the_study_but_practice_and_those_that_a_fault_ended(ran):
