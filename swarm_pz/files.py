@@ -3,11 +3,58 @@
 from __future__ import annotations
 
 import os
+import stat
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from swarm_pz.errors import OutputError
+from swarm_pz.errors import ConfigError, OutputError
+
+MOST_TEXT_BYTES = 2**20
+"""Of a file that people have written."""
+
+
+def read_text(path: Path) -> str:
+    """Return what stands in a file that people have written, in UTF-8.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be read, is no regular file (who opens a pipe waits for its writer), or too large: words that
+        follow the file's name.
+    """
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise ConfigError("cannot be read: expected a file, got a folder, a pipe or a device")
+        if status.st_size > MOST_TEXT_BYTES:
+            raise ConfigError(f"is too large: expected {MOST_TEXT_BYTES} bytes or fewer, got {status.st_size}")
+        data = path.read_bytes()
+    except OSError as error:
+        raise ConfigError(f"cannot be read: {explain(OSError(error.errno, error.strerror))}") from error
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"cannot be read: {error}") from error
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return what a TOML file says.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be read, or is no TOML: words that follow the file's name.
+    """
+    text = read_text(path).replace("\r\n", "\n")
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise ConfigError("is no TOML: what it holds is too deep") from error
+    except ValueError as error:  # a number may have too many digits, too
+        raise ConfigError(f"is no TOML: {error}") from error
 
 
 def check_file(path: Path) -> None:
@@ -57,6 +104,10 @@ def draft_of(path: Path) -> Iterator[Path]:
     """
     check_file(path)
     draft = path.with_name(f".{path.stem}.draft{path.suffix}")
+    try:
+        draft.unlink(missing_ok=True)  # what is there may be a link, which leads to somebody's file
+    except OSError as error:
+        raise OutputError(f"cannot write {str(path)!r}: {explain(error)}") from error
     try:
         yield draft
         draft.replace(path)

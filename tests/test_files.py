@@ -25,6 +25,18 @@ def test_a_file_is_whole_or_not_there(tmp_path):
     assert [file.name for file in path.parent.iterdir()] == ["a.txt"]
 
 
+def test_a_link_in_the_place_of_a_draft_is_not_written_through(tmp_path):
+    (tmp_path / "precious").write_text("precious")
+    (tmp_path / ".a.draft.txt").symlink_to(tmp_path / "precious")
+    with draft_of(tmp_path / "a.txt") as draft:
+        draft.write_text("first")
+    assert (tmp_path / "precious").read_text() == "precious"
+    assert (tmp_path / "a.txt").read_text() == "first" and not (tmp_path / "a.txt").is_symlink()
+    (tmp_path / ".a.draft.txt").mkdir()
+    with pytest.raises(OutputError, match=r"cannot write .*a\.txt"), draft_of(tmp_path / "a.txt"):
+        pass
+
+
 def test_what_cannot_be_written_is_said_in_words(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="the name of a file to write, got the folder"):

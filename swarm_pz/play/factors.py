@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, fields
 from pathlib import Path
 
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.config.base import Config, check, check_choice, check_count, check_number
 from swarm_pz.errors import ConfigError, nearest
+from swarm_pz.files import read_toml
 
 HIDEABLE = ("opponents", "ground", "trails", "target")
 """What a seat may not be shown."""
@@ -72,9 +72,9 @@ def read_factors(path: Path) -> tuple[Factors, Factors]:
         If it cannot be read, or says what cannot be.
     """
     try:
-        plain = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigError(f"{path} holds no factors: {error}") from error
+        plain = read_toml(path)
+    except ConfigError as error:
+        raise ConfigError(f"{path} holds no factors: it {error}") from error
     for name in plain:
         if name not in TEAM_NAMES:
             raise ConfigError(f"{path}: expected tables [red] and [blue], got {name!r}; {nearest(name, TEAM_NAMES)}")

@@ -8,6 +8,7 @@ moment in it, 30 a second of game. Time stamps are LSL's clock when the server d
 from __future__ import annotations
 
 import json
+import logging
 import socket
 from collections.abc import Callable
 from types import ModuleType
@@ -19,6 +20,7 @@ from swarm_pz.play.recordings.format import CapturedLine, ClockLine, EndLine, In
 
 NAME = "swarm-pz"
 """What the stream is called, if nobody says."""
+log = logging.getLogger("swarm_pz.play")
 _READINGS = 20
 """Of both clocks: the pair that is closest together counts."""
 
@@ -76,13 +78,16 @@ class Markers:
 
     def _send(self, event: str, game: str, tick: int, **more: Any) -> None:
         marker = json.dumps({"event": event, "game": game, "tick": tick, **more})
-        self._outlet.push_sample([marker], self._lsl.local_clock())
+        try:
+            self._outlet.push_sample([marker], self._lsl.local_clock())
+        except Exception:  # whatever is wrong with a recorder's library, the game goes on, and its recording tells all
+            log.exception("Lab Streaming Layer has not taken the marker %s", marker)
 
 
 def _library() -> ModuleType:
     try:
         return require_extra("pylsl", "lab")
-    except RuntimeError as error:  # it looks for liblsl as it is imported
+    except (RuntimeError, OSError, AttributeError) as error:  # it looks for liblsl as it is imported, and into it
         raise MissingExtraError(
             "pylsl found no liblsl that works here: install one (conda install -c conda-forge liblsl, or a package of "
             f"github.com/sccn/liblsl/releases), or name its file in the variable PYLSL_LIB. It says: {error}"

@@ -1,7 +1,11 @@
 """A study at a table of its own, and participants who do what they are asked."""
 
+import contextlib
+import io
 import json
+import logging
 import os
+import queue
 import signal
 import subprocess
 import sys
@@ -10,9 +14,13 @@ import time
 import urllib.error
 import urllib.request
 
+import pytest
+import uvicorn
 from websockets.exceptions import ConnectionClosed, InvalidMessage
 
+from swarm_pz import policies
 from swarm_pz.play import protocol
+from swarm_pz.play.server.serve import serve
 from swarm_pz.play.studies.folder import StudyFolder
 from tests.play.conftest import COMMAND, Client
 
@@ -44,7 +52,9 @@ class StudyTable:
             text=True,
             env=os.environ | {"PYTHONUNBUFFERED": "1"},
         )
-        line = next(line for line in self.process.stdout if "/study/monitor#" in line)
+        self.note(next(line for line in self.process.stdout if "/study/monitor#" in line))
+
+    def note(self, line):
         self.token = line.strip().split("#")[1]
         self.address = line.split("http://")[1].split("/")[0]
 
@@ -79,6 +89,49 @@ class StudyTable:
     def kept(self):
         """What stands in the folder now."""
         return StudyFolder(self.folder)
+
+
+class NearStudyTable(StudyTable):
+    """A study served by a thread of this process, so that it is seen which of its lines run; it cannot be killed."""
+
+    def start(self):
+        said, servers = queue.SimpleQueue(), queue.SimpleQueue()
+
+        class Ending(uvicorn.Server):
+            def __init__(self, config):
+                super().__init__(config)
+                servers.put(self)
+
+        def run():
+            try:
+                begun = contextlib.closing(StudyFolder.begin(self.file, self.folder))
+                with pytest.MonkeyPatch.context() as patch, begun as opened:
+                    patch.setattr(uvicorn, "Server", Ending)
+                    known = {"uniform": "covers evenly"}
+                    games = self.folder / "games"
+                    serve(policies.load, known, port=0, folder=games, countdown_s=0.0, say=said.put, study=opened)
+            except BaseException as error:
+                said.put(error)
+
+        self.logged = io.StringIO()
+        self.log = logging.StreamHandler(self.logged)
+        logging.getLogger().addHandler(self.log)
+        self.thread = threading.Thread(target=run)
+        self.thread.start()
+        line = ""
+        while "/study/monitor#" not in line:
+            line = said.get(timeout=300)
+            assert isinstance(line, str), line
+        self.note(line)
+        self.server = servers.get(timeout=60)
+
+    def end(self):
+        """Let the server end, and return what it logged."""
+        self.server.should_exit = True
+        self.thread.join(60)
+        logging.getLogger().removeHandler(self.log)
+        assert not self.thread.is_alive()
+        return self.logged.getvalue()
 
 
 class Participant:

@@ -60,7 +60,7 @@ def test_a_policys_answer_has_the_kind_that_its_team_takes():
     image = np.linspace(0.0, 0.5, 100).reshape(10, 10)
     packed = reader.packed(reader.read(1, 1, image))[0]
     assert reader.answered(1, 1, packed).kind == "density"
-    np.testing.assert_array_equal(reader.answered(1, 1, packed).values, np.round(2 * image, 4))
+    np.testing.assert_array_equal(reader.answered(1, 1, packed).values, np.round(2 * image, 8))
 
 
 def test_what_has_no_picture_asks_for_the_whole_square():

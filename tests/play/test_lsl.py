@@ -132,6 +132,27 @@ def test_a_missing_library_says_what_to_do(tmp_path):
     assert "name its file in the variable PYLSL_LIB" in ended.stderr
 
 
+def test_another_library_in_its_place_says_what_to_do(monkeypatch):
+    def broken(module, extra):
+        raise AttributeError("undefined symbol: lsl_local_clock")
+
+    monkeypatch.setattr("swarm_pz.play.lsl.require_extra", broken)
+    with pytest.raises(MissingExtraError, match=r"no liblsl that works here.*undefined symbol"):
+        Markers()
+
+
+def test_a_library_that_breaks_ends_no_game(caplog):
+    markers = Markers("broken")
+
+    class Broken:
+        def push_sample(self, *_):
+            raise RuntimeError("the stream is lost")
+
+    markers._outlet = Broken()
+    markers.note("P01.block1.game1", CapturedLine(team=0, drone=1, tick=2))
+    assert "has not taken the marker" in caplog.text and "P01.block1.game1" in caplog.text
+
+
 def test_without_pylsl_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pylsl", None)
     with pytest.raises(MissingExtraError, match=r"pylsl is not installed; install it with: .*lab"):

@@ -544,7 +544,8 @@ def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later(
     loaded = {"index.html", *names} & set(sizes)
     assert sum(sizes[name] for name in loaded) < 150_000
     later = {"climb.js", "embed.js", "lesson.js", "marks.js", "replay.js", "responses.js", "stick.js"}
-    assert set(sizes) - loaded == later | {"jspsych-plugin-swarm-pz.js"}
+    of_others = {"jspsych-plugin-swarm-pz.js", "monitor.html", "monitor.js", "study.css", "study.html", "study.js"}
+    assert set(sizes) - loaded == later | of_others
 
 
 def test_the_page_reads_the_same_bytes(open_page):

@@ -52,6 +52,7 @@ def leave(page):
     """Leave a running game for good."""
     page.wait_for_selector("#table[data-phase=playing]")  # one that counts down is left without a question
     page.click("#leave")
+    expect(page.locator("#leaving-counts")).to_be_visible()
     page.click("#leave-now")
 
 
@@ -59,6 +60,7 @@ def test_the_start_leads_to_the_ladder_and_back(visit):
     page = visit("")
     page.click("#start-ladder")
     expect(page.locator("#climber-code")).to_be_focused()
+    assert page.locator("#climber-system").bounding_box()["width"] > 250  # what flies can be read
     page.click("#ladder-home")
     expect(page.locator("#start-ladder")).to_be_visible()
 

@@ -56,6 +56,11 @@ items = [
     { id = "mood", text = "How are you?", low = "bad", high = "well" },
     { id = "free", text = "Anything else?", kind = "text", optional = true },
 ]
+
+[[forms]]
+name = "after"
+title = "How was that?"
+items = [{ id = "word", text = "In a word?", kind = "text", optional = true }]
 """
 
 
@@ -159,6 +164,8 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     go_on(page)
     expect(page.locator("#told")).to_have_text("Please give a number from 18 to 99.")
     check(page, "own questions")
+    boxes = [one.bounding_box() for one in page.locator("fieldset", has_text="How are you?").locator("label").all()]
+    assert len({(box["y"], round(box["width"])) for box in boxes}) == 1  # no point stands out
     page.get_by_label("How old are you?").fill("18")
     go_on(page)
 
@@ -189,7 +196,10 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     go_on(page)
     at_heading(page, "Game 1 of 1")
     go_on(page, "Begin")
-    at_heading(page, "Time for a rest")  # by itself, when the result was shown
+    at_heading(page, "How was that?")  # by itself, when the result was shown
+    go_on(page)
+    at_heading(page, "Time for a rest")
+    expect(page.get_by_role("button", name="Go on")).to_be_disabled()
     expect(page.get_by_role("button", name="Go on")).to_be_enabled()
     check(page, "break")
     go_on(page)
@@ -203,9 +213,11 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     expect(page.locator("#asked")).to_contain_text("when the other participant is, too")
     check(page, "waiting")
     other.walk()
+    at_heading(page, "How was that?")
+    go_on(page)
     at_heading(page, "Thank you")
     check(page, "end")
-    assert lines_of(study, "P01")[-1]["opponent"] == "person"
+    assert lines_of(study, "P01")[-2]["opponent"] == "person"
 
 
 def test_a_second_window_says_so_and_may_take_over(visit):
@@ -259,8 +271,10 @@ def test_a_game_is_come_back_to_and_leads_back(visit, study):
     page.reload()
     page.wait_for_url("**/study/P07")
     at_heading(page, "Game 1 of 1")
+    (study.folder / "interrupted" / "P07.block1.game1.1.jsonl").touch()
     seat = {"room": "AAAA", "seat": "red", "token": "0" * 32}
     page.evaluate("seat => sessionStorage.setItem('swarm-pz.seat', JSON.stringify(seat))", seat)
     page.goto(f"http://{study.address}/study/P07/game#room=AAAA")  # a seat that went with its server
     page.wait_for_url("**/study/P07")
     at_heading(page, "Game 1 of 1")
+    expect(page.locator("#asked")).to_contain_text("This game was broken off")

@@ -137,6 +137,10 @@ class Bridge:
         """Refuse: the table has no services."""
         raise ProtocolError(f"there is no service {service}; a seat is taken by publishing on /red_connection_service")
 
+    def refused(self, client: Client, text: str) -> None:
+        """Tell a client in the log, too, why a message was refused: many cannot take status messages."""
+        self._rosbridge.publish(LOG, messages.log(text, time.time(), True), to=client)
+
     def left(self, client: Client) -> None:
         """Keep the seat of who has gone for a while: it may come back."""
         self._clients.discard(client)
@@ -168,7 +172,8 @@ class Bridge:
 
     def _command(self, client: Client, team: object, maker: Maker) -> None:
         if team not in TEAM_NAMES:
-            raise ProtocolError(f"team must be red or blue, got {str(team)[:40]!r}")
+            told = repr(team[:40]) if isinstance(team, str) else f"a {type(team).__name__}"
+            raise ProtocolError(f"team must be red or blue, got {told}")
         side = cast("Side", team)
         seat = self._seat(side)
         if seat is None:

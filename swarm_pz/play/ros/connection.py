@@ -19,8 +19,8 @@ from websockets.exceptions import ConnectionClosed
 
 _MOST_WAITING = 2**22
 """Bytes that wait for one client of what may not be missed: then it is given up."""
-_ANSWER_S = 1.5
-"""Seconds within which a client that is there answers a ping."""
+_PINGS, _ANSWER_S = 3, 0.5
+"""A client that is there answers one of so many pings within so many seconds; tablets deploy every two or more."""
 LEVELS = ("none", "error", "warning", "info")
 """Of status messages; a client is sent those up to its own."""
 _MOST_REFUSED, _PATIENCE_S = 100, 10.0
@@ -95,7 +95,8 @@ class Client:
 
     async def is_there(self) -> bool:
         """Ask whether somebody is at the other end."""
-        for _ in range(2):  # after a while in which this process did nothing, the answer is there, but not read yet
+        # Several times: after a while in which this process did nothing, the answer is there, but not read yet.
+        for _ in range(_PINGS):
             try:
                 async with asyncio.timeout(_ANSWER_S):
                     await (await self._connection.ping())

@@ -8,7 +8,7 @@ from typing import Any
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import OutputError, require_extra
-from swarm_pz.files import check_file, draft_of
+from swarm_pz.files import check_file, draft_of, explain
 from swarm_pz.play.frames import Frame
 from swarm_pz.play.recordings.format import CapturedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
@@ -83,8 +83,11 @@ def write(recording: Recording, path: Path, progress: Callable[[float, float], N
     if path.suffix != ".mcap":
         raise OutputError(f"an MCAP file's name ends with .mcap, got {path}")
     check_file(path)
-    with draft_of(path) as draft, draft.open("wb") as file:
-        return _write(recording, writer_of(file), progress)
+    try:
+        with draft_of(path) as draft, draft.open("wb") as file:
+            return _write(recording, writer_of(file), progress)
+    except OSError as error:
+        raise OutputError(f"cannot write {str(path)!r}: {explain(error)}") from error
 
 
 def _write(recording: Recording, writer: Any, progress: Callable[[float, float], None] | None) -> int:

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import multiprocessing
 import multiprocessing.connection
+import os
 import signal
 import socket
 import sys
@@ -97,6 +98,8 @@ def _serve(
 ) -> None:
     """Serve until the table ends."""
     prepare_process()
+    if hasattr(os, "nice"):
+        os.nice(5)  # a message of 10 MB takes seconds to read: the table's ticks come first
     with contextlib.suppress(asyncio.CancelledError):
         asyncio.run(_run(Bridge(address, opponent, table, say), listening))
 

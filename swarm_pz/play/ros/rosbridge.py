@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import socket
 import time
 from collections.abc import Callable, Mapping
@@ -24,14 +25,20 @@ from swarm_pz.play.ros.definitions import DEFINITIONS, definition, full_name, pl
 MAX_MESSAGE_BYTES = 10 * 2**20
 MAX_CLIENTS = 64
 _MOST_TOPICS = 256
-"""That one client may advertise, or subscribe to."""
+"""That one client may advertise, or subscribe to, or subscriptions to one topic; and characters of a name."""
+_MOST_OTHERS = 2048
+"""Topics that mean nothing here and all clients together may advertise: who asks for topics is told them all."""
 _BYTES_PER_SECOND = 2e7
 """What a client may say in a second: the next message is not looked at sooner."""
 _BUFFER_BYTES = 2**16
 """What the system keeps for a client that does not read: what stands there grows old."""
+_LARGE_NUMBERS = {2, 3}
+_KNOWN_TAGS = 2**16
+"""Of CBOR, that a decoder may know: some are texts to be compiled, or numbers of a million digits, in few bytes."""
 _COMPRESSIONS = ("none", "cbor", "cbor-raw")
 
 Message = dict[str, Any]
+log = logging.getLogger("swarm_pz.play")
 
 
 class Node(Protocol):
@@ -42,6 +49,9 @@ class Node(Protocol):
 
     def called(self, client: Client, service: str, arguments: Message) -> Message:
         """Answer a call, or raise ProtocolError."""
+
+    def refused(self, client: Client, text: str) -> None:
+        """Learn that a client's message was refused, and why."""
 
     def left(self, client: Client) -> None:
         """Learn that a client has gone."""
@@ -73,6 +83,7 @@ class Rosbridge:
         self._clients: set[Client] = set()
         self._server: Server | None = None
         self._cbor = require_extra("cbor2", "lab")
+        self._no_tags = dict.fromkeys(set(range(_KNOWN_TAGS)) - _LARGE_NUMBERS, _refuse_tag)
 
     async def open(self, listening: socket.socket) -> None:
         """Begin to meet those that come to a socket."""
@@ -99,11 +110,11 @@ class Rosbridge:
         """Whether anybody has subscribed to a topic: else its messages need not be made."""
         return any(_full(topic) in client.subscriptions for client in self._clients)
 
-    def publish(self, topic: str, message: Message, but: Client | None = None) -> None:
-        """Send a message to all that have subscribed to its topic, but one."""
+    def publish(self, topic: str, message: Message, but: Client | None = None, to: Client | None = None) -> None:
+        """Send a message to all that have subscribed to its topic, but one; or to one alone."""
         topic, now = _full(topic), time.monotonic()
         frames: dict[str, str | bytes] = {}
-        for client in self._clients:
+        for client in self._clients if to is None else (to,):
             subscription = client.subscriptions.get(topic)
             if subscription is None or client is but or now - subscription.last_s < subscription.throttle_s:
                 continue
@@ -132,11 +143,13 @@ class Rosbridge:
         writer = asyncio.create_task(client.write())
         try:
             async for frame in connection:
+                began = time.monotonic()
                 self._obey(client, frame)
                 if client.ending is not None:
                     await client.ending
                     return
-                await asyncio.sleep(len(frame) / _BYTES_PER_SECOND)  # others have their turn
+                took = time.monotonic() - began
+                await asyncio.sleep(max(len(frame) / _BYTES_PER_SECOND, took))  # others have their turn
         except ConnectionClosed:
             pass
         finally:
@@ -154,11 +167,15 @@ class Rosbridge:
             operation(self, client, told)
         except ProtocolError as error:
             client.refuse(str(error), **({"id": told["id"]} if "id" in told else {}))
+            self._node.refused(client, str(error))
+        except Exception:  # whatever it is, it is refused to this client alone
+            log.exception("a message was not obeyed")
+            client.refuse("the server could not do that")
 
     def _read(self, frame: str | bytes) -> Message:
         is_cbor = isinstance(frame, bytes) and not frame.startswith(b"{")
         try:
-            told = self._cbor.loads(frame) if is_cbor else json.loads(frame, parse_constant=_refuse)
+            told = self._of_cbor(frame) if is_cbor else json.loads(frame, parse_constant=_refuse)
         except Exception as error:  # whatever a decoder makes of it, it is refused to this client alone
             raise ProtocolError(f"a message must be a JSON object, got {_shown(frame)}: {error}") from error
         if not isinstance(told, dict) or not isinstance(told.get("op"), str):
@@ -166,13 +183,27 @@ class Rosbridge:
         name = told.get("id", "")
         if not isinstance(name, str) and not (isinstance(name, int) and name.bit_length() <= 64):
             raise ProtocolError(f"id must be a text, got {_shown(name)}")
+        if isinstance(name, str) and len(name) > _MOST_TOPICS:
+            raise ProtocolError(f"id must be a text of at most {_MOST_TOPICS} characters, got {_shown(name)}")
         return told
+
+    def _of_cbor(self, frame: str | bytes) -> Any:
+        """Return what JSON could say, too: no other tags, and no keys but texts, whose hashes nobody chooses."""
+        return self._cbor.loads(
+            frame,
+            semantic_decoders=self._no_tags,
+            tag_hook=_refuse_tag,
+            strict_hashable_types=True,
+        )
 
     def _advertise(self, client: Client, told: Message) -> None:
         topic, kind = _full(_text(told, "topic")), plain_name(_text(told, "type"))
         self._check_type(topic, kind)
         if topic not in client.advertised and len(client.advertised) >= _MOST_TOPICS:
             raise ProtocolError(f"a client may advertise {_MOST_TOPICS} topics")
+        others = sum(len(one.advertised.keys() - self._types) for one in self._clients)
+        if topic not in self._types and others >= _MOST_OTHERS:
+            raise ProtocolError(f"clients may advertise {_MOST_OTHERS} topics that mean nothing here")
         client.advertised[topic] = kind
 
     def _unadvertise(self, client: Client, told: Message) -> None:
@@ -198,6 +229,8 @@ class Rosbridge:
         if topic not in client.subscriptions and len(client.subscriptions) >= _MOST_TOPICS:
             raise ProtocolError(f"a client may subscribe to {_MOST_TOPICS} topics")
         known = client.subscriptions.setdefault(topic, Subscription(compression, throttle / 1000.0))
+        if len(known.ids) >= _MOST_TOPICS:
+            raise ProtocolError(f"a client may subscribe to a topic {_MOST_TOPICS} times")
         known.compression, known.throttle_s = compression, min(known.throttle_s, throttle / 1000.0)
         known.ids.add(str(told.get("id", "")))
 
@@ -239,7 +272,7 @@ class Rosbridge:
         if service == "/rosapi/topics":
             return {"topics": list(types), "types": list(types.values())}
         if service == "/rosapi/topic_type":
-            return {"type": types.get(_full(str(arguments.get("topic", ""))), "")}
+            return {"type": types.get(_full(_text(arguments, "topic")), "")}
         if service == "/rosapi/nodes":
             return {"nodes": ["/swarm_pz"]}
         if service == "/rosapi/get_time":
@@ -280,13 +313,17 @@ def _full(name: str) -> str:
 
 def _text(told: Message, key: str) -> str:
     value = told.get(key)
-    if not isinstance(value, str) or not 0 < len(value) <= 256:
-        raise ProtocolError(f"{key} must be a text of 1 to 256 characters, got {_shown(value)}")
+    if not isinstance(value, str) or not 0 < len(value) <= _MOST_TOPICS:
+        raise ProtocolError(f"{key} must be a text of 1 to {_MOST_TOPICS} characters, got {_shown(value)}")
     return value
 
 
 def _refuse(constant: str) -> float:
     raise ValueError(f"{constant} is no number of JSON")
+
+
+def _refuse_tag(*_: object) -> object:
+    raise ValueError("tags mean nothing here")
 
 
 def _shown(value: object) -> str:

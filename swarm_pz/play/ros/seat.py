@@ -20,8 +20,11 @@ from swarm_pz.play.ros.commands import Maker
 
 _COMMAND_S = 0.1
 """Seconds between two commands that are sent to the table; of those that come sooner, the latest waits."""
+_ROOM_BYTES = 32
+"""Of a command's message, for its number. A table ends the connection of who sends more than it takes."""
 _ACKNOWLEDGED = 4
 """Frames that one acknowledgement is for."""
+_ENDS = {"red": "red has won", "blue": "blue has won", "draw": "a draw", "stopped": "it was stopped"}
 
 
 class Watcher(Protocol):
@@ -91,7 +94,11 @@ class Seat:
         if self._takes is None:
             self._unread = maker
             return
-        self._waiting = maker(self._takes, self._cells)
+        command = maker(self._takes, self._cells)
+        size = len(protocol.encode(command))
+        if size > protocol.MAX_MESSAGE_BYTES - _ROOM_BYTES:
+            raise ProtocolError(f"a command may have {protocol.MAX_MESSAGE_BYTES} bytes at the table, got {size}")
+        self._waiting = command
         self._wake.set()
 
     def leave(self) -> None:
@@ -179,6 +186,8 @@ class Seat:
             case protocol.Seated():
                 self._sit(message)
             case protocol.RoomState():
+                if message.phase == "over" != self._phase:
+                    self._watcher.told(self, f"the game is over: {_ENDS[message.outcome or 'stopped']}", False)
                 self._phase = message.phase
                 if message.phase == "playing":
                     self._is_ready = False

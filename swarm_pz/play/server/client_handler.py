@@ -14,9 +14,10 @@ from swarm_pz.play.server.climbing import Climbing
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.orders import Made, is_made_at_once, make
+from swarm_pz.play.server.refusal import RefusedError
 from swarm_pz.play.server.replay_session import ReplaySession
 from swarm_pz.play.server.responses import SAVED, ReadyRule, check_rules
-from swarm_pz.play.server.room import RefusedError, Room
+from swarm_pz.play.server.room import Room
 from swarm_pz.play.server.room_settings import settings_of
 
 HELLO_S = 10.0
@@ -205,7 +206,7 @@ class ClientHandler:
         room = self._lobby.open_room(climbing.settings(level), address=self._connection.address)
         self._enter(room, level.side, "", {_facing(level.side): level.opponent})
         climbing.follow(room, level)
-        room.tell_state()
+        room.audience.tell_state()
 
     # --- what the client does there ---------------------------------------------------------------
 
@@ -295,7 +296,7 @@ class ClientHandler:
                 for name in filter(None, policies.values()):
                     lobby.check_policy(name)
                 opened = lobby.open_room(message.settings, address=connection.address)
-                opened.lesson, opened.once, opened.seed = message.lesson, message.once, message.seed
+                opened.once, opened.games.lesson, opened.games.seed = message.once, message.lesson, message.seed
                 self._enter(opened, message.seat, message.label, policies)
             case protocol.Join():
                 room = lobby.rooms.get(message.room.upper())

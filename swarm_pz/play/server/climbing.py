@@ -19,7 +19,8 @@ from swarm_pz.play.climbers import Climbed, Climber, reached, write_table
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.levels import RUNGS, next_rung
 from swarm_pz.play.recordings.format import EndedBy, Outcome
-from swarm_pz.play.server.room import RefusedError, Room
+from swarm_pz.play.server.refusal import RefusedError
+from swarm_pz.play.server.room import Room
 from swarm_pz.play.server.seat import Seat
 
 RATED = "ergodic"
@@ -119,7 +120,7 @@ class Climbing:
         seat, seed = room.seats[TEAM_NAMES.index(level.side)], secrets.randbelow(2**32)
         token = seat.token
         room.once = room.ranked = True
-        room.seed = seed
+        room.games.seed = seed
         self._rooms[level.code] = room
 
         def over(outcome: Outcome, ended_by: EndedBy) -> None:
@@ -145,7 +146,7 @@ class Climbing:
             self._telling.add(task)
             task.add_done_callback(self._telling.discard)
 
-        room.over = over
+        room.games.over = over
 
     def _keep(self, code: str, game: Climbed) -> protocol.Level:
         Climber(self._folder, code).add(game)

@@ -6,130 +6,49 @@ Everything here runs on the event loop's thread and never waits for a policy or 
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import datetime
-import functools
 import importlib.metadata
 import logging
-import time
-from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import FlightError
 from swarm_pz.play.commands import Command
 from swarm_pz.play.game import Captured, InForce, LiveGame, TableConfig
-from swarm_pz.play.lsl import Markers
-from swarm_pz.play.protocol import StrokeMessage, Timing
 from swarm_pz.play.recordings.folder import SUFFIX
 from swarm_pz.play.recordings.format import (
     FRAME_TICKS,
     VERSION,
-    CapturedLine,
-    CommandLine,
     EndedBy,
-    EndLine,
-    EventLine,
     Header,
-    InForceLine,
-    Origin,
     Outcome,
     RecordedSeat,
     SeatDelays,
     SeatLine,
-    frame_line,
     reason_of_end,
 )
+from swarm_pz.play.recordings.moment import Moment
 from swarm_pz.play.recordings.recorder import Recorder
-from swarm_pz.play.server.delays import DelayLine, Measured
-from swarm_pz.play.server.games_folder import SeatIndex
+from swarm_pz.play.server.delays import Measured
+from swarm_pz.play.server.game_clock import GameClock
+from swarm_pz.play.server.game_log import GameLog
+from swarm_pz.play.server.incoming_commands import IncomingCommands
 from swarm_pz.play.server.pilot import Pilot
-from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
+from swarm_pz.play.server.policy_workers import PolicySeat
+from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.server.thinkers import Thinkers
 from swarm_pz.play.server.views import frame_of
-from swarm_pz.play.shared import SharedCommand
 
-COUNTDOWN_S = 3.0
-"""Seconds for which the start is shown before the clock begins: time to find one's drones and to draw, and more than
-a policy may take for a command."""
 _FIELD_TICKS = 3
 """Ticks between two frames that show capture fields."""
-_FLUSH_TICKS = 15
 _LOOK_TICKS = 6
 """Ticks between two looks at the conditions of automatic responses."""
-_CATCH_UP = 2
-"""Ticks that a late game makes up for at once; beyond that its time slips."""
 log = logging.getLogger("swarm_pz.play")
 _SOFTWARE = f"swarm-pz {importlib.metadata.version('swarm-pz')}"
-
-
-@dataclass
-class Punctuality:
-    """How late the ticks of all games were, of late."""
-
-    lateness_ms: deque[float] = field(default_factory=lambda: deque(maxlen=200_000))
-    most_caught_up: int = 0
-    slipped: int = 0
-    """How often a game's time had to slip."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ServerContext:
-    """What all games of a server share."""
-
-    folder: Path
-    workers: PolicyWorkers
-    table: TableConfig = field(default_factory=TableConfig)
-    """What rooms start from; their settings replace parts of it."""
-    countdown_s: float = COUNTDOWN_S
-    record_labels: bool = True
-    """Whether recordings hold the players' labels; else only those at the table see them."""
-    markers: Markers | None = None
-    """Where moments of games are told to who records other signals, too."""
-    punctuality: Punctuality = field(default_factory=Punctuality)
-    began: float = field(default_factory=time.monotonic)
-
-    @cached_property
-    def seat_index(self) -> SeatIndex:
-        """Which recordings seats' tokens lead to."""
-        return SeatIndex(self.folder)
-
-    def now_ms(self) -> float:
-        """Return the server's clock."""
-        return 1000.0 * (time.monotonic() - self.began)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Moment:
-    """A moment of a recorded game.
-
-    Attributes
-    ----------
-    game : LiveGame
-        At that moment.
-    seed : int
-        Of its start.
-    sizes : list of (int, int)
-        Drones of red and blue, once a second since the start.
-    origin : Origin
-        Where it is from.
-    past : list
-        The lines of the recording up to there.
-    """
-
-    game: LiveGame
-    seed: int
-    sizes: list[tuple[int, int]]
-    origin: Origin
-    past: list[EventLine]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,17 +82,6 @@ class Callbacks:
     over: Callable[[Outcome, EndedBy], None]
 
 
-class _Given(NamedTuple):
-    """A command on its way into the game, and when it arrived, on the server's clock."""
-
-    command: Command
-    received_ms: float
-    strokes: list[StrokeMessage] | None = None
-    timing: Timing | None = None
-    unless_held: bool = False
-    """It is not handed in if it holds already."""
-
-
 class LiveSession:
     """A game that counts down from when it is made, and then runs by the clock.
 
@@ -202,20 +110,20 @@ class LiveSession:
     Attributes
     ----------
     game : LiveGame
+    log : GameLog
     recorder : Recorder
+        Its file's.
+    commands : IncomingCommands
     sizes : list of (int, int)
         Drones of red and blue, once a second since the start.
     starts_ms : float
         When the countdown is over, on the server's clock.
-    has_begun : bool
-        Whether the clock runs, or ran.
-    sent : list of int
-        Ticks at which red's and blue's players last sent a command; of the start, if they have not.
     forfeit : str
         How a control system failed, so that its side lost; empty if none did.
-    commands_measured, display_measured : (Measured, Measured)
-        How much later red's and blue's commands were handed in than they came; and moments shown than they were made,
-        which is for who shows them to note.
+    display_measured : (Measured, Measured)
+        How much later red and blue are shown moments than they were made, which is for who shows them to note.
+    ended : bool
+        Nothing comes after this.
     """
 
     def __init__(
@@ -231,11 +139,10 @@ class LiveSession:
         lesson: bool = False,
         path: Path | None = None,
     ) -> None:
-        self.config, self._context, self._tell, self._seats = config, context, tell, seats
+        self.config, self._context, self._tell = config, context, tell
         self.game = moment.game if moment is not None else LiveGame(config, seed)
         self.sizes = moment.sizes if moment is not None else [self.game.sizes]
-        self.starts_ms = self._began_ms = context.now_ms() + 1000.0 * context.countdown_s
-        self.has_begun = False
+        self.starts_ms = context.now_ms() + 1000.0 * context.countdown_s
         started = datetime.datetime.now(datetime.UTC)
         header = Header(
             version=VERSION,
@@ -251,96 +158,29 @@ class LiveSession:
             lesson=lesson,
         )
         self.recorder = Recorder(path or context.folder / f"{started:%Y%m%dT%H%M%SZ}-{name}{SUFFIX}", header)
+        self.log = GameLog(self.recorder, self.game, seats, context.now_ms, self.starts_ms, context.markers)
         first, second = config.game.team_systems
         self._pilot = None if first.kernel and second.kernel else Pilot(config.game)
-        self._is_flying = False
-        self.sent = [self.game.tick, self.game.tick]
         self.forfeit = ""
-        factors = config.factors
-        self.commands_measured = Measured(factors[RED].command_delay_ms), Measured(factors[BLUE].command_delay_ms)
-        self.display_measured = Measured(factors[RED].display_delay_ms), Measured(factors[BLUE].display_delay_ms)
-        self._lines = [DelayLine(own.command_delay_ms) for own in factors]
-        """By which commands come to the game."""
-        cells = self.game.reader.cells
-        self._shared = [
-            SharedCommand(team, cells, own.share, own.helper) if own.share > 0.0 else None
-            for team, own in enumerate(factors)
-        ]
-        self._held: list[CommandLine] = []
-        """What arrives while control systems choose accelerations: it counts from the next solve on."""
-        self._early: list[CommandLine | SeatLine] = []
-        """What came in the countdown; its times count from when that should have been over."""
-        self._thinkers = Thinkers(self.game, seed, policies, context.workers, self.take_answer, tell.failed)
+        red, blue = config.factors
+        self.commands = IncomingCommands(self.game, config.factors, self.log, context.now_ms)
+        self.display_measured = Measured(red.display_delay_ms), Measured(blue.display_delay_ms)
+        answered = self.commands.take_answer
+        self._thinkers = Thinkers(self.game, seed, policies, context.workers, answered, tell.failed)
         self._first_tick = self.game.tick
         self._sequence = 0
-        self._ended = False
-        self._away: set[int] = set()
+        self.ended = False
         if moment is None:
-            self.recorder.write(frame_line(self._frame(), 0))
+            self.log.frame(self._frame())
         else:
             for line in moment.past:
                 self.recorder.write(line)
         self._clock = asyncio.create_task(self._run())
 
     @property
-    def now_ms(self) -> float:
-        """Milliseconds since the game began, on the server's clock; negative in the countdown."""
-        return self._context.now_ms() - self._began_ms
-
-    def since_began(self, server_ms: float) -> float:
-        """Return a time of the server's clock as milliseconds since the game began."""
-        return server_ms - self._began_ms
-
-    def submit(
-        self, command: Command, strokes: list[StrokeMessage] | None = None, timing: Timing | None = None
-    ) -> None:
-        """Hand in a command that was read, and write it down; with its helper's share, and later, where that is so."""
-        if not command.sender:
-            self.sent[command.team] = self.game.tick
-        now, shared = self._context.now_ms(), self._shared[command.team]
-        given = [_Given(command, now, strokes, timing)]
-        if shared is not None and (mixed := shared.take(command)) is not None:
-            given.append(_Given(mixed, now))  # at once after it, and so in its place
-        self._give(command.team, given)
-
-    def _give(self, team: int, given: list[_Given]) -> None:
-        """Let commands of a team come to the game, together, when its delay is over."""
-        self._lines[team].put(functools.partial(self._hand_in, given), self.commands_measured[team])
-
-    def _hand_in(self, given: list[_Given]) -> None:
-        for one in given:
-            if not (one.unless_held and self.game.holds(one.command)):
-                self.game.hand_in(one.command)
-                self._write_command(one)
-
-    def _write_command(self, given: _Given) -> None:
-        command, received_ms, strokes, timing, _ = given
-        plain, is_density = command.values.tolist(), command.kind == "density"
-        self._write(
-            CommandLine(
-                team=command.team,
-                number=command.number,
-                density=plain if is_density else None,
-                received_ms=self.since_began(received_ms),
-                strokes=strokes,
-                timing=timing,
-                tick=self.game.tick,
-                command=None if is_density else plain,
-                sender=command.sender,
-            )
-        )
-
-    def take_answer(self, team: int, number: int, answer: NDArray[np.float64], sender: str = "") -> None:
-        """Hand in a policy's answer, in the form that all commands have among others, unless that holds already.
-
-        A helper's becomes its share of the command.
-        """
-        command = self.game.reader.answered(team, number, answer, sender)
-        shared, now = self._shared[team], self._context.now_ms()
-        if shared is None:
-            self._give(team, [_Given(command, now, unless_held=True)])
-        elif (mixed := shared.be_helped(command.values)) is not None:
-            self._give(team, [_Given(mixed, now)])
+    def has_begun(self) -> bool:
+        """Whether the clock runs, or ran."""
+        return self.log.has_begun
 
     def delays(self) -> list[dict[str, dict[str, float | None]]]:
         """Return the delays of red and of blue so far: of commands and display, what was asked for and what was got."""
@@ -349,78 +189,45 @@ class LiveSession:
     def _delays(self) -> tuple[SeatDelays, SeatDelays]:
         red, blue = (
             SeatDelays(command=commands.told(), display=display.told())
-            for commands, display in zip(self.commands_measured, self.display_measured, strict=True)
+            for commands, display in zip(self.commands.measured, self.display_measured, strict=True)
         )
         return red, blue
 
-    def note(self, line: SeatLine) -> None:
-        """Write down what became of a seat's connection."""
-        if line.event == "disconnected":
-            self._away.add(line.team)
-        elif line.event == "connected":
-            self._away.discard(line.team)
-        self._write(line)
-
-    def _write(self, line: CommandLine | SeatLine) -> None:
-        """Write down what somebody did; what was done in the countdown, once the game has begun."""
-        if not self.has_begun:
-            self._early.append(line)
-        elif self._is_flying and isinstance(line, CommandLine):
-            line.tick = self.game.tick + 1
-            self._held.append(line)
-        else:
-            self.recorder.write(line)
+    # --- its end ----------------------------------------------------------------------------------
 
     def call_off(self) -> None:
         """Take back a game that has not begun, and its file: nothing of it was played."""
         self._halt()
-        for line in self._lines:
-            line.close()
+        self.commands.drop()
         self.game.withdraw()
-        self.recorder.close()
-        with contextlib.suppress(OSError):
-            self.recorder.path.unlink()
+        self.log.discard()
 
     def _halt(self) -> None:
-        self._ended = True
+        self.ended = True
         if asyncio.current_task() is not self._clock:
             self._clock.cancel()
         self._thinkers.stop()
         if self._pilot is not None:
             self._pilot.close()
 
-    @property
-    def ended(self) -> bool:
-        """Whether nothing comes after this."""
-        return self._ended
-
     def stop(self, outcome: Outcome = "stopped", ended_by: EndedBy | None = None) -> None:
         """End the game and finish its file; unless said, what ended it follows from the outcome and who was there."""
-        if self._ended:
+        if self.ended:
             return
         self._halt()
-        reason = ended_by or reason_of_end(outcome, bool(self._away))
-        self._write_delayed()
-        self._note_clock()
-        self._mark(
-            EndLine(
-                outcome=outcome,
-                tick=self.game.tick,
-                sizes=self.game.sizes,
-                ms=self.now_ms,
-                ended_by=reason,
-                delays=self._delays() if self.config.varies else None,
-            )
-        )
-        self.recorder.close()
+        reason = ended_by or reason_of_end(outcome, self.log.is_somebody_away)
+        self.commands.end()
+        self.log.end(outcome, reason, self._delays() if self.config.varies else None)
         self._tell.over(outcome, reason)
 
-    def _write_delayed(self) -> None:
-        """Write down the commands that the end came before; within a solve they are of a tick that is not played."""
-        left = [act for line in self._lines for act in line.close()]
-        if not self.game.has_begun_period:
-            for hand_in in left:
-                hand_in()
+    def _lose(self, error: FlightError) -> None:
+        """End a game of which a side has nobody who flies it: the other one has won."""
+        if not self.has_begun:
+            self._begin()
+        self.forfeit = str(error)[:500]
+        self.log.note(SeatLine(team=error.team, event="forfeit", ms=self.log.now_ms, reason=self.forfeit))
+        self._tell.notice(f"{TEAM_NAMES[error.team]} forfeits this game: {self.forfeit}")
+        self.stop("blue" if error.team == RED else "red", "forfeit")
 
     # --- time -------------------------------------------------------------------------------------
 
@@ -429,7 +236,11 @@ class LiveSession:
             self._thinkers.ask()
             await asyncio.gather(asyncio.sleep(self._context.countdown_s), self._thinkers.answers(), self._try_out())
             self._begin()
-            await self._play()
+            clock = GameClock(self.config.speed, self._context.punctuality)
+            while not self.game.over:
+                for _ in range(await clock.due()):
+                    if not self.game.over:
+                        await self._tick()
         except FlightError as error:
             self._lose(error)
             return
@@ -444,48 +255,9 @@ class LiveSession:
         if self._pilot is not None:
             await self._pilot.try_out()
 
-    def _lose(self, error: FlightError) -> None:
-        """End a game of which a side has nobody who flies it: the other one has won."""
-        if not self.has_begun:
-            self._begin()
-        self.forfeit = str(error)[:500]
-        self.note(SeatLine(team=error.team, event="forfeit", ms=self.now_ms, reason=self.forfeit))
-        self._tell.notice(f"{TEAM_NAMES[error.team]} forfeits this game: {self.forfeit}")
-        self.stop("blue" if error.team == RED else "red", "forfeit")
-
     def _begin(self) -> None:
-        planned, self._began_ms = self._began_ms, self._context.now_ms()
-        self.has_begun = True
-        for line in self._early:
-            if isinstance(line, CommandLine):
-                line.received_ms -= self._began_ms - planned
-            else:
-                line.ms -= self._began_ms - planned
-            self.recorder.write(line)
-        self._early.clear()
-        self._note_clock()
-        if self._context.markers is not None:
-            self._context.markers.start(self.recorder.path.stem, self.game.tick, *self._seats)
+        self.log.begin()
         self._tell.began()
-
-    async def _play(self) -> None:
-        loop, punctuality = asyncio.get_running_loop(), self._context.punctuality
-        period = 1.0 / (TICKS_PER_SECOND * self.config.speed)
-        due = loop.time()
-        while not self.game.over:
-            due += period
-            await asyncio.sleep(max(due - loop.time(), 0.0))
-            late = max(loop.time() - due, 0.0)
-            ticks = 1 + min(int(late / period), _CATCH_UP - 1)
-            punctuality.lateness_ms.append(1000.0 * late)
-            punctuality.most_caught_up = max(punctuality.most_caught_up, ticks)
-            due += (ticks - 1) * period
-            if late > _CATCH_UP * period:
-                due = loop.time()
-                punctuality.slipped += 1
-            for _ in range(ticks):
-                if not self.game.over:
-                    await self._tick()
 
     async def _tick(self) -> None:
         game = self.game
@@ -499,48 +271,24 @@ class LiveSession:
             await self._fly(self._pilot)
         for event in game.advance():
             if isinstance(event, Captured):
-                self._mark(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
+                self.log.captured(event)
         if game.tick % TICKS_PER_SECOND == 0:
             self.sizes.append(game.sizes)
         self._tell.show(self.frame(), self._sequence)
         if game.tick % FRAME_TICKS == 0 or game.over:
-            self.recorder.write(frame_line(self._frame(), game.tick))
-        if game.tick % _FLUSH_TICKS == 0 or self.recorder.is_behind:
-            self.recorder.flush()
-            if self.recorder.fault:
-                self._tell.notice(self.recorder.fault)
-                self.recorder.fault = ""
+            self.log.frame(self._frame())
+        if fault := self.log.flush():
+            self._tell.notice(fault)
 
     async def _fly(self, pilot: Pilot) -> None:
         """Wait for control systems that fly in a thread; other games go on meanwhile."""
-        self._is_flying = True
-        try:
+        with self.log.holding():
             for team in (RED, BLUE):
                 await pilot.fly(self.game, team)
-        finally:
-            self._is_flying = False
-        for line in self._held:
-            self.recorder.write(line)
-        self._held.clear()
 
     def _note_in_force(self, event: InForce) -> None:
-        command = event.command
-        self._mark(
-            InForceLine(
-                team=command.team, number=command.number, tick=event.tick, ms=self.now_ms, sender=command.sender
-            )
-        )
-        self._tell.in_force(command, event.tick)
-
-    def _mark(self, line: InForceLine | CapturedLine | EndLine) -> None:
-        """Write down what happened, and tell it to who records other signals, too."""
-        self.recorder.write(line)
-        if self._context.markers is not None and self.has_begun:
-            self._context.markers.note(self.recorder.path.stem, line)
-
-    def _note_clock(self) -> None:
-        if self._context.markers is not None and self.has_begun:
-            self.recorder.write(self._context.markers.clock(lambda: self.now_ms))
+        self.log.in_force(event)
+        self._tell.in_force(event.command, event.tick)
 
     # --- what is seen -----------------------------------------------------------------------------
 

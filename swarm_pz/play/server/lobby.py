@@ -18,17 +18,19 @@ from swarm_pz.play import protocol
 from swarm_pz.play.forms import installed_systems
 from swarm_pz.play.recordings.folder import SUFFIX, checked_name, is_regular
 from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.recordings.moment import Moment
 from swarm_pz.play.recordings.summary import Summaries, Summary
 from swarm_pz.play.recordings.trial import trial_rows
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.climbing import Climbing
 from swarm_pz.play.server.games_folder import check_folder
-from swarm_pz.play.server.live_session import Moment, ServerContext
 from swarm_pz.play.server.painter import Painter
+from swarm_pz.play.server.refusal import RefusedError
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
-from swarm_pz.play.server.room import AWAY_S, RefusedError, Room
+from swarm_pz.play.server.room import AWAY_S, Room
 from swarm_pz.play.server.room_settings import Hosted, settings_of
 from swarm_pz.play.server.seat import Seat
+from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.policy import kind_of
 
 MOST_ROOMS = 100
@@ -168,8 +170,9 @@ class Lobby:
     def open_hosted(self, hosted: Hosted) -> Room:
         """Return a new room of a host."""
         code = self._new_code()
-        self.rooms[code] = Room(code, settings_of(hosted.config), self.context, hosted=hosted)
-        return self.rooms[code]
+        room = self.rooms[code] = Room(code, settings_of(hosted.config), self.context, hosted=hosted)
+        room.once = True
+        return room
 
     def _new_code(self) -> str:
         code = ""

@@ -22,9 +22,9 @@ from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import Frame, encode_frame
 from swarm_pz.play.recordings.format import Origin, Recording
+from swarm_pz.play.recordings.moment import Moment
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server.connection import Connection
-from swarm_pz.play.server.live_session import Moment
 from swarm_pz.play.server.room_settings import settings_of
 from swarm_pz.play.server.views import frame_of, target_message
 

@@ -211,7 +211,7 @@ class Responses:
 
     def look(self, session: LiveSession) -> None:
         """See whether a condition holds, and let the first rule act whose does."""
-        seen = Look(session.game, self._team, session.sent[self._team])
+        seen = Look(session.game, self._team, session.commands.sent[self._team])
         before, now = self.acting, Acting()
         for place, one in enumerate(self._rules):
             is_able = one.rule.do.policy is None or one.rule.do.policy in self._able
@@ -227,7 +227,7 @@ class Responses:
         elif now != before:
             try:
                 session.game.check_size(one.command)
-                session.submit(replace(one.command, number=self._count(one.sender)))
+                session.commands.submit(replace(one.command, number=self._count(one.sender)))
             except CommandError as error:
                 self._failed(f"rule {now.rule + 1} commands nothing: {error}")
 
@@ -258,4 +258,4 @@ class Responses:
             self._give_up(place.policy, "it could not be asked")
         else:
             if self.acting is acting and not session.ended:  # else it comes too late
-                session.take_answer(self._team, self._count(acting.sender), answer, acting.sender)
+                session.commands.take_answer(self._team, self._count(acting.sender), answer, acting.sender)

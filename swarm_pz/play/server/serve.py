@@ -21,9 +21,9 @@ from swarm_pz.play.game import LiveGame, TableConfig
 from swarm_pz.play.lsl import Markers
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.climbing import Climbing, check_rules
-from swarm_pz.play.server.live_session import COUNTDOWN_S, ServerContext
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.policy_workers import Loader, PolicyWorkers
+from swarm_pz.play.server.server_context import COUNTDOWN_S, ServerContext
 from swarm_pz.play.server.sockets import RECEIVED_AT_ONCE, BoundedHTTP, BoundedWebSocket
 from swarm_pz.play.server.views import capture_fields, target_message
 from swarm_pz.play.strokes import WIDEST, Stroke, density_of

@@ -129,6 +129,9 @@ class StudyHost:
                 log.error("%s", error)
                 told = "this could not be written down: please tell whoever runs the study"
                 return JSONResponse({"fault": told}, 503)
+            except Exception as error:  # a page that hears no words would ask again for ever
+                log.error("a page's message was not obeyed", exc_info=error)
+                return JSONResponse({"fault": "the server could not do that: please tell whoever runs the study"}, 500)
 
         return answer
 
@@ -138,7 +141,7 @@ class StudyHost:
         visitor, now = self._visitors[number], time.monotonic()
         async with visitor.lock:
             is_here = visitor.claim(
-                str(said.get("window", "")),
+                window if isinstance(window := said.get("window"), str) else "",
                 _number(said.get("loaded")),
                 now,
                 takes_over=said.get("here") is True,
@@ -257,6 +260,7 @@ class StudyHost:
             "phase": "waiting" if others and wants and not met else "before",
             "of_two": bool(others),
             "until": until,
+            "again": self.folder.was_broken_off(number, step),
         }
 
     # --- the monitor ------------------------------------------------------------------------------
@@ -265,7 +269,10 @@ class StudyHost:
         given = request.headers.get("authorization", "").removeprefix("Bearer ")
         if not secrets.compare_digest(given.encode(), self.token.encode()):
             return JSONResponse({"fault": "this page's address ends in #token, as the terminal shows it"}, 403)
-        rows = [self._row(number) for number in range(self.study.participants)]
+        rows = []
+        for number in range(self.study.participants):
+            rows.append(self._row(number))
+            await asyncio.sleep(0.0)  # games have their turn: there may be thousands of rows
         return JSONResponse({"title": self.study.title, "games": self.study.games, "rows": rows})
 
     def _row(self, number: int) -> dict[str, Any]:
@@ -299,4 +306,6 @@ async def _read(request: Request) -> dict[str, Any]:
 
 
 def _number(value: Any) -> float:
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else 0.0
+    """Return a time that a page says; 0 if it is none."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return float(value) if is_number and 0.0 <= value <= 1e15 else 0.0

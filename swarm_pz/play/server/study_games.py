@@ -50,11 +50,8 @@ class StudyGame:
     @property
     def fault(self) -> str:
         """Why it cannot begin; empty if it can."""
-        failed = [seat for seat in self.room.seats if seat.policy_state == "failed"]
-        if not failed:
-            return ""
-        name = failed[0].policy or self.room.config.factors[failed[0].team].helper
-        return f"{name} cannot play: {failed[0].reason}. Please tell whoever runs the study"
+        faults = [seat.fault for seat in self.room.seats if seat.fault]
+        return f"{faults[0]}. Please tell whoever runs the study" if faults else ""
 
     def seat_of(self, number: int) -> dict[str, str]:
         """Return what leads a participant's browser to their seat."""

@@ -35,7 +35,7 @@ export class Cover {
     // Who waits for policies alone keeps the board in view.
     at("table").dataset.phase = room.phase === "waiting" && !meetsSomebody(room, seat) ? "before" : room.phase;
     at("cover").hidden = !isOver && room.phase !== "waiting";
-    const isDone = isOver && room.once; // there is no other game here
+    const isDone = isOver && (room.once || document.body.classList.contains("study")); // there is no other game here
     at("ready").hidden = isDone || (own ? own.ready : !onlyPolicies);
     at("ready").textContent = isOver ? "Play again" : onlyPolicies ? "Begin" : "I am ready";
     at("sit").hidden = isDone || own !== null || freeSides(room).length === 0;

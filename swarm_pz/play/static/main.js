@@ -186,6 +186,7 @@ function arrive(room) {
 function ask() {
   goal = location.hash.slice(1);
   mark(`room=${table.room.code}`, true);
+  at("leaving-counts").hidden = !table.room.once; // a game of the ladder
   if (!at("leaving").open) at("leaving").showModal();
 }
 
@@ -255,7 +256,6 @@ addEventListener("pointerdown", () => { delete document.documentElement.dataset.
 if (STUDY) {
   document.body.classList.add("study");
   document.title = "A game";
-  at("go-home").textContent = "Go on";
   link.addEventListener("room", ({ detail }) => { if (detail.phase === "over") setTimeout(goOn, RESULT_MS); });
 }
 addEventListener("hashchange", show);

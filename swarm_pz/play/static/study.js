@@ -11,7 +11,6 @@ let shown = ""; // what is shown now, so that it is not drawn anew while somebod
 let takesOver = false;
 let declined = false; // who does not take part is asked nothing more
 let later = 0;
-let ticking = 0;
 
 const stored = {
   get: (name) => { try { return sessionStorage.getItem(`swarm-pz.${name}`); } catch { return null; } },
@@ -103,7 +102,6 @@ function show(state) {
 function draw(key, heading, content) {
   const isNew = key.split(" ")[0] !== shown.split(" ")[0];
   shown = key;
-  clearInterval(ticking);
   at("told").textContent = "";
   at("heading").textContent = heading;
   at("asked").replaceChildren(...content);
@@ -126,9 +124,10 @@ function parts({ step, game }, words) {
 
 // --- games ----------------------------------------------------------------------------------------
 
-function gameWords({ phase, until, of_two: ofTwo }) {
+function gameWords({ phase, until, of_two: ofTwo, again }) {
   if (phase === "waiting") return "You are ready. The game begins when the other participant is, too.";
   if (phase === "saving") return "The game is over; it is being written down.";
+  if (again) return "This game was broken off: you play it once more, from its beginning.";
   if (until) return `These games do not count; you play them ${until}.`;
   return ofTwo ? "You play against another participant." : "It begins with a short countdown.";
 }
@@ -154,11 +153,13 @@ function rest(step) {
     const left = Math.max(Math.ceil((ends - performance.now()) / 1000), 0);
     timer.textContent = `${Math.floor(left / 60)}:${String(left % 60).padStart(2, "0")}`;
     goOn.disabled = left > 0;
-    if (left === 0) clearInterval(ticking);
   };
   block.append(paragraph("Stretch, look out of the window. You can go on when the time is up, or later."), timer, choices(goOn));
   count();
-  ticking = setInterval(count, 250);
+  const ticking = setInterval(() => {
+    count();
+    if (!goOn.disabled || !timer.isConnected) clearInterval(ticking);
+  }, 250);
   return block;
 }
 

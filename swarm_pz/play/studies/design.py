@@ -5,11 +5,10 @@ A study is one TOML file, beside the texts that it names; see `docs/studies.md`.
 
 from __future__ import annotations
 
-import itertools
+import functools
 import re
-import tomllib
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, Literal
 
 import numpy as np
@@ -17,9 +16,10 @@ import numpy as np
 from swarm_pz.config import TEAM_NAMES, GameConfig
 from swarm_pz.config.base import Config, check, check_choice, check_count, check_number
 from swarm_pz.errors import ConfigError, nearest
+from swarm_pz.files import read_text, read_toml
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.studies.forms import KNOWN_FORMS, Form, Item
+from swarm_pz.play.studies.forms import KNOWN_FORMS, Form, Item, check_words
 
 When = Literal["start", "block", "end"]
 _WHEN: tuple[When, ...] = ("start", "block", "end")
@@ -28,6 +28,7 @@ PERSON = "person"
 _STUDY = 21
 """Sets the seeds of studies apart from those of training and matches."""
 _MOST_TEXT = 200_000
+_MOST_CONDITIONS = 50
 _CODE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")
 
 
@@ -65,7 +66,7 @@ class Condition(Factors):
         except ConfigError as error:
             raise ConfigError(f"condition {self.title!r}: {error}") from error
         where = f"condition {self.title!r}"
-        check(isinstance(self.title, str) and bool(self.title.strip()), "condition: title", self.title, "a name")
+        check_words(self.title, "condition: title")
         check(isinstance(self.opponent, str) and bool(self.opponent), f"{where}: opponent", self.opponent, "a policy")
         check_choice(self.side, f"{where}: side", TEAM_NAMES)
         check(isinstance(self.rules, dict), f"{where}: rules", self.rules, "a table of fields")
@@ -103,6 +104,7 @@ class Practice(Config):
         super().__post_init__()
         check_count(self.wins, "practice.wins", 0, 100)
         check_count(self.most, "practice.most", max(1, self.wins), 100)
+        check(isinstance(self.opponent, str) and bool(self.opponent), "practice.opponent", self.opponent, "a policy")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,13 +166,14 @@ class Study(Config):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check(isinstance(self.title, str) and bool(self.title.strip()), "title", self.title, "a name")
+        check_words(self.title, "title")
+        check(isinstance(self.rules, dict), "rules", self.rules, "a table of fields")
         check_count(self.participants, "participants", 1, 10_000)
         check_count(self.games, "games", 1, 1000)
         check_number(self.break_s, "break_s", 0.0, 86_400.0)
         check_count(self.seed, "seed", 0, 2**63)
         titles = [condition.title for condition in self.conditions]
-        check(bool(titles), "conditions", titles, "at least one [[conditions]]")
+        check(0 < len(titles) <= _MOST_CONDITIONS, "conditions", titles, f"1 to {_MOST_CONDITIONS} [[conditions]]")
         check(len(set(titles)) == len(titles), "conditions", titles, "conditions of different titles")
         names = [asked.form.name for asked in self.forms]
         check(len(set(names)) == len(names), "forms", names, "forms of different names")
@@ -244,10 +247,11 @@ class Study(Config):
             If it is none: what is wrong, by name.
         """
         try:
-            plain = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            raise ConfigError(f"{path} is no study: {error}") from error
+            plain = read_toml(path)
+        except ConfigError as error:
+            raise ConfigError(f"{path} is no study: it {error}") from error
         try:
+            check("folder" not in plain, "folder", plain.get("folder"), "left out: texts are beside the study's file")
             return cls(
                 **{
                     **plain,
@@ -270,12 +274,15 @@ class Study(Config):
         ConfigError
             If there is no such file beside the study's.
         """
+        expected = "a file in the study's folder, by its name there"
+        place = PurePath(name if isinstance(name, str) else "/")
+        check(not place.is_absolute() and ".." not in place.parts and "\0" not in name, "text", name, expected)
         path = (self.folder / name).resolve()
-        check(path.is_relative_to(self.folder.resolve()), "text", name, "a file in the study's folder")
+        check(path.is_relative_to(self.folder.resolve()), "text", name, expected)
         try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise ConfigError(f"the text {name!r} cannot be read: {error}") from error
+            text = read_text(path)
+        except ConfigError as error:
+            raise ConfigError(f"the text {name!r} {error}") from error
         check(len(text) <= _MOST_TEXT, "text", name, f"a text of at most {_MOST_TEXT} characters")
         return text
 
@@ -320,7 +327,8 @@ def check_code(code: str) -> str:
     return code
 
 
-def balanced_order(count: int) -> list[tuple[int, ...]]:
+@functools.lru_cache(maxsize=8)
+def balanced_order(count: int) -> tuple[tuple[int, ...], ...]:
     """Return rows in which each condition stands at each place, and follows each other one, equally often.
 
     As many rows as conditions if these are even, else twice as many (E. J. Williams, Experimental designs balanced
@@ -329,8 +337,8 @@ def balanced_order(count: int) -> list[tuple[int, ...]]:
     zigzag = [0]
     for step in range(1, count):
         zigzag.append((step + 1) // 2 if step % 2 else count - step // 2)
-    rows = [tuple((place + shift) % count for place in zigzag) for shift in range(count)]
-    return rows if count % 2 == 0 or count == 1 else list(itertools.chain(rows, (row[::-1] for row in rows)))
+    rows = tuple(tuple((place + shift) % count for place in zigzag) for shift in range(count))
+    return rows if count % 2 == 0 or count == 1 else rows + tuple(row[::-1] for row in rows)
 
 
 def _tables(plain: dict[str, Any], name: str) -> list[dict[str, Any]]:
@@ -344,7 +352,7 @@ def _asked(plain: dict[str, Any]) -> Asked:
     when = plain.get("when", "block")
     rest = {name: value for name, value in plain.items() if name != "when"}
     if set(rest) == {"name"}:
-        known = KNOWN_FORMS.get(rest["name"])
+        known = KNOWN_FORMS.get(str(rest["name"]))
         if known is None:
             raise ConfigError(f"forms: there is no form {rest['name']!r}; {nearest(str(rest['name']), KNOWN_FORMS)}")
         return Asked(form=known, when=when)

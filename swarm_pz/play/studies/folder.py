@@ -11,6 +11,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sys
 import threading
@@ -28,6 +29,7 @@ from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.progress import Progress, Step
 
 FROZEN, FILE = "study", "study.toml"
+_GAME = re.compile(r"block\d+\.game\d+")
 
 
 class StudyFolder:
@@ -135,7 +137,7 @@ class StudyFolder:
                 "of": 0,
                 "fault": str(error),
             }
-        step, games = progress.next, [line for name, line in list(progress.done.items()) if ".game" in name]
+        step, games = progress.next, [line for name, line in list(progress.done.items()) if _GAME.fullmatch(name)]
         return told | {
             "step": step.id if step is not None else "all done",
             "block": step.condition.title if step is not None and step.condition is not None else "",
@@ -216,6 +218,10 @@ class StudyFolder:
                 return
             progress.finish(step, **line)
 
+    def was_broken_off(self, number: int, step: Step) -> bool:
+        """Whether a participant's game was begun before, and interrupted."""
+        return (self.path / "interrupted" / f"{self.recording(number, step).stem}.1.jsonl").exists()
+
     def set_aside(self, path: Path) -> None:
         """Keep the recording of an interrupted game where it is none of the study's."""
         aside = self.path / "interrupted"
@@ -247,6 +253,7 @@ def _freeze(files: list[tuple[Path, str]], frozen: Path) -> None:
     draft = frozen.with_name(f".{frozen.name}.draft")
     try:
         shutil.rmtree(draft, ignore_errors=True)
+        draft.mkdir()  # a link there, which leads elsewhere, is not written through
         for source, name in files:
             copy = draft / name
             copy.parent.mkdir(parents=True, exist_ok=True)

@@ -19,8 +19,18 @@ from swarm_pz.errors import ConfigError, nearest
 
 Kind = Literal["scale", "choice", "number", "text", "pair"]
 _KINDS: tuple[Kind, ...] = ("scale", "choice", "number", "text", "pair")
+_SCORES = ("", "nasa-tlx", "sus")
 MOST_TEXT = 4000
 """Characters of a free answer."""
+_MOST_WORDS = 200
+
+
+def check_words(value: object, name: str, *, may_be_empty: bool = False) -> None:
+    """Check that a value is a line of text, as tables, terminals and pages can show it."""
+    is_line = isinstance(value, str) and len(value) <= _MOST_WORDS and value.isprintable()
+    fits = is_line and (may_be_empty or bool(str(value).strip()))
+    least = "0 to " if may_be_empty else "1 to "
+    check(fits, name, value, f"a line of text of {least}{_MOST_WORDS} characters")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +67,14 @@ class Item(Config):
     def __post_init__(self) -> None:
         super().__post_init__()
         check(isinstance(self.id, str) and self.id.isidentifier(), "item.id", self.id, "a name of letters and digits")
-        check(isinstance(self.text, str) and bool(self.text.strip()), f"item {self.id}: text", self.text, "words")
+        words = isinstance(self.text, str) and bool(self.text.strip()) and len(self.text) <= MOST_TEXT
+        check(words, f"item {self.id}: text", self.text, f"words, {MOST_TEXT} characters at most")
+        for name in ("low", "high"):
+            check_words(getattr(self, name), f"item {self.id}: {name}", may_be_empty=True)
+        check(isinstance(self.optional, bool), f"item {self.id}: optional", self.optional, "true or false")
+        check(isinstance(self.choices, tuple), f"item {self.id}: choices", self.choices, "a list of texts")
+        for choice in self.choices:
+            check_words(choice, f"item {self.id}: choices")
         check_choice(self.kind, f"item {self.id}: kind", _KINDS)
         check_count(self.least, f"item {self.id}: least", -(10**9), 10**9)
         check_count(self.most, f"item {self.id}: most", self.least, 10**9)
@@ -85,7 +102,8 @@ class Item(Config):
         if self.kind == "text":
             expected = f"a text of at most {MOST_TEXT} characters"
             check(isinstance(answer, str) and len(answer) <= MOST_TEXT, self.id, answer, expected)
-            return answer
+            # Half a sign, as a page may cut it off, is one that cannot be written.
+            return answer.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
         is_number = isinstance(answer, int | float) and not isinstance(answer, bool)
         within = is_number and self.least <= answer <= self.most
         fits = within and (self.kind == "number" or (answer - self.least) % self.step == 0)
@@ -114,11 +132,36 @@ class Form(Config):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check(isinstance(self.name, str) and bool(self.name.strip()), "form.name", self.name, "a name")
+        check_words(self.name, "form.name")
+        check_words(self.title, f"form {self.name}: title", may_be_empty=True)
+        check_choice(self.score, f"form {self.name}: score", _SCORES)
         fits = isinstance(self.items, tuple) and all(isinstance(item, Item) for item in self.items)
         check(fits and bool(self.items), f"form {self.name}: items", self.items, "at least one question")
         ids = [item.id for item in self.items]
         check(len(set(ids)) == len(ids), f"form {self.name}: items", ids, "questions of different ids")
+        self._check_score()
+
+    def _check_score(self) -> None:
+        """Check that whatever may be answered can be added up: it is too late to find that it cannot, then."""
+        counted = {item.id: item for item in self.items if item.kind in ("scale", "number") and not item.optional}
+        if self.score == "sus":
+            fits = len(self.items) == 10 and all(
+                item.id in counted and (item.kind, item.least, item.most, item.step) == ("scale", 1, 5, 1)
+                for item in self.items
+            )
+            check(
+                fits, f"form {self.name}: items", list(counted), "ten scales from 1 to 5, as score 'sus' adds them up"
+            )
+        if self.score == "nasa-tlx":
+            titles = [title for title, *_ in TLX_SCALES.values()]
+            pairs = [item for item in self.items if item.kind == "pair"]
+            fits = set(TLX_SCALES) <= set(counted) and not any(
+                item.optional or not set(item.choices) <= set(titles) for item in pairs
+            )
+            told = (
+                f"{', '.join(TLX_SCALES)} as scales, and pairs of {', '.join(titles)}, as score 'nasa-tlx' weighs them"
+            )
+            check(fits, f"form {self.name}: items", [item.id for item in self.items], told)
 
     def read(self, answers: Mapping[str, Any]) -> dict[str, Any]:
         """Return answers by the questions' ids, checked, all of them.
@@ -212,7 +255,7 @@ def _tlx(name: str, *, weighed: bool) -> Form:
         for scale, (title, question, low, high) in TLX_SCALES.items()
     ]
     pairs = [
-        Item(id=f"{one}_or_{other}", text="Which counted more for how loaded you felt?", kind="pair", choices=titles)
+        Item(id=f"{one}_or_{other}", text="Which contributed more to the workload?", kind="pair", choices=titles)
         for one, other in itertools.combinations(TLX_SCALES, 2)
         for titles in [(TLX_SCALES[one][0], TLX_SCALES[other][0])]
     ]

@@ -12,14 +12,38 @@ import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+import msgspec
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.files import explain
+from swarm_pz.play.recordings.folder import read_regular
 from swarm_pz.play.studies.design import Condition, Study
 from swarm_pz.play.studies.forms import Form
 
 StepKind = Literal["consent", "form", "text", "practice", "game", "break"]
+_Moment = Annotated[float, msgspec.Meta(ge=0.0, le=1e12)]
+
+
+class _Line(msgspec.Struct):
+    """What a line may say of a step that is done; who reads it need not doubt that again."""
+
+    step: str
+    at: _Moment = 0.0
+    answers: dict[str, str | int | float | None] = {}
+    scores: dict[str, float] = {}
+    condition: str = ""
+    system: str = ""
+    opponent: str = ""
+    side: Literal["red", "blue"] = "red"
+    seed: int = 0
+    outcome: Literal["win", "draw", "loss"] = "draw"
+    won: bool = False
+    seconds: _Moment = 0.0
+    ended_by: str | None = None
+    recording: str = ""
+    delays: dict[str, dict[str, float | None]] = {}
 
 
 @dataclass(frozen=True)
@@ -94,19 +118,26 @@ def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
     RecordingError
         If one is corrupt.
     """
-    whole, end, _ = path.read_bytes().rpartition(b"\n")
+    whole, end, _ = read_regular(path).rpartition(b"\n")
     lines = [_read_line(line, path, number) for number, line in enumerate(whole.split(b"\n"), 1) if line]
     return lines, len(whole) + len(end)
 
 
 def _read_line(line: bytes, path: Path, number: int) -> dict[str, Any]:
     try:
-        read = json.loads(line)
-    except ValueError as error:
+        read = json.loads(line, parse_constant=_refuse)
+        json.dumps(read, ensure_ascii=False).encode()  # halves of a sign are none, and no table could hold them
+        if number > 1:
+            msgspec.convert(read, _Line)
+    except (ValueError, RecursionError, msgspec.ValidationError) as error:
         raise RecordingError(f"line {number} of {path} is corrupt: {error}") from error
-    if not isinstance(read, dict) or ("step" not in read and number > 1):
-        raise RecordingError(f"line {number} of {path} is corrupt: it names no step")
+    if not isinstance(read, dict):
+        raise RecordingError(f"line {number} of {path} is corrupt: it is no object")
     return read
+
+
+def _refuse(constant: str) -> float:
+    raise ValueError(f"{constant} is no number of JSON")
 
 
 class Progress:

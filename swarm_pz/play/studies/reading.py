@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -13,16 +13,17 @@ from typing import Any
 import numpy as np
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
-from swarm_pz.errors import RecordingError
+from swarm_pz.errors import ConfigError, RecordingError
 from swarm_pz.files import explain
 from swarm_pz.play.commands import CommandReader
 from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLine, PaintedLine, Recording
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 from swarm_pz.play.studies.design import Study
+from swarm_pz.play.studies.folder import StudyFolder
+from swarm_pz.play.studies.forms import Form
 from swarm_pz.play.studies.progress import Step, read_lines, steps_of
 from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, ParticipantRow, Row
 
-FROZEN = Path("study", "study.toml")
 _STEP = re.compile(r"block(\d+)\.(practice|game)(\d+)")
 _OF_SEATS = sorted(
     {one.name for one in fields(GameRow)} & {one.name for one in fields(SeatRow)} - {"seconds", "outcome"}
@@ -73,7 +74,7 @@ def read_study(folder: Path, progress: Callable[[float, float], None] | None = N
     RecordingError
         If nobody has taken part.
     """
-    data = StudyData(study=Study.read(folder / FROZEN))
+    data = StudyData(study=StudyFolder(folder).study)
     known: dict[str, tuple[int, list[dict[str, Any]]]] = {}
     for path in sorted((folder / "participants").glob("*.jsonl")):
         try:
@@ -84,7 +85,7 @@ def read_study(folder: Path, progress: Callable[[float, float], None] | None = N
         raise RecordingError("\n  ".join([f"nobody has taken part in the study of {folder}", *data.faults]))
     people = sorted(known.items(), key=lambda one: (one[1][0], one[0]))
     for done, (code, (number, lines)) in enumerate(people, 1):
-        _Person(data, folder, code, number, {str(line["step"]): line for line in lines}).read()
+        _Person(data, folder, code, number, lines).read()
         if progress is not None:
             progress(done, len(people))
     return data
@@ -104,11 +105,11 @@ def _lines_of(path: Path, study: Study) -> tuple[int, list[dict[str, Any]]]:
 class _Person:
     """One participant, on the way into the tables."""
 
-    def __init__(
-        self, data: StudyData, folder: Path, code: str, number: int, done: Mapping[str, dict[str, Any]]
-    ) -> None:
-        self.data, self.folder, self.code, self.done, self.number = data, folder, code, done, number
-        places = [match for name in done if (match := _STEP.fullmatch(name))]
+    def __init__(self, data: StudyData, folder: Path, code: str, number: int, lines: Sequence[dict[str, Any]]) -> None:
+        self.data, self.folder, self.code, self.number = data, folder, code, number
+        self.names = [str(line["step"]) for line in lines]
+        self.done = dict(zip(self.names, lines, strict=True))
+        places = [match for name in self.done if (match := _STEP.fullmatch(name))]
         practised = Counter(f"block{match[1]}" for match in places if match[2] == "practice")
         self.steps = steps_of(data.study, number, dict(practised))
 
@@ -117,6 +118,10 @@ class _Person:
         self.data.faults.extend(
             f"{self.code}: {name} is no step of the study" for name in self.done if name not in known
         )
+        due = [step.id for step in self.steps][: len(self.names)]
+        if known.issuperset(self.names) and self.names != due:
+            wrong = next(name for name, other in zip(self.names, due, strict=False) if name != other)
+            self.data.faults.append(f"{self.code}: {wrong} does not stand in its turn, or twice; the last one counts")
         games = [self._game(step) for step in self.steps if step.id in self.done and step.kind in ("game", "practice")]
         for step in self.steps:
             if step.id in self.done and step.form is not None:
@@ -258,11 +263,12 @@ class _Person:
         line, form = self.done[step.id], step.form
         assert form is not None  # noqa: S101
         block = re.match(r"block(\d+)\.", step.id)
-        answers = line.get("answers", {})
+        answers, scores = line.get("answers", {}), line.get("scores", {})
+        self._check_form(step, form, answers, scores)
         told: list[tuple[str, str, str, Any]] = [
             (item.id, item.kind, item.text, answers.get(item.id)) for item in form.items
         ]
-        told += [(name, "score", "", value) for name, value in line.get("scores", {}).items()]
+        told += [(name, "score", "", value) for name, value in scores.items()]
         return [
             FormRow(
                 participant=self.code,
@@ -279,6 +285,15 @@ class _Person:
             )
             for name, kind, words, answer in told
         ]
+
+    def _check_form(self, step: Step, form: Form, answers: Mapping[str, Any], scores: Mapping[str, float]) -> None:
+        try:
+            due = form.scores(form.read(answers))
+        except ConfigError as error:
+            self.data.faults.append(f"{self.code}: {step.id}: {error}")
+            return
+        if due != scores:
+            self.data.faults.append(f"{self.code}: {step.id}: the answers come to {due}, but {scores} stands there")
 
 
 @dataclass

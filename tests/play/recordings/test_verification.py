@@ -14,8 +14,8 @@ from swarm_pz.play import commands, protocol
 from swarm_pz.play.frames import decode_frame, encode_frame
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import Origin, Recording
+from swarm_pz.play.recordings.moment import Moment
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.server.live_session import Moment
 from tests.play.recordings.test_format import plain_lines, record, write_as_version_1, write_chained
 from tests.play.server.test_room import CALM, Client, Workers, give, opened, playing, read, until
 

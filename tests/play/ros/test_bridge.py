@@ -8,6 +8,7 @@ import json
 import re
 import socket
 
+import cbor2
 import numpy as np
 import pytest
 from websockets.asyncio.client import connect
@@ -239,11 +240,12 @@ def test_seats_are_given_up_when_all_have_gone(table):
 def test_a_game_over_is_followed_by_another_when_the_button_is_pressed(table):
     async def conversation(meeting):
         tablet = await meeting.join()
-        await tablet.subscribe("/clock")
+        await tablet.subscribe("/clock", "/rosout")
         await tablet.connect_player("red")
         await tablet.hear("/clock", lambda message: message["clock"]["sec"] == 1)
         room = await meeting.room()
         first = table.recording(room)
+        await tablet.hear("/rosout", lambda message: message["msg"] == "red: the game is over: a draw")
         while Recording.read(first).end is None:
             await asyncio.sleep(0.1)
         while True:
@@ -293,6 +295,47 @@ def test_a_command_before_the_seat_is_known_waits_and_one_that_does_not_fit_is_t
     meet(table, conversation, opponent="uniform", game=GameConfig(controllers=("direct", "ergodic")))
 
 
+def test_a_command_that_is_too_long_for_the_table_costs_nobody_a_seat(table):
+    async def conversation(meeting):
+        program = await meeting.join()
+        await program.connect_player("red")
+        room = await meeting.room()
+        poses = [{"position": {"x": 0.123456789, "y": 0.987654321}}] * 20_000
+        assert "65536 bytes" in await program.refused("/swarm/red/attractors", poses=poses)
+        await program.publish("/flocking_command", x=0.25, y=0.75)
+        await recorded(table, room, CommandLine)
+        assert not [line for line in meeting.lines if "ended the connection" in line]
+
+    meet(
+        table, conversation, opponent="uniform", game=GameConfig(time_limit=600.0, controllers=("flocking", "ergodic"))
+    )
+
+
+def test_a_team_that_no_text_can_be_made_of_is_refused(table):
+    async def conversation(meeting):
+        program = await meeting.join()
+        await program._there.send(
+            cbor2.dumps({"op": "publish", "topic": "/tablet_comm", "msg": {"team": 10**5000, "data": [1.0] * 2500}})
+        )
+        assert "got a int" in await program.refused("/tablet_comm", team=1, data=[1.0] * 2500)
+
+    meet(table, conversation)
+
+
+def test_what_is_refused_stands_in_the_log_of_who_said_it_and_of_nobody_else(table):
+    async def conversation(meeting):
+        one, other = await meeting.join(), await meeting.join()
+        for program in (one, other):
+            await program.say(op="set_level", level="none")
+            await program.subscribe("/rosout")
+        await one.publish("/swarm/red/density", data=[1.0] * 100)
+        assert "nobody has taken red" in (await one.hear("/rosout"))["msg"]
+        await other.publish("/swarm/blue/density", data=[1.0] * 100)
+        assert "nobody has taken blue" in (await other.hear("/rosout"))["msg"]
+
+    meet(table, conversation, opponent="uniform")
+
+
 def test_a_table_that_is_not_there_is_told_of(table):
     class Nowhere:
         address = "127.0.0.1:1"
@@ -302,8 +345,8 @@ def test_a_table_that_is_not_there_is_told_of(table):
         await reader.subscribe("/rosout")
         assert await reader.refused("/tablet_comm")  # so what it has said before is heard, too
         assert "red: has no seat at the table" in await program.refused("red_connection_service")
-        line = await reader.hear("/rosout")
-        assert line["level"] == 30 and "has no seat" in line["msg"]
+        line = await reader.hear("/rosout", lambda message: "has no seat" in message["msg"])
+        assert line["level"] == 30
         await program.connect_player("blue")
         await meeting.said("blue: has no seat at the table")
 

@@ -36,6 +36,9 @@ class Ear:
     def called(self, client, service, arguments):
         raise ProtocolError(f"there is no service {service}")
 
+    def refused(self, client, text):
+        pass
+
     def left(self, client):
         self.gone += 1
 
@@ -248,6 +251,72 @@ def test_a_call_that_nobody_answers_is_said_to_fail():
             assert before <= told["secs"] * 10**9 + told["nsecs"] <= time.time_ns() and told["nsecs"] < 10**9
 
     talk(conversation)
+
+
+def number_of(size):
+    """Return a whole number of so many bytes, as CBOR has it."""
+    return b"\xc2" + cbor2.dumps(b"\xff" * size)
+
+
+@pytest.mark.parametrize(
+    "bomb",
+    [
+        b"\xc4\x82\x01" + number_of(10**6),  # a decimal fraction of millions of digits
+        b"\xc5\x82\x01" + number_of(10**6),
+        b"\xd8\x1e\x82" + number_of(10**6) + number_of(10**6),
+        b"\xd8\x23" + cbor2.dumps("(a|b)*" * 100_000),  # a pattern to be compiled
+        b"\xd8\x24" + cbor2.dumps("X: " + " \n" * 100_000),  # a mail to be read
+        cbor2.dumps({(2**61 - 1) * number: 0 for number in range(1, 30_000)}),  # numbers of one hash
+        cbor2.dumps(cbor2.CBORTag(70_000, [])),
+        b"\x81" * 10**6,
+    ],
+)
+def test_what_takes_long_to_decode_is_not_decoded(bomb):
+    async def conversation(bridge, ear, join):
+        async with join() as socket:
+            await say(socket, op="set_level", level="error")
+            await socket.send(b"\xa2\x62op\x67publish\x61x" + bomb)
+            told = json.loads(await socket.recv())
+            assert told["op"] == "status" and "a message must be a JSON object" in told["msg"]
+            assert (await ask(socket, "/rosapi/nodes"))["result"]
+
+    talk(conversation)
+
+
+def test_what_nobody_thought_of_is_refused_to_that_client_alone():
+    async def conversation(bridge, ear, join):
+        async with join() as socket:
+            ear.heard = lambda *_: 1 / 0
+            await say(socket, op="set_level", level="error")
+            await say(socket, op="publish", topic="/x", msg={})
+            assert json.loads(await socket.recv())["msg"] == "the server could not do that"
+            answer = await ask(socket, "/rosapi/topic_type", topic=["/clock"])
+            assert answer["result"] is False and "topic must be a text" in answer["values"]
+
+    talk(conversation)
+
+
+def test_names_are_bounded_however_many_clients_there_are():
+    async def conversation(bridge, ear, join):
+        async with contextlib.AsyncExitStack() as stack:
+            sockets = [await stack.enter_async_context(join()) for _ in range(4)]
+            for number, socket in enumerate(sockets):
+                for topic in range(5):
+                    await say(socket, op="advertise", topic=f"/own/{number}/{topic}", type="std_msgs/String")
+                await say(socket, op="advertise", topic="/clear_locs", type="std_msgs/Empty")
+                assert (await ask(socket, "/rosapi/nodes"))["result"]
+            found = (await ask(sockets[0], "/rosapi/topics"))["values"]["topics"]
+            assert len([topic for topic in found if topic.startswith("/own")]) == 12
+            await say(sockets[0], op="set_level", level="error")
+            for number in range(257):
+                await say(sockets[0], op="subscribe", topic="/clock", id=f"{number}")
+            assert "256 times" in json.loads(await sockets[0].recv())["msg"]
+            await say(sockets[0], op="subscribe", topic="/clock", id="x" * 257)
+            assert "id must be a text of at most 256" in json.loads(await sockets[0].recv())["msg"]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rosbridge, "_MOST_OTHERS", 12)
+        talk(conversation)
 
 
 def test_who_says_nothing_but_nonsense_is_shown_out(monkeypatch):

@@ -364,5 +364,5 @@ def test_who_has_a_seat_does_not_watch_beside_it(tmp_path):
         assert code_of(room.watch, red) == "out_of_turn"
         assert room.connections == [red]
         before = len(red.messages)
-        room.tell_state()
+        room.audience.tell_state()
         assert len(red.messages) == before + 1, "once"

@@ -11,9 +11,9 @@ from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import PaintedLine, SeatLine
 from swarm_pz.play.server import lobby, orders
 from swarm_pz.play.server.client_handler import HELLO_S, SILENT_S, ClientHandler
-from swarm_pz.play.server.live_session import ServerContext
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
+from swarm_pz.play.server.server_context import ServerContext
 from tests.play.recordings.test_format import record
 from tests.play.recordings.test_playback import CALM
 from tests.play.server.test_room import Client, Workers, playing, read, until
@@ -108,7 +108,7 @@ def test_what_a_client_says_reaches_its_room_and_its_connection(tmp_path):
         assert red.say(protocol.Visibility(hidden=True)) is None, "wherever one is"
         red.say(protocol.Create(lesson=True))
         room = hall.room()
-        assert room.lesson
+        assert room.games.lesson
         assert blue.say(protocol.Join(room.code, "blue", "P2")) is None and room.seats[1].label == "P2"
         assert red.say(protocol.Invite("blue", "nobody")) == "unknown"
         red.say(protocol.Ready())
@@ -169,7 +169,7 @@ def test_a_take_over_is_against_whoever_sat_there(tmp_path):
             assert guest.say(message) is None
             await until(lambda: hall.rooms)
             room = hall.room()
-            assert room._moment.origin.tick == 45
+            assert room.games.moment.origin.tick == 45
             assert [seat.policy for seat in room.seats] == policies and room.config == CALM
             assert room.seats[("red", "blue").index(message.seat)].connection is guest
             assert guest.say(protocol.Seek(3)) == "out_of_turn", "what was watched is over"

@@ -12,8 +12,8 @@ from swarm_pz.play.climbers import TABLE, Climber
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.levels import RUNGS
 from swarm_pz.play.server.climbing import Climbing, check_rules
-from swarm_pz.play.server.live_session import ServerContext
 from swarm_pz.play.server.lobby import Lobby
+from swarm_pz.play.server.server_context import ServerContext
 from tests.play.server.test_client_handler import Guest
 from tests.play.server.test_room import Workers, until
 

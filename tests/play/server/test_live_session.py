@@ -5,15 +5,14 @@ import asyncio
 import numpy as np
 import pytest
 
-from swarm_pz.config import BLUE, RED, CaptureConfig, GameConfig
+from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings import recorder
-from swarm_pz.play.recordings.format import CommandLine, FrameLine, Recording
+from swarm_pz.play.recordings.format import CommandLine, FrameLine
 from swarm_pz.play.recordings.playback import Playback
-from tests.play.server.test_room import Client, Workers, give, opened, playing, read, running, seated, starting, until
+from tests.play.server.test_room import Client, Workers, opened, playing, read, running, starting, until
 
 
 def watched(room):
@@ -192,46 +191,6 @@ def test_a_fault_of_the_server_stops_the_game_and_is_told(tmp_path):
     assert outcome == recording.end.outcome == "stopped" and recording.end.ended_by == "server"
 
 
-def test_a_recording_that_breaks_off_is_told_of_once_and_the_game_goes_on(tmp_path):
-    async def play():
-        with opened(tmp_path, speed=2.0, time_limit=None) as room:
-            (red,) = seated(room, "red")
-            room.place_policy("blue", "one")
-            room.ready(red, True)
-            await playing(room)
-            room.session.recorder.fault = "the recording breaks off: No space left on device"
-            await until(lambda: room.session.game.tick > 45)
-            return [message.text for message in red.heard(protocol.Notice)]
-
-    assert asyncio.run(play()) == ["the recording breaks off: No space left on device"]
-
-
-def test_what_was_played_is_in_the_file_after_half_a_second(tmp_path):
-    async def play():
-        with opened(tmp_path, speed=2.0, time_limit=None) as room:
-            await running(room)
-            await until(lambda: room.session.game.tick > 16)
-            return Recording.read(room.session.recorder.path)
-
-    assert asyncio.run(play()).last_tick >= 15
-
-
-def test_what_players_say_more_than_a_flush_writes_does_not_heap_up(tmp_path, monkeypatch):
-    monkeypatch.setattr(recorder, "_ONE_FLUSH", 5000)
-
-    async def play():
-        with opened(tmp_path, speed=2.0, time_limit=None) as room:
-            await running(room)
-            for number in range(100):
-                room.session.submit(room.reader.read(0, number, np.ones((10, 10))))
-            begun = room.session.game.tick
-            await until(lambda: room.session.recorder.is_behind)
-            await until(lambda: not room.session.recorder.is_behind)
-            return room.session.game.tick - begun
-
-    assert asyncio.run(play()) < 60, "at two flushes a second it takes 10 s"
-
-
 @pytest.mark.parametrize(
     ("happens", "ended_by"),
     [
@@ -272,45 +231,8 @@ def test_a_room_that_is_closed_when_its_players_have_gone_was_left(tmp_path):
 def test_games_of_a_lesson_say_that_they_are(tmp_path):
     async def play(lesson):
         with opened(tmp_path / str(lesson), time_limit=None) as room:
-            room.lesson = lesson
+            room.games.lesson = lesson
             await running(room)
             return read(room).header.lesson
 
     assert [asyncio.run(play(lesson)) for lesson in (True, False)] == [True, False]
-
-
-def test_a_command_tells_the_tick_at_which_it_arrived(tmp_path):
-    async def play():
-        with opened(tmp_path, speed=2.0, time_limit=None) as room:
-            red, _ = await running(room)
-            ticks = []
-            for number in (1, 2, 3):
-                await until(lambda number=number: room.session.game.tick > 7 * number)
-                ticks.append(room.session.game.tick)
-                give(room, red, protocol.CommandMessage(number, density=np.eye(10).tolist()))
-            room.stop()
-            return ticks, read(room)
-
-    ticks, recording = asyncio.run(play())
-    assert [line.tick for line in recording.of(CommandLine)] == ticks
-    assert Playback(recording).verify().verified
-
-
-def test_a_policy_that_answers_the_same_again_holds_its_command(tmp_path):
-    async def play():
-        async def answer(seat):
-            return np.ones((10, 10)) if seat.team == RED else np.eye(10)
-
-        released = GameConfig.preset("released").replace(capture=CaptureConfig(enabled=False), command_period=0.5)
-        workers = Workers(answer)
-        with opened(tmp_path, workers, TableConfig(game=released), speed=2.0, time_limit=None) as room:
-            watched(room)
-            await until(lambda: len(workers.asked) >= 6)
-            weights = room.session.game.simulator.games.memory_weight[0, [0, -1]]
-            solves = -(-room.session.game.tick // 3)
-            return weights.tolist(), solves, read(room)
-
-    weights, solves, recording = asyncio.run(play())
-    assert weights == [solves, solves], "nothing was forgotten"
-    assert [(line.team, line.number) for line in recording.of(CommandLine)] == [(BLUE, 1)]
-    assert Playback(recording).verify().verified

@@ -11,7 +11,6 @@ from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings import summary
 from swarm_pz.play.server import lobby as module
-from swarm_pz.play.server.live_session import ServerContext
 from swarm_pz.play.server.lobby import (
     EMPTY_S,
     MOST_EMPTY_ROOMS_OF_ADDRESS,
@@ -20,7 +19,9 @@ from swarm_pz.play.server.lobby import (
     Lobby,
 )
 from swarm_pz.play.server.policy_workers import PolicyWorkers
-from swarm_pz.play.server.room import AWAY_S, RefusedError
+from swarm_pz.play.server.refusal import RefusedError
+from swarm_pz.play.server.room import AWAY_S
+from swarm_pz.play.server.server_context import ServerContext
 from tests.play.faulty import loader
 from tests.play.recordings.test_format import record
 from tests.play.server.test_room import Client

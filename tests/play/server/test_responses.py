@@ -54,6 +54,19 @@ def test_a_rule_has_one_condition_and_one_answer(rules, told):
         check_rules(rules)
 
 
+class Commands:
+    """What is handed in to a game."""
+
+    def __init__(self, game):
+        self.game, self.sent, self.given = game, [0, 0], []
+
+    def submit(self, command):
+        self.given.append(command)
+
+    def take_answer(self, team, number, answer, sender):
+        self.submit(self.game.reader.answered(team, number, answer, sender))
+
+
 class Session:
     """A game without a clock, and what is handed in to it."""
 
@@ -61,13 +74,8 @@ class Session:
 
     def __init__(self, **rules):
         game = GameConfig(drones_per_team=2, capture=CaptureConfig(enabled=False), **rules)
-        self.game, self.sent, self.commands = LiveGame(TableConfig(game=game), 0), [0, 0], []
-
-    def submit(self, command):
-        self.commands.append(command)
-
-    def take_answer(self, team, number, answer, sender):
-        self.submit(self.game.reader.answered(team, number, answer, sender))
+        self.game = LiveGame(TableConfig(game=game), 0)
+        self.commands = Commands(self.game)
 
     def responses(self, team, workers=None, failed=None):
         """Return those of a seat of this game."""
@@ -96,7 +104,7 @@ def test_the_first_rule_whose_condition_holds_for_its_own_side_acts(team):
     responses.look(session)
     responses.look(session)
     assert responses.acting == (1, SAVED)
-    assert [(command.team, command.number, command.sender) for command in session.commands] == [(team, 1, SAVED)]
+    assert [(command.team, command.number, command.sender) for command in session.commands.given] == [(team, 1, SAVED)]
     responses.replace([saved(session, team, always, dot)])
     assert responses.acting == (None, ""), "other rules act from when they are looked at"
 
@@ -109,7 +117,8 @@ def test_a_saved_command_that_cannot_fly_the_team_as_it_is_now_is_told_of_and_no
     session.game.simulator.games.teams[0, 1] = 1
     responses.look(session)
     (reason,) = told
-    assert reason.startswith("rule 1 commands nothing: ") and "that is 3, got 2" in reason and not session.commands
+    assert reason.startswith("rule 1 commands nothing: ") and "that is 3, got 2" in reason
+    assert not session.commands.given
 
 
 def test_a_policy_that_acts_anew_is_asked_at_once_for_its_own_side_with_a_new_stream():
@@ -129,14 +138,14 @@ def test_a_policy_that_acts_anew_is_asked_at_once_for_its_own_side_with_a_new_st
         ((seat, _),) = workers.asked
         assert (seat.team, seat.policy) == (1, "ring") and workers.paused == []
         first = workers.seeds[seat.key]
-        session.sent[1] = session.game.tick
+        session.commands.sent[1] = session.game.tick
         await look(3)
         assert (responses.acting, workers.paused) == ((None, ""), [seat.key])
         await look(15)
         assert [tick for _, tick in workers.asked] == [15, 39] and workers.seeds[seat.key] is not first
         await look(30)
         assert [tick for _, tick in workers.asked] == [15, 39, 69]
-        assert [(one.team, one.number, one.sender) for one in session.commands] == [
+        assert [(one.team, one.number, one.sender) for one in session.commands.given] == [
             (1, number, "auto:ring") for number in (1, 2, 3)
         ]
         responses.close()

@@ -1,13 +1,15 @@
 """A study as participants' pages and its monitor meet it: who is let in, and what is kept."""
 
+import asyncio
 import json
+from types import SimpleNamespace
 
 import pytest
 
 from swarm_pz.play import protocol
-from swarm_pz.play.server.studies import Visitor
+from swarm_pz.play.server.studies import StudyHost, Visitor
 from tests.play.conftest import Client
-from tests.play.studying import Participant, StudyTable, walk_all
+from tests.play.studying import NearStudyTable, Participant, walk_all
 
 PLAN = """
 title = "All that there is"
@@ -50,7 +52,7 @@ def planned(folder, text=PLAN):
 def study(tmp_path_factory):
     """Give a study that several tests share: each has participants of its own."""
     folder = tmp_path_factory.mktemp("study")
-    table = StudyTable(planned(folder / "plan"), folder / "data")
+    table = NearStudyTable(planned(folder / "plan"), folder / "data")
     yield table
     assert "Traceback" not in table.end()
 
@@ -86,7 +88,8 @@ def test_two_participants_meet_and_each_has_their_line(study):
     first, second = pair
     for one in pair:
         one.walk(lambda step: step["kind"] == "game")
-    assert first.say("play", step="block1.game1")["game"] == {"phase": "waiting", "of_two": True, "until": ""}
+    waiting = {"phase": "waiting", "of_two": True, "until": "", "again": False}
+    assert first.say("play", step="block1.game1")["game"] == waiting
     assert first.say("state")["game"]["phase"] == "waiting"
     walk_all(pair)
     lines = [{line["step"]: line for line in lines_of(study, one.code)[1:]} for one in pair]
@@ -132,6 +135,10 @@ def test_who_goes_before_the_game_begins_comes_back_to_it(study):
     step = one.walk(lambda step: step["kind"] == "game")["step"]
     seat = one.say("play", step=step["id"])["game"]["seat"]
     assert one.say("play", step=step["id"])["game"]["seat"] == seat  # pressed twice
+    stranger = Client(study.address)
+    for place in ("watch", "red", "blue"):
+        assert "from the study's page" in stranger.refused(protocol.Join(seat["room"], place)).reason
+    stranger.close()
     client = Client(study.address, seat["token"])
     assert client.hear(protocol.Seated).seat == "blue"
     client.close()
@@ -160,6 +167,21 @@ def test_what_no_page_says_is_refused(said, study):
     status, told = study.ask("/study/P07/state", said)
     assert status == 404 and ("the page said" in told["fault"] or "a page may say" in told["fault"])
     assert study.ask("/study/P07/done", {"step": 7, "answers": [1], "window": [], "loaded": "x"})[0] == 200
+    assert study.ask("/study/P07/state", {"window": "w", "loaded": 10**400})[0] == 200
+
+
+def test_whatever_goes_wrong_a_page_hears_words(caplog):
+    async def nothing():
+        yield b"{}"
+
+    async def fail(number, said, act):
+        raise ZeroDivisionError
+
+    host = SimpleNamespace(study=SimpleNamespace(number_of=lambda code: 0), _obey=fail)
+    request = SimpleNamespace(path_params={"code": "P01"}, stream=nothing)
+    answer = asyncio.run(StudyHost._answer(host, None)(request))
+    assert answer.status_code == 500 and "please tell whoever runs the study" in json.loads(answer.body)["fault"]
+    assert "ZeroDivisionError" in caplog.text
 
 
 def test_a_corrupt_file_is_told_to_that_participant_and_disturbs_nobody(study):

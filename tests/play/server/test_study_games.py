@@ -25,7 +25,8 @@ class Room:
 
     def __init__(self, hosted):
         self.code, self.hosted, self.phase, self.connections = "ABCD", hosted, "waiting", []
-        self.seats, self.policies, self.session = (Seat(0), Seat(1)), [], SimpleNamespace(recorder=self)
+        self.seats = tuple(Seat(team, hosted.config, self.code, None) for team in range(2))
+        self.policies, self.session = [], SimpleNamespace(recorder=self)
 
     def reserve(self, team):
         self.seats[team].reserve()

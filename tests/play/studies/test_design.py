@@ -1,6 +1,7 @@
 """Studies as files: what they may say, and who meets what in which order."""
 
 import itertools
+import os
 from collections import Counter
 
 import pytest
@@ -164,3 +165,57 @@ def test_two_who_meet_go_the_same_way(tmp_path):
     assert [given.order_of(person)[0].title for person in range(4)] == ["late", "late", "drawing", "drawing"]
     with pytest.raises(ConfigError, match="participants must be even"):
         study.replace(order=(("late",),), participants=3, codes=())
+
+
+ONE = 'title = "t"\nparticipants = 1\n[[conditions]]\ntitle = "a"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("x = " + "[" * 100_000, "too deep"),
+        ("x = " + "{a = " * 5000 + "1" + "}" * 5000, "too deep"),
+        ("seed = " + "9" * 5000, "is no TOML"),
+        ("#" + "a" * 2**20 + "\n" + ONE, "too large"),
+        (ONE.replace('"t"', '"t\\u001b[2J"'), "title must be a line of text"),
+        (ONE.replace('"t"', f'"{"a" * 201}"'), "title must be a line of text"),
+        (ONE.replace('"a"', '"a\\nb"'), "title must be a line of text"),
+        ("rules = [1]\n" + ONE, "rules must be a table"),
+        ('folder = "/etc"\n' + ONE, "folder must be left out"),
+        ("practice = { wins = 1, opponent = 5 }\n" + ONE, "practice.opponent must be a policy"),
+        (ONE + '[[forms]]\nname = ["sus"]\n', "there is no form"),
+        (
+            'title = "t"\nparticipants = 51\norder = [["0"]]\n'
+            + "".join(f'[[conditions]]\ntitle = "{n}"\n' for n in range(51)),
+            "conditions must be 1 to 50",
+        ),
+    ],
+)
+def test_a_file_that_is_a_bomb_or_says_what_cannot_be_is_refused_by_name(tmp_path, text, said):
+    (tmp_path / "study.toml").write_text(text)
+    with pytest.raises(ConfigError, match=said):
+        Study.read(tmp_path / "study.toml")
+
+
+def test_a_study_of_windows_begins_with_its_mark_of_bytes(tmp_path):
+    (tmp_path / "study.toml").write_bytes(b"\xef\xbb\xbf" + ONE.replace("\n", "\r\n").encode())
+    assert Study.read(tmp_path / "study.toml").title == "t"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+def test_a_pipe_in_the_place_of_a_study_or_a_text_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(ConfigError, match="expected a file, got a folder, a pipe or a device"):
+        Study.read(tmp_path / "pipe")
+    (tmp_path / "study.toml").write_text('welcome = "pipe"\n' + ONE)
+    with pytest.raises(ConfigError, match="expected a file, got a folder, a pipe or a device"):
+        Study.read(tmp_path / "study.toml")
+
+
+@pytest.mark.parametrize("name", ["{0}/words.md", "../{1}/words.md", "sub/../words.md", "a\\u0000b"])
+def test_texts_are_named_as_they_stand_beside_the_file(tmp_path, name):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "words.md").write_text("Hello")
+    (tmp_path / "study.toml").write_text(f'welcome = "{name.format(tmp_path.as_posix(), tmp_path.name)}"\n' + ONE)
+    with pytest.raises(ConfigError, match="by its name there"):
+        Study.read(tmp_path / "study.toml")

@@ -348,8 +348,25 @@ def test_an_outcome_that_its_recording_contradicts_is_told(tmp_path):
     ]
 
 
+def test_scores_that_answers_do_not_come_to_and_steps_out_of_turn_are_told(tmp_path):
+    study = playing.begin(tmp_path)
+    playing.run(tmp_path, study, 0, until="block2.game1")
+    assert read_study(tmp_path).faults == []
+    path = tmp_path / "participants" / "P01.jsonl"
+    lines = path.read_text().splitlines()
+    place = next(place for place, line in enumerate(lines) if ".form.sus" in line)
+    step = json.loads(lines[place])
+    lines[place] = json.dumps(step | {"scores": {"sus": 99.0}})
+    path.write_text("\n".join([*lines, lines[2], ""]))
+    second = json.loads(lines[2])["step"]
+    assert read_study(tmp_path).faults == [
+        f"P01: {second} does not stand in its turn, or twice; the last one counts",
+        f"P01: {step['step']}: the answers come to {step['scores']}, but {{'sus': 99.0}} stands there",
+    ]
+
+
 def test_a_folder_without_a_study_or_without_participants_is_refused(tmp_path):
-    with pytest.raises(ConfigError, match="is no study"):
+    with pytest.raises(ConfigError, match="no study has run in"):
         export(tmp_path / "s", tmp_path / "out")
     playing.begin(tmp_path / "s")
     with pytest.raises(RecordingError, match="nobody has taken part"):

@@ -57,6 +57,16 @@ def test_a_study_is_what_it_was_when_it_began(folder, tmp_path):
         StudyFolder(tmp_path / "plan")
 
 
+def test_a_link_in_the_place_of_the_draft_is_not_written_through(tmp_path):
+    for name in ("plan", "data", "elsewhere"):
+        (tmp_path / name).mkdir()
+    written(tmp_path / "plan")
+    (tmp_path / "data" / ".study.draft").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(OutputError, match="cannot be kept in"):
+        StudyFolder.begin(tmp_path / "plan" / "study.toml", tmp_path / "data")
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
 def test_a_study_that_is_none_leaves_no_folder(tmp_path):
     (tmp_path / "study.toml").write_text("title = 7")
     with pytest.raises(ConfigError):
@@ -115,12 +125,14 @@ def test_of_two_each_has_their_side_their_outcome_and_their_delays(outcome, tmp_
 def test_a_game_that_was_not_is_kept_aside_and_played_again(lines, folder, tmp_path):
     step = to_first_game(folder)
     path = folder.recording(0, step)
+    assert not folder.was_broken_off(0, step)
     for count in (1, 2):
         record(path, ticks=30, outcome="stopped")
         path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:lines]) + b"{")
         folder.settle(0)
         assert folder.progress(0).next.id == step.id and not path.exists()
         assert (tmp_path / "data" / "interrupted" / f"P01.block1.game1.{count}.jsonl").exists()
+        assert folder.was_broken_off(0, step)
 
 
 def test_a_game_that_was_stopped_is_none_though_its_recording_is_whole(folder):

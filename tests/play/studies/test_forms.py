@@ -116,3 +116,47 @@ def test_an_impossible_question_is_refused(item, said):
         Form(name="f", items=(Item(id="a", text="?"), Item(id="a", text="!")))
     with pytest.raises(ConfigError, match="at least one question"):
         Form(name="f")
+
+
+@pytest.mark.parametrize(
+    ("said", "more"),
+    [
+        ("score must be", {"score": "both"}),
+        ("ten scales from 1 to 5", {"score": "sus"}),
+        ("mental, physical", {"score": "nasa-tlx"}),
+        (
+            "mental, physical",
+            {"score": "nasa-tlx", "items": (*RAW.items, Item(id="x", text="?", kind="pair", choices=("a", "b")))},
+        ),
+        ("mental, physical", {"score": "nasa-tlx", "items": tuple(item.replace(optional=True) for item in RAW.items)}),
+        ("ten scales from 1 to 5", {"score": "sus", "items": tuple(item.replace(most=7) for item in SUS.items)}),
+        ("name must be a line", {"name": "a\nb"}),
+        ("title must be a line", {"title": ("a",)}),
+    ],
+)
+def test_a_form_whose_answers_could_not_be_added_up_is_refused_before_anybody_answers(said, more):
+    plain = {"name": "own", "items": (Item(id="q", text="?"),)}
+    with pytest.raises(ConfigError, match=said):
+        Form(**plain | more)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"kind": "choice", "choices": "ab"},
+        {"kind": "choice", "choices": (1, 2)},
+        {"kind": "choice", "choices": ({"a": 1}, {"a": 2})},
+        {"low": 1},
+        {"high": "a\nb"},
+        {"optional": "no"},
+        {"text": "?" * 4001},
+    ],
+)
+def test_a_question_that_no_page_could_show_is_refused(wrong):
+    with pytest.raises(ConfigError, match="item q"):
+        Item(**{"id": "q", "text": "?"} | wrong)
+
+
+def test_half_a_sign_that_a_page_cut_off_is_kept_as_one_that_can_be_written():
+    item = Item(id="q", text="?", kind="text")
+    assert item.read("a\ud83d") == "a\ufffd" and item.read("\ud83d\ude00") == "\N{GRINNING FACE}"

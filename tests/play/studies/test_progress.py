@@ -1,6 +1,7 @@
 """A participant's way through a study, over reloads, crashes and power cuts."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -117,7 +118,28 @@ def test_a_file_of_another_study_or_participant_is_refused(change, tmp_path):
         Progress(study, path, 0)
 
 
-@pytest.mark.parametrize("line", ["{", "[]", '{"at": 1}'])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "{",
+        "[]",
+        '{"at": 1}',
+        '{"step": ["consent"]}',
+        '{"step": "consent", "at": "now"}',
+        '{"step": "consent", "at": NaN}',
+        '{"step": "consent", "at": 1e400}',
+        '{"step": "consent", "at": 1' + "0" * 400 + "}",
+        '{"step": "consent", "answers": []}',
+        '{"step": "consent", "answers": {"hand": {}}}',
+        '{"step": "consent", "answers": {"hand": "\\ud800"}}',
+        '{"step": "consent", "scores": {"sus": "all"}}',
+        '{"step": "block1.game1", "side": "green"}',
+        '{"step": "block1.game1", "outcome": "triumph"}',
+        '{"step": "block1.game1", "seconds": -1}',
+        '{"step": "block1.game1", "delays": []}',
+        '{"step": "consent", "more": ' + "[" * 100_000 + "}",
+    ],
+)
 def test_a_corrupt_line_is_named(line, tmp_path):
     study, path = written(tmp_path), tmp_path / "p.jsonl"
     Progress(study, path, 0)
@@ -125,3 +147,21 @@ def test_a_corrupt_line_is_named(line, tmp_path):
         file.write(line + "\n")
     with pytest.raises(RecordingError, match=r"line 2 of .* is corrupt"):
         Progress(study, path, 0)
+
+
+def test_a_file_that_was_torn_at_any_byte_goes_on_where_it_was_whole(tmp_path):
+    study, path = written(tmp_path), tmp_path / "p.jsonl"
+    walk(Progress(study, path, 0))
+    whole = path.read_bytes()
+    for size in range(len(whole)):
+        path.write_bytes(whole[:size])
+        progress = Progress(study, path, 0)
+        assert len(progress.done) == max(whole[:size].count(b"\n") - 1, 0)
+        assert whole.startswith(path.read_bytes()) and path.read_bytes().endswith(b"\n")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+def test_a_pipe_in_the_place_of_a_file_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "p.jsonl")
+    with pytest.raises(RecordingError, match="expected a regular file"):
+        Progress(written(tmp_path), tmp_path / "p.jsonl", 0)

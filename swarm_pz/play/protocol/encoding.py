@@ -1,0 +1,77 @@
+"""How messages are written and read: the versions, the limits, and the schema."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import msgspec
+
+from swarm_pz.errors import ProtocolError
+from swarm_pz.play.protocol.client_messages import ClientMessage
+from swarm_pz.play.protocol.server_messages import ServerMessage
+
+SUBPROTOCOL, FORMER_SUBPROTOCOL = "swarm-pz.play.v2", "swarm-pz.play.v1"
+VERSIONS = {SUBPROTOCOL: 2, FORMER_SUBPROTOCOL: 1}
+"""What a client may speak, the latest first."""
+MAX_MESSAGE_BYTES = 65_536
+MAX_MESSAGES_PER_SECOND = 20
+_OF_VERSION_2 = {"red_system", "blue_system", "systems", "default_systems", "commands", "system", "takes", "sender"}
+_OF_VERSION_2 |= {"ended_by", "forfeit", "answers", "factors", "once", "ladder", "embedders"}
+"""Fields of server's messages, and of their parts, that clients of version 1 do not know."""
+
+T = TypeVar("T")
+
+_client_decoder: msgspec.json.Decoder[ClientMessage] = msgspec.json.Decoder(ClientMessage)
+_server_decoder: msgspec.json.Decoder[ServerMessage] = msgspec.json.Decoder(ServerMessage)
+_encoder = msgspec.json.Encoder()
+
+
+def decode_client(text: str | bytes) -> ClientMessage:
+    """Read a client's message.
+
+    Raises
+    ------
+    ProtocolError
+        If it is too long or fits none of the messages.
+    """
+    return _decode(_client_decoder, text)
+
+
+def decode_server(text: str | bytes) -> ServerMessage:
+    """Read a server's message, as `decode_client`."""
+    return _decode(_server_decoder, text)
+
+
+def _decode(decoder: msgspec.json.Decoder[T], text: str | bytes) -> T:
+    if len(text) > MAX_MESSAGE_BYTES:
+        raise ProtocolError(f"a message may have {MAX_MESSAGE_BYTES} bytes, got {len(text)}")
+    try:
+        return decoder.decode(text)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ProtocolError(f"not a message of {SUBPROTOCOL}: {error}") from error
+
+
+def encode(message: ClientMessage | ServerMessage, version: int = 2) -> str:
+    """Write a message as JSON, as a client of this version knows it."""
+    told = message if version > 1 else _without(msgspec.to_builtins(message), _OF_VERSION_2)
+    return _encoder.encode(told).decode()
+
+
+def _without(plain: Any, names: set[str]) -> Any:
+    """Leave fields out of a message, and of all its parts."""
+    if isinstance(plain, list):
+        return [_without(entry, names) for entry in plain]
+    if not isinstance(plain, dict):
+        return plain
+    return {name: _without(value, names) for name, value in plain.items() if name not in names}
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON schema of all messages of both sides."""
+    schemas, definitions = msgspec.json.schema_components([ClientMessage, ServerMessage], ref_template="#/$defs/{name}")
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": SUBPROTOCOL,
+        "properties": {"client": schemas[0], "server": schemas[1]},
+        "$defs": definitions,
+    }

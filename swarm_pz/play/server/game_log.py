@@ -1,0 +1,196 @@
+"""What is written down of a game in real time, and when."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+
+from swarm_pz.play.game import Captured, InForce, LiveGame
+from swarm_pz.play.lsl import Markers
+from swarm_pz.play.recordings.format import (
+    CapturedLine,
+    CommandLine,
+    EndedBy,
+    EndLine,
+    InForceLine,
+    Outcome,
+    PaintedLine,
+    RecordedSeat,
+    SeatDelays,
+    SeatLine,
+    frame_line,
+)
+from swarm_pz.play.recordings.recorder import Recorder
+
+_FLUSH_TICKS = 15
+
+
+class GameLog:
+    """Writes down a game, with its times since it began; and tells who records other signals, too.
+
+    What is done in the countdown is written once the game has begun, what is done while control systems choose, once
+    they have chosen.
+
+    Parameters
+    ----------
+    recorder : Recorder
+    game : LiveGame
+    seats : (RecordedSeat, RecordedSeat)
+        Who plays.
+    now_ms : callable
+        Returns the server's clock.
+    starts_ms : float
+        When the countdown should be over, by that clock.
+    markers : Markers, optional
+        Where others are told.
+
+    Attributes
+    ----------
+    recorder : Recorder
+    has_begun : bool
+        Whether the clock runs, or ran.
+    """
+
+    def __init__(
+        self,
+        recorder: Recorder,
+        game: LiveGame,
+        seats: tuple[RecordedSeat, RecordedSeat],
+        now_ms: Callable[[], float],
+        starts_ms: float,
+        markers: Markers | None = None,
+    ) -> None:
+        self.recorder, self._game, self._seats = recorder, game, seats
+        self._server_ms, self._began_ms, self._markers = now_ms, starts_ms, markers
+        self.has_begun = False
+        self._is_choosing = False
+        self._held: list[CommandLine] = []
+        """What arrives while control systems choose accelerations: it counts from the next solve on."""
+        self._early: list[CommandLine | SeatLine] = []
+        """What came in the countdown; its times count from when that should have been over."""
+        self._away: set[int] = set()
+
+    @property
+    def now_ms(self) -> float:
+        """Milliseconds since the game began, on the server's clock; negative in the countdown."""
+        return self._server_ms() - self._began_ms
+
+    def since_began(self, server_ms: float) -> float:
+        """Return a time of the server's clock as milliseconds since the game began."""
+        return server_ms - self._began_ms
+
+    def begin(self) -> None:
+        """Count from now, and write down what came before."""
+        planned, self._began_ms = self._began_ms, self._server_ms()
+        self.has_begun = True
+        for line in self._early:
+            if isinstance(line, CommandLine):
+                line.received_ms -= self._began_ms - planned
+            else:
+                line.ms -= self._began_ms - planned
+            self.recorder.write(line)
+        self._early.clear()
+        self._note_clock()
+        if self._markers is not None:
+            self._markers.start(self.recorder.path.stem, self._game.tick, *self._seats)
+
+    # --- what somebody does -----------------------------------------------------------------------
+
+    @property
+    def is_somebody_away(self) -> bool:
+        """Whether a player has left, or lost their connection."""
+        return bool(self._away)
+
+    def note(self, line: SeatLine) -> None:
+        """Write down what became of a seat's connection."""
+        if line.event == "disconnected":
+            self._away.add(line.team)
+        elif line.event == "connected":
+            self._away.discard(line.team)
+        if self.has_begun:
+            self.recorder.write(line)
+        else:
+            self._early.append(line)
+
+    def command(self, line: CommandLine) -> None:
+        """Write down a command."""
+        if not self.has_begun:
+            self._early.append(line)
+        elif self._is_choosing:
+            line.tick = self._game.tick + 1
+            self._held.append(line)
+        else:
+            self.recorder.write(line)
+
+    def painted(self, team: int, number: int, server_ms: float) -> None:
+        """Write down when a command's effect was first seen."""
+        self.recorder.write(PaintedLine(team=team, number=number, ms=self.since_began(server_ms)))
+
+    @contextlib.contextmanager
+    def holding(self) -> Iterator[None]:
+        """Write down commands that arrive in this only when it is over."""
+        self._is_choosing = True
+        try:
+            yield
+        finally:
+            self._is_choosing = False
+        for line in self._held:
+            self.recorder.write(line)
+        self._held.clear()
+
+    # --- what happens -----------------------------------------------------------------------------
+
+    def frame(self, frame: bytes) -> None:
+        """Write down the present moment."""
+        self.recorder.write(frame_line(frame, self._game.tick))
+
+    def in_force(self, event: InForce) -> None:
+        """Write down that a command has come into force."""
+        command = event.command
+        self._mark(
+            InForceLine(
+                team=command.team, number=command.number, tick=event.tick, ms=self.now_ms, sender=command.sender
+            )
+        )
+
+    def captured(self, event: Captured) -> None:
+        """Write down a capture."""
+        self._mark(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
+
+    def _mark(self, line: InForceLine | CapturedLine | EndLine) -> None:
+        self.recorder.write(line)
+        if self._markers is not None and self.has_begun:
+            self._markers.note(self.recorder.path.stem, line)
+
+    def _note_clock(self) -> None:
+        if self._markers is not None and self.has_begun:
+            self.recorder.write(self._markers.clock(lambda: self.now_ms))
+
+    def flush(self) -> str:
+        """Let what is due be on the disk; return why the recording breaks off, once, or nothing."""
+        if self._game.tick % _FLUSH_TICKS and not self.recorder.is_behind:
+            return ""
+        self.recorder.flush()
+        fault, self.recorder.fault = self.recorder.fault, ""
+        return fault
+
+    def end(self, outcome: Outcome, ended_by: EndedBy, delays: tuple[SeatDelays, SeatDelays] | None) -> None:
+        """Write down how the game ended, and finish its file."""
+        self._note_clock()
+        self._mark(
+            EndLine(
+                outcome=outcome,
+                tick=self._game.tick,
+                sizes=self._game.sizes,
+                ms=self.now_ms,
+                ended_by=ended_by,
+                delays=delays,
+            )
+        )
+        self.recorder.close()
+
+    def discard(self) -> None:
+        """Take the file back: nothing of the game was played."""
+        self.recorder.close()
+        with contextlib.suppress(OSError):
+            self.recorder.path.unlink()
