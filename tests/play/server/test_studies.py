@@ -1,13 +1,11 @@
 """A study as participants' pages and its monitor meet it: who is let in, and what is kept."""
 
-import asyncio
 import json
-from types import SimpleNamespace
 
 import pytest
 
 from swarm_pz.play import protocol
-from swarm_pz.play.server.studies import StudyHost, Visitor
+from swarm_pz.play.server.studies import Visitor
 from tests.play.conftest import Client
 from tests.play.studying import NearStudyTable, Participant, walk_all
 
@@ -168,20 +166,6 @@ def test_what_no_page_says_is_refused(said, study):
     assert status == 404 and ("the page said" in told["fault"] or "a page may say" in told["fault"])
     assert study.ask("/study/P07/done", {"step": 7, "answers": [1], "window": [], "loaded": "x"})[0] == 200
     assert study.ask("/study/P07/state", {"window": "w", "loaded": 10**400})[0] == 200
-
-
-def test_whatever_goes_wrong_a_page_hears_words(caplog):
-    async def nothing():
-        yield b"{}"
-
-    async def fail(number, said, act):
-        raise ZeroDivisionError
-
-    host = SimpleNamespace(study=SimpleNamespace(number_of=lambda code: 0), _obey=fail)
-    request = SimpleNamespace(path_params={"code": "P01"}, stream=nothing)
-    answer = asyncio.run(StudyHost._answer(host, None)(request))
-    assert answer.status_code == 500 and "please tell whoever runs the study" in json.loads(answer.body)["fault"]
-    assert "ZeroDivisionError" in caplog.text
 
 
 def test_a_corrupt_file_is_told_to_that_participant_and_disturbs_nobody(study):

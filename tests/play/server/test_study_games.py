@@ -152,3 +152,17 @@ def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again(tmp_p
     asyncio.run(leave_twice())
     assert walked.next == step and (tmp_path / "data" / "interrupted" / f"P01.{step.id}.1.jsonl").exists()
     folder.close()
+
+
+def test_whatever_goes_wrong_a_page_hears_words(caplog):
+    async def nothing():
+        yield b"{}"
+
+    async def fail(number, said, act):
+        raise ZeroDivisionError
+
+    host = SimpleNamespace(study=SimpleNamespace(number_of=lambda code: 0), _obey=fail)
+    request = SimpleNamespace(path_params={"code": "P01"}, stream=nothing)
+    answer = asyncio.run(StudyHost._answer(host, None)(request))
+    assert answer.status_code == 500 and "please tell whoever runs the study" in json.loads(answer.body)["fault"]
+    assert "ZeroDivisionError" in caplog.text
