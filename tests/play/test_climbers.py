@@ -38,6 +38,11 @@ def test_games_are_there_for_who_comes_back(tmp_path):
     assert Climber(tmp_path, "P02").games == []
 
 
+def test_a_draw_is_half_a_win():
+    points = [replace(GAME, outcome=outcome).met.points for outcome in ("win", "draw", "loss")]
+    assert points == [1.0, 0.5, 0.0]
+
+
 def test_nothing_is_written_for_who_has_only_asked(tmp_path):
     Climber(tmp_path / "levels", "P01")
     assert not (tmp_path / "levels").exists()

@@ -92,6 +92,26 @@ def test_a_game_is_told_in_order_and_its_clock_is_that_of_the_recording(stream, 
     assert {row.outcome for row in seat_rows(recording)} <= {"win", "loss", "draw"}
 
 
+def test_two_clocks_are_compared_where_their_readings_are_closest_together(monkeypatch):
+    """LSL's clock is 5 s ahead; readings are 10 ms apart, but for those of the eighth time."""
+    begun = [(100.0 * number, 2.0 if number == 7 else 10.0) for number in range(20)]
+    ours = iter([ms for before, width in begun for ms in (before, before + width)])
+    theirs = iter([5.0 + (before + width / 2.0) / 1000.0 for before, width in begun])
+    markers = Markers("clocks")
+    monkeypatch.setattr(pylsl, "local_clock", lambda: next(theirs))
+    line = markers.clock(lambda: next(ours))
+    assert (line.clock, line.ms, line.seconds, line.uncertainty_ms) == ("lsl", 701.0, 5.701, 1.0)
+
+
+def test_an_automatic_command_says_whose_it_is(stream):
+    markers, inlet = stream
+    for sender in ("", "shared:ring"):
+        markers.note("a", InForceLine(team=1, number=2, tick=3, ms=100.0, sender=sender))
+    markers.note("a", EndLine(outcome="red", tick=4, sizes=(2, 0), ms=133.0, ended_by="capture"))
+    told = {"event": "command", "game": "a", "tick": 3, "side": "blue", "number": 2}
+    assert [marker for marker, _ in pulled(inlet)][:2] == [told, told | {"by": "shared:ring"}]
+
+
 def test_who_records_goes_on_when_the_server_is_started_again():
     first, second = Markers("again"), Markers("again")
     sources = {markers._outlet.get_info().source_id() for markers in (first, second)}

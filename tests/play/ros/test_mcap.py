@@ -15,7 +15,7 @@ from swarm_pz.errors import OutputError
 from swarm_pz.play.recordings.format import CapturedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.ros import mcap, messages
-from tests.play.recordings.test_format import record
+from tests.play.recordings.test_format import plain_lines, record, write_chained
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +74,21 @@ def test_captures_and_sizes_are_told(read):
     captured = [f"agent{line.drone} {TEAM_NAMES[line.team]}" for line in recording.of(CapturedLine)]
     assert captured, "or this game shows nothing"
     assert [message.data for _, message in found["/agent_team_status"]] == first + captured
+    times = [nanoseconds for nanoseconds, _ in found["/agent_team_status"][len(first) :]]
+    assert times == [line.tick * 10**9 // 30 for line in recording.of(CapturedLine)]
     for (_, message), frame in zip(found["/swarm/sizes"], frames, strict=True):
         assert list(message.data) == [int((frame.teams == team).sum()) for team in (0, 1)]
+
+
+def test_the_capture_that_ends_a_game_is_told(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=30)
+    lines = plain_lines(tmp_path / "a.jsonl")
+    end = lines.pop()
+    write_chained(tmp_path / "a.jsonl", [*lines, {"type": "captured", "tick": end["tick"], "drone": 3, "team": 1}, end])
+    recording = Recording.read(tmp_path / "a.jsonl")
+    assert [frame.tick for frame in recording.frames()][-1] == end["tick"]
+    told = [(tick, message["data"]) for tick, topic, message in mcap.told(recording) if topic == "/agent_team_status"]
+    assert told[-1] == (end["tick"], "agent3 blue")
 
 
 def test_fields_say_where_they_capture_and_targets_where_to(read):

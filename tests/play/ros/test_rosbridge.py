@@ -6,6 +6,8 @@ import asyncio
 import contextlib
 import json
 import socket
+import time
+from types import SimpleNamespace
 
 import cbor2
 import pytest
@@ -150,6 +152,57 @@ def test_a_subscriber_may_want_fewer_messages():
     talk(conversation)
 
 
+def test_who_wants_fewer_messages_is_sent_one_when_so_many_milliseconds_have_passed(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(rosbridge, "time", SimpleNamespace(monotonic=lambda: now[0]))
+
+    async def conversation(bridge, ear, join):
+        async with join() as socket, join() as both:
+            for one in (socket, both):
+                await say(one, op="subscribe", topic="/status", throttle_rate=100, id="a")
+            await say(both, op="subscribe", topic="/status", throttle_rate=0, id="b")  # who asks for most gets it
+            for one in (socket, both):
+                await ask(one, "/rosapi/nodes")
+            for number in range(6):
+                now[0] = 0.0625 * number
+                bridge.publish("/status", {"n": number})
+            for one, expected in ((socket, [0, 2, 4]), (both, [0, 1, 2, 3, 4, 5])):
+                await say(one, op="call_service", service="/rosapi/nodes", id="q")
+                came = []
+                while (told := json.loads(await one.recv()))["op"] == "publish":
+                    came.append(told["msg"]["n"])
+                assert came == expected
+
+    talk(conversation)
+
+
+def test_an_unsubscription_is_of_the_subscription_that_it_names():
+    async def conversation(bridge, ear, join):
+        async with join() as socket:
+            for name in ("a", "b"):
+                await say(socket, op="subscribe", topic="/status", id=name)
+            for name, is_wanted in (("a", True), ("c", True), ("b", False)):
+                await say(socket, op="unsubscribe", topic="status", id=name)
+                await ask(socket, "/rosapi/nodes")
+                assert bridge.wanted("/status") == is_wanted
+
+    talk(conversation)
+
+
+@pytest.mark.parametrize("name", ["own", "/own"])
+def test_a_topic_is_one_with_and_without_its_slash(name):
+    async def conversation(bridge, ear, join):
+        async with join() as socket:
+            await say(socket, op="advertise", topic="own", type="std_msgs/msg/String")
+            kind = await ask(socket, "/rosapi/topic_type", topic=name)
+            await say(socket, op="call_service", service="/rosapi/topic_type", args=[name], id="q")
+            assert kind["values"] == json.loads(await socket.recv())["values"] == {"type": "std_msgs/String"}
+            await say(socket, op="unadvertise", topic=name)
+            assert (await ask(socket, "/rosapi/topic_type", topic="own"))["values"] == {"type": ""}
+
+    talk(conversation)
+
+
 @pytest.mark.parametrize(
     ("frame", "said"),
     [
@@ -192,8 +245,10 @@ def test_a_call_that_nobody_answers_is_said_to_fail():
         async with join() as socket:
             answer = await ask(socket, "/teleport")
             assert (answer["result"], answer["values"]) == (False, "there is no service /teleport")
-            time = (await ask(socket, "/rosapi/get_time"))["values"]["time"]
-            assert time["secs"] == time["sec"] > 1e9
+            before = time.time_ns()
+            told = (await ask(socket, "/rosapi/get_time"))["values"]["time"]
+            assert (told["secs"], told["nsecs"]) == (told["sec"], told["nanosec"])
+            assert before <= told["secs"] * 10**9 + told["nsecs"] <= time.time_ns() and told["nsecs"] < 10**9
 
     talk(conversation)
 
@@ -301,9 +356,11 @@ def test_viewers_of_ros_2_are_told_all_types_and_sent_bytes():
             assert told["typedefs_full_text"][1].startswith("builtin_interfaces/Time clock\n====")
             await say(socket, op="subscribe", topic="/status", compression="cbor-raw")
             await ask(socket, "/rosapi/nodes")
+            before = time.time_ns()
             bridge.publish("/status", {"data": "agent3 red"})
             sent = cbor2.loads(await socket.recv())
-            assert sent["topic"] == "/status" and {"secs", "nsecs"} < set(sent["msg"])
+            assert sent["topic"] == "/status"
+            assert before <= sent["msg"]["secs"] * 10**9 + sent["msg"]["nsecs"] <= time.time_ns()
             assert sent["msg"]["bytes"] == b"\x00\x01\x00\x00\x0b\x00\x00\x00agent3 red\x00"
 
     talk(conversation)

@@ -97,6 +97,7 @@ def test_somebody_climbs_game_by_game_on_both_sides(tmp_path):
     assert [(game.side, game.outcome) for game in games] == [("red", "win"), ("blue", "loss")]
     assert all((tmp_path / game.recording).is_file() for game in games)
     assert games[0].seed != games[1].seed
+    assert [game.rating for game in games] == [dict(RUNGS)[game.opponent] for game in games]
     with (tmp_path / "levels" / TABLE).open(newline="") as file:
         (row,) = csv.DictReader(file)
     assert (row["code"], row["games"]) == ("P01", "2")
@@ -128,6 +129,17 @@ def test_a_game_that_is_left_is_lost_and_one_that_the_server_ends_counts_not(tmp
     visiting(tmp_path, script)
     (game,) = Climber(tmp_path / "levels", "P01").games
     assert (game.ended_by, game.outcome) == ("left", "loss")
+
+
+def test_a_game_that_a_fault_decided_says_nothing_of_a_level(tmp_path):
+    async def script(hall):
+        guest = Guest(hall)
+        room = await begin(hall, guest)
+        room.session.stop("red", "forfeit")
+        await until(lambda: room.phase == "over")
+        assert (await ask(guest, protocol.AskLevel("P01"))).games == 0
+
+    visiting(tmp_path, script)
 
 
 def test_a_room_of_the_ladder_is_for_one_game_against_whom_it_chose(tmp_path):

@@ -83,6 +83,13 @@ def test_of_nothing_there_is_no_median():
     assert (told.asked_ms, told.got_ms, told.count) == (50.0, None, 0)
 
 
+def test_what_was_got_is_the_median():
+    measured = Measured(50.0)
+    for ms in (50.0, 52.0, 900.0):
+        measured.note(ms)
+    assert measured.told().got_ms == 52.0
+
+
 def test_on_a_real_loop_nothing_comes_before_its_time():
     async def play():
         line, came = DelayLine(30.0), []

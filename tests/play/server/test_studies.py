@@ -1,18 +1,11 @@
-"""A study as participants' pages and its monitor meet it: who is let in, what is kept, and what is broken off."""
+"""A study as participants' pages and its monitor meet it: who is let in, and what is kept."""
 
-import asyncio
 import json
-import time
-from types import SimpleNamespace
 
 import pytest
 
 from swarm_pz.play import protocol
-from swarm_pz.play.game import TableConfig
-from swarm_pz.play.server.seat import Seat
-from swarm_pz.play.server.studies import StudyHost, Visitor
-from swarm_pz.play.server.study_games import AWAY_S, UNUSED_S, StudyGames
-from swarm_pz.play.studies.folder import StudyFolder
+from swarm_pz.play.server.studies import Visitor
 from tests.play.conftest import Client
 from tests.play.studying import NearStudyTable, Participant, walk_all
 
@@ -81,6 +74,7 @@ def test_a_participant_is_led_from_consent_to_a_game(study):
     told = one.say("done", step=form["id"], answers={"hand": "left"})
     assert told == one.say("done", step=form["id"], answers={"hand": "right"})  # our answer was lost, and is repeated
     assert (told["step"]["kind"], told["step"]["heading"]) == ("game", "Game 1 of 1")
+    assert one.say("done", step="block1.game1") == told, "a game is over when it was played, whatever a page says"
     assert [line.get("answers") for line in lines_of(study, "P01")] == [None, None, {"hand": "left", "free": None}]
     row = study.monitor()["P01"]
     assert (row["step"], row["block"], row["where"]) == ("block1.game1", "alone", "here")
@@ -151,72 +145,6 @@ def test_who_goes_before_the_game_begins_comes_back_to_it(study):
     assert (game["step"], game["seed"]) == ("block1.game1", study.kept.study.seed_of(0))
 
 
-class Room:
-    """A room whose game somebody else plays."""
-
-    def __init__(self, hosted):
-        self.code, self.hosted, self.phase, self.connections = "ABCD", hosted, "waiting", []
-        self.seats = tuple(Seat(team, hosted.config, self.code, None) for team in range(2))
-        self.policies, self.session = [], SimpleNamespace(recorder=self)
-
-    def reserve(self, team):
-        self.seats[team].reserve()
-
-    def place_policy(self, side, policy):
-        self.policies.append((side, policy))
-
-    def join(self):
-        """Wait for nothing: what there is of the recording is on the disk."""
-
-
-class Rooms:
-    """A lobby of such rooms."""
-
-    def __init__(self):
-        self.context, self.rooms = SimpleNamespace(table=TableConfig()), {}
-
-    def open_hosted(self, hosted):
-        self.rooms["ABCD"] = Room(hosted)
-        return self.rooms["ABCD"]
-
-    def close_room(self, room):
-        was_running, room.phase = room.phase == "playing", "over"
-        del self.rooms[room.code]
-        if was_running:
-            room.hosted.over()
-
-
-def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again(tmp_path):
-    folder = StudyFolder.begin(planned(tmp_path / "plan"), tmp_path / "data")
-    progress = folder.progress(0)
-    for told in ({}, {"answers": {"hand": "left"}}):
-        progress.finish(progress.next, **told)
-    step, lobby = progress.next, Rooms()
-
-    async def leave_twice():
-        games = StudyGames(folder, lobby)
-        for phase, away_s in (("waiting", UNUSED_S), ("playing", AWAY_S)):
-            games.open((0,), step)
-            room = lobby.rooms["ABCD"]
-            assert room.policies == [("red", "uniform")] and room.seats[1].token
-            assert (room.hosted.seed, room.hosted.path) == (folder.seed_of(step), folder.recording(0, step))
-            room.phase = phase
-            room.seats[1].away_since = time.monotonic() - away_s + 5.0
-            games.look()
-            assert lobby.rooms and games.of(0) is not None  # they may come back
-            room.hosted.path.write_text("{")
-            room.seats[1].away_since -= 10.0
-            games.look()
-            assert not lobby.rooms
-            await games.close()
-            assert games.of(0) is None
-            assert room.hosted.path.exists() == (phase == "waiting")
-
-    asyncio.run(leave_twice())
-    assert progress.next == step and (tmp_path / "data" / "interrupted" / f"P01.{step.id}.1.jsonl").exists()
-    folder.close()
-
-
 @pytest.mark.parametrize(
     ("path", "said"),
     [
@@ -238,20 +166,6 @@ def test_what_no_page_says_is_refused(said, study):
     assert status == 404 and ("the page said" in told["fault"] or "a page may say" in told["fault"])
     assert study.ask("/study/P07/done", {"step": 7, "answers": [1], "window": [], "loaded": "x"})[0] == 200
     assert study.ask("/study/P07/state", {"window": "w", "loaded": 10**400})[0] == 200
-
-
-def test_whatever_goes_wrong_a_page_hears_words(caplog):
-    async def nothing():
-        yield b"{}"
-
-    async def fail(number, said, act):
-        raise ZeroDivisionError
-
-    host = SimpleNamespace(study=SimpleNamespace(number_of=lambda code: 0), _obey=fail)
-    request = SimpleNamespace(path_params={"code": "P01"}, stream=nothing)
-    answer = asyncio.run(StudyHost._answer(host, None)(request))
-    assert answer.status_code == 500 and "please tell whoever runs the study" in json.loads(answer.body)["fault"]
-    assert "ZeroDivisionError" in caplog.text
 
 
 def test_a_corrupt_file_is_told_to_that_participant_and_disturbs_nobody(study):

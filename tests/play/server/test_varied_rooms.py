@@ -113,6 +113,18 @@ def test_a_room_without_factors_writes_what_it_always_wrote(tmp_path):
     assert recording.end.delays is None and delays[0]["command"] == {"asked_ms": 0.0, "got_ms": None, "count": 0}
 
 
+def test_a_game_goes_by_its_speed_and_no_faster(tmp_path):
+    async def play():
+        with opened(tmp_path, table=varied(Factors(speed=0.25), Factors(speed=0.25)), time_limit=None) as room:
+            await running(room)
+            await until(lambda: room.session.game.tick >= 5)
+            room.stop()
+            return read(room).end
+
+    end = asyncio.run(play())
+    assert end.ms >= 1000.0 * end.tick / 30 / 0.25 - 1.0
+
+
 def test_a_game_that_is_taken_over_is_played_without_them_but_by_its_clock(tmp_path):
     async def play():
         late = Factors(command_delay_ms=50.0, hide=("opponents",), speed=2.0)

@@ -15,6 +15,7 @@ from swarm_pz.play.recordings.format import (
     EndLine,
     Header,
     InForceLine,
+    PaintedLine,
     RecordedSeat,
     frame_line,
     reason_of_end,
@@ -42,7 +43,10 @@ title = "drawing"
 [[conditions]]
 title = "late (300 ms)"
 command_delay_ms = 300
+display_delay_ms = 100
 side = "blue"
+speed = 2.0
+rules = { drones_per_team = [4, 3] }
 
 [[forms]]
 name = "sus"
@@ -109,6 +113,8 @@ def play(path, config, seed, side):
             if isinstance(event, InForce):
                 number, team = event.command.number, event.command.team
                 recorder.write(InForceLine(team=team, number=number, tick=event.tick, ms=ms + 20.0))
+                if team == own:
+                    recorder.write(PaintedLine(team=team, number=number, ms=ms + 48.0))
             elif isinstance(event, Captured):
                 recorder.write(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
         if game.tick % 3 == 0 or game.over:

@@ -44,7 +44,7 @@ def test_the_test_counts_all_signs():
     assert sign_test([1.0, -1.0]) == 1.0
     assert sign_test([0.0] * 5) == 1.0
     assert sign_test([1.0] * 8) == 2 / 256
-    assert sign_test(np.ones(40)) < 0.001
+    assert sign_test(np.ones(40)) == 1 / 20_000, "the given signs are among those that are drawn: p is never 0"
 
 
 def test_few_participants_exclude_nothing():
@@ -68,6 +68,15 @@ def test_conditions_are_summed_up_with_durations_that_count_draws_as_longer():
     assert (wins.first, wins.second, wins.participants, wins.difference) == ("x", "y", 1, 0.0)
     assert lengths.difference == -10.0
     assert compare(games[:2]) == []
+
+
+def test_a_game_that_nobody_won_counts_as_the_longest_of_all_conditions():
+    games = [
+        StudyGame(participant="A", condition="x", won=False, seconds=10.0, decided=False),
+        StudyGame(participant="A", condition="y", won=True, seconds=40.0, decided=True),
+    ]
+    lengths = compare(games)[1]
+    assert (lengths.measure, lengths.difference) == ("restricted_mean_s", 0.0)
 
 
 @pytest.mark.parametrize("differences", [[], [np.nan], [[1.0]]])

@@ -79,6 +79,11 @@ def test_everybody_meets_the_same_games_in_every_condition(tmp_path):
     assert seeds != [study.replace(seed=8).seed_of(game) for game in range(50)]
 
 
+@pytest.mark.parametrize(("side", "flown"), [("red", ("direct", "ergodic")), ("blue", ("ergodic", "direct"))])
+def test_a_conditions_system_flies_its_participant_and_a_policy_is_flown_as_ever(side, flown):
+    assert Condition(title="x", system="direct", side=side).game({}).team_controllers == flown
+
+
 def test_an_order_may_be_given(tmp_path):
     study = written(tmp_path).replace(order=(("late", "drawing"), ("drawing",)))
     assert [[one.title for one in study.order_of(person)] for person in range(3)] == [
@@ -156,6 +161,8 @@ def test_two_who_meet_go_the_same_way(tmp_path):
     assert orders == [["drawing", "late"]] * 2 + [["late", "drawing"]] * 2
     game = study.conditions[1].game(study.rules)
     assert game.team_controllers == ("flocking", "flocking")
+    given = study.replace(order=(("late",), ("drawing",)))
+    assert [given.order_of(person)[0].title for person in range(4)] == ["late", "late", "drawing", "drawing"]
     with pytest.raises(ConfigError, match="participants must be even"):
         study.replace(order=(("late",),), participants=3, codes=())
 

@@ -5,19 +5,22 @@ import io
 import json
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet
 import pytest
 
+from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import ConfigError, MissingExtraError, OutputError, RecordingError
-from swarm_pz.play.recordings.format import CapturedLine, CommandLine, Recording
+from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLine, Recording
 from swarm_pz.play.studies import export as module
-from swarm_pz.play.studies.analysis import compare
+from swarm_pz.play.studies.analysis import compare, conditions
+from swarm_pz.play.studies.bids import TYPES
 from swarm_pz.play.studies.export import export
 from swarm_pz.play.studies.reading import read_study
-from swarm_pz.play.studies.report import counted_games
+from swarm_pz.play.studies.report import counted_games, write_report
 from swarm_pz.play.studies.rows import TABLES, codebook
 from swarm_pz.play.studies.tables import labels
 from tests.play.studies import playing
@@ -55,6 +58,10 @@ def test_tables_hold_a_row_for_each_thing_that_happened(ran, out):
     ]
     for game in games:
         recording, key = Recording.read(ran / game["recording"]), (game["participant"], game["step"])
+        is_late = game["condition"].startswith("late")
+        sizes = int(game["drones"]), int(game["opponent_drones"])
+        assert sizes == ((3, 4) if is_late else (3, 3)), "the late ones are blue, against four"
+        drones = sum(sizes)
         commands = [row for row in table(out, "commands") if (row["participant"], row["step"]) == key]
         told = [(line.number, line.tick, line.density) for line in recording.of(CommandLine)]
         assert [(int(row["number"]), int(row["tick"]), json.loads(row["values"])) for row in commands] == told
@@ -64,9 +71,12 @@ def test_tables_hold_a_row_for_each_thing_that_happened(ran, out):
         taken = [(line.tick, line.drone) for line in recording.of(CapturedLine)]
         assert [(int(row["tick"]), int(row["drone"])) for row in captures] == taken
         if captures:
-            assert int(captures[-1]["drones"]) / 6 == pytest.approx(float(game["final_share"]), abs=1e-6)
+            assert int(captures[-1]["drones"]) / drones == pytest.approx(float(game["final_share"]), abs=1e-6)
+        ended = recording.end.outcome
+        assert (game["decided"], game["won"]) == (str(ended != "draw").lower(), str(ended == game["side"]).lower())
         assert float(game["command_delay_got_ms"]) == 301.5
-        assert float(game["command_delay_asked_ms"]) == (300 if game["condition"].startswith("late") else 0)
+        assert float(game["command_delay_asked_ms"]) == (300 if is_late else 0)
+        assert float(game["display_delay_asked_ms"]) == (100 if is_late else 0)
     by_start = {(game["condition"], game["practice"], game["game"]): game["seed"] for game in games}
     assert len(set(by_start.values())) == 3  # the same in each condition
     assert {row["finished"] for row in table(out, "participants")} == {"true", "false"}
@@ -76,6 +86,32 @@ def test_a_command_tells_when_it_was_followed_and_where_it_points(out):
     own = next(row for row in table(out, "commands") if row["by"] == "participant")
     assert (own["in_force_tick"], float(own["to_in_force_ms"]), float(own["drawing_ms"])) == ("0", 20.0, 500.0)
     assert (float(own["centre_x"]), float(own["centre_y"])) == (pytest.approx(0.75), pytest.approx(0.35))
+
+    for row in table(out, "commands"):
+        assert float(row["seconds"]) == pytest.approx(int(row["tick"]) / 30, abs=1e-6)
+        assert row["to_painted_ms"] == ("48.0" if row["by"] == "participant" and row["to_in_force_ms"] else "")
+
+
+def test_a_capture_tells_when_it_was_and_whose(ran, out):
+    games = {(game["participant"], game["step"]): game for game in table(out, "games")}
+    captures = table(out, "captures")
+    assert captures, "or these games show nothing"
+    for row in captures:
+        assert float(row["seconds"]) == pytest.approx(int(row["tick"]) / 30, abs=1e-6)
+        assert (row["side"] == games[row["participant"], row["step"]]["side"]) == (row["by_participant"] == "true")
+
+
+def test_a_participant_has_their_order_their_times_and_the_wins_that_count(tmp_path):
+    playing.begin(tmp_path)
+    outcomes = {"practice1": "win", "game1": "loss", "game2": "win"}
+    lines = [{"type": "participant", "number": 1, "study": "Two interfaces, tried", "seed": 7}]
+    lines += [{"step": f"block1.{name}", "outcome": told, "at": 5.0 + len(name)} for name, told in outcomes.items()]
+    (tmp_path / "participants").mkdir()
+    (tmp_path / "participants" / "P02.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+    (row,) = read_study(tmp_path).participants
+    assert (row.participant, row.number, row.order) == ("P02", 1, "late (300 ms) > drawing")
+    assert (row.games, row.practice_games, row.wins) == (2, 1, 1)
+    assert (row.began_at, row.ended_at) == (10.0, 14.0)
 
 
 def test_forms_hold_answers_and_scores(out):
@@ -149,6 +185,28 @@ def test_events_are_as_bids_has_them(out):
     )
 
 
+def test_events_are_of_the_clock_whatever_the_speed(ran, out):
+    for game in table(out, "games"):
+        task = "late300ms" if game["condition"].startswith("late") else "drawing"
+        practice = "_acq-practice" if game["practice"] == "true" else ""
+        who = f"sub-{game['participant']}"
+        name = f"{who}_task-{task}{practice}_run-{game['game']}_events.tsv"
+        text = (out / "bids" / who / "beh" / name).read_text(encoding="utf-8")
+        rows = list(csv.DictReader(io.StringIO(text), dialect="excel-tab"))
+        speed, recording = (2.0 if task == "late300ms" else 1.0), Recording.read(ran / game["recording"])
+        of = {kind: [row for row in rows if row["trial_type"] == kind] for kind in TYPES}
+        (whole,) = of["game"]
+        assert float(whole["onset"]) == 0.0 and whole["side"] == game["side"]
+        assert float(whole["duration"]) == pytest.approx(recording.end.tick / 30 / speed, abs=1e-5)
+        for row, line in zip(of["capture"], recording.of(CapturedLine), strict=True):
+            assert float(row["onset"]) == pytest.approx(line.tick / 30 / speed, abs=1e-5)
+            assert (row["actor"] == "participant") == (TEAM_NAMES[line.team] == game["side"])
+        for row, line in zip(of["command_received"], recording.of(CommandLine), strict=True):
+            assert float(row["onset"]) == pytest.approx(line.received_ms / 1000, abs=1e-5)
+        for row, line in zip(of["command_in_force"], recording.of(InForceLine), strict=True):
+            assert float(row["onset"]) == pytest.approx(line.ms / 1000, abs=1e-5)
+
+
 def test_tables_are_as_psych_ds_has_them(out):
     folder = out / "psychds"
     described = json.loads((folder / "dataset_description.json").read_text())
@@ -177,6 +235,40 @@ def test_the_report_compares_and_shows(out):
     assert "| `sus` | drawing less late (300 ms) | 1 |" in text
     assert "swarm-pz study export ran" in text
     assert (out / "comparison.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_report_tells_what_was_found_in_percent_and_seconds(ran, out):
+    text, data = (out / "report.md").read_text(), read_study(ran)
+    assert "2 of 2 participants, of whom 1 did all of it; 6 games count, and 4 of practice do not." in text
+    games = counted_games(data)
+    for row in conditions(games):
+        ends = f"{100 * row.low:.0f} to {100 * row.high:.0f} %"
+        assert row.low < row.high
+        assert f"| {row.games} | {100 * row.win_rate:.0f} % | {ends} |" in text
+    won, lasted = compare(games)
+    assert f"| share won | drawing less late (300 ms) | 1 | {100 * won.difference:+.1f} % |" in text
+    assert f"| mean length | drawing less late (300 ms) | 1 | {lasted.difference:+.1f} s |" in text
+    assert "- `sus`: drawing 75.0, late (300 ms) 75.0" in text
+
+
+def test_a_difference_of_shares_is_told_in_percent_and_who_is_not_done_is_not_counted_as_done(tmp_path):
+    study = playing.begin(tmp_path, playing.TEXT.replace("participants = 2", "participants = 8"))
+    playing.simulate(tmp_path, study, 0.4, 1)
+    won = write_report(read_study(tmp_path), tmp_path)[0]
+    text = (tmp_path / "report.md").read_text()
+    assert abs(won.difference) > 0.1 and f"| 8 | {100 * won.difference:+.1f} % |" in text
+    assert "8 of 8 participants, of whom 0 did all of it" in text
+
+
+def test_games_count_by_the_order_of_the_study_but_practice_and_those_that_a_fault_ended(ran):
+    data = read_study(ran)
+    assert [game.condition for game in counted_games(data)] == ["drawing"] * 2 + ["late (300 ms)"] * 4
+    backwards = replace(data, games=data.games[::-1])
+    assert [game.condition for game in counted_games(backwards)] == ["drawing"] * 2 + ["late (300 ms)"] * 4
+    for fault in ("server", "forfeit"):
+        assert counted_games(replace(data, games=[replace(game, ended_by=fault) for game in data.games])) == []
+    left = replace(data, games=[replace(game, ended_by="left") for game in data.games])
+    assert len(counted_games(left)) == 6, "who leaves may have been made to by the condition"
 
 
 def test_nothing_of_the_study_is_changed(ran, tmp_path):

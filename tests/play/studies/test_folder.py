@@ -1,13 +1,27 @@
 """A study's folder: what it keeps, and what it takes up after an interruption."""
 
+import contextlib
+
 import pytest
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Progress
-from tests.play.recordings.test_format import record
+from tests.play.recordings.test_format import plain_lines, record, write_chained
 from tests.play.studies.test_design import PLAIN, written
 
+PAIR = """
+title = "Each other"
+participants = 2
+games = 1
+
+[practice]
+wins = 1
+
+[[conditions]]
+title = "together"
+opponent = "person"
+"""
 SUS = {f"sus_{place}": 3 for place in range(1, 11)}
 
 
@@ -73,6 +87,40 @@ def test_a_game_that_was_over_when_the_power_went_counts(folder):
     assert folder.summary(0)["won"] == 1 and path.exists()
 
 
+def to_play(folder, number):
+    """Let a participant of a study of one game against another, after practice, come to that game; return the step."""
+    progress = folder.progress(number)
+    practice = progress.next
+    assert folder.players(number, practice) == (number,) and folder.opponent_of(practice) == "corners"
+    assert folder.seed_of(practice) == folder.study.seed_of(0, practice=True)
+    record(folder.recording(number, practice), ticks=30, outcome="red")
+    folder.settle(number)
+    assert progress.done[practice.id]["opponent"] == "corners" and progress.done[practice.id]["won"]
+    assert folder.summary(number)["played"] == folder.summary(number)["won"] == 0, "practice counts nowhere"
+    return progress.next
+
+
+@pytest.mark.parametrize("outcome", ["red", "blue", "draw"])
+def test_of_two_each_has_their_side_their_outcome_and_their_delays(outcome, tmp_path):
+    (tmp_path / "study.toml").write_text(PAIR)
+    with contextlib.closing(StudyFolder.begin(tmp_path / "study.toml", tmp_path / "data")) as folder:
+        steps = [to_play(folder, number) for number in (0, 1)]
+        assert [folder.players(number, step) for number, step in enumerate(steps)] == [(0, 1)] * 2
+        path = folder.recording(1, steps[1])
+        assert path == folder.recording(0, steps[0])
+        record(path, ticks=30, outcome=outcome)
+        lines = plain_lines(path)
+        delay = {"asked_ms": 0.0, "got_ms": 0.0, "count": 1}
+        lines[-1]["delays"] = [{"command": delay | {"count": count}, "display": delay} for count in (3, 4)]
+        write_chained(path, lines)
+        for number, (side, count) in enumerate((("red", 3), ("blue", 4))):
+            folder.settle(number)
+            line = folder.progress(number).done["block1.game1"]
+            told = "draw" if outcome == "draw" else "win" if side == outcome else "loss"
+            assert (line["side"], line["outcome"], line["won"]) == (side, told, side == outcome)
+            assert (line["opponent"], line["delays"]["command"]["count"]) == ("person", count)
+
+
 @pytest.mark.parametrize("lines", [1, 5, None])
 def test_a_game_that_was_not_is_kept_aside_and_played_again(lines, folder, tmp_path):
     step = to_first_game(folder)
@@ -85,6 +133,14 @@ def test_a_game_that_was_not_is_kept_aside_and_played_again(lines, folder, tmp_p
         assert folder.progress(0).next.id == step.id and not path.exists()
         assert (tmp_path / "data" / "interrupted" / f"P01.block1.game1.{count}.jsonl").exists()
         assert folder.was_broken_off(0, step)
+
+
+def test_a_game_that_was_stopped_is_none_though_its_recording_is_whole(folder):
+    step = to_first_game(folder)
+    record(folder.recording(0, step), ticks=30, outcome="stopped")
+    assert folder.line_of(0, step) is None
+    folder.settle(0)
+    assert folder.progress(0).next == step and step.id not in folder.progress(0).done
 
 
 def test_who_looks_on_changes_nothing(folder, tmp_path):

@@ -43,6 +43,35 @@ def test_the_task_load_has_six_scales_and_all_fifteen_pairs():
     assert RAW.scores(RAW.read(dict.fromkeys(TLX_SCALES, 5))) == {"tlx_raw": 5.0}
 
 
+def test_a_scale_weighs_as_often_as_it_was_chosen_itself():
+    """Of each pair the second counts more, so the scales weigh 0, 1, 2, 3, 4 and 5."""
+    ratings = dict(zip(TLX_SCALES, (100, 80, 60, 40, 20, 5), strict=True))
+    answers = ratings | {item.id: item.choices[1] for item in TLX.items if item.kind == "pair"}
+    scores = TLX.scores(TLX.read(answers))
+    assert scores["tlx"] == pytest.approx((80 + 2 * 60 + 3 * 40 + 4 * 20 + 5 * 5) / 15)
+    assert scores["tlx_raw"] == pytest.approx(305 / 6)
+
+
+def test_more_points_of_the_task_load_are_more_of_a_load():
+    for form in (TLX, RAW):
+        ends = {item.id: (item.low, item.high) for item in form.items if item.kind == "scale"}
+        assert ends.pop("performance") == ("perfect", "failure"), "as on the sheet: failure is the load"
+        assert set(ends.values()) == {("very low", "very high")} and len(ends) == 5
+
+
+def test_every_second_statement_of_the_usability_scale_is_a_complaint_and_all_agree_at_the_right():
+    complaints = ("complex", "support", "inconsistency", "cumbersome", "needed to learn")
+    assert [any(word in item.text for word in complaints) for item in SUS.items] == [False, True] * 5
+    assert {(item.low, item.high) for item in SUS.items} == {("strongly disagree", "strongly agree")}
+
+
+def test_steps_are_counted_from_the_least():
+    item = Item(id="a", text="?", least=1, most=9, step=2)
+    assert [item.read(answer) for answer in (1, 3, 9)] == [1, 3, 9]
+    with pytest.raises(ConfigError, match="from 1 to 9 in steps of 2, got 4"):
+        item.read(4)
+
+
 def test_answers_are_checked_by_question():
     form = Form(
         name="own",

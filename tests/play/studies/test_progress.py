@@ -8,7 +8,7 @@ import pytest
 
 from swarm_pz.errors import ConfigError, RecordingError
 from swarm_pz.play.studies.progress import Progress
-from tests.play.studies.test_design import written
+from tests.play.studies.test_design import PLAIN, written
 
 SUS = {f"sus_{place}": 3 for place in range(1, 11)}
 
@@ -48,6 +48,20 @@ def test_a_participant_does_everything_in_turn(tmp_path):
     again = Progress(study, tmp_path / "p.jsonl", 0)
     assert again.next is None
     assert again.done["block1.form.sus"]["scores"] == {"sus": 50.0}
+
+
+def test_texts_breaks_and_forms_come_where_they_belong(tmp_path):
+    plan = PLAIN.replace("seed = 7", 'seed = 7\nbreak_s = 30.0\nwelcome = "consent.md"').replace("wins = 1", "wins = 0")
+    plan = plan.replace('title = "late"', 'title = "late"\ntext = "consent.md"')
+    plan += '[[forms]]\nname = "after"\nwhen = "end"\nitems = [{ id = "age", text = "And now?", most = 99 }]\n'
+    assert walk(Progress(written(tmp_path, plan), tmp_path / "p.jsonl", 0)) == [
+        "consent",
+        "start.form.background",
+        "welcome",
+        *("block1.game1", "block1.game2", "block1.form.sus"),
+        *("block2.break", "block2.text", "block2.game1", "block2.game2", "block2.form.sus"),
+        "end.form.after",
+    ]
 
 
 def test_practice_ends_when_it_is_won_or_has_been_enough(tmp_path):

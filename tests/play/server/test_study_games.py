@@ -1,0 +1,168 @@
+"""A study's games and breaks, at a table where nobody plays: whose the seats are, and when what is over."""
+
+import asyncio
+import contextlib
+import json
+import time
+from types import SimpleNamespace
+
+from starlette.requests import Request
+
+from swarm_pz.play.factors import Factors
+from swarm_pz.play.game import TableConfig
+from swarm_pz.play.server import studies
+from swarm_pz.play.server.seat import Seat
+from swarm_pz.play.server.studies import StudyHost
+from swarm_pz.play.server.study_games import AWAY_S, UNUSED_S, StudyGames
+from swarm_pz.play.studies import progress
+from swarm_pz.play.studies.folder import StudyFolder
+from swarm_pz.play.studies.progress import Step
+from tests.play.server.test_studies import PLAN, planned
+
+
+class Room:
+    """A room whose game somebody else plays."""
+
+    def __init__(self, hosted):
+        self.code, self.hosted, self.phase, self.connections = "ABCD", hosted, "waiting", []
+        self.seats = tuple(Seat(team, hosted.config, self.code, None) for team in range(2))
+        self.policies, self.session = [], SimpleNamespace(recorder=self)
+
+    def reserve(self, team):
+        self.seats[team].reserve()
+
+    def place_policy(self, side, policy):
+        self.policies.append((side, policy))
+
+    def join(self):
+        """Wait for nothing: what there is of the recording is on the disk."""
+
+
+class Rooms:
+    """A lobby of such rooms."""
+
+    def __init__(self):
+        self.context, self.rooms = SimpleNamespace(table=TableConfig()), {}
+
+    def open_hosted(self, hosted):
+        self.rooms["ABCD"] = Room(hosted)
+        return self.rooms["ABCD"]
+
+    def close_room(self, room):
+        was_running, room.phase = room.phase == "playing", "over"
+        del self.rooms[room.code]
+        if was_running:
+            room.hosted.over()
+
+
+def answer_of(host, act, **said):
+    """Return what a study tells the page of its first participant."""
+    data = json.dumps({"window": "w", **said}).encode()
+
+    async def receive():
+        return {"type": "http.request", "body": data, "more_body": False}
+
+    scope = {"type": "http", "method": "POST", "headers": [], "path_params": {"code": "P01"}}
+    route = next(route for route in host.routes() if route.path == f"/study/{{code}}/{act}")
+    return json.loads(asyncio.run(route.endpoint(Request(scope, receive))).body)
+
+
+def test_a_break_begins_when_what_came_before_was_done_and_cannot_be_cut_short(tmp_path, monkeypatch):
+    now = [1000.0]
+    clock = SimpleNamespace(time=lambda: now[0], monotonic=time.monotonic)
+    for module in (progress, studies):
+        monkeypatch.setattr(module, "time", clock)
+    plan = planned(tmp_path / "plan", PLAN.replace("seed = 3", "seed = 3\nbreak_s = 60.0"))
+    with contextlib.closing(StudyFolder.begin(plan, tmp_path / "data")) as folder:
+        host, walked = StudyHost(folder, Rooms()), folder.progress(0)
+        while walked.next.kind != "break":
+            now[0] += 100.0
+            walked.finish(walked.next, **({"answers": {"hand": "left"}} if walked.next.form is not None else {}))
+        step = walked.next
+        now[0] += 20.0
+        assert answer_of(host, "state")["step"]["seconds"] == 40.0
+        early = answer_of(host, "done", step=step.id)
+        assert early["refused"] == "the break is not over yet" and early["step"]["id"] == step.id
+        now[0] += 41.0
+        assert answer_of(host, "done", step=step.id)["step"]["id"] == "block2.game1"
+
+
+def test_a_window_stays_the_participants_while_it_plays_though_it_says_nothing(tmp_path, monkeypatch):
+    now = [1000.0]
+    monkeypatch.setattr(studies, "time", SimpleNamespace(time=time.time, monotonic=lambda: now[0]))
+    with contextlib.closing(StudyFolder.begin(planned(tmp_path / "plan"), tmp_path / "data")) as folder:
+        host = StudyHost(folder, Rooms())
+        assert answer_of(host, "state")["step"]["id"] == "consent"
+        host.games.open((0,), Step("block1.game1", "game", folder.study.conditions[0]))
+        host.games.of(0).room.seats[1].connection = object()
+        now[0] += 100.0
+        assert answer_of(host, "state", window="another")["elsewhere"]
+        host.games.of(0).room.seats[1].connection = None
+        assert "elsewhere" not in answer_of(host, "state", window="another")
+
+
+def test_a_condition_is_of_its_participants_seats_and_its_speed_of_the_table(tmp_path):
+    plan = PLAN.replace('side = "blue"', 'side = "blue"\ncommand_delay_ms = 300\nspeed = 0.5')
+    plan = plan.replace("speed = 2.0", 'speed = 2.0\nhide = ["opponents"]\n\n[practice]\nwins = 1')
+    with contextlib.closing(StudyFolder.begin(planned(tmp_path / "plan", plan), tmp_path / "data")) as folder:
+        games, (alone, together) = StudyGames(folder, Rooms()), folder.study.conditions
+        practice, game = (Step(f"block1.{kind}1", kind, alone) for kind in ("practice", "game"))
+        opened = []
+        for players, step in (((0,), practice), ((0,), game), ((2, 3), Step("block1.game1", "game", together))):
+            games.open(players, step)
+            opened.append(games.of(players[-1]).room)
+    assert [room.policies for room in opened] == [[("red", "corners")], [("red", "uniform")], []]
+    for room in opened[:2]:
+        assert room.hosted.config.factors == (Factors(speed=0.5), Factors(command_delay_ms=300, speed=0.5))
+        assert [bool(seat.token) for seat in room.seats] == [False, True]
+    both = Factors(speed=2.0, hide=("opponents",))
+    assert opened[2].hosted.config.factors == (both, both)
+    assert [games.of(number).seat_of(number)["seat"] for number in (0, 2, 3)] == ["blue", "red", "blue"]
+    now = time.monotonic()
+    opened[2].seats[0].away_since, opened[2].seats[1].away_since = now - 20.0, now - 1.0
+    assert games.of(2).away_s >= 20.0, "as long as who is away for longest"
+
+
+def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again(tmp_path):
+    folder = StudyFolder.begin(planned(tmp_path / "plan"), tmp_path / "data")
+    walked = folder.progress(0)
+    for told in ({}, {"answers": {"hand": "left"}}):
+        walked.finish(walked.next, **told)
+    step, lobby = walked.next, Rooms()
+
+    async def leave_twice():
+        games = StudyGames(folder, lobby)
+        for phase, away_s in (("waiting", UNUSED_S), ("playing", AWAY_S)):
+            games.open((0,), step)
+            room = lobby.rooms["ABCD"]
+            assert room.policies == [("red", "uniform")] and room.seats[1].token
+            assert (room.hosted.seed, room.hosted.path) == (folder.seed_of(step), folder.recording(0, step))
+            room.phase = phase
+            room.seats[1].away_since = time.monotonic() - away_s + 5.0
+            games.look()
+            assert lobby.rooms and games.of(0) is not None  # they may come back
+            room.hosted.path.write_text("{")
+            room.seats[1].away_since -= 10.0
+            games.look()
+            assert not lobby.rooms
+            await games.close()
+            assert games.of(0) is None
+            assert room.hosted.path.exists() == (phase == "waiting")
+
+    asyncio.run(leave_twice())
+    assert walked.next == step and (tmp_path / "data" / "interrupted" / f"P01.{step.id}.1.jsonl").exists()
+    folder.close()
+
+
+def test_whatever_goes_wrong_a_page_hears_words(caplog):
+    async def nothing():
+        yield b"{}"
+
+    async def fail(number, said, act):
+        raise ZeroDivisionError
+
+    host = SimpleNamespace(study=SimpleNamespace(number_of=lambda code: 0), _obey=fail)
+    request = SimpleNamespace(path_params={"code": "P01"}, stream=nothing)
+    answer = asyncio.run(StudyHost._answer(host, None)(request))
+    assert answer.status_code == 500 and "please tell whoever runs the study" in json.loads(answer.body)["fault"]
+    assert "ZeroDivisionError" in caplog.text
