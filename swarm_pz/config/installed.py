@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import importlib.metadata
 import sys
@@ -19,8 +20,11 @@ def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
 
 def _where() -> tuple[tuple[str, float], ...]:
     """Return the folders that packages are installed in, and when something was last put there or taken away."""
-    folders = [Path(folder) for folder in sys.path]
-    return tuple((str(folder), folder.stat().st_mtime) for folder in folders if folder.is_dir())
+    found = []
+    for folder in sys.path:
+        with contextlib.suppress(OSError):  # there is none, or no longer
+            found.append((folder, Path(folder).stat().st_mtime))
+    return tuple(found)
 
 
 @functools.lru_cache(maxsize=16)  # to look costs tens of milliseconds, and every policy that is named asks
