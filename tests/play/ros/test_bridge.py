@@ -136,9 +136,9 @@ def spot(seed):
 def test_the_tablets_sequence_plays_a_game_and_its_images_are_the_targets(table):
     async def conversation(meeting):
         tablet = await meeting.join()
+        await tablet.subscribe("/swarm/red/poses", "/agent_team_status")
         await tablet.connect_player("red")
         room = await meeting.room()
-        await tablet.subscribe("/swarm/red/poses", "/agent_team_status")
         await tablet.hear("/swarm/red/poses", lambda message: message["header"]["stamp"]["nanosec"])
         for number in range(2):
             await tablet.deploy("red", spot(number))
