@@ -23,7 +23,7 @@ BITS = (
 """Tests whose outcome can depend on how the processor rounds; those marked `bits` run a second time as on another."""
 
 
-TOGETHER = ("tests/play/test_page.py", "tests/play/test_page", "tests/play/")
+TOGETHER = ("tests/play/test_page.py", "tests/play/test_page_board.py", "tests/play/test_page", "tests/play/")
 """What waits for browsers and clocks: one process each runs these tests, one after another; the first that fits."""
 
 

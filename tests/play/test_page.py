@@ -329,6 +329,16 @@ def test_a_game_counts_down_with_its_start_in_view_and_one_may_draw(chromium, tm
         patient.end()
 
 
+KEEP_SAID = """
+    globalThis.said = [];
+    addEventListener("DOMContentLoaded", () => {
+        const says = document.querySelector("#says");
+        new MutationObserver(() => globalThis.said.push(says.textContent)).observe(says, { childList: true });
+    });
+"""
+"""What is said goes after six seconds, which may be over before a slow test looks."""
+
+
 def test_who_comes_back_after_a_restart_sees_their_game(chromium, tmp_path):
     first = Table(tmp_path)
     page = new_page(chromium, 1000, 700)
@@ -344,10 +354,11 @@ def test_who_comes_back_after_a_restart_sees_their_game(chromium, tmp_path):
         try:
             page.goto(f"http://{again.address}/")
             page.evaluate("seat => localStorage.setItem('swarm-pz.seat', seat)", seat)
+            page.add_init_script(KEEP_SAID)
             page.goto(f"http://{again.address}/?#room={room}")
             page.wait_for_selector("#scrubber", state="visible")
             assert page.url.endswith(f"#replay={recording.name}")
-            expect(page.locator("#says")).to_contain_text("recorded as")
+            page.wait_for_function("() => globalThis.said.some((text) => text.includes('recorded as'))")
         finally:
             again.end()
     finally:
