@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import collections
+import threading
 import time
 import traceback
 from collections.abc import Iterator
@@ -24,6 +25,9 @@ from swarm_pz.kernels.game import ERGODIC, GIVEN, Games, find_heard
 
 _SOLVES = 10
 """Solves over which a system must keep up with the game: one alone may have waited for the processor."""
+
+_TIMING = threading.Lock()
+"""Held while what a solve took is counted, by one thread of all: a simulator that held one could not be copied."""
 
 
 class Control:
@@ -281,10 +285,11 @@ class Control:
         waited for a busy machine, and games are the same on a fast one and a slow one.
         """
         spent, period = self._spent[number], CONTROL_PERIOD * len(rows)
-        spent.append((seconds / period, busy / period) if spent else (0.0, 0.0))
-        if len(spent) < _SOLVES:
-            return
-        took = max(min(waited for waited, _ in spent), sum(worked for _, worked in spent) / _SOLVES)
+        with _TIMING:  # the simulator's threads fly games of their own with the same systems
+            spent.append((seconds / period, busy / period) if spent else (0.0, 0.0))
+            if len(spent) < _SOLVES:
+                return
+            took = max(min(waited for waited, _ in spent), sum(worked for _, worked in spent) / _SOLVES)
         if took > 1.0:
             said = f"took {took * CONTROL_PERIOD:.2f} s for a solve of a game, for which it has {CONTROL_PERIOD:g} s"
             self._fault(team, system, rows, said)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -285,6 +287,21 @@ def test_who_waits_for_a_busy_machine_can_keep_up(monkeypatch):
     simulator = games(swapped=(False,))
     simulator.advance(90)
     assert simulator.games.ticks[0] == 90
+
+
+def test_threads_that_fly_games_of_their_own_count_their_solves_together():
+    simulator, usual = games(swapped=(False,) * 4), sys.getswitchinterval()
+
+    def fly(row):
+        for _ in range(500):
+            simulator.control.fly(simulator.games, np.array([row]), 0)
+
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as threads:
+            list(threads.map(fly, range(4)))
+    finally:
+        sys.setswitchinterval(usual)
 
 
 def test_games_flown_together_may_take_as_long_as_all_of_them_one_by_one(monkeypatch):
