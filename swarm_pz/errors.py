@@ -11,6 +11,7 @@ SwarmError
 ├── FlightError (RuntimeError)       a control system raised, answered nonsense, or took too long
 ├── CheckpointError (ValueError)     a file of a training run is corrupt, foreign or does not fit
 ├── ResultsError (ValueError)        results are corrupt, too few, in use, or of another tournament
+│   └── WorkerError (RuntimeError)       who was to play died, cannot be had, or is of another version
 ├── OutputError (OSError)            a file cannot be written where it was asked for
 ├── RenderError (RuntimeError)       a picture cannot be shown here
 ├── ProtocolError (ValueError)       a message or frame is not one of the protocol
@@ -92,6 +93,10 @@ class CheckpointError(SwarmError, ValueError):
 
 class ResultsError(SwarmError, ValueError):
     """Results are corrupt, too few to say anything, in use, or belong to another tournament."""
+
+
+class WorkerError(ResultsError, RuntimeError):
+    """A process or a machine that was to play died, cannot be had, or has other versions; finished games are kept."""
 
 
 class OutputError(SwarmError, OSError):

@@ -178,6 +178,7 @@ def tournament(
     seed: int = 0,
     budget_ms: float = 2000.0,
     processes: int = 2,
+    ray: str | None = None,
     out: Path = Path("runs/ladder"),
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
@@ -191,6 +192,7 @@ def tournament(
         seed: Seed of the tournament; all pairings play the same starts.
         budget_ms: Milliseconds that a command may take; who takes longer forfeits the game.
         processes: Processes that share the games.
+        ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
         out: Folder of the tournament: games.jsonl, ladder.md, ladder.json and ladder.png.
         game: The rules.
     """
@@ -199,13 +201,19 @@ def tournament(
     from swarm_pz import policies
     from swarm_pz.evaluation import ladder
     from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
+    from swarm_pz.evaluation.workers import open_pool
 
     config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
     check_folder(out)
     field = Tournament(players or able(game), config, out, policies.load, command())
     print_rules(game)
-    with goes_on_with(command()), progress() as show, stops_at_safe_points() as asked:
-        field.play(processes, show, asked)
+    with (
+        goes_on_with(command()),
+        open_pool(processes, ray) as pool,
+        progress() as show,
+        stops_at_safe_points() as asked,
+    ):
+        field.play(progress=show, asked=asked, pool=pool)
     figures = ladder.make_ladder(field)
     (out / "ladder.json").write_text(json_module.dumps(figures, indent=2) + "\n")
     (out / "ladder.md").write_text(ladder.to_markdown(figures, "ladder.png"))

@@ -23,6 +23,7 @@ def systems(
     seconds: int = 30,
     seed: int = 0,
     processes: int = 2,
+    ray: str | None = None,
     quick: bool = False,
     folder: Path = Path("runs/systems"),
     out: Path | None = None,
@@ -41,6 +42,7 @@ def systems(
         seconds: How long a team flies before it is judged.
         seed: Seed of all games.
         processes: Processes that share the games.
+        ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
         quick: Play few and short games, which say whether all of it works, and nothing about the systems.
         folder: Keeps games and traits.
         out: Where systems.md and its pictures go; the folder, if not given.
@@ -48,6 +50,7 @@ def systems(
     """
     for module in ("choix", "filelock", "matplotlib.figure"):
         require_extra(module, "ladder")
+    from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.figures.systems.making import SystemsConfig, make
 
     config = SystemsConfig(
@@ -60,12 +63,17 @@ def systems(
     for one in (folder, out):
         check_folder(one)
     print_rules(game)
-    with goes_on_with(command()), progress() as show, stops_at_safe_points() as asked:
+    with (
+        goes_on_with(command()),
+        open_pool(processes, ray) as pool,
+        progress() as show,
+        stops_at_safe_points() as asked,
+    ):
         results = make(
             config.quick if quick else config,
             folder,
             out,
-            processes=processes,
+            pool=pool,
             progress=show,
             asked=asked,
             command=command(),

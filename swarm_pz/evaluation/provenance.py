@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import contextlib
+import functools
+import hashlib
 import importlib.metadata
+import importlib.util
 import platform
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+import llvmlite.binding
+import numba
+
 from swarm_pz.config import GameConfig
+from swarm_pz.config.installed import entry_points, is_own
+from swarm_pz.config.registry import GROUP as SYSTEMS
+from swarm_pz.policy import FOLDERS, GROUP
 
 _PACKAGES = ("swarm-pz", "numpy", "numba", "torch", "stable-baselines3")
 """What results depend on; the last two where somebody learned."""
@@ -21,6 +31,43 @@ def versions() -> dict[str, str]:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             found[name] = importlib.metadata.version(name)
     return found
+
+
+def processor() -> str:
+    """Return the kind of processor that kernels are compiled for; on another a game may go another way."""
+    return str(getattr(numba.config, "CPU_NAME", None) or llvmlite.binding.get_host_cpu_name())
+
+
+@functools.cache
+def ware() -> dict[str, str]:
+    """Return what must be alike where the same games are to be played.
+
+    Those are the versions, less that of Python, the source of swarm-pz, and the packages that add policies or control
+    systems. Nothing that is installed meanwhile counts: it has not been loaded.
+    """
+    found = {name: version for name, version in versions().items() if name != "python"}
+    found["swarm-pz"] = f"{found.get('swarm-pz', 'in a folder')}, source {_source()}"
+    for group in (GROUP, FOLDERS, SYSTEMS):
+        found |= {p.dist.name: p.dist.version for p in entry_points(group) if p.dist is not None and not is_own(p)}
+    return found
+
+
+def _source() -> str:
+    """Return a hash of the code, wherever its folders are installed."""
+    content = hashlib.sha256()
+    roots = {}
+    for package in ("swarm_pz", "swarm_pz.policies", "swarm_pz.training"):
+        spec = importlib.util.find_spec(package)
+        for place in (spec.submodule_search_locations or ()) if spec is not None else ():
+            roots[package] = Path(place)
+    apart = {roots["swarm_pz"] / name for name in ("policies", "training")}
+    for package, root in roots.items():
+        for path in sorted(root.rglob("*.py")):
+            if package == "swarm_pz" and apart & set(path.parents):  # links, in a clone
+                continue
+            content.update(f"{package} {path.relative_to(root).as_posix()}\n".encode())
+            content.update(path.read_bytes())
+    return content.hexdigest()[:12]
 
 
 def provenance(config: GameConfig | Mapping[str, GameConfig], command: str = "") -> dict[str, Any]:

@@ -9,26 +9,27 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-import multiprocessing
-from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, check, check_count, check_number
-from swarm_pz.errors import CommandError, ResultsError, Stopped
+from swarm_pz.errors import CommandError, Stopped
 from swarm_pz.evaluation.ledger import Ledger, PlayedGame, held
 from swarm_pz.evaluation.match import POINTS
-from swarm_pz.evaluation.processes import alarm, end_processes, prepare_process
+from swarm_pz.evaluation.parcels import Arrivals, Parcel
+from swarm_pz.evaluation.processes import alarm
 from swarm_pz.evaluation.ratings import Results
 from swarm_pz.evaluation.rollout import Clock, FaultError, Game, blame, play_games
-from swarm_pz.policy import Player, PrivilegedPolicy
+from swarm_pz.evaluation.workers import open_pool, share
+from swarm_pz.policy import Player, PrivilegedPolicy, folder_of
 
 _BLOCK = 20
 """Games that one process plays side by side."""
@@ -117,6 +118,29 @@ def play_block(
     return [_line(one, other, number, game) for number, game in zip(numbers, games, strict=True)]
 
 
+def play_block_elsewhere(
+    loader: Loader,
+    one: str,
+    other: str,
+    numbers: Sequence[int],
+    config: TournamentConfig,
+    digests: dict[str, str],
+    *parcels: Parcel | None,
+) -> list[PlayedGame]:
+    """Play some games of two players on another machine, from the files of those two that come from folders.
+
+    Raises
+    ------
+    WorkerError
+        If one of them cannot be had there, or is another. That is not its fault, and so no forfeit.
+    """
+    carried = {name: parcel for name, parcel in zip((one, other), parcels, strict=True) if parcel is not None}
+    arrivals = Arrivals(loader, digests, carried)
+    for name in (one, other):
+        arrivals(name, config.game)
+    return play_block(arrivals, one, other, numbers, config)
+
+
 def _line(one: str, other: str, number: int, game: Game) -> PlayedGame:
     return PlayedGame(
         one=one,
@@ -142,7 +166,8 @@ class Tournament:
     folder : Path
         Holds ``tournament.json``, the settings, and ``games.jsonl``, the finished games.
     loader : callable
-        From a name and a game to a policy; found again by its name in other processes.
+        From a name and a game to a policy; found again by its name in other processes. Of its names those that are
+        folders are known on other machines, too.
     command : str
         What was called; it stands in the tournament's files.
 
@@ -198,6 +223,7 @@ class Tournament:
         processes: int = 1,
         progress: Callable[[int, int], None] | None = None,
         asked: Callable[[], bool] = lambda: False,
+        pool: Executor | None = None,
     ) -> None:
         """Play what is missing.
 
@@ -209,21 +235,24 @@ class Tournament:
             Called with (games finished, games that were missing).
         asked : callable, optional
             Called between blocks of games: whether to stop there.
+        pool : Executor, optional
+            Who plays them instead, as `open_pool` gives it, or any other; it is left open.
 
         Raises
         ------
         ResultsError
-            If another process plays in the folder, the folder holds another tournament, or a process died.
+            If another process plays in the folder, or the folder holds another tournament.
+        WorkerError
+            If a process died; the finished games are kept.
         Stopped
             If it was asked to; every game that began is finished and kept.
         """
-        check_count(processes, "processes", 1, 1024)
-        with held(self._ledger.folder):
+        with nullcontext(pool) if pool is not None else open_pool(processes) as workers, held(self._ledger.folder):
             self.games = self._ledger.take_up(self.command)
-            self._play_missing(processes, progress, asked)
+            self._play_missing(workers, progress, asked)
 
     def _play_missing(
-        self, processes: int, progress: Callable[[int, int], None] | None, asked: Callable[[], bool]
+        self, pool: Executor, progress: Callable[[int, int], None] | None, asked: Callable[[], bool]
     ) -> None:
         blocks = self.missing()
         done = 0
@@ -237,45 +266,26 @@ class Tournament:
             if progress is not None:
                 progress(done, total)
 
-        if processes == 1:
-            for block in blocks:
-                if asked():
-                    raise self._stopped()
-                keep(play_block(self._loader, *block, self.rules_of(*block[:2])))
-            return
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(processes, mp_context=context, initializer=prepare_process) as pool:
-            left = iter(blocks)
-            waiting: dict[Future[list[PlayedGame]], tuple[str, str, list[int]]] = {}
-            try:
-                while not asked():
-                    for block in itertools.islice(left, 2 * processes - len(waiting)):
-                        rules = self.rules_of(*block[:2])
-                        waiting[pool.submit(play_block, self._loader, *block, rules)] = block
-                    if not waiting:
-                        return
-                    for future in wait(waiting, return_when=FIRST_COMPLETED).done:
-                        if future.exception() is None:
-                            waiting.pop(future)
-                            keep(future.result())
-                        else:
-                            future.result()
-            except KeyboardInterrupt:  # at once
-                end_processes()
-                raise
-            except BrokenProcessPool as error:
-                playing = ", ".join(sorted({f"{one} against {other}" for one, other, _ in waiting.values()}))
-                raise ResultsError(
-                    f"a process of the tournament died while these were played: {playing}; run it again to go on, "
-                    "without the player that crashes if it happens again"
-                ) from error
-            finally:
-                pool.shutdown(cancel_futures=True)
-                for future in waiting:  # what was finished meanwhile is finished
-                    if not future.cancelled() and future.done() and future.exception() is None:
-                        keep(future.result())
+        is_elsewhere = getattr(pool, "elsewhere", False)
+        share(
+            pool,
+            play_block_elsewhere if is_elsewhere else play_block,
+            self._tasks(blocks, is_elsewhere),
+            lambda _, games: keep(games),
+            asked=asked,
+            name=lambda task: f"{task[1]} against {task[2]}",
+        )
         if self.missing():
             raise self._stopped()
+
+    def _tasks(self, blocks: Sequence[tuple[str, str, list[int]]], is_elsewhere: bool) -> Iterator[tuple[Any, ...]]:
+        """Return what `play_block` is given for each block, and on other machines what players are known by."""
+        folders = {name: folder_of(name) for name in self.players} if is_elsewhere else {}
+        parcels = {name: Parcel.of(folder) for name, folder in folders.items() if folder is not None}
+        for one, other, numbers in blocks:
+            task = (self._loader, one, other, numbers, self.rules_of(one, other))
+            digests = {name: self._learned[name] for name in (one, other) if name in self._learned}
+            yield (*task, digests, parcels.get(one), parcels.get(other)) if is_elsewhere else task
 
     def _stopped(self) -> Stopped:
         left = sum(len(numbers) for _, _, numbers in self.missing())

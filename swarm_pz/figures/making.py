@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_pz.config import PRESETS, GameConfig
 from swarm_pz.config.base import check_count
 from swarm_pz.errors import CommandError, Stopped, nearest
-from swarm_pz.evaluation.processes import end_processes, prepare_process
 from swarm_pz.evaluation.rollout import play_games
+from swarm_pz.evaluation.workers import open_pool, share
 from swarm_pz.figures import claims, ours
 from swarm_pz.figures.figure import Figure
 from swarm_pz.figures.page import draw, to_dict, write, write_page
@@ -105,30 +103,18 @@ def make_all(
         if done is not None:
             done(result)
 
-    if processes == 1 or len(ordered) == 1:
-        for name in ordered:
-            if asked():
-                break
-            keep(make(name, seed, out, command))
-    else:
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(processes, mp_context=context, initializer=prepare_process) as pool:
-            # Two figures that find nothing compiled would both compile all of it.
-            list(pool.map(_compile, PRESETS))
-            waiting = {pool.submit(make, name, seed, out, command) for name in ordered}
-            try:
-                while waiting and not asked():
-                    for future in wait(waiting, return_when=FIRST_COMPLETED).done:
-                        waiting.remove(future)
-                        keep(future.result())
-            except KeyboardInterrupt:  # at once
-                end_processes()
-                raise
-            finally:
-                pool.shutdown(cancel_futures=True)
-            for future in waiting:  # what was begun is made
-                if not future.cancelled():
-                    keep(future.result())
+    with open_pool(1 if len(ordered) == 1 else processes) as pool:
+        if processes > 1 and len(ordered) > 1:  # two figures that find nothing compiled would both compile all of it
+            share(pool, _compile, [(preset,) for preset in PRESETS], lambda *_: None)
+        share(
+            pool,
+            make,
+            [(name, seed, out, command) for name in ordered],
+            lambda _, result: keep(result),
+            asked=asked,
+            name=lambda task: task[0],
+            verb="made",
+        )
     write_page(claims.PAGE, claims.FIGURES, out)
     write_page(ours.PAGE, ours.FIGURES, out)
     if len(made) < len(ordered):

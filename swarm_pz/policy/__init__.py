@@ -1,7 +1,18 @@
 """Policies: what they are, and how a name, a folder or a trained model becomes one."""
 
 from swarm_pz.policy.model_policy import Model, ModelPolicy
-from swarm_pz.policy.names import FOLDERS, GROUP, about, faults, kind_of, load, load_players, name_of, registered
+from swarm_pz.policy.names import (
+    FOLDERS,
+    GROUP,
+    about,
+    faults,
+    folder_of,
+    kind_of,
+    load,
+    load_players,
+    name_of,
+    registered,
+)
 from swarm_pz.policy.protocol import Player, Policy, PolicyFactory, PrivilegedPolicy, answers_of
 
 __all__ = [
@@ -16,6 +27,7 @@ __all__ = [
     "about",
     "answers_of",
     "faults",
+    "folder_of",
     "kind_of",
     "load",
     "load_players",

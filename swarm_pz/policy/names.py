@@ -148,6 +148,12 @@ def _check(made: object, name: str, config: GameConfig, system: ControlSystem) -
     return player
 
 
+def folder_of(name: str) -> Path | None:
+    """Return the folder that a name stands for; None for an installed policy, and where there is no such folder."""
+    is_installed = name.split(":", 1)[0] in registered()
+    return None if is_installed or not Path(name).is_dir() else Path(name)
+
+
 def name_of(policy: str | Path | Player | Model) -> str:
     """Return what tables call a policy."""
     return str(policy) if isinstance(policy, (str, Path)) else str(getattr(policy, "name", type(policy).__name__))

@@ -97,16 +97,16 @@ def test_of_tournament(monkeypatch, tmp_path):
     arguments += ["--out", str(tmp_path), *SHORT]
     fields = []
 
-    def play(field, processes, progress, asked):
-        fields.append((field, processes, asked()))
+    def play(field, progress, asked, pool):
+        fields.append((field, pool.slots, asked()))
         progress(1, 2)
         raise EnoughError
 
     monkeypatch.setattr("swarm_pz.evaluation.tournament.Tournament.play", play)
     with pytest.raises(EnoughError):
         main(arguments)
-    ((field, processes, stops),) = fields
-    assert (field.players, field.folder, processes, stops) == (("ring", "halo"), tmp_path, 3, False)
+    ((field, slots, stops),) = fields
+    assert (field.players, field.folder, slots, stops) == (("ring", "halo"), tmp_path, 6, False)
     config = field.config
     assert (config.games, config.seed, config.budget_ms, config.game) == (6, 7, 70.0, RULES)
     assert field.command == " ".join(["swarm-pz", *arguments])

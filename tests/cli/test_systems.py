@@ -26,8 +26,8 @@ def made(monkeypatch):
     """Note what is to be made, instead of making it."""
     notes = []
 
-    def make(config, folder, out, *, processes, progress, asked, command):
-        notes.append((config, folder, out, processes, command))
+    def make(config, folder, out, *, pool, progress, asked, command):
+        notes.append((config, folder, out, pool.slots, command))
         progress(1, 2)
         return {"standings": [ROW]}
 
@@ -48,8 +48,8 @@ def test_systems_makes_the_ladder_as_it_was_asked_and_prints_it(made, capsys):
 
 def test_the_quick_one_is_short_and_stays_in_its_folder(made):
     main(["systems", "--quick", "--folder", "kept"])
-    config, folder, out, processes, _ = made[0]
-    assert (config, folder, out, processes) == (SystemsConfig().quick, Path("kept"), Path("kept"), 2)
+    config, folder, out, slots, _ = made[0]
+    assert (config, folder, out, slots) == (SystemsConfig().quick, Path("kept"), Path("kept"), 4)
 
 
 def test_who_never_won_has_no_time_to_a_win(made, monkeypatch, capsys):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 import json
-import multiprocessing
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,9 @@ from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, check, check_count
 from swarm_pz.errors import ResultsError, Stopped
 from swarm_pz.evaluation.ledger import held
-from swarm_pz.evaluation.processes import prepare_process
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.evaluation.tournament import TournamentConfig
+from swarm_pz.evaluation.workers import open_pool, share
 from swarm_pz.figures.systems.contest import (
     ADVERSARY,
     Contest,
@@ -97,6 +97,7 @@ def make(
     progress: Say | None = None,
     asked: Callable[[], bool] = lambda: False,
     command: str = "",
+    pool: Executor | None = None,
 ) -> dict[str, Any]:
     """Play and measure what is missing, and write `systems.md` and its pictures.
 
@@ -114,6 +115,8 @@ def make(
         Called now and then: whether to stop there.
     command : str
         What was called; it stands on the page.
+    pool : Executor, optional
+        Who plays and measures instead of processes; it is left open.
 
     Returns
     -------
@@ -127,18 +130,17 @@ def make(
     ResultsError
         If the folder holds another ladder, or another process makes one there.
     """
-    check_count(processes, "processes", 1, 1024)
     systems = choose_systems(config.systems)
-    with held(folder):
+    with nullcontext(pool) if pool is not None else open_pool(processes) as workers, held(folder):
         rules = TournamentConfig(games=config.pilot_games, seed=config.seed, game=config.game)
         trial = pilot(systems, rules, folder / PILOT, command)
-        trial.play(processes, progress, asked)
+        trial.play(progress=progress, asked=asked, pool=workers)
         best = best_scripts(trial)
         trained = {system: one for system in systems if (one := trained_for(system, config.game)) is not None}
         entrants = [ADVERSARY, *best.values(), *trained.values()]
         field_ = Contest(entrants, rules.replace(games=config.games), folder / CONTEST, command)
-        field_.play(processes, progress, asked)
-        traits = _measure_all(systems, config, folder / TRAITS, processes, progress, asked)
+        field_.play(progress=progress, asked=asked, pool=workers)
+        traits = _measure_all(systems, config, folder / TRAITS, workers, progress, asked)
         table = standings(field_)
         order = [ADVERSARY, *(row["entrant"] for row in table)]
         results = {
@@ -175,7 +177,7 @@ def _measure_all(
     systems: Sequence[str],
     config: SystemsConfig,
     folder: Path,
-    processes: int,
+    pool: Executor,
     progress: Say | None,
     asked: Callable[[], bool],
 ) -> list[dict[str, Any]]:
@@ -197,24 +199,17 @@ def _measure_all(
         if progress is not None:
             progress(sum(one is not None for one in found.values()), len(systems))
 
-    measure = functools.partial(
-        measure_traits, game=config.game, seed=config.seed, starts=config.starts, seconds=config.seconds
+    share(
+        pool,
+        functools.partial(
+            measure_traits, game=config.game, seed=config.seed, starts=config.starts, seconds=config.seconds
+        ),
+        [(system,) for system in missing],
+        lambda task, traits: keep(task[0], traits),
+        asked=asked,
+        name=lambda task: task[0],
+        verb="measured",
     )
-    if processes == 1 or len(missing) < 2:
-        for system in missing:
-            if asked():
-                break
-            keep(system, measure(system))
-    else:
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(processes, mp_context=context, initializer=prepare_process) as pool:
-            waiting = {pool.submit(measure, system): system for system in missing}
-            for future in as_completed(waiting):
-                if future.cancelled():
-                    continue
-                keep(waiting[future], future.result())
-                if asked():  # what was begun is finished
-                    pool.shutdown(wait=False, cancel_futures=True)
     if left := [system for system in systems if found[system] is None]:
         raise Stopped(f"all games are in {folder.parent}, the traits of {', '.join(left)} are missing")
     return [traits for system in systems if (traits := found[system]) is not None]

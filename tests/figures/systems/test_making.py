@@ -10,6 +10,7 @@ import pytest
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError, ResultsError, Stopped
 from swarm_pz.evaluation.ledger import held
+from swarm_pz.evaluation.workers import Alone
 from swarm_pz.figures.systems import making
 from swarm_pz.figures.systems.making import SystemsConfig, make
 from swarm_pz.figures.systems.page import to_markdown
@@ -88,27 +89,27 @@ def test_traits_of_other_settings_are_not_taken_for_these(tmp_path, quick_traits
 
 
 def test_traits_of_another_seed_are_not_taken_for_these(tmp_path, quick_traits):
-    measured = making._measure_all(["direct"], TINY, tmp_path, 1, None, lambda: False)
-    assert making._measure_all(["direct"], TINY, tmp_path, 1, None, lambda: False) == measured
+    measured = making._measure_all(["direct"], TINY, tmp_path, Alone(), None, lambda: False)
+    assert making._measure_all(["direct"], TINY, tmp_path, Alone(), None, lambda: False) == measured
     with pytest.raises(ResultsError, match="was measured with"):
-        making._measure_all(["direct"], TINY.replace(seed=1), tmp_path, 1, None, lambda: False)
+        making._measure_all(["direct"], TINY.replace(seed=1), tmp_path, Alone(), None, lambda: False)
 
 
-def test_traits_that_are_measured_side_by_side_are_kept_as_those_of_their_systems(tmp_path, monkeypatch, quick_traits):
-    monkeypatch.setattr(making, "ProcessPoolExecutor", lambda processes, **_: ThreadPoolExecutor(processes))
+def test_traits_that_are_measured_side_by_side_are_kept_as_those_of_their_systems(tmp_path, quick_traits):
     names = ["direct", "ergodic", "flocking"]
-    found = making._measure_all(names, TINY, tmp_path, 2, None, lambda: False)
-    assert [one["system"] for one in found] == names
-    assert making._measure_all(names, TINY, tmp_path, 2, None, lambda: False) == found
+    with ThreadPoolExecutor(2) as pool:
+        found = making._measure_all(names, TINY, tmp_path, pool, None, lambda: False)
+        assert [one["system"] for one in found] == names
+        assert making._measure_all(names, TINY, tmp_path, pool, None, lambda: False) == found
     assert sorted(quick_traits) == names, "the second time they are read"
 
 
 @pytest.mark.parametrize("kept", ["{", "[]", '{"settings": {}}', '{"settings": {}, "traits": {}}', "[" * 100_000])
 def test_corrupt_traits_are_refused_by_name(kept, tmp_path, quick_traits):
-    making._measure_all(["direct"], TINY, tmp_path, 1, None, lambda: False)
+    making._measure_all(["direct"], TINY, tmp_path, Alone(), None, lambda: False)
     (tmp_path / "direct.json").write_text(kept)
     with pytest.raises(ResultsError, match=r"direct.json is corrupt or foreign .*; delete it, or use another folder"):
-        making._measure_all(["direct"], TINY, tmp_path, 1, None, lambda: False)
+        making._measure_all(["direct"], TINY, tmp_path, Alone(), None, lambda: False)
 
 
 def test_two_ladders_are_not_made_in_one_folder(tmp_path, quick_traits):

@@ -1,0 +1,93 @@
+"""Players on their way to other machines: a folder's files come along, and who is not the same there does not play."""
+
+from __future__ import annotations
+
+import platform
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import OutputError, PolicyError, SwarmError, WorkerError
+from swarm_pz.files import explain
+from swarm_pz.policy import Player, load
+
+MOST_BYTES = 2**26
+"""Of a folder that travels."""
+
+
+@dataclass(frozen=True)
+class Parcel:
+    """The files of a folder: its name, and name and content of each, without folders in it."""
+
+    name: str
+    files: tuple[tuple[str, bytes], ...]
+
+    @classmethod
+    def of(cls, folder: Path) -> Parcel:
+        """Read a folder.
+
+        Raises
+        ------
+        PolicyError
+            If its files are too large to travel, or cannot be read.
+        """
+        try:
+            paths = sorted(path for path in folder.iterdir() if path.is_file() and not path.name.startswith("."))
+            size = sum(path.stat().st_size for path in paths)
+            if size > MOST_BYTES:
+                raise PolicyError(
+                    f"{folder} is too large for the way to other machines: expected {MOST_BYTES:,} bytes or fewer, got "
+                    f"{size:,}; name a folder with the policy's own files alone"
+                )
+            return cls(folder.resolve().name, tuple((path.name, path.read_bytes()) for path in paths))
+        except OSError as error:
+            raise PolicyError(f"{folder} cannot be read: {explain(error)}") from error
+
+    def load(self, game: GameConfig) -> Player:
+        """Return the policy of the folder, made for a game."""
+        with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
+            folder = Path(place) / self.name
+            folder.mkdir()
+            for name, content in self.files:
+                (folder / name).write_bytes(content)
+            return load(folder, game)
+
+
+@dataclass(frozen=True)
+class Arrivals:
+    """A loader elsewhere: players are who they were where they were entered, or nobody plays.
+
+    Parameters
+    ----------
+    loader : callable
+        From a name and a game to a policy.
+    digests : dict of str to str
+        Of learned players.
+    parcels : dict of str to Parcel
+        Of those who come from folders.
+    """
+
+    loader: Callable[[str, GameConfig], Player]
+    digests: dict[str, str]
+    parcels: dict[str, Parcel]
+
+    def __call__(self, name: str, game: GameConfig) -> Player:
+        """Load a player.
+
+        Raises
+        ------
+        WorkerError
+            If that is impossible here, or it is another.
+        """
+        try:
+            player = self.parcels[name].load(game) if name in self.parcels else self.loader(name, game)
+        except (OutputError, OSError, SwarmError) as error:
+            raise WorkerError(f"{platform.node()} cannot load {name}: {error}") from error
+        found, expected = getattr(player, "digest", None), self.digests.get(name)
+        if found != expected:
+            raise WorkerError(
+                f"{name} is another on {platform.node()}: expected digest {expected}, got {found}; make them the same"
+            )
+        return player

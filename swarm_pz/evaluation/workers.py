@@ -1,0 +1,145 @@
+"""Who does the work: this process, others beside it, or the machines of a cluster.
+
+Work is shared out in tasks to a pool: whatever has `submit(function, *arguments)` and returns futures, as the
+executors of `concurrent.futures` do. Who shares it out alone keeps and writes what comes back.
+"""
+
+from __future__ import annotations
+
+import itertools
+import multiprocessing
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
+from typing import Any, ParamSpec, TypeVar
+
+from swarm_pz.config.base import check_count
+from swarm_pz.errors import WorkerError
+from swarm_pz.evaluation.processes import end_processes, prepare_process
+
+Task = TypeVar("Task", bound=tuple[Any, ...])
+Result = TypeVar("Result")
+P = ParamSpec("P")
+
+
+class LostTaskError(BrokenExecutor):
+    """Whoever was given a task died of it, again and again; other tasks of the pool are well."""
+
+
+class Alone(Executor):
+    """Does each task in this process, as soon as it is given."""
+
+    slots = 1
+    """Tasks that it can be given before the first is done."""
+
+    def submit(self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs) -> Future[Result]:
+        """Do a task; the future is done."""
+        future: Future[Result] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+class Processes(ProcessPoolExecutor):
+    """Processes of this machine, which end with this one, however that ends."""
+
+    def __init__(self, count: int) -> None:
+        super().__init__(count, mp_context=multiprocessing.get_context("spawn"), initializer=prepare_process)
+        self.slots = 2 * count
+
+    def end(self) -> None:
+        """End the processes, whatever they are at."""
+        end_processes()
+
+
+def open_pool(processes: int = 1, ray: str | None = None) -> Executor:
+    """Return a pool; a context that ends with it.
+
+    Parameters
+    ----------
+    processes : int
+        With 1 this process does the work.
+    ray : str, optional
+        A Ray cluster that does the work instead: "auto", or HOST:PORT.
+
+    Raises
+    ------
+    WorkerError
+        If there is no such cluster, or this machine cannot work with it.
+    """
+    check_count(processes, "processes", 1, 1024)
+    if ray is not None:
+        from swarm_pz.evaluation.ray_pool import RayPool
+
+        return RayPool(ray)
+    return Alone() if processes == 1 else Processes(processes)
+
+
+def share(
+    pool: Executor,
+    work: Callable[..., Result],
+    tasks: Iterable[Task],
+    keep: Callable[[Task, Result], None],
+    *,
+    asked: Callable[[], bool] = lambda: False,
+    name: Callable[[Task], str] = str,
+    verb: str = "played",
+) -> None:
+    """Give tasks to a pool, in their order, and keep what comes back, as it comes.
+
+    Parameters
+    ----------
+    pool : Executor
+    work : callable
+        What is done, called with the arguments of each task; found again by its name elsewhere.
+    tasks : iterable of tuple
+        Long ones first, so that nobody works alone in the end.
+    keep : callable
+        Called with each task and its result, in this thread alone.
+    asked : callable, optional
+        Called between tasks: whether to stop there. What was begun is then finished and kept.
+    name : callable, optional
+        What errors call a task.
+    verb : str
+        What they say was done with it.
+
+    Raises
+    ------
+    WorkerError
+        If a worker died; what was finished is kept.
+    """
+    left = iter(tasks)
+    waiting: dict[Future[Result], Task] = {}
+    is_over = False
+    try:
+        while not asked():
+            # As many again as can be worked at, so that nobody waits for the next.
+            slots = getattr(pool, "slots", 2 * (os.cpu_count() or 1))
+            for task in itertools.islice(left, max(0, slots - len(waiting))):
+                waiting[pool.submit(work, *task)] = task
+            if not waiting:
+                return
+            for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+                try:
+                    result = future.result()
+                except BrokenExecutor as error:
+                    is_over = not isinstance(error, LostTaskError)
+                    lost = list(waiting.values()) if is_over else [waiting[future]]
+                    names = ", ".join(sorted({name(task) for task in lost}))
+                    raise WorkerError(
+                        f"a process died while these were {verb}: {names}; run it again to go on, without the one that "
+                        "crashes if it happens again"
+                    ) from error
+                keep(waiting.pop(future), result)
+    except KeyboardInterrupt:  # at once
+        if is_over := hasattr(pool, "end"):
+            pool.end()
+        raise
+    finally:
+        # Of a pool that is over all comes back by itself, mostly as errors.
+        begun = [future for future in waiting if is_over or not future.cancel()]
+        for future in wait(begun).done:  # what was finished meanwhile is finished
+            if not future.cancelled() and future.exception() is None:
+                keep(waiting[future], future.result())

@@ -1,0 +1,116 @@
+"""Whoever does the work, it is done once, kept by the one that shared it out, and stopped where nothing is lost."""
+
+from __future__ import annotations
+
+import os
+import threading
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+
+import pytest
+
+from swarm_pz.errors import ConfigError, WorkerError
+from swarm_pz.evaluation.workers import Alone, LostTaskError, Processes, open_pool, share
+
+
+def double(number):
+    if number < 0:
+        os._exit(3)
+    if number == 13:
+        raise ZeroDivisionError("thirteen")
+    return 2 * number
+
+
+def shared(pool, numbers, **given):
+    kept = {}
+    share(pool, double, [(number,) for number in numbers], lambda task, result: kept.update({task: result}), **given)
+    return kept
+
+
+@pytest.mark.parametrize("pool", [Alone, lambda: Processes(2), lambda: ThreadPoolExecutor(2)])
+def test_every_pool_does_every_task_once(pool):
+    with pool() as workers:
+        assert shared(workers, range(12)) == {(number,): 2 * number for number in range(12)}
+
+
+def test_one_process_is_this_one_and_more_are_others():
+    with open_pool(1) as alone, open_pool(3) as others:
+        assert isinstance(alone, Alone) and isinstance(others, Processes) and others.slots == 6
+        assert alone.submit(os.getpid).result() == os.getpid()
+    with pytest.raises(ConfigError, match="processes must be"):
+        open_pool(0)
+
+
+def test_what_a_task_raises_is_raised_and_what_was_done_before_is_kept():
+    kept = []
+    with pytest.raises(ZeroDivisionError, match="thirteen"):
+        share(Alone(), double, [(1,), (13,), (2,)], lambda *done: kept.append(done))
+    assert kept == [((1,), 2)]
+
+
+def test_who_died_is_named_and_what_was_done_is_kept():
+    kept = []
+    with open_pool(2) as pool, pytest.raises(WorkerError, match=r"died while these were measured: .*number -1"):
+        share(
+            pool,
+            double,
+            [(-1,)],
+            lambda *done: kept.append(done),
+            name=lambda task: f"number {task[0]}",
+            verb="measured",
+        )
+    assert kept == []
+
+
+class Held(Executor):
+    """Does nothing by itself: a test says what comes of each task."""
+
+    slots = 3
+
+    def __init__(self):
+        self.given = []
+
+    def submit(self, fn, /, *args):
+        future = Future()
+        self.given.append((args, future))
+        if args == ("lost",):
+            future.set_exception(LostTaskError("three died"))
+        elif args == ("done",):
+            future.set_result("done")
+        elif args == ("begun",):
+            future.set_running_or_notify_cancel()
+            threading.Timer(0.05, future.set_result, ["begun"]).start()
+        return future
+
+
+def test_a_task_that_kills_its_workers_is_named_alone_and_others_that_began_are_kept():
+    pool, kept = Held(), []
+    with pytest.raises(WorkerError, match=r"died while these were played: \('lost',\); run it again"):
+        share(pool, str, [("begun",), ("lost",), ("queued",), ("never",)], lambda task, _: kept.append(task))
+    assert kept == [("begun",)]
+    assert [args for args, _ in pool.given] == [("begun",), ("lost",), ("queued",)]
+    assert pool.given[2][1].cancelled()
+
+
+def test_who_is_asked_to_stop_gives_out_no_more_and_keeps_what_was_begun():
+    pool, kept = Held(), []
+    tasks = [("begun",), ("done",), ("queued",), ("never",)]
+    share(pool, str, tasks, lambda task, _: kept.append(task), asked=lambda: bool(kept))
+    assert sorted(kept) == [("begun",), ("done",)]
+    assert len(pool.given) == 3 and pool.given[2][1].cancelled()
+
+
+def test_an_interrupt_ends_the_pool_at_once():
+    class Endless(Held):
+        def end(self):
+            for _, future in self.given:
+                future.set_exception(LostTaskError("ended"))
+
+    pool, kept = Endless(), []
+    with pytest.raises(KeyboardInterrupt):
+        share(pool, str, _interrupted(), lambda task, _: kept.append(task))
+    assert kept == [] and isinstance(pool.given[0][1].exception(), LostTaskError)
+
+
+def _interrupted():
+    yield ("queued",)
+    raise KeyboardInterrupt
