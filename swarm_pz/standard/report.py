@@ -120,7 +120,9 @@ def _check_lines(lines: Sequence[Line], path: Path) -> None:
     for number, line in enumerate(lines, 1):
         for name, kind in kinds.items():
             value: Any = getattr(line, name)
-            holds = type(value) is kind and (kind is not int or 0 <= value < 10**6)
+            holds = type(value) is kind
+            if kind is int:
+                holds = holds and 0 <= value < 10**6
             if not holds or (name == "outcome" and value not in ("win", "draw", "loss")):
                 raise ResultsError(f"line {number} of {path} is no game: {name} is {str(value)[:70]!r}")
 
