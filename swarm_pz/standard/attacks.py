@@ -13,8 +13,8 @@ from swarm_pz.standard.games import SEARCHED, Cast, TrackGames, entry_name
 from swarm_pz.standard.protocol import Protocol, Track
 from swarm_pz.standard.siege import search
 
-THREADS = 2
-"""Of every exploiter's training, on however many cores: sums of other numbers of threads round otherwise."""
+THREADS = 1
+"""Of every exploiter's training, on however many cores: with two, what is learned was not always the same twice."""
 Show = Callable[[float, float], None]
 
 
