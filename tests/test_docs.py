@@ -20,7 +20,7 @@ import pytest
 import swarm_pz.play.client
 import swarm_pz.training.vec_env
 from swarm_pz import GameConfig
-from swarm_pz.cli import compare, evidence, learn, machine, main, studies, systems, table
+from swarm_pz.cli import compare, evidence, learn, machine, main, standard, studies, systems, table
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.frames import Frame
 
@@ -35,6 +35,7 @@ COMMANDS = {
     machine: ("render", "diagnose", "bench", "warmup"),
     evidence: ("figures",),
     systems: ("systems",),
+    standard: ("benchmark",),
 }
 
 FIRST_STEPS = [("git", "clone", "ADDRESS", "swarm-pz"), ("cd", "swarm-pz"), (".", ".venv/bin/activate")]

@@ -23,7 +23,7 @@ except MissingExtraError as missing:  # the entry point is installed even withou
 
 import tyro
 
-from swarm_pz.cli import compare, evidence, learn, machine, preset_option, report, studies, systems, table
+from swarm_pz.cli import compare, evidence, learn, machine, preset_option, report, standard, studies, systems, table
 from swarm_pz.cli.printing import printable
 from swarm_pz.cli.system_option import REGISTRY
 
@@ -35,6 +35,7 @@ def main(arguments: list[str] | None = None) -> None:
         "league": learn.league,
         "evaluate": compare.evaluate,
         "tournament": compare.tournament,
+        "benchmark": standard.benchmark,
         "play": table.play,
         "replay": table.replay,
         "figures": evidence.figures,

@@ -1,0 +1,92 @@
+"""The command that measures a policy by the standard, and checks such reports: ``benchmark``."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
+from swarm_pz.cli.player_options import Players
+from swarm_pz.cli.report import command, print_rules, progress
+from swarm_pz.config.base import check
+from swarm_pz.errors import require_extra
+
+
+def benchmark(
+    policies: Players = (),
+    /,
+    out: Path = Path("runs/benchmark"),
+    name: str = "",
+    baseline: Path | None = None,
+    processes: int = 2,
+    quick: bool = False,
+    verify: Path | None = None,
+    seed: int | None = None,
+) -> None:
+    """Measure a method by the standard, and write a report that others can check: see docs/benchmark.md.
+
+    What was stopped goes on where it was.
+
+    Args:
+        policies: Names of policies, or folders that training wrote: one of each training seed of the method. With
+            verify: those of the report, if it does not hold them.
+        out: Folder of the report: index.html, report.json and games.jsonl.
+        name: What tables call the method; the first policy's name if none is given.
+        baseline: Folder of another method's report, to compare with.
+        processes: Processes that share the games.
+        quick: Play few and short games, which say whether all of it works, and nothing about the policy.
+        verify: Folder of a report to check instead; a sample of its games is played again.
+        seed: Seed of that sample; a fresh one if none is given.
+    """
+    for module in ("cma", "filelock", "safetensors", "stable_baselines3", "torch"):
+        require_extra(module, "benchmark")
+    from swarm_pz.standard import Entry, Protocol, run
+    from swarm_pz.standard import verify as verify_report
+
+    if verify is not None:
+        check(not (quick or baseline or name), "verify", str(verify), "given without name, baseline and quick")
+        verdict = verify_report(verify, policies, seed=seed)
+        report = verdict.report
+        print(
+            f"report of {report['name']!r}: files, figures and policies are as they were written, {report['signature']}"
+        )
+        print(f"{verdict.check} (sample of seed {verdict.seed})")
+        return
+    check(len(policies) > 0, "policies", policies, "at least one name or folder")
+    check(seed is None, "seed", seed, "left out without verify, since the protocol has its own")
+    protocol = Protocol.read()
+    if quick:
+        protocol = protocol.quick()
+    entry = Entry(policies=policies, name=name or Path(policies[0]).name)
+    print(f"protocol: {protocol.version}, {protocol.digest}")
+    print_rules(protocol.game)
+    with goes_on_with(command()), progress() as show, stops_at_safe_points() as asked:
+        report = run(
+            entry,
+            out,
+            protocol=protocol,
+            baseline=baseline,
+            processes=processes,
+            progress=show,
+            asked=asked,
+            say=functools.partial(print, flush=True),
+            command=command(),
+        )
+    _print(report, out)
+
+
+def _print(report: dict[str, object], out: Path) -> None:
+    figures = report["figures"]
+    assert isinstance(figures, dict)  # noqa: S101  (for the type checker)
+    for track, told in figures["tracks"].items():
+        low, high = told["score_ci95"]
+        print(f"{track:<10} {told['score']:.3f} ({low:.3f} to {high:.3f})")
+    low, high = figures["score_ci95"]
+    print(
+        f"{'score':<10} {figures['score']:.3f} (95 % interval over {figures['interval_over']}: {low:.3f} to {high:.3f})"
+    )
+    if "improvement" in figures:
+        better = figures["improvement"]
+        low, high = better["ci95"]
+        print(f"better than {better['over']} with probability {better['probability']:.3f} ({low:.3f} to {high:.3f})")
+    print(f"report: {out / 'index.html'}, {out / 'report.json'}, {out / 'games.jsonl'}")

@@ -1,0 +1,206 @@
+"""What the games of a report say: scores with intervals, of each track and in one number."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.errors import ResultsError
+from swarm_pz.evaluation.intervals import mean_with_interval, rounded, wilson
+from swarm_pz.evaluation.match import POINTS
+from swarm_pz.evaluation.survival import kaplan_meier, survival_curve
+from swarm_pz.standard.aggregate import (
+    drawn_pairs,
+    drawn_runs,
+    interquartile_mean,
+    interval,
+    performance_profile,
+    probability_of_improvement,
+)
+from swarm_pz.standard.games import LEARNED, SEARCHED, Line, all_tracks
+from swarm_pz.standard.protocol import Protocol
+
+Array = NDArray[np.float64]
+ROBUST = "robust"
+THRESHOLDS = tuple(round(step / 20, 2) for step in range(20))
+DIGITS = 6
+
+
+class Results:
+    """The games of an entry, by training seeds and tasks; a task is one opponent of one track.
+
+    Parameters
+    ----------
+    lines : sequence of Line
+    protocol : Protocol
+
+    Attributes
+    ----------
+    tasks : list of (str, str)
+        Track and opponent; in the track ``robust`` the two kinds of attacks.
+    pairs : list of list of float64 array (pairs, 2)
+        Of each policy and task: points, and games that count, of each pair. A game that a pair played twice counts
+        once, half of it from each side.
+    scores : float64 array (policies, tasks)
+        Shares of the points; a draw is half a win.
+
+    Raises
+    ------
+    ResultsError
+        If games are missing, or are of no task.
+    """
+
+    def __init__(self, lines: Sequence[Line], protocol: Protocol) -> None:
+        self.protocol = protocol
+        self.tasks = [(track.name, trial.name) for track in protocol.tracks for trial in track.trials]
+        self.tasks += [(ROBUST, LEARNED), (ROBUST, SEARCHED)]
+        self.policies = 1 + max((line.policy for line in lines), default=-1)
+        self._games: dict[tuple[int, str, str], list[Line]] = {}
+        for line in lines:
+            self._games.setdefault((line.policy, *task_of(line)), []).append(line)
+        self._check()
+        self.pairs = [[_pairs(self.of(policy, task)) for task in self.tasks] for policy in range(self.policies)]
+        totals = np.array([[task.sum(axis=0) for task in row] for row in self.pairs])
+        self.scores = totals[..., 0] / totals[..., 1]
+
+    def _check(self) -> None:
+        count = {track.name: track.games for track in all_tracks(self.protocol)}
+        expected = {
+            (policy, *task): list(range(count[task[0]])) for policy in range(self.policies) for task in self.tasks
+        }
+        found = {key: sorted(line.number for line in games) for key, games in self._games.items()}
+        wrong = [key for key in expected | found if expected.get(key) != found.get(key)]
+        if wrong or not self.policies:
+            some = ", ".join(map(str, wrong[:3])) or "all"
+            raise ResultsError(f"games of protocol {self.protocol.version} are missing, or too many: {some}")
+
+    def of(self, policy: int, task: tuple[str, str]) -> list[Line]:
+        """Return the games of a policy in a task, in order."""
+        return sorted(self._games[policy, *task], key=lambda line: line.number)
+
+    def draw(self, generator: np.random.Generator) -> Array:
+        """Return scores drawn anew: training seeds if there are several, else pairs of games."""
+        if self.policies > 1:
+            return drawn_runs(self.scores, generator)
+        return drawn_pairs(self.pairs[0], generator)
+
+    def of_tracks(self, scores: Array) -> Array:
+        """Return one number of each track, and their mean last: the interquartile mean, of attacks the worse."""
+        names = [track for track, _ in self.tasks]
+        found = []
+        for track in dict.fromkeys(names):
+            part = scores[:, [name == track for name in names]]
+            found.append(float(part.mean(axis=0).min()) if track == ROBUST else interquartile_mean(part))
+        return np.array([*found, np.mean(found)])
+
+
+def task_of(line: Line) -> tuple[str, str]:
+    """Return the task of a game."""
+    return line.track, line.opponent.split()[0] if line.track == ROBUST else line.opponent
+
+
+def counting(games: Sequence[Line]) -> list[list[Line]]:
+    """Return the games that count, each as its lines: both of a pair that are the same game."""
+    distinct: dict[tuple[int, str], list[Line]] = {}
+    for game in games:
+        distinct.setdefault((game.number // 2, game.fingerprint), []).append(game)
+    return list(distinct.values())
+
+
+def _pairs(games: Sequence[Line]) -> Array:
+    rows: dict[int, list[float]] = {}
+    for alike in counting(games):
+        row = rows.setdefault(alike[0].number // 2, [0.0, 0.0])
+        row[0] += float(np.mean([POINTS[game.outcome] for game in alike]))
+        row[1] += 1.0
+    return np.array(list(rows.values()))
+
+
+def figures(results: Results) -> dict[str, Any]:
+    """Return what a report says about its games, as plain values."""
+    values = results.of_tracks(results.scores)
+    low, high = interval(results.draw, results.of_tracks)
+    tracks = list(dict.fromkeys(track for track, _ in results.tasks))
+    return {
+        "score": _short(values[-1]),
+        "score_ci95": _short([low[-1], high[-1]]),
+        "interval_over": "training seeds" if results.policies > 1 else "games",
+        "tracks": {
+            track: {
+                "score": _short(values[place]),
+                "score_ci95": _short([low[place], high[place]]),
+                "opponents": [_task(results, task) for task in results.tasks if task[0] == track],
+            }
+            for place, track in enumerate(tracks)
+        },
+        "uniform": _how_soon(results),
+        "profile": _profile(results),
+    }
+
+
+def _short(values: Any) -> Any:
+    return rounded(values, DIGITS)
+
+
+def _task(results: Results, task: tuple[str, str]) -> dict[str, Any]:
+    place = results.tasks.index(task)
+    games = [game for policy in range(results.policies) for game in results.of(policy, task)]
+    counts = {outcome: sum(game.outcome == outcome for game in games) for outcome in POINTS}
+    return {
+        "opponent": task[1],
+        "games": len(games),
+        **{f"{outcome}s" if outcome != "loss" else "losses": count for outcome, count in counts.items()},
+        "points": [_short(score) for score in results.scores[:, place]],
+        "mean_share": _short(np.mean([game.share for game in games])),
+        "forfeits": sum(bool(game.forfeit) for game in games),
+    }
+
+
+def _how_soon(results: Results) -> dict[str, Any]:
+    """Return the share of games won against uniform coverage, and how soon: what is not won takes longer."""
+    task = results.tasks[0]
+    limit = results.protocol.game.time_limit
+    games = [alike[0] for policy in range(results.policies) for alike in counting(results.of(policy, task))]
+    won = [game.outcome == "win" for game in games]
+    seconds = [game.seconds if wins else limit for game, wins in zip(games, won, strict=True)]
+    median, _ = kaplan_meier(seconds, won)
+    mean, ends = mean_with_interval(seconds)
+    times, undecided = survival_curve(seconds, won)
+    return {
+        "games": len(games),
+        "won": sum(won),
+        "won_share": _short(sum(won) / len(won)),
+        "won_share_ci95": _short(wilson(sum(won), len(won))),
+        "median_seconds": None if median is None else _short(median),
+        "restricted_mean_seconds": _short(mean),
+        "restricted_mean_seconds_ci95": _short(ends),
+        "curve": {"seconds": _short(times), "not_won": _short(undecided)},
+    }
+
+
+def _profile(results: Results) -> dict[str, Any]:
+    def profile(scores: Array) -> Array:
+        return performance_profile(scores, THRESHOLDS)
+
+    low, high = interval(results.draw, profile)
+    return {
+        "score_above": list(THRESHOLDS),
+        "share": _short(profile(results.scores)),
+        "low": _short(low),
+        "high": _short(high),
+    }
+
+
+def improvement(results: Results, baseline: Results) -> dict[str, Any]:
+    """Return how likely a run of the entry is better than one of the baseline, over all tasks."""
+
+    def draw(generator: np.random.Generator) -> Array:
+        ours, theirs = results.draw(generator), baseline.draw(generator)
+        return np.array([probability_of_improvement(ours, theirs)])
+
+    low, high = interval(draw, lambda drawn: drawn)
+    value = probability_of_improvement(results.scores, baseline.scores)
+    return {"probability": _short(value), "ci95": _short([low[0], high[0]])}

@@ -1,0 +1,208 @@
+"""The games of a track: who plays whom, by the tournament that there is, and the lines that a report keeps of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import KindError, ResultsError
+from swarm_pz.evaluation.ledger import PlayedGame
+from swarm_pz.evaluation.tournament import Tournament, TournamentConfig, play_block
+from swarm_pz.policies.scripted import Tactic
+from swarm_pz.policy import Player, load
+from swarm_pz.standard.protocol import Protocol, Track, Trial
+from swarm_pz.standard.siege import siege
+
+ENTRY, LEARNED, SEARCHED = "entry", "learned", "siege"
+"""How players of a track are called: ``entry 0``; and those that attack it, ``learned 0`` and ``siege 0.1 ...``."""
+
+
+class Line(NamedTuple):
+    """One game of a report, from the entry's side; no thinking times, so that it is the same twice."""
+
+    track: str
+    policy: int
+    opponent: str
+    number: int
+    outcome: str
+    share: float
+    seconds: float
+    fingerprint: str
+    forfeit: str
+
+
+def entry_name(number: int) -> str:
+    """Return what a track calls the policy of a training seed."""
+    return f"{ENTRY} {number}"
+
+
+@dataclass(frozen=True)
+class Cast:
+    """Makes players by the names that they have in a track; goes to other processes.
+
+    Attributes
+    ----------
+    policies : tuple of str
+        Names or folders of the entry's policies, one a training seed.
+    trials : tuple of Trial
+    exploiters : tuple of str
+        Folders of what has learned to beat each of the policies.
+    """
+
+    policies: tuple[str, ...]
+    trials: tuple[Trial, ...] = ()
+    exploiters: tuple[str, ...] = ()
+
+    def __call__(self, name: str, game: GameConfig) -> Player:
+        """Return a player, made for a game.
+
+        Raises
+        ------
+        ResultsError
+            If nobody has that name.
+        """
+        for trial in self.trials:
+            if trial.name == name:
+                return trial.load(trial.game(game))
+        kind, _, rest = name.partition(" ")
+        if kind == SEARCHED:
+            return siege_of(name)(game)
+        if kind in (ENTRY, LEARNED) and rest.isdigit():
+            folders = self.policies if kind == ENTRY else self.exploiters
+            if int(rest) < len(folders):
+                return load(folders[int(rest)], game)
+        raise ResultsError(f"nobody is called {name!r} in this track")
+
+
+def siege_of(name: str) -> Tactic:
+    """Return the tactic that a name with numbers stands for.
+
+    Raises
+    ------
+    ResultsError
+        If the numbers are not those of a tactic.
+    """
+    try:
+        return siege(tuple(float(word) for word in name.split()[1:]))
+    except ValueError as error:
+        raise ResultsError(f"{name!r} names no tactic of the search: {error}") from error
+
+
+class TrackGames(Tournament):
+    """The games of a track: each policy of an entry against each opponent; its attackers against it alone.
+
+    Parameters
+    ----------
+    track : Track
+    protocol : Protocol
+    cast : Cast
+    attackers : sequence of (int, str)
+        Who attacks which policy.
+    folder : Path
+    command : str
+    """
+
+    def __init__(
+        self,
+        track: Track,
+        protocol: Protocol,
+        cast: Cast,
+        folder: Path,
+        *,
+        attackers: Sequence[tuple[int, str]] = (),
+        command: str = "",
+    ) -> None:
+        self.track, self._trials = track, {trial.name: trial for trial in track.trials}
+        entries = [entry_name(number) for number in range(len(cast.policies))]
+        self._pairings = [(one, name) for one in entries for name in self._trials]
+        self._pairings += [(entry_name(number), name) for number, name in attackers]
+        config = TournamentConfig(games=track.games, seed=track.seed, budget_ms=protocol.budget_ms, game=protocol.game)
+        players = [*entries, *self._trials, *(name for _, name in attackers)]
+        super().__init__(players, config, folder, cast, command)
+
+    def pairings(self) -> list[tuple[str, str]]:
+        """Return who plays whom: the entry first, whoever comes first in the alphabet."""
+        return self._pairings
+
+    def rules_of(self, one: str, other: str) -> TournamentConfig:
+        """Return what the games of two players share: a trial may have rules of its own."""
+        return rules_of(self.config, self._trials.get(other))
+
+    def lines(self) -> list[Line]:
+        """Return all games, in order."""
+        return [
+            line_of(self.track.name, self.games[one, other, number])
+            for one, other in self._pairings
+            for number in range(self.track.games)
+        ]
+
+    def thinking_ms(self) -> list[float]:
+        """Return the mean milliseconds a command of the entry in each game that was not forfeited."""
+        return [game.thinking_ms[0] for game in self.games.values() if not game.forfeit and game.one.startswith(ENTRY)]
+
+
+def rules_of(config: TournamentConfig, trial: Trial | None) -> TournamentConfig:
+    """Return what the games against an opponent share."""
+    return config if trial is None else config.replace(game=trial.game(config.game))
+
+
+def line_of(track: str, game: PlayedGame) -> Line:
+    """Return the line of a game that a policy of the entry played as its first player."""
+    return Line(
+        track=track,
+        policy=int(game.one.split()[1]),
+        opponent=game.other,
+        number=game.number,
+        outcome=game.outcome,
+        share=game.share,
+        seconds=round(game.seconds, 4),
+        fingerprint=game.fingerprint,
+        forfeit=game.forfeit,
+    )
+
+
+def play_again(lines: Sequence[Line], protocol: Protocol, cast: Cast) -> list[Line]:
+    """Play games of a report again, each group of the same players together."""
+    tracks = {track.name: track for track in all_tracks(protocol)}
+    trials = {(track.name, trial.name): trial for track in tracks.values() for trial in track.trials}
+    groups: dict[tuple[str, int, str], list[int]] = {}
+    for line in lines:
+        groups.setdefault((line.track, line.policy, line.opponent), []).append(line.number)
+    again: dict[tuple[Any, ...], Line] = {}
+    for (name, policy, opponent), numbers in groups.items():
+        track, trial = tracks[name], trials.get((name, opponent))
+        config = TournamentConfig(games=track.games, seed=track.seed, budget_ms=protocol.budget_ms, game=protocol.game)
+        of_track = Cast(cast.policies, track.trials, cast.exploiters)
+        for game in play_block(of_track, entry_name(policy), opponent, sorted(numbers), rules_of(config, trial)):
+            again[name, policy, opponent, game.number] = line_of(name, game)
+    return [again[line[:4]] for line in lines]
+
+
+def all_tracks(protocol: Protocol) -> list[Track]:
+    """Return the tracks of a protocol, and the one in which attacks are tried."""
+    return [*protocol.tracks, attacked(protocol)]
+
+
+def attacked(protocol: Protocol) -> Track:
+    """Return the track in which the attacks that were found play the entry."""
+    return Track(name="robust", seed=protocol.robust.seed, games=protocol.robust.games, trials=())
+
+
+def check_flies(policy: str, protocol: Protocol) -> Player:
+    """Return a policy, made for the protocol's game.
+
+    Raises
+    ------
+    KindError
+        If it does not answer densities: names what to use instead.
+    """
+    try:
+        return load(policy, protocol.game)
+    except KindError as error:
+        raise KindError(
+            f"{error}; protocol {protocol.version} is for policies that answer densities, flown by ergodic; "
+            "`swarm-pz systems` compares others"
+        ) from error

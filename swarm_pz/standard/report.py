@@ -1,0 +1,132 @@
+"""The files of a report, and what keeps them from being edited by accident or by hand.
+
+``report.json`` holds figures, digests, seeds and versions, ``games.jsonl`` every game's line, ``index.html`` the page.
+The signature is a digest of all but costs, so that the same entry gives the same signature twice; the checksum is one
+of all. Neither proves who made a report: anybody can compute them. That is what playing it again is for.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from swarm_pz.errors import ResultsError
+from swarm_pz.files import draft_of
+from swarm_pz.standard.games import Line
+
+REPORT, GAMES, PAGE = "report.json", "games.jsonl", "index.html"
+FORMAT = 1
+COST = "cost"
+_MOST = {REPORT: 2**24, GAMES: 2**28, PAGE: 2**24}
+"""Bytes of each file that are read."""
+
+
+def _digest(plain: Any) -> str:
+    text = json.dumps(plain, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def signed(report: dict[str, Any]) -> dict[str, Any]:
+    """Return a report with its signature, over all but costs, and its checksum, over all."""
+    bare = {name: value for name, value in report.items() if name not in ("signature", "checksum")}
+    whole = bare | {"signature": _digest({name: value for name, value in bare.items() if name != COST})}
+    return whole | {"checksum": _digest(whole)}
+
+
+def encode_games(lines: Sequence[Line]) -> bytes:
+    """Return the lines of games as ``games.jsonl`` holds them."""
+    return "".join(json.dumps(line._asdict()) + "\n" for line in lines).encode()
+
+
+def write(folder: Path, report: dict[str, Any], lines: Sequence[Line], page: str) -> None:
+    """Write a report, its JSON last, so that none stands there without its games."""
+    with draft_of(folder / GAMES) as draft:
+        draft.write_bytes(encode_games(lines))
+    with draft_of(folder / PAGE) as draft:
+        draft.write_text(page, encoding="utf-8")
+    with draft_of(folder / REPORT) as draft:
+        draft.write_text(json.dumps(report, indent=1, allow_nan=False) + "\n")
+
+
+def read(folder: Path) -> tuple[dict[str, Any], list[Line]]:
+    """Read a report and its games, and check that they are as they were written.
+
+    Raises
+    ------
+    ResultsError
+        If a file is missing, too large, corrupt, or was changed.
+    """
+    report = _parse(_bytes(folder / REPORT), folder / REPORT)
+    if not isinstance(report, dict) or report.get("format") != FORMAT:
+        raise ResultsError(
+            f"{folder / REPORT} is no report of format {FORMAT}: make it again with `swarm-pz benchmark`"
+        )
+    again = signed(report)
+    for name in ("checksum", "signature"):
+        if report.get(name) != again[name]:
+            raise ResultsError(
+                f"{folder / REPORT} was changed after it was written: its {name} is {str(report.get(name))[:70]!r}, "
+                f"its content has {again[name]!r}"
+            )
+    data = _bytes(folder / GAMES)
+    try:
+        expected = report["games"]["sha256"]
+        if hashlib.sha256(data).hexdigest() != expected:
+            raise ResultsError(
+                f"{folder / GAMES} was changed after it was written: it is not the file that {REPORT} names"
+            )
+        lines = [Line(**_parse(row, folder / GAMES)) for row in data.splitlines()]
+    except (LookupError, TypeError) as error:
+        raise ResultsError(f"{folder} holds no whole report: {error!r}") from error
+    _check_lines(lines, folder / GAMES)
+    return report, lines
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        if not path.is_file():
+            raise ResultsError(f"there is no report in {path.parent}: {path.name} is missing")
+        size = path.stat().st_size
+        if size > _MOST[path.name]:
+            raise ResultsError(f"{path} is too large: expected {_MOST[path.name]} bytes or fewer, got {size}")
+        return path.read_bytes()
+    except OSError as error:
+        raise ResultsError(f"{path} cannot be read: {error}") from error
+
+
+def _parse(data: bytes, path: Path) -> Any:
+    def refuse(word: str) -> Any:
+        raise ValueError(f"{word} is no number of JSON")
+
+    try:
+        return json.loads(data, parse_constant=refuse)
+    except (ValueError, RecursionError) as error:
+        raise ResultsError(f"{path} is corrupt: {error}") from error
+
+
+def _check_lines(lines: Sequence[Line], path: Path) -> None:
+    kinds: dict[str, type] = {
+        "track": str,
+        "policy": int,
+        "opponent": str,
+        "number": int,
+        "outcome": str,
+        "share": float,
+    }
+    kinds |= {"seconds": float, "fingerprint": str, "forfeit": str}
+    for number, line in enumerate(lines, 1):
+        for name, kind in kinds.items():
+            value: Any = getattr(line, name)
+            holds = type(value) is kind
+            if kind is int:
+                holds = holds and 0 <= value < 10**6
+            if not holds or (name == "outcome" and value not in ("win", "draw", "loss")):
+                raise ResultsError(f"line {number} of {path} is no game: {name} is {str(value)[:70]!r}")
+
+
+def page_of(folder: Path) -> str:
+    """Return the page of a report as it lies there."""
+    return _bytes(folder / PAGE).decode("utf-8", "replace")

@@ -1,0 +1,255 @@
+"""Plays the whole standard for an entry and writes its report; what was stopped goes on where it was."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swarm_pz.bench import machine
+from swarm_pz.config.base import check, check_count
+from swarm_pz.errors import ResultsError
+from swarm_pz.evaluation.ledger import held
+from swarm_pz.evaluation.provenance import versions
+from swarm_pz.files import check_folder, draft_of
+from swarm_pz.policy import Player, PrivilegedPolicy
+from swarm_pz.standard import attacks
+from swarm_pz.standard.figures import Results, figures, improvement
+from swarm_pz.standard.games import LEARNED, Cast, Line, TrackGames, attacked, check_flies
+from swarm_pz.standard.identity import identity_of
+from swarm_pz.standard.page import render
+from swarm_pz.standard.protocol import Protocol
+from swarm_pz.standard.report import FORMAT, GAMES, encode_games, read, signed, write
+
+WORK, POLICIES, EXPLOITERS = "work", "policies", "exploiters"
+_ENTRY = "entry.json"
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """What is measured: a method, by the policies that it made.
+
+    Attributes
+    ----------
+    policies : tuple of str
+        Names or folders, one of each training seed.
+    name : str
+        What tables call it.
+    """
+
+    policies: tuple[str, ...]
+    name: str
+
+    def __post_init__(self) -> None:
+        check(0 < len(self.policies) <= 100, "policies", self.policies, "one to 100 names or folders")
+        distinct = len(set(self.policies)) == len(self.policies)
+        check(distinct, "policies", self.policies, "different ones, one of each training seed")
+        named = isinstance(self.name, str) and 0 < len(self.name) <= 60 and self.name.isprintable()
+        check(named, "name", self.name, "1 to 60 characters on one line")
+
+
+def run(
+    entry: Entry,
+    out: Path,
+    *,
+    protocol: Protocol | None = None,
+    baseline: Path | None = None,
+    processes: int = 2,
+    progress: attacks.Show = lambda *_: None,
+    asked: Callable[[], bool] = lambda: False,
+    say: Say = lambda _: None,
+    command: str = "",
+) -> dict[str, Any]:
+    """Play what is missing of the standard, and write the report.
+
+    Parameters
+    ----------
+    entry : Entry
+    out : Path
+        Folder of the report; what is not finished lies in its folder ``work``.
+    protocol : Protocol, optional
+        The current one, if not given.
+    baseline : Path, optional
+        Folder of another entry's report, to compare with.
+    processes : int
+    progress : callable, optional
+        Called with what is done and what there is to do, in each part.
+    asked : callable, optional
+        Called now and then: whether to stop there.
+    say : callable, optional
+        Where lines about the parts go.
+    command : str
+        What was called; it stands among the costs.
+
+    Returns
+    -------
+    dict
+        What ``report.json`` holds.
+
+    Raises
+    ------
+    Stopped
+        If it was asked to; what was begun is kept.
+    ResultsError
+        If an opponent is not the one that the protocol names, the folder holds another entry's work, or the
+        baseline is of another protocol.
+    PolicyError
+        If a policy is unknown, or is none for this standard.
+    """
+    check_count(processes, "processes", 1, 1024)
+    protocol = protocol if protocol is not None else Protocol.read()
+    began = time.monotonic()
+    other = _read_baseline(baseline, protocol) if baseline is not None else None
+    protocol.check()
+    players = [check_flies(policy, protocol) for policy in entry.policies]
+    check_folder(out)
+    work = out / WORK
+    with held(work):
+        told = [
+            {"name": Path(policy).name, "digest": identity_of(policy, player), "kept": _kept(player, out, number)}
+            for number, (policy, player) in enumerate(zip(entry.policies, players, strict=True))
+        ]
+        _claim(work / _ENTRY, {"protocol": protocol.digest, "policies": [one["digest"] for one in told]})
+        kept = tuple(
+            str(out / one["kept"]) if one["kept"] is not None else policy
+            for one, policy in zip(told, entry.policies, strict=True)
+        )
+        played = []
+        for track in protocol.tracks:
+            say(f"track {track.name}: {track.games} games against each of {len(track.trials)}")
+            cast = Cast(kept, track.trials)
+            played.append(TrackGames(track, protocol, cast, work / track.name, command=command))
+            played[-1].play(processes, progress, asked)
+        found: list[dict[str, Any]] = []
+        exploiters = []
+        for number, policy in enumerate(kept):
+            say(f"track robust: learning to beat {told[number]['name']}, {protocol.robust.steps:,} commands")
+            place = f"{EXPLOITERS}/{number}"
+            learned = attacks.learn(policy, number, protocol, work / f"exploiter-{number}", out / place, asked, say)
+            exploiters.append(str(out / place))
+            say(f"track robust: searching for what beats {told[number]['name']}")
+            best = attacks.find(
+                number,
+                protocol,
+                Cast(kept),
+                work / f"search-{number}",
+                processes=processes,
+                show=progress,
+                asked=asked,
+            )
+            found.append({"policy": number, "learned": place, "digest": learned.digest, "searched": best})
+        track = attacked(protocol)
+        attackers = [(number, f"{LEARNED} {number}") for number in range(len(kept))]
+        attackers += [(one["policy"], one["searched"]) for one in found]
+        cast = Cast(kept, (), tuple(exploiters))
+        played.append(
+            TrackGames(
+                track, protocol, cast, work / track.name, attackers=list(dict.fromkeys(attackers)), command=command
+            )
+        )
+        played[-1].play(processes, progress, asked)
+        lines = [line for games in played for line in games.lines()]
+        report = describe(entry.name, told, found, lines, protocol, other)
+        report["cost"] = {
+            "policies": [_cost(player) for player in players],
+            "ms_a_command": round(float(np.mean([ms for games in played for ms in games.thinking_ms()])), 3),
+            "measured_on": machine()["processor"],
+            "processes": processes,
+            "seconds_of_this_sitting": round(time.monotonic() - began, 1),
+            "command": command,
+        }
+        for one, player in zip(report["policies"], players, strict=True):
+            one["privileged"] = isinstance(player, PrivilegedPolicy)
+        report = signed(report)
+        write(out, report, lines, render(report))
+    return report
+
+
+def describe(
+    name: str,
+    policies: list[dict[str, Any]],
+    found: list[dict[str, Any]],
+    lines: list[Line],
+    protocol: Protocol,
+    other: tuple[str, str, Results] | None = None,
+) -> dict[str, Any]:
+    """Return what a report says, but for its costs: all of it follows from the games."""
+    results = Results(lines, protocol)
+    said = figures(results)
+    if other is not None:
+        said["improvement"] = {"over": other[0], "signature": other[1], **improvement(results, other[2])}
+    return {
+        "format": FORMAT,
+        "protocol": {"version": protocol.version, "digest": protocol.digest},
+        "name": name,
+        "policies": policies,
+        "attacks": found,
+        "seeds": {track.name: track.seed for track in protocol.tracks} | {"robust": protocol.robust.seed},
+        "config_hash": protocol.game.hash,
+        "rules_hash": protocol.game.rules_hash,
+        "versions": versions(),
+        "games": {"file": GAMES, "count": len(lines), "sha256": hashlib.sha256(encode_games(lines)).hexdigest()},
+        "figures": said,
+    }
+
+
+def _kept(player: Player, out: Path, number: int) -> str | None:
+    """Write a policy into the report, if it can be, so that others can play it again; return where it is."""
+    write_policy = getattr(player, "write", None)
+    if write_policy is None:
+        return None
+    place = f"{POLICIES}/{number}"
+    write_policy(out / place)
+    return place
+
+
+def _claim(path: Path, what: dict[str, Any]) -> None:
+    """Note whose work a folder holds.
+
+    Raises
+    ------
+    ResultsError
+        If it is another's.
+    """
+    if path.exists():
+        try:
+            before = json.loads(path.read_text())
+        except (OSError, ValueError, RecursionError) as error:
+            raise ResultsError(f"{path} is corrupt or foreign ({error!r}); use another folder") from error
+        if before != what:
+            raise ResultsError(
+                f"{path.parent.parent} holds the report of other policies or of another protocol; use another folder"
+            )
+    with draft_of(path) as draft:
+        draft.write_text(json.dumps(what) + "\n")
+
+
+def _cost(player: Player) -> dict[str, Any]:
+    """Return what a policy's card says of its training, and how many parameters it has; None where nobody says."""
+    card = getattr(player, "card", None)
+    told = card if isinstance(card, dict) else {}
+    weights = getattr(player, "weights", None)
+    parameters = sum(int(np.prod(values.shape)) for values in weights().values()) if weights is not None else None
+    return {
+        "commands": told.get("steps"),
+        "seconds": told.get("seconds"),
+        "processor": told.get("processor"),
+        "parameters": parameters,
+    }
+
+
+def _read_baseline(folder: Path, protocol: Protocol) -> tuple[str, str, Results]:
+    report, lines = read(folder)
+    if report["protocol"]["digest"] != protocol.digest:
+        raise ResultsError(
+            f"the baseline in {folder} is of protocol {report['protocol']['version']}, this entry is of "
+            f"{protocol.version}: only reports of the same protocol compare"
+        )
+    return report["name"], report["signature"], Results(lines, protocol)

@@ -1,0 +1,85 @@
+"""The attack that learns nothing: a family of commands with eight numbers, and a search for the best of them.
+
+One command of the family is a ring around a place that leans from the centre to where the opponents are, whose radius
+breathes with time, on some ground; `ring`, `lasso`, `halo` and `chase` are all of it. The search is CMA-ES (Hansen,
+"The CMA evolution strategy: a tutorial", arXiv 1604.00772), by the package cma.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import ObservationConfig
+from swarm_pz.errors import require_extra
+from swarm_pz.policies.scripted import Tactic, View
+
+Array = NDArray[np.float64]
+
+LOW = (-0.5, -0.1, 0.0, 0.04, 0.0, 2.0, 0.0, 0.0)
+HIGH = (1.5, 0.9, 0.6, 0.30, 0.3, 30.0, 0.5, 0.5)
+"""Bounds of lean to the opponents, lean to the own drones, radius, width, breath, period in s, ground, and a disc in
+the middle."""
+NUMBERS = len(LOW)
+Score = Callable[[Sequence[str]], list[float]]
+
+
+def siege(numbers: tuple[float, ...]) -> Tactic:
+    """Return the tactic of the family with these numbers.
+
+    Raises
+    ------
+    ValueError
+        If they are not as many as the family has, or out of bounds.
+    """
+    inside = len(numbers) == NUMBERS and all(
+        low - 1e-5 <= number <= high + 1e-5 for low, number, high in zip(LOW, numbers, HIGH, strict=True)
+    )
+    if not inside:
+        raise ValueError(f"expected {NUMBERS} numbers between {LOW} and {HIGH}, got {numbers}")
+    lean, home, radius, width, breath, period, ground, core = numbers
+
+    def play(view: View) -> Array:
+        """Besiege by the numbers."""
+        towards, back = view.mean_position("opposing") - 0.5, view.mean_position("own") - 0.5
+        distance = view.distance_from(0.5 + lean * towards + home * back)
+        phase = np.sin(2.0 * np.pi * view.steps / period)[:, None, None]
+        ring = np.exp(-(((distance - np.maximum(radius + breath * phase, 0.0)) / width) ** 2))
+        return np.asarray(ground + core * np.exp(-((distance / width) ** 2)) + ring)
+
+    return Tactic(play, ObservationConfig(grid=25, channels=("own_positions", "opposing_positions")))
+
+
+def named(point: Array, prefix: str) -> str:
+    """Return the name of a tactic, which holds its numbers; `point` is in the unit cube."""
+    numbers = np.asarray(LOW) + np.clip(point, 0.0, 1.0) * (np.asarray(HIGH) - np.asarray(LOW))
+    return " ".join([prefix, *(f"{number:.5f}" for number in numbers)])
+
+
+def search(score: Score, *, prefix: str, generations: int, candidates: int, seed: int) -> str:
+    """Return the name of the best tactic that a search finds.
+
+    Parameters
+    ----------
+    score : callable
+        From the names of a generation to what each wins, higher is better. The same names have to get the same
+        scores: then a search that was stopped is the same search when it begins again.
+    prefix : str
+        What names begin with.
+    generations, candidates, seed : int
+    """
+    cma = require_extra("cma", "benchmark")
+    bounds = {"bounds": [0.0, 1.0], "popsize": candidates, "seed": seed, "verbose": -9, "CMA_stds": None}
+    strategy = cma.CMAEvolutionStrategy(np.full(NUMBERS, 0.4), 0.3, bounds)
+    best, highest = "", -np.inf
+    for _ in range(generations):
+        asked = strategy.ask()
+        names = [named(np.asarray(point), prefix) for point in asked]
+        scores = score(names)
+        strategy.tell(asked, [-value for value in scores])
+        place = int(np.argmax(scores))
+        if scores[place] > highest:
+            best, highest = names[place], scores[place]
+    return best

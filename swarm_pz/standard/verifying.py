@@ -1,0 +1,190 @@
+"""Checks a report: its files, its figures, and a sample of its games, played again."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from swarm_pz.bench import machine
+from swarm_pz.errors import ResultsError, SwarmError
+from swarm_pz.evaluation.match import POINTS
+from swarm_pz.evaluation.provenance import versions
+from swarm_pz.standard import report as files
+from swarm_pz.standard.games import SEARCHED, Cast, Line, check_flies, play_again, siege_of
+from swarm_pz.standard.identity import identity_of
+from swarm_pz.standard.page import render
+from swarm_pz.standard.protocol import Protocol
+from swarm_pz.standard.running import describe
+
+SAMPLE, LARGE_SAMPLE = 40, 240
+"""Games that are played again where they must be the same, and where only their shares can be compared."""
+_SURE = 3.3
+"""Standard errors by which shares may differ: chance alone exceeds it once in a thousand reports."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was checked.
+
+    Attributes
+    ----------
+    report : dict
+    check : str
+        In words, which check the games have passed.
+    seed : int
+        Chose the sample.
+    """
+
+    report: dict[str, Any]
+    check: str
+    seed: int
+
+
+def verify(
+    folder: Path, policies: Sequence[str] = (), *, seed: int | None = None, protocol: Protocol | None = None
+) -> Verdict:
+    """Check a report.
+
+    Only names of installed policies and what lies in the report's own folder are loaded.
+
+    Parameters
+    ----------
+    folder : Path
+    policies : sequence of str
+        The entry's policies, where they are not in the folder and not installed by their names.
+    seed : int, optional
+        Chooses the sample; a fresh one, if not given.
+    protocol : Protocol, optional
+        The current one, if not given.
+
+    Raises
+    ------
+    ResultsError
+        If a file was changed, figures do not follow from the games, the policies are others, the report is a try, or
+        games come out differently.
+    """
+    protocol = protocol if protocol is not None else Protocol.read()
+    seed = secrets.randbits(64) if seed is None else seed
+    report, lines = files.read(folder)
+    try:
+        _check_protocol(report, protocol)
+        _check_figures(report, lines, protocol, folder)
+        cast = _cast(report, folder, policies, protocol)
+        return Verdict(report, _play_sample(report, lines, protocol, cast, seed), seed)
+    except SwarmError:
+        raise
+    except (AttributeError, LookupError, TypeError, ValueError) as error:
+        raise ResultsError(f"{folder} holds no whole report: {error!r}") from error
+
+
+def _check_protocol(report: dict[str, Any], protocol: Protocol) -> None:
+    told = report["protocol"]
+    if str(told["version"]).endswith("-quick"):
+        raise ResultsError("the report is a try (--quick), which says nothing about an entry: run it without --quick")
+    if told != {"version": protocol.version, "digest": protocol.digest}:
+        raise ResultsError(
+            f"the report is of protocol {told['version']!r} ({told['digest']!r}), this swarm-pz has "
+            f"{protocol.version!r} ({protocol.digest!r}): verify it with the version that made it, "
+            f"{report['versions'].get('swarm-pz')}"
+        )
+    protocol.check()
+
+
+def _check_figures(report: dict[str, Any], lines: list[Line], protocol: Protocol, folder: Path) -> None:
+    again = describe(report["name"], report["policies"], report["attacks"], lines, protocol)
+    said = {name: value for name, value in report["figures"].items() if name != "improvement"}
+    if again["figures"] != said or again["games"] != report["games"] or again["seeds"] != report["seeds"]:
+        raise ResultsError(f"the figures in {folder / files.REPORT} do not follow from the games in {files.GAMES}")
+    hashes = {"config_hash": protocol.game.hash, "rules_hash": protocol.game.rules_hash}
+    if {name: report[name] for name in hashes} != hashes:
+        raise ResultsError(f"the hashes in {folder / files.REPORT} are not those of protocol {protocol.version}")
+    same_version = report["versions"].get("swarm-pz") == versions().get("swarm-pz")
+    if same_version and files.page_of(folder) != render(report):
+        raise ResultsError(f"{folder / files.PAGE} was changed after it was written: it does not show {files.REPORT}")
+
+
+def _cast(report: dict[str, Any], folder: Path, given: Sequence[str], protocol: Protocol) -> Cast:
+    """Return who plays again, all of them what the report says they were."""
+    if given and len(given) != len(report["policies"]):
+        raise ResultsError(f"the report is of {len(report['policies'])} policies, got {len(given)}: {', '.join(given)}")
+    policies = []
+    for number, told in enumerate(report["policies"]):
+        place = given[number] if given else _inside(folder, told["kept"], "policies", number)
+        place = place if place is not None else str(told["name"])
+        found = identity_of(place, check_flies(place, protocol))
+        if found != told["digest"]:
+            raise ResultsError(f"policy {place} is not the report's: expected digest {told['digest']!r}, got {found!r}")
+        policies.append(place)
+    exploiters = []
+    for number, attack in enumerate(report["attacks"]):
+        place = _inside(folder, attack["learned"], "exploiters", number)
+        found = identity_of(str(place), check_flies(str(place), protocol))
+        if found != attack["digest"]:
+            raise ResultsError(f"{place} is not the report's exploiter: expected {attack['digest']!r}, got {found!r}")
+        exploiters.append(str(place))
+        siege_of(attack["searched"])
+    return Cast(tuple(policies), (), tuple(exploiters))
+
+
+def _inside(folder: Path, told: object, where: str, number: int) -> str | None:
+    """Return a folder of the report's own; nothing else that a report names is opened."""
+    if told is None:
+        return None
+    place = folder / where / str(number)
+    if told != f"{where}/{number}" or place.is_symlink() or place.parent.is_symlink() or not place.is_dir():
+        raise ResultsError(f"expected {where}/{number} in {folder}, the report names {str(told)[:70]!r}")
+    return str(place)
+
+
+def _play_sample(report: dict[str, Any], lines: list[Line], protocol: Protocol, cast: Cast, seed: int) -> str:
+    searched = {attack["policy"]: attack["searched"] for attack in report["attacks"]}
+    for line in lines:
+        if line.opponent.startswith(SEARCHED) and searched.get(line.policy) != line.opponent:
+            raise ResultsError(f"{line.opponent!r} in {files.GAMES} is no attack that the report names")
+    sample = _choose(lines, SAMPLE, seed)
+    different = [(old, new) for old, new in zip(sample, play_again(sample, protocol, cast), strict=True) if old != new]
+    if not different:
+        return f"{len(sample)} games played again are the same games"
+    here = machine()["processor"]
+    there = report["cost"]["measured_on"]
+    same_versions = all(report["versions"].get(name) == version for name, version in versions().items())
+    old, new = different[0]
+    first = (
+        f"game {old.number} of policy {old.policy} against {old.opponent!r} in track {old.track}: the report has "
+        f"{old.outcome} after {old.seconds:g} s, here it is {new.outcome} after {new.seconds:g} s"
+    )
+    if here == there and same_versions:
+        raise ResultsError(f"{len(different)} of {len(sample)} games came out differently: {first} (seed {seed})")
+    larger = _choose(lines, LARGE_SAMPLE, seed)
+    differences = [
+        POINTS[again.outcome] - POINTS[line.outcome]
+        for line, again in zip(larger, play_again(larger, protocol, cast), strict=True)
+    ]
+    mean = float(np.mean(differences))
+    error = max(float(np.std(differences)), 0.5 / len(differences) ** 0.5) / len(differences) ** 0.5
+    if abs(mean) > _SURE * error:
+        raise ResultsError(
+            f"over {len(larger)} games the entry's share of the points differs by {mean:+.3f}, more than chance does "
+            f"({_SURE * error:.3f}); for one, {first} (seed {seed})"
+        )
+    return (
+        f"games differ here ({here}, the report was made on {there}, or with other versions), as chaotic games do; "
+        f"over {len(larger)} of them the share of the points differs by {mean:+.3f}, no more than chance does"
+    )
+
+
+def _choose(lines: list[Line], count: int, seed: int) -> list[Line]:
+    """Return games of a sample, as many of each track as can be."""
+    generator = np.random.default_rng(seed)
+    tracks = list(dict.fromkeys(line.track for line in lines))
+    chosen = []
+    for track in tracks:
+        rows = [line for line in lines if line.track == track]
+        picked = generator.choice(len(rows), size=min(count // len(tracks), len(rows)), replace=False)
+        chosen += [rows[place] for place in sorted(picked.tolist())]
+    return chosen

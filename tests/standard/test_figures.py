@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from swarm_pz.errors import ResultsError
+from swarm_pz.standard.figures import Results, figures, improvement
+from swarm_pz.standard.games import Line, all_tracks
+
+
+def line(track, opponent, number, outcome="win", policy=0, seconds=1.0, fingerprint=""):
+    share = {"win": 1.0, "draw": 0.5, "loss": 0.0}[outcome]
+    return Line(track, policy, opponent, number, outcome, share, seconds, fingerprint or f"{number}", "")
+
+
+def games(protocol, outcome_of, policies=1):
+    """Return a line for every game of a protocol; `outcome_of` gets policy, track, opponent and number."""
+    found = []
+    for track in all_tracks(protocol):
+        names = [trial.name for trial in track.trials] or ["learned 0", "siege 1 2"]
+        for policy in range(policies):
+            for name in names:
+                found += [
+                    line(track.name, name, number, outcome_of(policy, track.name, name, number), policy)
+                    for number in range(track.games)
+                ]
+    return found
+
+
+def test_who_wins_all_has_one(tiny):
+    said = figures(Results(games(tiny, lambda *_: "win"), tiny))
+    assert said["score"] == 1.0 and said["score_ci95"] == [1.0, 1.0]
+    assert said["interval_over"] == "games"
+    assert said["uniform"]["won_share"] == 1.0 and said["uniform"]["median_seconds"] == 1.0
+    assert said["profile"]["share"] == [1.0] * 20
+
+
+def test_robust_is_the_worse_attack_and_a_fifth_of_the_score(tiny):
+    def outcome(policy, track, name, number):
+        return "loss" if name.startswith("siege") else "draw" if track == "robust" else "win"
+
+    said = figures(Results(games(tiny, outcome), tiny))
+    assert said["tracks"]["robust"]["score"] == 0.0
+    assert said["score"] == pytest.approx(0.8)
+
+
+def test_what_is_not_won_is_not_won_within_the_limit(tiny):
+    said = figures(Results(games(tiny, lambda *_: "draw"), tiny))["uniform"]
+    assert said["median_seconds"] is None
+    assert said["restricted_mean_seconds"] == tiny.game.time_limit
+
+
+def test_a_game_that_a_pair_played_twice_counts_once(tiny):
+    lines = games(tiny, lambda policy, track, name, number: "win" if number % 2 else "loss")
+    same = [one._replace(fingerprint="same") if one.number < 2 else one for one in lines]
+    results = Results(same, tiny)
+    assert results.pairs[0][0].tolist() == [[0.5, 1.0], [1.0, 2.0]]
+
+
+def test_several_training_seeds_are_drawn_and_one_is_not(tiny):
+    lines = games(tiny, lambda policy, *_: "win" if policy else "loss", policies=2)
+    said = figures(Results(lines, tiny))
+    assert said["interval_over"] == "training seeds"
+    assert said["score_ci95"][0] < 0.5 < said["score_ci95"][1]
+
+
+def test_one_that_wins_all_improves_on_one_that_loses_all(tiny):
+    best, worst = (Results(games(tiny, lambda *_, how=how: how), tiny) for how in ("win", "loss"))
+    assert improvement(best, worst) == {"probability": 1.0, "ci95": [1.0, 1.0]}
+    assert improvement(best, best)["probability"] == 0.5
+
+
+@pytest.mark.parametrize("spoil", [lambda lines: lines[1:], lambda lines: [*lines, lines[0]], lambda lines: []])
+def test_games_that_are_missing_or_too_many_are_refused(tiny, spoil):
+    lines = games(tiny, lambda *_: "win")
+    with pytest.raises(ResultsError, match="missing, or too many"):
+        Results(spoil(lines), tiny)
+
+
+def test_an_interval_covers_as_often_as_it_says(tiny):
+    wide = replace(tiny, tracks=tuple(replace(track, games=20) for track in tiny.tracks))
+    generator, covered = np.random.default_rng(0), 0
+    for _ in range(12):
+        lines = games(wide, lambda *_: "win" if generator.random() < 0.7 else "loss")
+        low, high = figures(Results(lines, wide))["tracks"]["uniform"]["score_ci95"]
+        covered += low <= 0.7 <= high
+    assert covered >= 9

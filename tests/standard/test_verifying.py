@@ -1,0 +1,173 @@
+from __future__ import annotations
+
+import json
+import shutil
+
+import pytest
+
+from swarm_pz.cli import main
+from swarm_pz.errors import ResultsError
+from swarm_pz.standard import report as files
+from swarm_pz.standard import verify
+from swarm_pz.standard.games import Line
+from swarm_pz.standard.page import render
+
+
+@pytest.fixture
+def copied(reported, tmp_path):
+    """A copy of the report, which may be spoilt."""
+    for name in (files.REPORT, files.GAMES, files.PAGE):
+        shutil.copy(reported / name, tmp_path / name)
+    for name in ("policies", "exploiters"):
+        shutil.copytree(reported / name, tmp_path / name)
+    return tmp_path
+
+
+def edit(folder, change):
+    """Change a report, and sign it anew, as who forges one would."""
+    report = json.loads((folder / files.REPORT).read_text())
+    change(report)
+    report = files.signed(report)
+    (folder / files.REPORT).write_text(json.dumps(report))
+    (folder / files.PAGE).write_text(render(report))
+
+
+def test_a_report_that_was_left_alone_is_confirmed(copied, tiny):
+    verdict = verify(copied, protocol=tiny)
+    assert verdict.check.endswith("games played again are the same games")
+    assert verdict.report["name"] == "two"
+
+
+def test_every_digit_counts(copied, tiny):
+    text = (copied / files.REPORT).read_text()
+    places = [place for place, sign in enumerate(text) if sign.isdigit()]
+    for place in places[:: len(places) // 40]:
+        other = str((int(text[place]) + 1) % 10)
+        (copied / files.REPORT).write_text(text[:place] + other + text[place + 1 :])
+        with pytest.raises(ResultsError, match=r"was changed after it was written|no report of format|is corrupt"):
+            verify(copied, protocol=tiny)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        (files.GAMES, "was changed after it was written"),
+        (files.PAGE, "was changed after it was written: it does not show"),
+    ],
+)
+def test_a_changed_file_beside_it_is_named(copied, tiny, name, message):
+    text = (copied / name).read_text()
+    (copied / name).write_text(text.replace("1", "2", 1))
+    with pytest.raises(ResultsError, match=message):
+        verify(copied, protocol=tiny)
+
+
+def test_figures_that_do_not_follow_from_the_games_are_refused(copied, tiny):
+    edit(copied, lambda report: report["figures"].update(score=0.999))
+    with pytest.raises(ResultsError, match=r"do not follow from the games"):
+        verify(copied, protocol=tiny)
+
+
+def test_games_that_nobody_played_are_found(copied, tiny):
+    report, lines = files.read(copied)
+    forged = [
+        line._replace(outcome="win", share=1.0, seconds=2.0, fingerprint=f"{number:016d}")
+        for number, line in enumerate(lines)
+    ]
+    (copied / files.GAMES).write_bytes(files.encode_games(forged))
+    from swarm_pz.standard.running import describe
+
+    edit(copied, lambda old: old.update(describe("two", report["policies"], report["attacks"], forged, tiny)))
+    with pytest.raises(ResultsError, match="games came out differently: game"):
+        verify(copied, protocol=tiny)
+    edit(copied, lambda old: old["cost"].update(measured_on="another processor"))
+    with pytest.raises(ResultsError, match="more than chance does"):
+        verify(copied, protocol=tiny)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda report: report["policies"][0].update(digest="0" * 32), "is not the report's: expected digest"),
+        (lambda report: report["policies"][0].update(kept="../../policies/0"), "expected policies/0 in"),
+        (lambda report: report["attacks"][0].update(learned="/etc"), "expected exploiters/0 in"),
+        (lambda report: report["attacks"][0].update(searched="siege 1"), "names no tactic|is no attack that"),
+        (lambda report: report["protocol"].update(version="7"), "the report is of protocol '7'"),
+        (lambda report: report["protocol"].update(version="1-quick"), "the report is a try"),
+        (lambda report: report.update(rules_hash="0" * 16), "are not those of protocol"),
+        (lambda report: report.update(policies=[]), "holds no whole report|do not follow"),
+        (lambda report: report.update(figures=3), "holds no whole report"),
+    ],
+)
+def test_a_report_that_lies_is_refused(copied, tiny, change, message):
+    edit_without_page(copied, change)
+    with pytest.raises(ResultsError, match=message):
+        verify(copied, protocol=tiny)
+
+
+def edit_without_page(folder, change):
+    try:
+        edit(folder, change)
+    except (TypeError, ValueError, LookupError):  # what the page cannot show
+        report = json.loads((folder / files.REPORT).read_text())
+        assert files.signed(report)["checksum"] == report["checksum"]
+
+
+def test_another_policy_than_the_reports_is_refused(copied, tiny):
+    with pytest.raises(ResultsError, match="the report is of 2 policies, got 1"):
+        verify(copied, ["ring"], protocol=tiny)
+    with pytest.raises(ResultsError, match="policy hunter is not the report's"):
+        verify(copied, ["hunter", "ring"], protocol=tiny)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "is corrupt"),
+        (b"[" * 100_000, "is corrupt"),
+        (b'{"format": 1, "score": NaN}', "NaN is no number of JSON"),
+        (b"[1]", "is no report of format 1"),
+        (b"\xff\xfe", "is corrupt"),
+    ],
+)
+def test_a_file_that_is_no_report_is_refused(tmp_path, content, message):
+    (tmp_path / files.REPORT).write_bytes(content)
+    with pytest.raises(ResultsError, match=message):
+        verify(tmp_path)
+
+
+def test_a_folder_without_a_report_is_refused(tmp_path, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(["benchmark", "--verify", str(tmp_path)])
+    assert "there is no report in" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("spoilt", [{"outcome": "won"}, {"number": -1}, {"share": "1"}, {"policy": True}])
+def test_a_line_that_is_no_game_is_refused(copied, tiny, spoilt):
+    _, lines = files.read(copied)
+    data = files.encode_games([lines[0]._replace(**spoilt), *lines[1:]])
+    (copied / files.GAMES).write_bytes(data)
+    import hashlib
+
+    edit(copied, lambda report: report["games"].update(sha256=hashlib.sha256(data).hexdigest()))
+    with pytest.raises(ResultsError, match=r"line 1 of .* is no game"):
+        verify(copied, protocol=tiny)
+
+
+def test_a_line_is_written_as_it_is_read():
+    line = Line("uniform", 0, "uniform", 3, "win", 1.0, 12.5, "ab", "")
+    assert [Line(**json.loads(row)) for row in files.encode_games([line]).splitlines()] == [line]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["benchmark"], "policies must be at least one name"),
+        (["benchmark", "ring", "--seed", "3"], "seed must be left out without verify"),
+        (["benchmark", "--verify", "x", "--quick"], "verify must be given without"),
+    ],
+)
+def test_options_that_do_not_fit_are_refused(arguments, message, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(arguments)
+    assert message in capsys.readouterr().err
