@@ -39,16 +39,16 @@ def export(
     if policy.lower().endswith(".zip"):
         if not trust:
             raise CheckpointError(
-                f"{policy} is a pickle, and opening it runs whatever code it holds: if you made it yourself, say --trust; of "
-                f"others take nothing but ONNX files"
+                f"{policy} is a pickle, and opening it runs whatever code it holds: if you made it yourself, say "
+                f"--trust; of others take nothing but ONNX files"
             )
         exporting.export_model(exporting.load_model(Path(policy)), game, system, out, Path(policy).stem)
     else:
         found = load(policy, game, system)
         if not isinstance(found, LearnedPolicy):
             raise PolicyError(
-                f"only learned policies can be exported, and {policy!r} is none: expected a folder that training wrote, a "
-                f"learned policy's name, or a file.zip of Stable-Baselines3"
+                f"only learned policies can be exported, and {policy!r} is none: expected a folder that training "
+                f"wrote, a learned policy's name, or a file.zip of Stable-Baselines3"
             )
         exporting.export_learned(found, game, system, out)
     print(f"wrote {out}; try it: {program()} evaluate {out}")
