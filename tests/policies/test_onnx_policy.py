@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import copy
 import json
 import os
@@ -14,11 +15,14 @@ from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.errors import CheckpointError, ConfigError, KindError, OutputError, PolicyError
 from swarm_pz.evaluation.match import play_match
+from swarm_pz.play.recordings.format import CommandLine
+from swarm_pz.play.server.policy_workers import PolicyWorkers
 from swarm_pz.policies import onnx_card
 from swarm_pz.policies.onnx_card import CARD, MODEL, OnnxCard
 from swarm_pz.policies.onnx_policy import write
 from swarm_pz.policy import load, load_players
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
+from tests.play.server.test_room import Client, opened, read, until
 from tests.policies.onnx_of_tests import build, follower, weights
 
 node = helper.make_node
@@ -74,6 +78,23 @@ def test_it_is_an_opponent_in_training(folder):
     env = DuelEnv(GAME, opponent=str(folder), observation=SEEN)
     env.reset(seed=0)
     assert np.isfinite(env.step(env.action_space.sample())[1])
+
+
+def test_it_plays_at_the_table(folder, tmp_path):
+    async def play():
+        workers = PolicyWorkers(load, limit_s=60.0)
+        with opened(tmp_path / "games", workers, time_limit=None) as room:
+            client = Client()
+            room.watch(client)
+            room.place_policy("red", str(folder))
+            room.place_policy("blue", "ring")
+            room.ready(client, True)
+            await until(lambda: room.phase == "playing" and room.session.game.tick > 3)
+            sent = read(room).of(CommandLine)
+        workers.close()
+        return sent
+
+    assert {line.team for line in asyncio.run(play())} == {0, 1}
 
 
 def test_it_serves_systems_that_take_densities_and_no_others(folder):
