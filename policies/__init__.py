@@ -7,7 +7,7 @@ from pathlib import Path
 
 from swarm_pz.config import GameConfig
 from swarm_pz.config.system import ControlSystem
-from swarm_pz.errors import require_extra
+from swarm_pz.errors import CheckpointError, require_extra
 from swarm_pz.policy import Player, registered
 from swarm_pz.policy import load as _load
 
@@ -25,12 +25,12 @@ def names() -> list[str]:
 
 
 def load(name: str | Path, config: GameConfig | None = None, system: ControlSystem | None = None) -> Player:
-    """Return the policy of a name, or of a folder that training wrote: `swarm_pz.policy.load`.
+    """Return the policy of a name, or of a folder that holds one: `swarm_pz.policy.load`.
 
     Parameters
     ----------
     name : str or Path
-        One of `names()`, or a folder that holds ``policy.safetensors`` and ``policy.json``.
+        One of `names()`, or a folder that holds ``policy.json`` and ``policy.safetensors`` or ``policy.onnx``.
     config : GameConfig, optional
         The game that it will play.
     system : ControlSystem, optional
@@ -47,15 +47,23 @@ def load(name: str | Path, config: GameConfig | None = None, system: ControlSyst
 
 
 def read_folder(folder: Path, config: GameConfig) -> Player:
-    """Return the learned policy in a folder; what the entry-point group for folders names.
+    """Return the policy in a folder; what the entry-point group for folders names.
 
     Raises
     ------
     CheckpointError
         If the folder's files are missing or corrupt, or do not fit the game.
     MissingExtraError
-        If PyTorch is not installed.
+        If what plays such a policy is not installed: PyTorch, or ONNX Runtime.
     """
+    if (folder / "policy.onnx").exists() or (folder / "policy.onnx").is_symlink():
+        if (folder / "policy.safetensors").exists():
+            raise CheckpointError(f"{folder} holds two policies, policy.onnx and policy.safetensors: keep one")
+        for module in ("onnx", "onnxruntime"):
+            require_extra(module, "onnx")
+        from swarm_pz.policies.onnx_policy import OnnxPolicy
+
+        return OnnxPolicy.read(folder, config)
     require_extra("torch", "training")
     from swarm_pz.policies.learned import LearnedPolicy
 

@@ -5,6 +5,7 @@ Loading runs no code from the files: the card names numbers, the weights are arr
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import json
 from collections.abc import Sequence
@@ -155,6 +156,10 @@ class LearnedPolicy:
     def weights(self) -> dict[str, Tensor]:
         """Return the actor's parameters by name."""
         return {name: values.clone() for name, values in self._actor.state_dict().items()}
+
+    def network(self) -> Actor | DronesActor:
+        """Return the actor: from observations in [0, 1], or rows of drones, to mean actions."""
+        return copy.deepcopy(self._actor)
 
     def write(self, folder: Path) -> None:
         """Write the policy into a folder, the card last, so that a card never stands alone."""

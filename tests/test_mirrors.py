@@ -6,6 +6,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 HOMES = {
+    "policies/onnx_card": "policies/test_onnx_policy",
+    "policies/onnx_model": "policies/test_onnx_checks",
     "swarm_pz/cli/compare": "cli/test_cli",
     "swarm_pz/cli/evidence": "figures/test_making",
     "swarm_pz/cli/machine": "cli/test_cli",

@@ -1,4 +1,4 @@
-"""The command line: ``swarm-pz train | league | evaluate | tournament | play | replay | study | ...``.
+"""The command line: ``swarm-pz train | league | evaluate | tournament | export | play | replay | ...``.
 
 The one place that knows every part of the project; each command imports what it needs, so that
 ``--help`` is quick and a missing extra is named only where it is wanted.
@@ -23,7 +23,19 @@ except MissingExtraError as missing:  # the entry point is installed even withou
 
 import tyro
 
-from swarm_pz.cli import compare, evidence, learn, machine, preset_option, report, standard, studies, systems, table
+from swarm_pz.cli import (
+    compare,
+    evidence,
+    export,
+    learn,
+    machine,
+    preset_option,
+    report,
+    standard,
+    studies,
+    systems,
+    table,
+)
 from swarm_pz.cli.printing import printable
 from swarm_pz.cli.system_option import REGISTRY
 
@@ -36,6 +48,7 @@ def main(arguments: list[str] | None = None) -> None:
         "evaluate": compare.evaluate,
         "tournament": compare.tournament,
         "benchmark": standard.benchmark,
+        "export": export.export,
         "play": table.play,
         "replay": table.replay,
         "figures": evidence.figures,

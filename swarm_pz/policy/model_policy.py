@@ -67,10 +67,11 @@ class ModelPolicy:
         self.name = type(model).__name__
         self.model = model
         self.deterministic = deterministic
-        self.observation, options = _images_of(model.observation_space, config, observation)
         system = config.team_systems[0] if system is None else system
         self.answers = system.takes
-        options.update(_actions_of(model.action_space, config, system))
+        self.observation, options = format_of(
+            model.observation_space, model.action_space, config, observation, system=system
+        )
         self._format = Format(config, self.observation, system, **options)
         if self._format.observation_space != model.observation_space:
             raise PolicyError(
@@ -96,6 +97,26 @@ class ModelPolicy:
         if state is not None:
             raise PolicyError(f"model {self.name} has a memory, which must be kept for each game: wrap it in a policy")
         return self._format.read(actions, _ROWS, f"model {self.name}'s actions")
+
+
+def format_of(
+    observation_space: spaces.Space[Any],
+    action_space: spaces.Space[Any],
+    config: GameConfig,
+    observation: ObservationConfig | None = None,
+    *,
+    system: ControlSystem,
+) -> tuple[ObservationConfig, FormatOptions]:
+    """Return what a model sees, and the options of the format that its spaces belong to; arguments as `ModelPolicy`.
+
+    Raises
+    ------
+    PolicyError
+        If they are not such as a face of this game has.
+    """
+    found, options = _images_of(observation_space, config, observation)
+    options.update(_actions_of(action_space, config, system))
+    return found, options
 
 
 def _actions_of(space: spaces.Space[Any], config: GameConfig, system: ControlSystem) -> FormatOptions:

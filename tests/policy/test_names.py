@@ -52,7 +52,7 @@ def test_what_is_neither_name_nor_folder_is_said(tmp_path):
     ):
         load("runs/frist", config)
     (tmp_path / "empty").mkdir()
-    with pytest.raises(CheckpointError, match=r"empty holds no policy: expected policy\.json in it"):
+    with pytest.raises(CheckpointError, match=r"empty holds no policy: expected policy\.json or policy\.onnx in it"):
         load(tmp_path / "empty", config)
     with pytest.raises(PolicyError, match="must have reset"):
         load(42, config)

@@ -1,0 +1,235 @@
+"""Trained networks as ONNX files: ours, and models of Stable-Baselines3."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import stable_baselines3
+import torch
+from gymnasium import spaces
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.save_util import load_from_zip_file
+from stable_baselines3.dqn.policies import DQNPolicy
+from stable_baselines3.sac.policies import SACPolicy
+from stable_baselines3.td3.policies import TD3Policy
+from torch import Tensor, nn
+
+from swarm_pz.config import GameConfig
+from swarm_pz.config.system import ControlSystem
+from swarm_pz.errors import CheckpointError, PolicyError
+from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.policies.onnx_card import OnnxCard
+from swarm_pz.policies.onnx_checks import ROWS, parts_of
+from swarm_pz.policies.onnx_policy import write
+from swarm_pz.policy.model_policy import format_of
+from swarm_pz.spaces.formats import Format
+
+OPSET = 18
+
+
+class _Ours(nn.Module):
+    """Images of bytes, or rows of drones, to actions in [-1, 1]."""
+
+    def __init__(self, actor: nn.Module, *, bytes_: bool) -> None:
+        super().__init__()
+        self.actor, self.scale = actor, 255.0 if bytes_ else 1.0
+
+    def forward(self, observations: Tensor) -> Tensor:
+        actions: Tensor = self.actor(observations.float() / self.scale)
+        return actions.clamp(-1.0, 1.0)
+
+
+class _Theirs(nn.Module):
+    """What a policy of SB3 would answer at its best, by the layers that it is made of."""
+
+    def __init__(self, policy: Any) -> None:
+        super().__init__()
+        self.policy = policy
+        self.keys = sorted(policy.observation_space) if isinstance(policy.observation_space, spaces.Dict) else None
+        space = policy.action_space
+        if isinstance(space, spaces.Box):
+            self.register_buffer("low", torch.as_tensor(space.low))
+            self.register_buffer("high", torch.as_tensor(space.high))
+        self.memory = (policy.lstm_actor.num_layers, policy.lstm_actor.hidden_size) if _remembers(policy) else None
+
+    def forward(self, *given: Tensor) -> Any:
+        count = 1 if self.keys is None else len(self.keys)
+        seen = given[0] if self.keys is None else dict(zip(self.keys, given, strict=False))
+        if self.memory is None:
+            return self._limited(self._decided(seen))
+        features = self.policy.extract_features(seen, self.policy.pi_features_extractor)
+        hidden, cell = (part.swapaxes(0, 1).contiguous() for part in given[count:])
+        latent, (hidden, cell) = self.policy.lstm_actor(features[None], (hidden, cell))
+        means = self.policy.action_net(self.policy.mlp_extractor.forward_actor(latent[0]))
+        return self._limited(means), hidden.swapaxes(0, 1), cell.swapaxes(0, 1)
+
+    def _decided(self, seen: Any) -> Tensor:
+        policy, answer = self.policy, None
+        if isinstance(policy, DQNPolicy):
+            answer = policy.q_net(seen)
+        elif isinstance(policy, TD3Policy):
+            answer = policy.actor(seen)
+        elif isinstance(policy, SACPolicy):
+            answer = torch.tanh(policy.actor.get_action_dist_params(seen)[0])
+        else:
+            features = policy.extract_features(seen, policy.pi_features_extractor)
+            answer = policy.action_net(policy.mlp_extractor.forward_actor(features))
+            answer = torch.tanh(answer) if policy.squash_output else answer
+        return answer
+
+    def _limited(self, answer: Tensor) -> Tensor:
+        space = self.policy.action_space
+        if not isinstance(space, spaces.Box):
+            return answer
+        low, high = self.get_buffer("low"), self.get_buffer("high")
+        answer = answer.reshape(-1, *space.shape)
+        if self.policy.squash_output:
+            return low + 0.5 * (answer + 1.0) * (high - low)
+        return answer.clamp(low, high)
+
+
+def _remembers(policy: Any) -> bool:
+    return isinstance(getattr(policy, "lstm_actor", None), nn.LSTM)
+
+
+def export_learned(policy: LearnedPolicy, config: GameConfig, system: ControlSystem, folder: Path) -> None:
+    """Write one of our own policies as an ONNX file with its card.
+
+    Parameters
+    ----------
+    policy : LearnedPolicy
+    config : GameConfig
+        A game that it can play.
+    system : ControlSystem
+        What flies its team.
+    folder : Path
+
+    Raises
+    ------
+    CheckpointError
+        If what comes out may not play; it is tried before it is written.
+    """
+    images, cells = policy.observation.kind == "grids", policy.card.get("action_cells")
+    card = OnnxCard(
+        name=policy.name,
+        origin=f"the policy {policy.name!r} of swarm-pz, digest {policy.digest}",
+        answers=policy.answers,
+        system=str(policy.card.get("system", "")),
+        observation=policy.observation,
+        action="normalised",
+        action_cells=cells if policy.answers == "density" else None,
+    )
+    actor = policy.network()
+    space = card.format(config, system).observation_space
+    write(folder, _traced(_Ours(actor, bytes_=images), {"observation": space}, {}), card, config)
+
+
+def load_model(path: Path) -> Any:
+    """Return the policy of a model that Stable-Baselines3 saved. Such a file is a pickle: loading it runs its code.
+
+    Raises
+    ------
+    CheckpointError
+        If it is none, or of an algorithm that is none of those known.
+    """
+    try:
+        data, parts, _ = load_from_zip_file(path, device="cpu")
+        settings = dict(data["policy_kwargs"])  # type: ignore[index]
+        if data.get("use_sde"):  # type: ignore[union-attr]
+            settings["use_sde"] = True
+        seen, answered = data["observation_space"], data["action_space"]  # type: ignore[index]
+        policy = data["policy_class"](seen, answered, lambda _: 0.0, **settings)  # type: ignore[index]
+        policy.load_state_dict(parts["policy"])
+    except (
+        ArithmeticError,
+        AttributeError,
+        ImportError,
+        LookupError,
+        OSError,
+        RuntimeError,
+        TypeError,
+        ValueError,
+        zipfile.BadZipFile,
+    ) as error:
+        raise CheckpointError(f"{path} is no model that Stable-Baselines3 has saved: {error!r}") from error
+    if not isinstance(policy, (ActorCriticPolicy, DQNPolicy, SACPolicy, TD3Policy)):
+        raise CheckpointError(
+            f"{path} holds a {type(policy).__name__}: expected a model of PPO, A2C, SAC, TD3, DDPG, DQN or RecurrentPPO"
+        )
+    policy.set_training_mode(False)
+    return policy
+
+
+def export_model(policy: Any, config: GameConfig, system: ControlSystem, folder: Path, name: str) -> None:
+    """Write the policy of a model of Stable-Baselines3 as an ONNX file with its card.
+
+    Parameters
+    ----------
+    policy : stable_baselines3.common.policies.BasePolicy
+        `model.policy`, or what `load_model` returned.
+    config : GameConfig
+        The game that it was trained for.
+    system : ControlSystem
+        What flies its team.
+    folder : Path
+    name : str
+        What tables shall call it.
+
+    Raises
+    ------
+    PolicyError
+        If its spaces are not such as a face of this game has.
+    CheckpointError
+        If what comes out may not play; it is tried before it is written.
+    """
+    observation, options = format_of(policy.observation_space, policy.action_space, config, system=system)
+    shown = Format(config, observation, system, **options).observation_space
+    if shown != policy.observation_space:
+        raise PolicyError(f"{name} observes {policy.observation_space}, but in this game it would be shown {shown}")
+    module = _Theirs(policy)
+    state = {"hidden": "next_hidden", "cell": "next_cell"} if module.memory else {}
+    card = OnnxCard(
+        name=name,
+        origin=f"{type(policy).__name__} of Stable-Baselines3 {stable_baselines3.__version__}",
+        answers=system.takes,
+        system="" if system.takes == "density" else system.name,
+        observation=observation,
+        state=state,
+        **options,
+    )
+    entries = (
+        {key: shown[key] for key in module.keys or ()} if isinstance(shown, spaces.Dict) else {"observation": shown}
+    )
+    memory = {key: spaces.Box(-1, 1, module.memory) for key in state} if module.memory else {}
+    write(folder, _traced(module, entries | memory, state), card, config)
+
+
+def _traced(module: nn.Module, inputs: dict[str, spaces.Space[Any]], state: dict[str, str]) -> bytes:
+    """Return a network as an ONNX file that answers `ROWS` games at once, and says nothing about who made it."""
+    examples = tuple(torch.as_tensor(np.zeros((ROWS, *(space.shape or ())), space.dtype)) for space in inputs.values())
+    logging.getLogger("torch.onnx").setLevel(logging.ERROR)  # it misses torchvision aloud
+    with warnings.catch_warnings(), torch.no_grad():
+        warnings.filterwarnings("ignore", category=DeprecationWarning)  # of what PyTorch does inside
+        warnings.filterwarnings("ignore", category=FutureWarning)
+        warnings.filterwarnings("ignore", category=UserWarning)
+        program = torch.onnx.export(
+            module.eval(),
+            examples,
+            dynamo=True,
+            opset_version=OPSET,
+            input_names=list(inputs),
+            output_names=["action", *state.values()],
+            external_data=False,
+            verbose=False,
+        )
+    model = program.model_proto  # type: ignore[union-attr]
+    for part in parts_of(model):  # which hold lines of source, and paths of the machine
+        for name in ("doc_string", "metadata_props"):
+            if name in part.DESCRIPTOR.fields_by_name:
+                part.ClearField(name)
+    return bytes(model.SerializeToString(deterministic=True))

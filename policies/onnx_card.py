@@ -1,0 +1,154 @@
+"""What stands beside an ONNX model in a policy's folder: the card, which says how to play it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import stat
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config.base import Config, check, check_choice
+from swarm_pz.config.system import ControlSystem
+from swarm_pz.errors import CheckpointError, SwarmError
+from swarm_pz.files import draft_of, explain
+from swarm_pz.policies.onnx_checks import MOST_BYTES
+from swarm_pz.spaces.actions import ActionKind
+from swarm_pz.spaces.formats import Dtype, Format
+
+MODEL, CARD = "policy.onnx", "policy.json"
+FORMAT = "onnx-1"
+_MOST_CARD = 2**16
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnnxCard(Config):
+    """What a model's card says; see `swarm_pz.spaces.formats.Format` for how actions and images are written.
+
+    Attributes
+    ----------
+    name : str
+        What tables call it.
+    origin : str
+        Who made it, from what, and how.
+    answers : str
+        The kind of its commands, as `ControlSystem.takes`.
+    system : str
+        The control system that it has learned to command; if empty, any that takes such commands.
+    observation : ObservationConfig
+        What it sees.
+    observation_dtype : {"uint8", "float32"}
+    channels_last : bool
+    action : {"normalised", "log_density", "command", "density", "discrete"}
+        How its answers are read; those outside of the format's limits are clipped. Of discrete ones, an answer is the
+        number of a command, or else a value for each, of which the largest is taken.
+    action_cells : int, optional
+    flatten_actions : bool
+    state : dict of str to str
+        Of a model with memory: the output whose values an input has at the next step; zeros at first.
+    """
+
+    name: str = ""
+    origin: str = ""
+    answers: str = "density"
+    system: str = ""
+    observation: ObservationConfig = field(default_factory=ObservationConfig)
+    observation_dtype: Dtype = "uint8"
+    channels_last: bool = False
+    action: ActionKind = "normalised"
+    action_cells: int | None = None
+    flatten_actions: bool = False
+    state: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("name", "origin", "answers", "system"):
+            value = getattr(self, name)
+            is_line = isinstance(value, str) and len(value) <= 2000 and value.isprintable()
+            check(is_line, f"card.{name}", value, "a line of text")
+        check(bool(self.name and self.answers), "card.name", self.name, "a line of text that is not empty")
+        check_choice(self.action, "card.action", ("normalised", "log_density", "command", "density", "discrete"))
+        is_map = isinstance(self.state, Mapping) and all(isinstance(one, str) for one in self.state.values())
+        check(
+            is_map and len(set(self.state.values())) == len(self.state), "card.state", self.state, "inputs to outputs"
+        )
+        check(isinstance(self.observation, ObservationConfig), "card.observation", self.observation, "an object")
+
+    def format(self, config: GameConfig, system: ControlSystem) -> Format:
+        """Return how a game's observations are shown, and answers are read."""
+        return Format(
+            config,
+            self.observation,
+            system,
+            action=self.action,
+            action_cells=self.action_cells,
+            flatten_actions=self.flatten_actions,
+            observation_dtype=self.observation_dtype,
+            channels_last=self.channels_last,
+        )
+
+
+def digest_of(card: OnnxCard, model: bytes) -> str:
+    """Return a hash of all that makes a policy."""
+    content = hashlib.sha256(json.dumps(card.to_dict(), sort_keys=True).encode())
+    content.update(model)
+    return content.hexdigest()[:32]
+
+
+def read_files(folder: Path) -> tuple[OnnxCard, bytes]:
+    """Return a folder's card and model, which belong together.
+
+    Raises
+    ------
+    CheckpointError
+        If they are missing, links, too large, or were changed.
+    """
+    text, model = _read(folder / CARD, _MOST_CARD), _read(folder / MODEL, MOST_BYTES)
+    try:
+        said = json.loads(text)
+        form, digest = said.pop("format", None), said.pop("digest", None)
+    except (ValueError, RecursionError, AttributeError, TypeError) as error:
+        raise CheckpointError(f"{folder / CARD} is no card: expected a JSON object ({error})") from error
+    if form != FORMAT:
+        raise CheckpointError(f"the card in {folder} must be of format {FORMAT!r}, got {form!r}")
+    try:
+        card = OnnxCard.from_dict(said)
+    except (SwarmError, TypeError) as error:
+        raise CheckpointError(f"the card in {folder} cannot be used: {error}") from error
+    if digest != (found := digest_of(card, model)):
+        raise CheckpointError(
+            f"{folder} was changed after it was written: its card names digest {digest!r}, its content has "
+            f"{found!r}; get it again from where it came from, or write it by swarm_pz.policies.onnx_policy.write"
+        )
+    return card, model
+
+
+def write_files(folder: Path, card: OnnxCard, model: bytes) -> None:
+    """Write a folder's files, the card last, so that a card never stands alone."""
+    with draft_of(folder / MODEL) as draft:
+        draft.write_bytes(model)
+    said = {"format": FORMAT} | card.to_dict() | {"digest": digest_of(card, model)}
+    with draft_of(folder / CARD) as draft:
+        draft.write_text(json.dumps(said, indent=2) + "\n")
+
+
+def _read(path: Path, most: int) -> bytes:
+    """Return what stands in a file itself, and not where a link leads."""
+    flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    try:
+        if path.is_symlink():
+            raise CheckpointError(f"{path} is a link: expected a file; copy what it leads to")
+        with os.fdopen(os.open(path, flags), "rb") as file:
+            status = os.fstat(file.fileno())
+            if not stat.S_ISREG(status.st_mode):
+                raise CheckpointError(f"{path} is no file: expected one, got a folder, a pipe or a device")
+            if status.st_size > most:
+                raise CheckpointError(f"{path} is too large: expected {most:,} bytes or fewer, got {status.st_size:,}")
+            return file.read(most + 1)
+    except FileNotFoundError as error:
+        raise CheckpointError(f"{path.parent} must hold {MODEL} and {CARD}, {path.name} is missing") from error
+    except OSError as error:
+        raise CheckpointError(f"{path} cannot be read: {explain(error)}") from error

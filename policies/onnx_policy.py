@@ -1,0 +1,243 @@
+"""Tactics from any framework: a neural network as an ONNX file, and a JSON card that says how to play it.
+
+Nothing in such a folder is run as code: the model is arithmetic, looked through and tried before it plays
+(`swarm_pz.policies.onnx_checks`), and the card holds words and numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from swarm_pz.config import GameConfig
+from swarm_pz.config.system import ControlSystem
+from swarm_pz.errors import CheckpointError, KindError, OutputError, PolicyError, SwarmError
+from swarm_pz.files import check_folder
+from swarm_pz.policies.onnx_card import MODEL, OnnxCard, digest_of, read_files, write_files
+from swarm_pz.policies.onnx_checks import Arrays, ModelError, Plug
+from swarm_pz.policies.onnx_model import Network
+from swarm_pz.simulator.spawn import Seed
+from swarm_pz.spaces.formats import Format
+from swarm_pz.spaces.observation import Observations
+from swarm_pz.systems.ergodic import Ergodic
+
+
+class OnnxPolicy:
+    """Plays a model from an ONNX file.
+
+    Parameters
+    ----------
+    card : OnnxCard
+    network : Network
+    config : GameConfig
+        The game that it will play.
+    system : ControlSystem, optional
+        What flies its team; only who answers densities can do without.
+
+    Attributes
+    ----------
+    digest : str
+        Identifies card and model together.
+
+    Raises
+    ------
+    CheckpointError
+        If the model does not take and give what its card says, or not in this game.
+    """
+
+    def __init__(
+        self, card: OnnxCard, network: Network, config: GameConfig, system: ControlSystem | None = None
+    ) -> None:
+        self.card, self.name, self.answers, self.observation = card, card.name, card.answers, card.observation
+        self.network, self.digest = network, digest_of(card, network.data)
+        self._config, self._system = config, system
+        self._format: Format | None = None
+        self._states: dict[int, Arrays] = {}
+        signature, state = network.signature, card.state
+        for what, named, there in (("input", state, signature.inputs), ("output", state.values(), signature.outputs)):
+            if missing := set(named) - set(there):
+                raise self._lie(f"the {what}s of its state are {sorted(missing)}, the model has {sorted(there)}")
+        for taken, given in state.items():
+            if signature.inputs[taken] != signature.outputs[given]:
+                raise self._lie(
+                    f"{given!r} becomes {taken!r}, but is {signature.outputs[given]} and not {signature.inputs[taken]}"
+                )
+        answers = [name for name in signature.outputs if name not in state.values()]
+        if len(answers) != 1:
+            raise self._lie(f"it answers by one output, states aside, the model has {sorted(signature.outputs)}")
+        self._answer = answers[0]
+        # Densities are the same whoever flies: who serves others by them takes them from the policy's player.
+        flown = Ergodic() if self.answers == "density" else system
+        if flown is not None:
+            try:
+                self._format = card.format(config, flown)
+            except SwarmError as error:
+                raise CheckpointError(f"the card of policy {self.name!r} does not fit this game: {error}") from error
+            self._check_inputs(self._format.observation_space)
+            self._check_answer(self._format.action_space)
+
+    def _lie(self, what: str) -> CheckpointError:
+        return CheckpointError(f"the card of policy {self.name!r} and its model do not agree: {what}")
+
+    def _check_inputs(self, space: spaces.Space[Any]) -> None:
+        """Check that the model takes what its card says it sees."""
+        seen = {name: plug for name, plug in self.network.signature.inputs.items() if name not in self.card.state}
+        rows = self.network.signature.rows
+        if isinstance(space, spaces.Dict):
+            expected = {name: Plug(str(part.dtype), (rows, *(part.shape or ()))) for name, part in space.items()}
+            fits = bool(seen) and all(expected.get(name) == plug for name, plug in seen.items())
+        else:
+            expected = {"observation": Plug(str(space.dtype), (rows, *(space.shape or ())))}
+            fits = list(seen.values()) == list(expected.values())
+        if not fits:
+            raise self._lie(f"in this game it is to be shown {_listed(expected)}, the model takes {_listed(seen)}")
+
+    def _check_answer(self, space: spaces.Space[Any]) -> None:
+        """Check that the model gives what its card says it answers."""
+        plug, rows = self.network.signature.outputs[self._answer], self.network.signature.rows
+        if isinstance(space, spaces.Discrete):
+            is_number = plug.shape == (rows,) and np.issubdtype(plug.dtype, np.integer)
+            fits = is_number or (plug.shape == (rows, space.n) and np.issubdtype(plug.dtype, np.floating))
+            expected = f"whole numbers ({rows},), or values ({rows}, {space.n})"
+        else:
+            shape = (rows, *(space.shape or ()))
+            fits = plug.shape == shape and np.issubdtype(plug.dtype, np.floating)
+            expected = f"fractions {shape}"
+        if not fits:
+            raise self._lie(f"in this game it is to answer {expected}, the model gives {_listed({self._answer: plug})}")
+
+    @classmethod
+    def read(cls, folder: Path, config: GameConfig) -> OnnxPolicy:
+        """Read the policy in a folder.
+
+        Raises
+        ------
+        CheckpointError
+            If files are missing, corrupt, foreign or malicious.
+        """
+        card, model = read_files(folder)
+        return cls(card, _network(folder / MODEL, model), config)
+
+    def for_system(self, system: ControlSystem) -> OnnxPolicy:
+        """Return the policy that commands a team flown by a system.
+
+        Raises
+        ------
+        KindError
+            If it has learned to command another system.
+        """
+        if self.card.system not in ("", system.name):
+            raise KindError(
+                f"policy {self.name!r} has learned to command {self.card.system}, and not {system.name}: choose "
+                f"another policy, or another system by GameConfig.controllers"
+            )
+        if self.answers == "density" or system == self._system:
+            return self
+        return OnnxPolicy(self.card, self.network, self._config, system)
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Begin new games in some rows: what it remembers of those before is gone."""
+        for row in rows.tolist():
+            self._states.pop(row, None)
+
+    def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Answer n observations with commands (n, ...).
+
+        Raises
+        ------
+        PolicyError
+            If the model fails, or answers NaN or infinity.
+        """
+        if self._format is None:
+            raise KindError(f"policy {self.name!r} must be told which control system flies its team: load it by `load`")
+        shown = self._format.show(observations)
+        seen = [name for name in self.network.signature.inputs if name not in self.card.state]
+        given: Arrays = {name: shown[name] for name in seen} if isinstance(shown, dict) else {seen[0]: shown}
+        size, count = self.network.signature.rows, len(rows)
+        starts = range(0, count, size)
+        parts = [self._answer_part({k: v[i : i + size] for k, v in given.items()}, rows[i : i + size]) for i in starts]
+        answers, space = np.concatenate(parts), self._format.action_space
+        if isinstance(space, spaces.Discrete):
+            answers = answers.argmax(axis=1) if answers.ndim == 2 else answers
+        elif isinstance(space, spaces.Box):
+            answers = answers.astype(np.float64).clip(space.low, space.high)
+        return self._format.read(answers, count, f"the answers of policy {self.name}")
+
+    def _answer_part(self, given: Arrays, rows: NDArray[np.int64]) -> NDArray[Any]:
+        """Answer as many games as the model takes, or fewer."""
+        signature, count = self.network.signature, len(rows)
+        # Always as many: another number would round differently, and a game would depend on those beside it.
+        feeds = {name: np.zeros(plug.shape, plug.dtype) for name, plug in signature.inputs.items()}
+        for name, values in given.items():
+            feeds[name][:count] = values
+        for place, row in enumerate(rows.tolist()):
+            for name, values in self._states.get(row, {}).items():
+                feeds[name][place] = values
+        try:
+            answers = self.network.run(feeds)
+        except ModelError as error:
+            raise PolicyError(f"the model of policy {self.name!r} {error}") from error
+        if self.card.state:
+            for place, row in enumerate(rows.tolist()):
+                self._states[row] = {taken: answers[left][place].copy() for taken, left in self.card.state.items()}
+        return answers[self._answer][:count]
+
+
+def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig | None = None) -> None:
+    """Write a policy's folder: the model, and its card with their digest; the model is tried before.
+
+    Parameters
+    ----------
+    folder : Path or str
+    model : bytes
+        An ONNX file.
+    card : OnnxCard
+    config : GameConfig, optional
+        A game that it plays; the default one if not given.
+
+    Raises
+    ------
+    CheckpointError
+        If the model may not play, or is none of a policy.
+    OutputError
+        If the folder cannot be written to, or holds something.
+    """
+    folder = Path(folder)
+    check_new(folder)
+    network = _network(folder / MODEL, model)
+    config = GameConfig() if config is None else config
+    system = config.team_systems[0]
+    OnnxPolicy(card, network, config, system if system.takes == card.answers else None)
+    check_folder(folder)
+    write_files(folder, card, model)
+
+
+def check_new(folder: Path) -> None:
+    """Refuse a folder that holds something, and names that are none of folders.
+
+    Raises
+    ------
+    OutputError
+    """
+    if folder.suffix == ".onnx":
+        raise OutputError(
+            f"expected a folder, got {str(folder)!r}: a model's card stands beside it, and players are named by folders"
+        )
+    if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
+        raise OutputError(f"{str(folder)!r} holds something already: choose another folder, or remove it")
+
+
+def _network(path: Path, model: bytes) -> Network:
+    try:
+        return Network(model)
+    except ModelError as error:
+        raise CheckpointError(f"the model {path} {error}") from error
+
+
+def _listed(plugs: Mapping[str, Plug]) -> str:
+    return ", ".join(f"{name} {plug.dtype} {plug.shape}" for name, plug in plugs.items()) or "nothing"

@@ -1,0 +1,350 @@
+"""A folder with a model and a card is a policy like any other, and one that lies is refused."""
+
+from __future__ import annotations
+
+import asyncio
+import copy
+import json
+import os
+
+import numpy as np
+import pytest
+from onnx import TensorProto, helper
+
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.envs.gymnasium_env import DuelEnv
+from swarm_pz.errors import CheckpointError, ConfigError, KindError, OutputError, PolicyError
+from swarm_pz.evaluation.match import play_match
+from swarm_pz.play.recordings.format import CommandLine
+from swarm_pz.play.server.policy_workers import PolicyWorkers
+from swarm_pz.policies import onnx_card
+from swarm_pz.policies.onnx_card import CARD, MODEL, OnnxCard
+from swarm_pz.policies.onnx_policy import write
+from swarm_pz.policy import load, load_players
+from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
+from tests.play.server.test_room import Client, opened, read, until
+from tests.policies.onnx_of_tests import build, follower, weights
+
+node = helper.make_node
+GAME = GameConfig(drones_per_team=2, time_limit=4.0)
+SEEN = ObservationConfig(grid=5, channels=("opposing_positions",))
+FOLLOWER = OnnxCard(name="follower", origin="by hand", observation=SEEN, action="density", action_cells=5)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write(tmp_path / "follower", follower().SerializeToString(), FOLLOWER)
+    return tmp_path / "follower"
+
+
+def boards(count):
+    return np.random.default_rng(0).integers(0, 256, (count, 1, 5, 5)).astype(np.uint8)
+
+
+def resign(folder, **changes):
+    """Change a card, and its digest with it, as somebody would who lies."""
+    said = json.loads((folder / CARD).read_text()) | changes
+    card = OnnxCard.from_dict({name: value for name, value in said.items() if name not in ("format", "digest")})
+    said["digest"] = onnx_card.digest_of(card, (folder / MODEL).read_bytes())
+    (folder / CARD).write_text(json.dumps(said))
+
+
+def test_a_folder_is_a_policy_that_answers_as_its_model_does(folder):
+    policy = load(folder, GAME.replace(command_cells=5))
+    assert (policy.name, policy.answers, policy.observation) == ("follower", "density", SEEN)
+    seen = boards(3)
+    np.testing.assert_allclose(policy.act(seen, np.arange(3)), seen[:, 0] / 255.0, atol=1e-6)
+
+
+def test_answers_do_not_depend_on_who_plays_beside(folder):
+    policy, seen = load(folder, GAME), boards(19)
+    together = policy.act(seen, np.arange(19))
+    for places in ([7], [18, 2], list(range(9))):
+        np.testing.assert_array_equal(policy.act(seen[places], np.array(places)), together[places])
+
+
+def test_it_plays_on_both_sides_of_a_match_the_same_games_twice(folder):
+    matches = [
+        play_match(*load_players(str(folder), str(folder), GAME), games=4, seed=0, config=GAME) for _ in range(2)
+    ]
+    assert [game.fingerprint for game in matches[0].games] == [game.fingerprint for game in matches[1].games]
+    one = load(folder, GAME)
+    first, second = load_players(one, one, GAME)
+    assert first is not second
+    assert first.digest == second.digest == copy.deepcopy(one).digest
+
+
+def test_it_is_an_opponent_in_training(folder):
+    env = DuelEnv(GAME, opponent=str(folder), observation=SEEN)
+    env.reset(seed=0)
+    assert np.isfinite(env.step(env.action_space.sample())[1])
+
+
+def test_it_plays_at_the_table(folder, tmp_path):
+    async def play():
+        workers = PolicyWorkers(load, limit_s=60.0)
+        with opened(tmp_path / "games", workers, time_limit=None) as room:
+            client = Client()
+            room.watch(client)
+            room.place_policy("red", str(folder))
+            room.place_policy("blue", "ring")
+            room.ready(client, True)
+            await until(lambda: room.phase == "playing" and room.session.game.tick > 3)
+            sent = read(room).of(CommandLine)
+        workers.close()
+        return sent
+
+    assert {line.team for line in asyncio.run(play())} == {0, 1}
+
+
+def test_it_serves_systems_that_take_densities_and_no_others(folder):
+    for name in ("coverage", "flocking"):
+        game = GAME.replace(controllers=name)
+        assert load(folder, game).act(boards(1), np.zeros(1, int)).shape == (1, 10, 10)
+    with pytest.raises(KindError, match="answers commands of kind 'density'"):
+        load(folder, GAME.replace(controllers="direct"))
+    resign(folder, system="coverage")
+    with pytest.raises(KindError, match="has learned to command coverage, and not ergodic"):
+        load(folder, GAME)
+
+
+FACES = {
+    "bytes": ({}, TensorProto.UINT8, [2, 5, 5]),
+    "fractions, channels last": ({"observation_dtype": "float32", "channels_last": True}, TensorProto.FLOAT, [5, 5, 2]),
+}
+
+
+@pytest.mark.parametrize("face", FACES)
+@pytest.mark.parametrize("flat", [False, True])
+def test_every_face_of_images_and_densities_plays(tmp_path, face, flat):
+    options, dtype, shape = FACES[face]
+    answer = [9] if flat else [3, 3]
+    nodes = [
+        node("Cast", ["x"], ["f"], to=1),
+        node("ReduceMean", ["f", "axes"], ["m"], keepdims=0),
+        node("Reshape", ["m", "column"], ["c"]),
+        node("MatMul", ["c", "w"], ["flat"]),
+        node("Reshape", ["flat", "shape"], ["y"]),
+    ]
+    parts = [
+        weights("axes", [1, 2, 3], np.int64),
+        weights("column", [-1, 1], np.int64),
+        weights("w", np.eye(1, 9) * 9),
+        weights("shape", [-1, *answer], np.int64),
+    ]
+    model = build(nodes, [("x", dtype, ["n", *shape])], [("y", 1, ["n", *answer])], parts)
+    seen = ObservationConfig(grid=5, channels=("own_positions", "time_left"))
+    card = OnnxCard(name="m", observation=seen, action="log_density", action_cells=3, flatten_actions=flat, **options)
+    write(tmp_path / "m", model.SerializeToString(), card)
+    answered = load(tmp_path / "m", GAME).act(np.full((2, 2, 5, 5), 255, np.uint8), np.arange(2))
+    assert answered[0, 0, 0] == answered.max() == 1.0  # 9 times a mean of 1 or 255 is clipped to 1
+    assert answered[0, 9, 9] == pytest.approx(np.exp(-4.0))
+
+
+@pytest.mark.parametrize("kind", ["numbers", "values"])
+def test_discrete_answers_are_numbers_or_values(tmp_path, kind):
+    nodes = [
+        node("Cast", ["x"], ["f"], to=1),
+        node("Flatten", ["f"], ["flat"]),
+        node("MatMul", ["flat", "w"], ["values"]),
+    ]
+    count = len(COMMAND_NAMES)
+    output = ("values", 1, ["n", count])
+    if kind == "numbers":
+        nodes.append(node("ArgMax", ["values"], ["number"], axis=1, keepdims=0))
+        output = ("number", 7, ["n"])
+    model = build(nodes, [("x", 2, ["n", 1, 5, 5])], [output], [weights("w", np.eye(25, count))])
+    write(tmp_path / "m", model.SerializeToString(), OnnxCard(name="m", observation=SEEN, action="discrete"))
+    seen = np.zeros((2, 1, 5, 5), np.uint8)
+    seen[0, 0, 0, 3] = seen[1, 0, 0, 1] = 200
+    answered = load(tmp_path / "m", GAME).act(seen, np.arange(2))
+    np.testing.assert_array_equal(answered, named_commands(10)[[3, 1]])
+
+
+def test_lists_of_drones_and_commands_of_other_systems_play(tmp_path):
+    lists = build(
+        [
+            node("ReduceMean", ["own_positions", "axis"], ["middle"], keepdims=0),
+            node("MatMul", ["middle", "w"], ["flat"]),
+        ],
+        [("own_positions", 1, ["n", 4, 2])],
+        [("flat", 1, ["n", 4])],
+        [weights("axis", [1], np.int64), weights("w", np.eye(2, 4))],
+    )
+    seen = ObservationConfig(kind="entities")
+    card = OnnxCard(name="lists", observation=seen, action="density", action_cells=2, flatten_actions=True)
+    write(tmp_path / "lists", lists.SerializeToString(), card, GAME)
+    rows = build(
+        [node("Slice", ["x", "from", "to", "axis"], ["places"]), node("Neg", ["places"], ["y"])],
+        [("x", 1, ["n", 4, 5])],
+        [("y", 1, ["n", 4, 2])],
+        [weights("from", [0], np.int64), weights("to", [2], np.int64), weights("axis", [2], np.int64)],
+    )
+    card = OnnxCard(name="rows", answers="accelerations", system="direct", observation=ObservationConfig(kind="drones"))
+    write(tmp_path / "rows", rows.SerializeToString(), card, GAME.replace(controllers="direct"))
+    for name, game in (("lists", GAME), ("rows", GAME.replace(controllers="direct"))):
+        assert (
+            len(
+                play_match(
+                    *load_players(str(tmp_path / name), str(tmp_path / name), game), games=2, seed=0, config=game
+                ).games
+            )
+            == 2
+        )
+    with pytest.raises(CheckpointError, match=r"it is to be shown observation float32 \(8, 6, 5\), the model takes x"):
+        load(tmp_path / "rows", GAME.replace(controllers="direct", drones_per_team=3))
+
+
+def remembering():
+    """Answer 1 / 10 more at every step of a game."""
+    return build(
+        [
+            node("Cast", ["x"], ["f"], to=1),
+            node("ReduceMax", ["f", "axes"], ["most"], keepdims=0),
+            node("Reshape", ["most", "column"], ["c"]),
+            node("Mul", ["c", "zero"], ["nothing"]),
+            node("Add", ["memory", "tenth"], ["more"]),
+            node("Add", ["more", "nothing"], ["remembered"]),
+            node("MatMul", ["remembered", "w"], ["y"]),
+        ],
+        [("x", 2, ["n", 1, 5, 5]), ("memory", 1, ["n", 1])],
+        [("y", 1, ["n", 4]), ("remembered", 1, ["n", 1])],
+        [
+            weights("axes", [1, 2, 3], np.int64),
+            weights("column", [-1, 1], np.int64),
+            weights("zero", 0.0),
+            weights("tenth", 0.1),
+            weights("w", np.ones((1, 4))),
+        ],
+    )
+
+
+def test_what_a_model_remembers_belongs_to_one_game(tmp_path):
+    card = OnnxCard(
+        name="m",
+        observation=SEEN,
+        action="density",
+        action_cells=2,
+        flatten_actions=True,
+        state={"memory": "remembered"},
+    )
+    write(tmp_path / "m", remembering().SerializeToString(), card)
+    policy = load(tmp_path / "m", GAME)
+
+    def answers(*rows):
+        return policy.act(boards(len(rows)), np.array(rows))[:, 0, 0].round(3).tolist()
+
+    policy.reset([0, 1], np.array([5, 20]))
+    assert answers(5, 20) == [0.1, 0.1]
+    assert answers(5) == [0.2]
+    assert answers(20, 5) == [0.2, 0.3]
+    policy.reset([2], np.array([5]))
+    assert answers(5, 20) == [0.1, 0.3]
+
+
+def change_model(folder):
+    (folder / MODEL).write_bytes((folder / MODEL).read_bytes() + b"\x32\x01x")
+
+
+def change_card(folder):
+    (folder / CARD).write_text((folder / CARD).read_text().replace("by hand", "by us"))
+
+
+def link(name):
+    def make(folder):
+        (folder / name).rename(folder.parent / "elsewhere")
+        (folder / name).symlink_to(folder.parent / "elsewhere")
+
+    return make
+
+
+def sparse_file(folder):
+    os.truncate(folder / MODEL, 2 * 2**30)
+
+
+def pipe(folder):
+    (folder / MODEL).unlink()
+    os.mkfifo(folder / MODEL)
+
+
+def two(folder):
+    (folder / "policy.safetensors").write_bytes(b"")
+
+
+def large_card(folder):
+    (folder / CARD).write_text(" " * 10**6)
+
+
+LIES = {
+    "a changed model": (change_model, "was changed after it was written"),
+    "a changed card": (change_card, "was changed after it was written"),
+    "a linked model": (link(MODEL), "is a link"),
+    "a linked card": (link(CARD), "is a link"),
+    "a sparse file of 2 GB": (sparse_file, "too large: expected 67,108,864 bytes or fewer, got 2,147,483,648"),
+    "a pipe": (pipe, "is no file"),
+    "two policies": (two, "holds two policies"),
+    "a large card": (large_card, "too large"),
+    "a missing card": (lambda folder: (folder / CARD).unlink(), "policy.json is missing"),
+    "no JSON": (lambda folder: (folder / CARD).write_text("{"), "is no card"),
+    "a deep card": (lambda folder: (folder / CARD).write_text("[" * 60000), "is no card"),
+    "a list": (lambda folder: (folder / CARD).write_text("[]"), "is no card"),
+    "another format": (lambda folder: (folder / CARD).write_text('{"format": "onnx-2"}'), "of format 'onnx-1'"),
+    "an unknown field": (lambda folder: (folder / CARD).write_text('{"format": "onnx-1", "chanels": []}'), "chanels"),
+    "a wrong grid": (
+        lambda folder: resign(folder, observation={"grid": 10, "channels": ["own_positions"]}),
+        r"observation uint8 \(8, 1, 10, 10\), the model takes seen",
+    ),
+    "wrong channels": (lambda folder: resign(folder, observation={"grid": 5}), r"uint8 \(8, 9, 5, 5\)"),
+    "wrong numbers": (lambda folder: resign(folder, observation_dtype="float32"), "float32"),
+    "wrong answers": (lambda folder: resign(folder, action_cells=4), r"is to answer fractions \(8, 4, 4\)"),
+    "discrete answers": (lambda folder: resign(folder, action="discrete", action_cells=None), "whole numbers"),
+    "no memory": (lambda folder: resign(folder, state={"memory": "next"}), "the inputs of its state"),
+    "a wrong memory": (lambda folder: resign(folder, state={"seen": "answer"}), "'answer' becomes 'seen'"),
+}
+
+
+@pytest.mark.parametrize("lie", LIES)
+def test_a_folder_that_lies_is_refused_by_name(folder, lie):
+    make, message = LIES[lie]
+    make(folder)
+    with pytest.raises(CheckpointError, match=message):
+        load(folder, GAME)
+
+
+def test_nan_in_a_game_is_the_policys_fault(tmp_path):
+    nodes = [
+        node("Cast", ["x"], ["f"], to=1),
+        node("Sub", ["limit", "f"], ["left"]),
+        node("Sqrt", ["left"], ["root"]),
+        node("ReduceMean", ["root", "axis"], ["y"], keepdims=0),
+    ]
+    model = build(
+        nodes,
+        [("x", 2, [1, 1, 5, 5])],
+        [("y", 1, [1, 5, 5])],
+        [weights("limit", 255.5), weights("axis", [1], np.int64)],
+    )
+    model.graph.initializer[0].CopyFrom(weights("limit", 254.5))
+    write(tmp_path / "m", model.SerializeToString(), FOLLOWER)
+    policy = load(tmp_path / "m", GAME)
+    policy.act(np.zeros((1, 1, 5, 5), np.uint8), np.zeros(1, int))
+    with pytest.raises(PolicyError, match="the model of policy 'follower' answered NaN or infinity by its output 'y'"):
+        policy.act(np.full((1, 1, 5, 5), 255, np.uint8), np.zeros(1, int))
+
+
+def test_what_is_written_is_tried_before_and_replaces_nothing(tmp_path, folder):
+    with pytest.raises(OutputError, match="holds something already"):
+        write(folder, follower().SerializeToString(), FOLLOWER)
+    with pytest.raises(OutputError, match="expected a folder"):
+        write(tmp_path / "model.onnx", follower().SerializeToString(), FOLLOWER)
+    with pytest.raises(CheckpointError, match="do not agree"):
+        write(tmp_path / "new", follower(grid=10).SerializeToString(), FOLLOWER)
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("name", ""), ("name", "a\nb"), ("action", "jump"), ("state", [1]), ("observation", 3)]
+)
+def test_a_card_is_checked(field, value):
+    with pytest.raises(ConfigError, match=field):
+        OnnxCard(**({"name": "m"} | {field: value}))
