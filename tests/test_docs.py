@@ -20,7 +20,7 @@ import pytest
 import swarm_pz.play.client
 import swarm_pz.training.vec_env
 from swarm_pz import GameConfig
-from swarm_pz.cli import compare, evidence, learn, machine, main, studies, systems, table
+from swarm_pz.cli import compare, data, evidence, learn, machine, main, studies, systems, table
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.frames import Frame
 
@@ -33,6 +33,7 @@ COMMANDS = {
     studies: ("run", "status", "tables", "export"),
     table: ("play", "replay"),
     machine: ("render", "diagnose", "bench", "warmup"),
+    data: ("dataset",),
     evidence: ("figures",),
     systems: ("systems",),
 }

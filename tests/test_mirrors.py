@@ -7,6 +7,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 HOMES = {
     "swarm_pz/cli/compare": "cli/test_cli",
+    "swarm_pz/cli/data": "cli/test_cli",
     "swarm_pz/cli/evidence": "figures/test_making",
     "swarm_pz/cli/machine": "cli/test_cli",
     "swarm_pz/cli/player_options": "policies/test_entry_points",

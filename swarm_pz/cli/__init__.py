@@ -23,7 +23,7 @@ except MissingExtraError as missing:  # the entry point is installed even withou
 
 import tyro
 
-from swarm_pz.cli import compare, evidence, learn, machine, preset_option, report, studies, systems, table
+from swarm_pz.cli import compare, data, evidence, learn, machine, preset_option, report, studies, systems, table
 from swarm_pz.cli.printing import printable
 from swarm_pz.cli.system_option import REGISTRY
 
@@ -37,6 +37,7 @@ def main(arguments: list[str] | None = None) -> None:
         "tournament": compare.tournament,
         "play": table.play,
         "replay": table.replay,
+        "dataset": data.dataset,
         "figures": evidence.figures,
         "systems": systems.systems,
         "policies": compare.list_policies,
