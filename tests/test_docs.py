@@ -307,7 +307,7 @@ def test_examples_import_public_names_only():
     """Kernels are changed in a clone, and so are two tutorials about them."""
     named, imported = public_names(), 0
     named["swarm_pz.config"] |= named["swarm_pz"]
-    for page in [*PAGES, *sorted((ROOT / "docs/tutorials").glob("*.py"))]:
+    for page in [*PAGES, *sorted((ROOT / "docs/tutorials").glob("*.py")), *sorted((ROOT / "examples").glob("*.py"))]:
         lines = re.findall(r"^(?:>>> |\.\.\. )?\s*from (swarm_pz[\w.]*) import ([\w, ]+)", page.read_text(), re.M)
         for module, names in lines:
             if module.startswith("swarm_pz.kernels"):
