@@ -23,7 +23,7 @@ from swarm_pz import GameConfig, play_match
 from swarm_pz.training.config import TrainConfig
 from swarm_pz.training.networks import GridPolicy, as_policy
 
-BATCH = 512
+BATCH = 64
 """Steps of a minibatch."""
 OPPONENTS = ("uniform", "noise")
 """Whom the network plays before and after."""

@@ -5,12 +5,18 @@ from __future__ import annotations
 import json
 import os
 import re
-import subprocess
+import runpy
 import sys
 from pathlib import Path
 
 import nbformat
 from nbclient import NotebookClient
+
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.datasets import record_match
+from swarm_pz.policy import load
+from swarm_pz.training.config import TrainConfig
+from swarm_pz.training.ppo import Training
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
@@ -44,21 +50,22 @@ def test_the_container_copies_and_runs_files_that_are_there_and_is_not_root():
     assert all((ROOT / name).stat().st_mode & 0o100 for name in called)
 
 
-def test_behaviour_cloning_makes_a_policy_that_training_starts_from(tmp_path):
-    rules = ["--game.time-limit", "4", "--game.drones-per-team", "3", "--game.observation.grid", "10"]
-    cli = "from swarm_pz.cli import main; main()"
-    words = ["dataset", "ring", "uniform", "--games", "4", "--out", "data", "--action-cells", "5", *rules]
-    few = ["--epochs", "2", "--games", "2"]
-    script = str(EXAMPLES / "behaviour_cloning.py")
-    train = ["train", "--start-from", "runs/cloned", "--total-steps", "32", "--num-envs", "4", "--rollout", "8"]
-    train += ["--evaluation-games", "2", "--games", "2", "--out", "runs/after", *rules[:4]]
-    for call in (["-c", cli, *words], [script, "data/swarm-ring-v0/data", *few], ["-c", cli, *train]):
-        env = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
-        whole = [sys.executable, *call]
-        done = subprocess.run(whole, cwd=tmp_path, env=env, capture_output=True, text=True, check=False)  # noqa: S603
-        assert done.returncode == 0, done.stderr
-    figures = json.loads((tmp_path / "runs/cloned/figures.json").read_text())
+def test_behaviour_cloning_makes_a_policy_that_training_starts_from(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    game = GameConfig(drones_per_team=3, time_limit=4.0, observation=ObservationConfig(grid=10))
+    folder = record_match("ring", ["uniform"], games=4, root=tmp_path, config=game, action_cells=5)
+    options = ["--epochs", "2", "--games", "2", "--out", "cloned"]
+    monkeypatch.setattr(sys, "argv", ["behaviour_cloning.py", str(folder / "data"), *options])
+    runpy.run_path(str(EXAMPLES / "behaviour_cloning.py"), run_name="__main__")
+    assert "policy: cloned" in capsys.readouterr().out
+    figures = json.loads(Path("cloned/figures.json").read_text())
     assert len(figures["losses"]) == 2
     assert all(set(figures[stage]) == {"uniform", "noise"} for stage in ("untrained", "cloned"))
-    assert (tmp_path / "runs/cloned/cloning.png").stat().st_size > 0
-    assert (tmp_path / "runs/after/policy.json").is_file()
+    assert Path("cloned/cloning.png").stat().st_size > 0
+    few = {"total_steps": 8, "num_envs": 2, "rollout": 4, "batch_size": 8, "evaluation_games": 2, "threads": 1}
+    config = TrainConfig(game=game, opponents=("uniform",), start_from="cloned", **few)
+    run = Training(config, tmp_path / "after", say=lambda _: None)
+    weights = load("cloned", game).weights()
+    assert all((values == weights[key]).all() for key, values in run.policy().weights().items())
+    run.run()
+    assert Path("after/policy.json").is_file()
