@@ -20,7 +20,7 @@ import pytest
 import swarm_pz.play.client
 import swarm_pz.training.vec_env
 from swarm_pz import GameConfig
-from swarm_pz.cli import compare, evidence, learn, machine, main, standard, studies, systems, table
+from swarm_pz.cli import compare, data, evidence, export, learn, machine, main, standard, studies, systems, table
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.frames import Frame
 
@@ -33,9 +33,11 @@ COMMANDS = {
     studies: ("run", "status", "tables", "export"),
     table: ("play", "replay"),
     machine: ("render", "diagnose", "bench", "warmup"),
+    data: ("dataset",),
     evidence: ("figures",),
     systems: ("systems",),
     standard: ("benchmark",),
+    export: ("export",),
 }
 
 FIRST_STEPS = [("git", "clone", "ADDRESS", "swarm-pz"), ("cd", "swarm-pz"), (".", ".venv/bin/activate")]
@@ -307,7 +309,7 @@ def test_examples_import_public_names_only():
     """Kernels are changed in a clone, and so are two tutorials about them."""
     named, imported = public_names(), 0
     named["swarm_pz.config"] |= named["swarm_pz"]
-    for page in [*PAGES, *sorted((ROOT / "docs/tutorials").glob("*.py"))]:
+    for page in [*PAGES, *sorted((ROOT / "docs/tutorials").glob("*.py")), *sorted((ROOT / "examples").glob("*.py"))]:
         lines = re.findall(r"^(?:>>> |\.\.\. )?\s*from (swarm_pz[\w.]*) import ([\w, ]+)", page.read_text(), re.M)
         for module, names in lines:
             if module.startswith("swarm_pz.kernels"):

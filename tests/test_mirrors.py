@@ -9,6 +9,7 @@ HOMES = {
     "policies/onnx_card": "policies/test_onnx_policy",
     "policies/onnx_model": "policies/test_onnx_checks",
     "swarm_pz/cli/compare": "cli/test_cli",
+    "swarm_pz/cli/data": "cli/test_cli",
     "swarm_pz/cli/evidence": "figures/test_making",
     "swarm_pz/cli/machine": "cli/test_cli",
     "swarm_pz/cli/player_options": "policies/test_entry_points",

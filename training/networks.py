@@ -9,8 +9,11 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from torch import Tensor, nn
 
 from swarm_pz.config import GameConfig
+from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.policies.drones_network import COLUMNS, DronesActor, head_of
+from swarm_pz.policies.learned import FORMAT, LearnedPolicy
 from swarm_pz.policies.network import Actor, Critic
+from swarm_pz.training.config import TrainConfig
 
 _CRITIC_FEATURES = 16
 
@@ -174,3 +177,38 @@ def card_of(network: GridPolicy | DronesPolicy, game: GameConfig) -> dict[str, A
         cells = network.action_space.shape[-1]  # type: ignore[index]
         seen = {"channels": list(observation.channels), "grid": observation.grid, "action_cells": cells}
     return named | seen | {"width": network.width}
+
+
+def as_policy(
+    network: GridPolicy | DronesPolicy,
+    config: TrainConfig,
+    name: str,
+    *,
+    steps: int = 0,
+    seconds: float = 0.0,
+    command: str = "",
+) -> LearnedPolicy:
+    """Return the tactic of a network as it stands: it plays, and `write` makes the folder that others start from.
+
+    Parameters
+    ----------
+    network : GridPolicy or DronesPolicy
+    config : TrainConfig
+        What it was trained with; its game and width are the network's.
+    name : str
+    steps, seconds : int, float
+        That it was trained for.
+    command : str
+        What was called.
+    """
+    card = {
+        "format": FORMAT,
+        **card_of(network, config.game),
+        "config_hash": config.game.hash,
+        **provenance(config.game, command),
+        "training": config.to_dict(),
+        "steps": steps,
+        "seconds": round(seconds, 1),
+    }
+    weights = {key: value.detach().clone().numpy() for key, value in network.actor.state_dict().items()}
+    return LearnedPolicy(card, weights, config.game, name, config.game.team_systems[0])

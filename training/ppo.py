@@ -21,7 +21,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import draft_of
-from swarm_pz.policies.learned import CARD, FORMAT, WEIGHTS, LearnedPolicy
+from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.policy import Player, load
 from swarm_pz.training import randomness
 from swarm_pz.training.callbacks import (
@@ -37,7 +37,7 @@ from swarm_pz.training.config import TrainConfig
 from swarm_pz.training.flight import InFlight, Opponent
 from swarm_pz.training.folders import OLD_CHECKPOINT, check_folder
 from swarm_pz.training.learner import Learner
-from swarm_pz.training.networks import DronesPolicy, GridPolicy, card_of, policy_class
+from swarm_pz.training.networks import DronesPolicy, GridPolicy, as_policy, policy_class
 from swarm_pz.training.run_state import History, RunState
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
@@ -183,17 +183,8 @@ class Training:
         return self._policy(self.model.policy, self.folder.name)  # type: ignore[arg-type]
 
     def _policy(self, network: GridPolicy | DronesPolicy, name: str) -> LearnedPolicy:
-        card = {
-            "format": FORMAT,
-            **card_of(network, self.config.game),
-            "config_hash": self.config.game.hash,
-            **provenance(self.config.game, self.command),
-            "training": self.config.to_dict(),
-            "steps": self.model.num_timesteps,
-            "seconds": round(self.history.seconds, 1),
-        }
-        weights = {key: value.detach().clone().numpy() for key, value in network.actor.state_dict().items()}
-        return LearnedPolicy(card, weights, self.config.game, name, self.config.game.team_systems[0])
+        steps, seconds = self.model.num_timesteps, self.history.seconds
+        return as_policy(network, self.config, name, steps=steps, seconds=seconds, command=self.command)
 
     @property
     def is_finished(self) -> bool:

@@ -25,6 +25,7 @@ import tyro
 
 from swarm_pz.cli import (
     compare,
+    data,
     evidence,
     export,
     learn,
@@ -51,6 +52,7 @@ def main(arguments: list[str] | None = None) -> None:
         "export": export.export,
         "play": table.play,
         "replay": table.replay,
+        "dataset": data.dataset,
         "figures": evidence.figures,
         "systems": systems.systems,
         "policies": compare.list_policies,

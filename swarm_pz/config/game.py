@@ -223,13 +223,13 @@ class GameConfig(Config):
         return round(self.time_limit / CONTROL_PERIOD) * TICKS_PER_CONTROL_PERIOD
 
 
-def resolve(config: GameConfig | None, overrides: Mapping[str, Any], face: type) -> GameConfig:
+def resolve(config: GameConfig | Mapping[str, Any] | None, overrides: Mapping[str, Any], face: type) -> GameConfig:
     """Return the configuration that a face's keywords ask for.
 
     Parameters
     ----------
-    config : GameConfig, optional
-        The default one if not given.
+    config : GameConfig, or its dict, optional
+        The default one if not given. Files, which hold no objects, give its dict.
     overrides : mapping
         Fields to replace, and `preset`, the name of one to begin with in place of `config`.
     face : type
@@ -253,6 +253,8 @@ def resolve(config: GameConfig | None, overrides: Mapping[str, Any], face: type)
     if preset is not None:
         check(config is None, "preset", preset, "given alone, not beside a config")
         config = GameConfig.preset(preset)
-    config = config if config is not None else GameConfig()
-    check(isinstance(config, GameConfig), "config", config, "a GameConfig (GameConfig.from_dict makes one of a dict)")
+    config = (
+        GameConfig.from_dict(config) if isinstance(config, Mapping) else config if config is not None else GameConfig()
+    )
+    check(isinstance(config, GameConfig), "config", config, "a GameConfig, or its dict")
     return config.replace(**fields)

@@ -34,6 +34,9 @@ class Actions(Protocol):
     def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
         """Turn an action into a command."""
 
+    def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
+        """Turn commands (n, ...) into the actions (n, ...) that come nearest to them."""
+
 
 def make_actions(
     config: GameConfig, system: ControlSystem, kind: ActionKind, cells: int | None, *, flat: bool
@@ -82,6 +85,17 @@ class _Images:
 
     def _spread(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         return command_from_action(values.reshape(-1, self._side, self._side), self._cells, is_log=self._is_log)
+
+    def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
+        values = commands
+        if self._is_log:
+            largest = commands.max(axis=(1, 2), keepdims=True)
+            shares = np.where(largest > 0.0, commands / np.where(largest > 0.0, largest, 1.0), 1.0)  # zeros: uniform
+            values = 1.0 + np.log(np.maximum(shares, np.exp(-2.0 * LOG_DENSITY_RANGE))) / LOG_DENSITY_RANGE
+        if self._side != self._cells:
+            coarse = np.linalg.pinv(interpolation_matrix(self._cells, self._side))
+            values = coarse @ values @ coarse.T
+        return values.clip(self._low, 1.0).astype(np.float32).reshape(-1, *self._shape)
 
 
 def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: bool) -> NDArray[np.float64]:
@@ -134,6 +148,14 @@ class _Vectors:
     def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
         return np.asarray(self.read(np.asarray(action)[None], 1, name)[0])
 
+    def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
+        values = commands.reshape(-1, *self._shape)
+        if self._is_normalised:
+            values = 2.0 * (values - self._low) / (self._high - self._low) - 1.0
+        box = self.space
+        assert isinstance(box, spaces.Box)  # noqa: S101
+        return values.astype(np.float32).clip(box.low, box.high)
+
 
 class _Numbers:
     """The numbers of commands that have names."""
@@ -148,6 +170,7 @@ class _Numbers:
         self.names: tuple[str, ...] = tuple(named)
         self._commands = np.stack([np.asarray(command, np.float64) for command in named.values()])
         self.space: spaces.Space[Any] = spaces.Discrete(len(named))
+        self._are_densities = system.takes == "density"
 
     def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
         known = len(self._commands)
@@ -164,3 +187,15 @@ class _Numbers:
 
     def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
         return np.asarray(self.read(np.asarray(action)[None], 1, name)[0])
+
+    def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
+        known, given = (values.reshape(len(values), -1) for values in (self._commands, commands))
+        if self._are_densities:  # of which only the shape counts
+            known, given = (_shares(values) for values in (known, given))
+        return np.asarray(((given[:, None] - known[None]) ** 2).sum(axis=2).argmin(axis=1))
+
+
+def _shares(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return flat densities (n, A * A) that sum to 1; zeros are uniform."""
+    sums = values.sum(axis=1, keepdims=True)
+    return np.where(sums > 0.0, values / np.where(sums > 0.0, sums, 1.0), 1.0 / values.shape[1])

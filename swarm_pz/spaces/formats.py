@@ -149,3 +149,12 @@ class Format:
     def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
         """As `read` for one action; returns one command."""
         return np.asarray(self._actions.read_one(action, name))
+
+    def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
+        """Turn commands (n, ...), of the shape of the system's space, into the actions (n, ...) nearest to them.
+
+        Where a format can say a command, `read` gives it again to rounding; of densities but for their scale, in
+        logarithms but for what is fainter than e^-8 of the largest value. Coarser actions fit its values, or their
+        logarithms, by least squares; numbers name the nearest of the commands that have names.
+        """
+        return self._actions.write(commands)

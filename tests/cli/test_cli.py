@@ -7,11 +7,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import minari
 import pytest
 
 from swarm_pz.cli import learn, main, preset_option
 from swarm_pz.config import GameConfig
 from swarm_pz.training.config import TrainConfig
+from tests.play.recordings.test_format import record
 
 SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
 
@@ -159,6 +161,54 @@ def test_train_ends_with_a_table_a_curve_a_film_and_a_policy(tmp_path, capsys):
         assert written["command"].startswith("swarm-pz train --out"), name
     main(["evaluate", str(out), "--games", "2", *SHORT])
     assert "run" in capsys.readouterr().out
+
+
+def test_dataset_writes_what_a_player_saw_where_minari_reads_it(tmp_path, capsys):
+    rules = ["--game.time-limit", "5", "--game.drones-per-team", "3"]
+    main(["dataset", "ring", "uniform", "--games", "2", "--out", str(tmp_path), "--action-cells", "5", *rules])
+    printed = capsys.readouterr().out
+    assert "swarm-ring-v0: 2 episodes, 10 steps" in printed and "rules: " in printed
+    dataset = minari.MinariDataset(printed.split("dataset: ")[1].split("\n")[0])
+    assert dataset.id == "swarm-ring-v0" and dataset.action_space.shape == (5, 5)
+    main(["dataset", "ring", "uniform", "noise", "--each", "--games", "2", "--out", str(tmp_path / "each"), *rules])
+    assert {path.name for path in (tmp_path / "each").iterdir()} == {
+        "swarm-noise-v0",
+        "swarm-ring-v0",
+        "swarm-uniform-v0",
+    }
+
+
+def test_dataset_reads_what_a_table_recorded(tmp_path, capsys):
+    record(tmp_path / "a.jsonl", ticks=1000)
+    record(tmp_path / "b.jsonl", ticks=60)
+    options = ["--out", str(tmp_path / "out"), "--game.observation.grid", "10"]
+    main(["dataset", "--recordings", str(tmp_path), *options])
+    printed = capsys.readouterr()
+    assert "swarm-person-v0: 1 episodes" in printed.out and "left out: b.jsonl: stopped" in printed.err
+    assert minari.MinariDataset(tmp_path / "out/swarm-person-v0/data").observation_space.shape == (9, 10, 10)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("", "name a player and opponents, or else give --recordings; got neither"),
+        ("ring uniform --recordings games", "got both"),
+        ("ring", "players must be at least two"),
+        ("ring uniform --view person2", "view must be left out"),
+        ("ring uniform --each --name a-v0", "name must be left out with each"),
+        ("ring uniform ring --each", "players must be different ones"),
+        ("ring nobody", "there is no policy 'nobody'"),
+        ("nobody ring", "there is no policy 'nobody'"),
+        ("--recordings nowhere", "there is no recording, nor a folder of recordings, 'nowhere'"),
+        ("--recordings nowhere --game.time-limit 5", "game must be left out but for its observation"),
+    ],
+)
+def test_dataset_says_in_a_line_what_is_wrong_and_writes_nothing(words, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stopped:
+        main(["dataset", *words.split(), "--out", "out"])
+    assert stopped.value.code == 2 and message in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_log_says_how_far_a_tournament_is(tmp_path, capsys, monkeypatch):

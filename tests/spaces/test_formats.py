@@ -211,3 +211,41 @@ def test_images_are_of_the_shape_and_brightness_that_their_space_says(dtype, top
     image[7, 3, 20] = 255
     shown = form.show(image)
     assert shown.dtype == dtype and np.argwhere(shown == top).tolist() == [[3, 20, 7] if last else [7, 3, 20]]
+
+
+@pytest.mark.parametrize("options", [{"action": "command"}, {"action": "normalised"}, {"flatten_actions": True}])
+def test_commands_are_written_as_the_actions_that_give_them_again(options):
+    form, commands = made(**options), np.random.default_rng(0).uniform(0.01, 1.0, (3, 10, 10))
+    actions = form.write(commands)
+    assert all(form.action_space.contains(action) for action in actions)
+    for given, command in zip(form.read(actions, 3), commands, strict=True):
+        np.testing.assert_allclose(given / given.max(), command / command.max(), rtol=1e-5)
+
+
+@pytest.mark.parametrize("action", ["command", "normalised"])
+def test_coarse_actions_are_written_again_as_they_are(action):
+    form = made(action=action, action_cells=5)
+    actions = np.random.default_rng(0).uniform(0.0, 0.9, (3, 5, 5))
+    actions[:, 0, 0] = 1.0  # the brightest cell stands in a corner, where interpolation leaves it
+    np.testing.assert_allclose(form.write(form.read(actions.astype(np.float32), 3)), actions, atol=1e-5)
+
+
+def test_zeros_are_written_as_uniform_and_what_is_dark_as_the_faintest():
+    command = np.zeros((2, 10, 10))
+    command[1, 3, 4] = 0.5
+    written = made().write(command)
+    assert (written[0] == 1.0).all()
+    assert written[1, 3, 4] == 1.0 and np.sort(written[1].ravel())[-2] == -1.0
+
+
+def test_numbers_are_written_for_the_nearest_named_command():
+    form, named = made(action="discrete"), np.asarray(named_commands(10), np.float64)
+    np.testing.assert_array_equal(form.write(0.5 * named), np.arange(len(named)))
+
+
+@pytest.mark.parametrize("action", ["command", "normalised"])
+def test_commands_of_other_kinds_are_written_and_read_again(action):
+    game = GameConfig(controllers="direct")
+    form = Format(game, ObservationConfig(kind="drones"), action=action)
+    actions = np.stack([form.action_space.sample() for _ in range(3)])
+    np.testing.assert_allclose(form.write(form.read(actions, 3)), actions, atol=1e-5)

@@ -1,0 +1,49 @@
+"""A dataset's folder: whole, or not there."""
+
+import resource
+from pathlib import Path
+
+import pytest
+
+from swarm_pz.config import GameConfig
+from swarm_pz.datasets import record_match
+from swarm_pz.datasets.folder import name_for
+from swarm_pz.errors import OutputError
+
+SHORT = GameConfig(drones_per_team=4, time_limit=6.0)
+
+
+def test_a_full_disk_is_said_in_words_and_leaves_nothing(tmp_path):
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, hard))  # the system then says "file too large"
+    try:
+        with pytest.raises(OutputError, match=r"cannot write .*swarm-ring-v0': file too large"):
+            record_match("ring", ["uniform"], root=tmp_path, games=2, config=SHORT)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_may_be_named_from_here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    folder = record_match("ring", ["uniform"], root=Path("runs/data"), games=1, config=SHORT)
+    assert folder == Path("runs/data/swarm-ring-v0") and (tmp_path / folder / "data/metadata.json").is_file()
+
+
+def test_a_folder_that_is_a_file_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="is a file, not a folder"):
+        record_match("ring", ["uniform"], root=tmp_path / "file", games=1, config=SHORT)
+
+
+@pytest.mark.parametrize(
+    ("player", "name"),
+    [
+        ("planner:ring", "swarm-planner_ring-v0"),
+        ("runs/first", "swarm-first-v0"),
+        ("P 1", "swarm-P_1-v0"),
+        ("../..", "swarm-player-v0"),
+    ],
+)
+def test_a_datasets_usual_id_is_of_its_player(player, name):
+    assert name_for(player) == name

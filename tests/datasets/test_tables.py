@@ -1,0 +1,110 @@
+"""Recorded games as a Minari dataset: what its player saw and did."""
+
+import minari
+import numpy as np
+import pytest
+from minari.dataset.minari_storage import MinariStorage
+
+from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
+from swarm_pz.datasets import record_table
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.errors import OutputError, RecordingError
+from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.recordings.playback import Playback
+from tests.play.recordings.test_format import CONFIG, record
+
+SMALL = ObservationConfig(grid=10)
+
+
+def test_an_episode_is_the_recorded_game_second_by_second(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=1000)
+    recording = Recording.read(tmp_path / "a.jsonl")
+    folder = record_table([tmp_path], root=tmp_path / "out", observation=SMALL, action="command")
+    (episode,) = minari.MinariDataset(folder / "data")
+    playback = Playback(recording)
+    batch = BatchEnv(CONFIG.game)
+    batch.simulator = playback.game.simulator
+    sizes = []
+    for step, seen in enumerate(episode.observations):
+        playback.seek(30 * step)
+        batch.simulator = playback.game.simulator
+        assert (seen == batch.observe(SMALL, 0)[0]).all()
+        sizes.append(playback.game.sizes[0])
+    end = recording.end
+    assert len(episode.rewards) == -(-end.tick // 30)
+    assert episode.infos["size"].tolist() == sizes
+    assert episode.infos["time_s"][-1] == end.tick / 30
+    assert episode.terminations[-1] == (end.outcome != "draw") and not episode.terminations[:-1].any()
+    assert episode.truncations[-1] == (end.outcome == "draw") and not episode.truncations[:-1].any()
+    gains = (np.diff(sizes) / 4).tolist()
+    gains[-1] += {"red": 1.0, "blue": -1.0, "draw": 0.0}[end.outcome]
+    assert episode.rewards.tolist() == pytest.approx(gains)
+    forced = recording.in_force()
+    for step, action in enumerate(episode.actions):
+        followed = [command for tick, command in forced if tick < 30 * (step + 1)]
+        assert (action == followed[-1].values.astype(np.float32)).all()
+    told = MinariStorage.read_raw_metadata(folder / "data")
+    assert told["recordings"] == {"a.jsonl": recording.link} and told["opponents"] == ["ring"]
+    assert told["rules_hash"] == CONFIG.game.rules_hash
+
+
+def test_games_that_do_not_count_are_left_out_and_said(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=1000)
+    record(tmp_path / "b.jsonl", ticks=60)  # nobody played it to its end
+    said = []
+    folder = record_table([tmp_path], root=tmp_path / "out", observation=SMALL, left_out=said.append)
+    assert minari.MinariDataset(folder / "data").total_episodes == 1
+    assert said == ["b.jsonl: stopped"]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "player", "message"),
+    [
+        (lambda folder: (folder / "b.jsonl").write_text("{}\n"), "person", "line 1 of .*b.jsonl is not one of"),
+        (lambda folder: None, "program", "no recorded game that counts has a seat of 'program'"),
+        (
+            lambda folder: record(
+                folder / "b.jsonl",
+                ticks=1000,
+                config=CONFIG.replace(game=CONFIG.game.replace(capture=CaptureConfig(threshold=0.9))),
+            ),
+            "person",
+            "must have the same rules, got rules .* in a.jsonl and .* in b.jsonl",
+        ),
+        (lambda folder: (folder / "a.jsonl").unlink(), "person", "found none in"),
+        (
+            lambda folder: record(
+                folder / "b.jsonl", ticks=1000, outcome="blue" if winner(folder) != "blue" else "red"
+            ),
+            "person",
+            "b.jsonl is corrupt",
+        ),
+    ],
+)
+def test_recordings_that_make_no_dataset_are_refused_and_leave_nothing(spoil, player, message, tmp_path):
+    games = tmp_path / "games"
+    games.mkdir()
+    record(games / "a.jsonl", ticks=1000)
+    spoil(games)
+    with pytest.raises(RecordingError, match=message):
+        record_table([games], player=player, root=tmp_path / "out", observation=SMALL)
+    assert not list((tmp_path / "out").glob("**/*"))
+
+
+def winner(folder):
+    return Recording.read(folder / "a.jsonl").end.outcome
+
+
+def test_a_recording_that_is_not_there_and_a_dataset_that_is_are_refused(tmp_path):
+    with pytest.raises(RecordingError, match="there is no recording"):
+        record_table([tmp_path / "none.jsonl"], root=tmp_path / "out")
+    (tmp_path / "out/swarm-person-v0").mkdir(parents=True)
+    with pytest.raises(OutputError, match="is there already"):
+        record_table([tmp_path], root=tmp_path / "out")
+
+
+def test_before_the_first_command_the_team_follows_uniform_coverage(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=1000, config=CONFIG.replace(game=GameConfig(drones_per_team=4, time_limit=4.0)))
+    folder = record_table([tmp_path], player="ring", root=tmp_path / "out", observation=SMALL, action="command")
+    (episode,) = minari.MinariDataset(folder / "data")
+    assert (episode.actions == 1.0).all() and (episode.infos["side"] == 1).all()

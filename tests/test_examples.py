@@ -1,0 +1,71 @@
+"""The examples run as they are, and what sets them up names files that are there."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import runpy
+import sys
+from pathlib import Path
+
+import nbformat
+from nbclient import NotebookClient
+
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.datasets import record_match
+from swarm_pz.policy import load
+from swarm_pz.training.config import TrainConfig
+from swarm_pz.training.ppo import Training
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = ROOT / "examples"
+
+
+def test_the_notebook_runs_as_it_is_without_a_warning(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONWARNINGS", "ignore")  # what the notebook's own machinery says is not ours
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]))
+    notebook = nbformat.read(EXAMPLES / "first_steps.ipynb", as_version=4)
+    nbformat.validate(notebook)
+    cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert cells and all(not cell.outputs and cell.execution_count is None for cell in cells)
+    loud = nbformat.v4.new_code_cell("import warnings; warnings.simplefilter('error')")
+    notebook.cells.insert(0, loud)
+    NotebookClient(notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": tmp_path}}).execute()
+    printed = [output for cell in cells for output in cell.outputs]
+    assert not [output for output in printed if output.output_type in ("error", "stream")]
+
+
+def test_the_container_copies_and_runs_files_that_are_there_and_is_not_root():
+    lines = [line.split() for line in (ROOT / "Dockerfile").read_text().splitlines() if line and line[0] != "#"]
+    steps = [(word, rest) for word, *rest in lines]
+    assert [rest for word, rest in steps if word == "FROM"] == [["python:3.11-slim"]]
+    order = [word for word, _ in steps]
+    assert order.index("USER") < order.index("COPY") and dict(steps)["USER"] != ["root"]
+    for word, rest in steps:
+        if word == "COPY":
+            assert all((ROOT / source).exists() for source in rest if not source.startswith("--"))
+    called = re.findall(r"scripts/\w+", (ROOT / "Dockerfile").read_text())
+    assert {"scripts/setup", "scripts/train", "scripts/test"} <= set(called)
+    assert all((ROOT / name).stat().st_mode & 0o100 for name in called)
+
+
+def test_behaviour_cloning_makes_a_policy_that_training_starts_from(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    game = GameConfig(drones_per_team=3, time_limit=4.0, observation=ObservationConfig(grid=10))
+    folder = record_match("ring", ["uniform"], games=4, root=tmp_path, config=game, action_cells=5)
+    options = ["--epochs", "2", "--games", "2", "--out", "cloned"]
+    monkeypatch.setattr(sys, "argv", ["behaviour_cloning.py", str(folder / "data"), *options])
+    runpy.run_path(str(EXAMPLES / "behaviour_cloning.py"), run_name="__main__")
+    assert "policy: cloned" in capsys.readouterr().out
+    figures = json.loads(Path("cloned/figures.json").read_text())
+    assert len(figures["losses"]) == 2
+    assert all(set(figures[stage]) == {"uniform", "noise"} for stage in ("untrained", "cloned"))
+    assert Path("cloned/cloning.png").stat().st_size > 0
+    few = {"total_steps": 8, "num_envs": 2, "rollout": 4, "batch_size": 8, "evaluation_games": 2, "threads": 1}
+    config = TrainConfig(game=game, opponents=("uniform",), start_from="cloned", **few)
+    run = Training(config, tmp_path / "after", say=lambda _: None)
+    weights = load("cloned", game).weights()
+    assert all((values == weights[key]).all() for key, values in run.policy().weights().items())
+    run.run()
+    assert Path("after/policy.json").is_file()
