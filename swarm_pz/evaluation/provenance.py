@@ -12,9 +12,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import llvmlite.binding
-import numba
-
 from swarm_pz.config import GameConfig
 from swarm_pz.config.installed import entry_points, is_own
 from swarm_pz.config.registry import GROUP as SYSTEMS
@@ -31,11 +28,6 @@ def versions() -> dict[str, str]:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
             found[name] = importlib.metadata.version(name)
     return found
-
-
-def processor() -> str:
-    """Return the kind of processor that kernels are compiled for; on another a game may go another way."""
-    return str(getattr(numba.config, "CPU_NAME", None) or llvmlite.binding.get_host_cpu_name())
 
 
 @functools.cache

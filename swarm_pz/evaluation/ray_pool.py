@@ -22,8 +22,9 @@ from typing import Any, ParamSpec, TypeVar
 
 from swarm_pz.errors import WorkerError, require_extra
 from swarm_pz.evaluation.parcels import Parcel
-from swarm_pz.evaluation.provenance import processor, ware
+from swarm_pz.evaluation.provenance import ware
 from swarm_pz.evaluation.workers import LostTaskError
+from swarm_pz.kernels.cache import processor
 
 _LIVES = 3
 """Workers that may die at a task before it is given up."""
@@ -261,7 +262,8 @@ def _make_runner() -> Callable[..., tuple[str, str, str, Any]]:
         node, host = importlib.import_module("ray").get_runtime_context().get_node_id(), platform.node()
         try:
             from swarm_pz.evaluation.parcels import Parcel
-            from swarm_pz.evaluation.provenance import processor, ware
+            from swarm_pz.evaluation.provenance import ware
+            from swarm_pz.kernels.cache import processor
         except ImportError:  # none, or one of before there were clusters
             return "refused", node, host, {}
         found = ware()

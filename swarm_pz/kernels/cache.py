@@ -15,6 +15,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding
+import numba
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 from swarm_pz.errors import SwarmError
@@ -40,6 +42,11 @@ def stamp_of(package: Path) -> str:
 
 STAMP = stamp_of(Path(__file__).parents[1])
 """Of the sources as this process found them."""
+
+
+def processor() -> str:
+    """Return the kind of processor that machine code is made for; on another a game may go another way."""
+    return str(getattr(numba.config, "CPU_NAME", None) or llvmlite.binding.get_host_cpu_name())
 
 
 class _Files(IndexDataCacheFile):

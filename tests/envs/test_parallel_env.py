@@ -250,8 +250,10 @@ def test_actions_before_the_start_and_after_the_end_are_refused():
 def test_unknown_arguments_name_the_nearest():
     with pytest.raises(ConfigError, match="did you mean 'time_limit'"):
         parallel_env(time_limits=3.0)
-    for wrong in ({"time_limit": 3.0}, {}, 0):
-        with pytest.raises(ConfigError, match="config must be a GameConfig"):
+    with pytest.raises(ConfigError, match="did you mean 'time_limit'"):
+        parallel_env({"time_limits": 3.0})
+    for wrong in ([], 0):
+        with pytest.raises(ConfigError, match="config must be a GameConfig, or its dict"):
             parallel_env(wrong)
     with pytest.raises(ConfigError, match="did you mean 'rgb_array'"):
         parallel_env(render_mode="rgb_aray")
