@@ -73,7 +73,9 @@ class GroupConv(nn.Module):
         self.register_buffer("places", torch.from_numpy(np.ascontiguousarray(full)), persistent=False)
 
     def _full_kernel(self) -> Tensor:
-        return self.weight.reshape(-1)[self.get_buffer("places")]
+        places = self.get_buffer("places")
+        # Not `weight[places]`: PyTorch's threads sum up its gradient in the order in which they happen to come.
+        return self.weight.reshape(-1).index_select(0, places.reshape(-1)).reshape(places.shape)
 
     def freeze(self) -> None:
         """Keep the full kernel from now on: the weights will not change any more."""

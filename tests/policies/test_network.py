@@ -43,6 +43,22 @@ def test_one_layer_turns_and_exchanges_its_orientations():
         torch.testing.assert_close(layer(turned(image, orientation))[:, orientation], expected[:, 0])
 
 
+def test_gradients_are_the_same_bits_in_every_thread_and_each_time():
+    """Else no training is repeated, and none that was stopped goes on as the run that never stopped."""
+    torch.manual_seed(0)
+    layer = GroupConv(8, 32, 5)  # PyTorch shares out what has 2**15 entries
+    asked = torch.randn(layer.get_buffer("places").shape)
+    threads, found = torch.get_num_threads(), set()
+    try:
+        for count in (1, 2, 2, 2, 2, 2, 2, 2, 2):
+            torch.set_num_threads(count)
+            (gradient,) = torch.autograd.grad(layer._full_kernel(), layer.weight, asked)
+            found.add(gradient.numpy().tobytes())
+    finally:
+        torch.set_num_threads(threads)
+    assert len(found) == 1
+
+
 def test_a_frozen_network_plays_the_same():
     actor = Actor((3, 10, 10), 5, 8)
     boards = torch.rand(2, 3, 10, 10)
