@@ -130,10 +130,11 @@ def parsed(name):
     return yaml.safe_load((ROOT / name).read_text())
 
 
-CITATION_FIELDS = set(
-    "abstract authors cff-version commit contact date-released doi identifiers keywords license license-url message "
-    "preferred-citation references repository repository-artifact repository-code title type url version".split()
-)
+CITATION_FIELDS = {
+    "abstract", "authors", "cff-version", "commit", "contact", "date-released", "doi", "identifiers",
+    "keywords", "license", "license-url", "message", "preferred-citation", "references", "repository",
+    "repository-artifact", "repository-code", "title", "type", "url", "version",
+}  # fmt: skip
 """All that version 1.2.0 of the Citation File Format knows."""
 
 

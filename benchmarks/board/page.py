@@ -136,7 +136,7 @@ def _row(entry: Entry, tracks: Sequence[str]) -> str:
     if any(policy.get("privileged") for policy in report["policies"]):
         extra.append("<small>sees the simulator itself, which no side may</small>")
     hours = [None if one["seconds"] is None else one["seconds"] / 3600 for one in costs]
-    where = sorted({escape(str(one["processor"])) for one in costs if one["processor"] is not None})
+    where = sorted({escape(str(one["processor"])[:60]) for one in costs if one["processor"] is not None})
     cells = [
         f'<th scope="row" data-value="{name}"><a href="{entry.name}/report.html">{name}</a>'
         f"<small>{by}</small>{''.join(extra)}"
@@ -145,7 +145,7 @@ def _row(entry: Entry, tracks: Sequence[str]) -> str:
         *(_scored(said["tracks"][track]) for track in tracks),
         _cell(seeds, str(seeds), "games alone" if seeds == 1 else ""),
         _mean((one["commands"] for one in costs), ",.0f"),
-        _mean(hours, ".2f", ", ".join(where)[:60]),
+        _mean(hours, ".2f", ", ".join(where)),
         _mean((one["parameters"] for one in costs), ",.0f"),
         _mean([cost["ms_a_command"]], ".2f", escape(cost["measured_on"][:60])),
     ]
@@ -157,12 +157,13 @@ def _cell(value: float | None, text: str, small: str = "") -> str:
     return f'<td data-value="{"" if value is None else value}">{text}{below}</td>'
 
 
-def _mean(values: Iterable[float | None], form: str, small: str = "") -> str:
+def _mean(values: Iterable[float | None], form: str, where: str = "") -> str:
+    """Return the cell of a mean cost, and where it was measured."""
     known = [value for value in values if value is not None]
     if not known:
         return _cell(None, '<span class="quiet">not said</span>')
     mean = float(np.mean(known))
-    return _cell(mean, format(mean, form), small)
+    return _cell(mean, format(mean, form) + (f'<small class="where">{where}</small>' if where else ""))
 
 
 def _scored(said: dict[str, Any], *, bar: bool = False) -> str:

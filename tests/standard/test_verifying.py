@@ -35,7 +35,6 @@ def edit(folder, change):
 def test_a_report_that_was_left_alone_is_confirmed(copied, tiny):
     verdict = verify(copied, protocol=tiny)
     assert verdict.check.endswith("games played again are the same games")
-    assert verify(copied, protocol=tiny, games=5).check.startswith("5 games played again")
     assert verify(copied, protocol=tiny, games=1).check.startswith("5 games played again"), "one of each track"
     assert verdict.report["name"] == "two"
 
