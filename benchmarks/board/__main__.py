@@ -44,7 +44,8 @@ def main() -> None:
                 (given.out / path).write_text(text, encoding="utf-8")
             print(f"open {given.out / 'index.html'}")
     except SwarmError as error:
-        sys.exit(f"scripts/board: {error}")
+        print(f"scripts/board: {error}", file=sys.stderr)
+        sys.exit(2)
 
 
 if __name__ == "__main__":
