@@ -1,4 +1,4 @@
-"""What the site does beyond MkDocs: formulas as MathML, and pages for files of the repository that pages link to."""
+"""What the site does beyond MkDocs: formulas as MathML, pages for files that pages link to, and the board."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ from latex2mathml.converter import convert
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files, InclusionLevel
 from mkdocs.structure.pages import Page
+
+from benchmarks.board import ENTRIES
+from benchmarks.board.page import build
 
 _LINK = re.compile(r"\]\(([\w./-]+)((?:#[^)\s]*)?)\)")
 _LANGUAGES = {
@@ -33,7 +36,9 @@ def _as_mathml(source: str, *_: Any, **__: Any) -> str:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Make a page of every file of the repository that is none itself and that a page links to."""
+    """Make a page of every file of the repository that is none itself and that a page links to; and the board."""
+    for name, text in build(ENTRIES).items():
+        files.append(File.generated(config, f"board/{name}", content=text, inclusion=InclusionLevel.INCLUDED))
     root = Path(config.config_file_path).parent
     _shown.clear()
     for page in list(files.documentation_pages()):

@@ -168,6 +168,10 @@ class OnnxPolicy:
             answers = answers.astype(np.float64).clip(space.low, space.high)
         return self._format.read(answers, count, f"the answers of policy {self.name}")
 
+    def write(self, folder: Path) -> None:
+        """Write the policy into a folder, the card last, so that a card never stands alone."""
+        write_files(folder, self.card, self.network.data)
+
     def _answer_part(self, given: Arrays, rows: NDArray[np.int64]) -> NDArray[Any]:
         """Answer as many games as the model takes, or fewer."""
         signature, count = self.network.signature, len(rows)

@@ -130,6 +130,25 @@ def parsed(name):
     return yaml.safe_load((ROOT / name).read_text())
 
 
+CITATION_FIELDS = {
+    "abstract", "authors", "cff-version", "commit", "contact", "date-released", "doi", "identifiers",
+    "keywords", "license", "license-url", "message", "preferred-citation", "references", "repository",
+    "repository-artifact", "repository-code", "title", "type", "url", "version",
+}  # fmt: skip
+"""All that version 1.2.0 of the Citation File Format knows."""
+
+
+def test_the_citation_is_of_its_format_and_says_what_the_package_says():
+    citation, project = parsed("CITATION.cff"), tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert {"abstract", "authors", "cff-version", "keywords", "license", "message", "title"} <= set(citation)
+    assert set(citation) <= CITATION_FIELDS
+    assert (citation["license"], citation["version"]) == (project["license"], project["version"])
+    assert set(citation["keywords"]) == set(project["keywords"])
+    for reference in citation["references"]:
+        assert {"type", "title", "authors", "year"} <= set(reference)
+        assert set(reference["conference"]) == {"name"} and all("family-names" in one for one in reference["authors"])
+
+
 def test_the_citation_is_of_this_version_its_holder_and_the_paper():
     citation = parsed("CITATION.cff")
     assert (citation["cff-version"], citation["type"]) == ("1.2.0", "software")

@@ -21,6 +21,7 @@ def benchmark(
     processes: int = 2,
     quick: bool = False,
     verify: Path | None = None,
+    games: int = 40,
     seed: int | None = None,
 ) -> None:
     """Measure a method by the standard, and write a report that others can check: see docs/benchmark.md.
@@ -36,6 +37,7 @@ def benchmark(
         processes: Processes that share the games.
         quick: Play few and short games, which say whether all of it works, and nothing about the policy.
         verify: Folder of a report to check instead; a sample of its games is played again.
+        games: Games of that sample.
         seed: Seed of that sample; a fresh one if none is given.
     """
     for module in ("cma", "filelock", "safetensors", "stable_baselines3", "torch"):
@@ -45,7 +47,7 @@ def benchmark(
 
     if verify is not None:
         check(not (quick or baseline or name), "verify", str(verify), "given without name, baseline and quick")
-        verdict = verify_report(verify, policies, seed=seed)
+        verdict = verify_report(verify, policies, games=games, seed=seed)
         report = verdict.report
         print(
             f"report of {report['name']!r}: files, figures and policies are as they were written, {report['signature']}"

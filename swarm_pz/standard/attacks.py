@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from swarm_pz.errors import require_extra
-from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.standard.games import SEARCHED, Cast, TrackGames, entry_name
 from swarm_pz.standard.protocol import Protocol, Track
 from swarm_pz.standard.siege import search
+
+if TYPE_CHECKING:
+    from swarm_pz.policies.learned import LearnedPolicy
 
 THREADS = 1
 """Of every exploiter's training, on however many cores: with two, what is learned was not always the same twice."""
@@ -39,6 +42,7 @@ def learn(
     """
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "training")
+    from swarm_pz.policies.learned import LearnedPolicy
     from swarm_pz.policy import load
     from swarm_pz.training.checkpoint import CHECKPOINT
     from swarm_pz.training.config import TrainConfig

@@ -24,8 +24,8 @@ dt { font-weight: 600; } dd { margin: 0 0 .5rem; }
 _LEFT, _TOP, _WIDTH, _HEIGHT = 42, 10, 300, 170
 
 
-def render(report: dict[str, Any]) -> str:
-    """Return the page of a report: the same for the same report."""
+def render(report: dict[str, Any], head: str = "") -> str:
+    """Return the page of a report: the same for the same report; `head` is HTML that is put into its head."""
     said = report["figures"]
     name = escape(str(report["name"]))
     version = escape(str(report["protocol"]["version"]))
@@ -45,7 +45,7 @@ def render(report: dict[str, Any]) -> str:
         _origin(report),
     ]
     return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n{head}'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{name}: swarm-pz benchmark</title>\n<style>{_STYLE}</style>\n</head>\n<body>\n<main>\n"
         + "\n".join(part for part in parts if part)
@@ -182,7 +182,7 @@ def _cost(policies: Sequence[dict[str, Any]], cost: dict[str, Any]) -> str:
         "<h2>Cost</h2>"
         + _table("Training, as the cards of the policies say", headings, rows)
         + f"<p>{_number(cost['ms_a_command'])} ms a command, on {escape(str(cost['measured_on']))}, "
-        f"{cost['processes']} processes.</p>"
+        f"{escape(str(cost['processes']))} processes.</p>"
     )
 
 

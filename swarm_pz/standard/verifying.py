@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from swarm_pz.bench import machine
+from swarm_pz.config.base import check_count
 from swarm_pz.errors import ResultsError, SwarmError
 from swarm_pz.evaluation.match import POINTS
 from swarm_pz.evaluation.provenance import versions
+from swarm_pz.policy import PrivilegedPolicy, registered
 from swarm_pz.standard import report as files
 from swarm_pz.standard.games import SEARCHED, Cast, Line, check_flies, play_again, siege_of
 from swarm_pz.standard.identity import identity_of
@@ -21,8 +23,8 @@ from swarm_pz.standard.page import render
 from swarm_pz.standard.protocol import Protocol
 from swarm_pz.standard.running import describe
 
-SAMPLE, LARGE_SAMPLE = 40, 240
-"""Games that are played again where they must be the same, and where only their shares can be compared."""
+SAMPLE, LARGER = 40, 6
+"""Games that are played again where they must be the same; so many times as many where only shares can be compared."""
 _SURE = 3.3
 """Standard errors by which shares may differ: chance alone exceeds it once in a thousand reports."""
 
@@ -46,7 +48,12 @@ class Verdict:
 
 
 def verify(
-    folder: Path, policies: Sequence[str] = (), *, seed: int | None = None, protocol: Protocol | None = None
+    folder: Path,
+    policies: Sequence[str] = (),
+    *,
+    games: int = SAMPLE,
+    seed: int | None = None,
+    protocol: Protocol | None = None,
 ) -> Verdict:
     """Check a report.
 
@@ -57,6 +64,8 @@ def verify(
     folder : Path
     policies : sequence of str
         The entry's policies, where they are not in the folder and not installed by their names.
+    games : int
+        Of the sample, one of each track at least.
     seed : int, optional
         Chooses the sample; a fresh one, if not given.
     protocol : Protocol, optional
@@ -68,6 +77,7 @@ def verify(
         If a file was changed, figures do not follow from the games, the policies are others, the report is a try, or
         games come out differently.
     """
+    check_count(games, "games", 1, 10_000)
     protocol = protocol if protocol is not None else Protocol.read()
     seed = secrets.randbits(64) if seed is None else seed
     report, lines = files.read(folder)
@@ -75,7 +85,7 @@ def verify(
         _check_protocol(report, protocol)
         _check_figures(report, lines, protocol, folder)
         cast = _cast(report, folder, policies, protocol)
-        return Verdict(report, _play_sample(report, lines, protocol, cast, seed), seed)
+        return Verdict(report, _play_sample(report, lines, protocol, cast, games, seed), seed)
     except SwarmError:
         raise
     except (AttributeError, LookupError, TypeError, ValueError) as error:
@@ -115,10 +125,13 @@ def _cast(report: dict[str, Any], folder: Path, given: Sequence[str], protocol: 
     policies = []
     for number, told in enumerate(report["policies"]):
         place = given[number] if given else _inside(folder, told["kept"], "policies", number)
-        place = place if place is not None else str(told["name"])
-        found = identity_of(place, check_flies(place, protocol))
+        place = place if place is not None else _installed(told["name"])
+        player = check_flies(place, protocol)
+        found = identity_of(place, player)
         if found != told["digest"]:
             raise ResultsError(f"policy {place} is not the report's: expected digest {told['digest']!r}, got {found!r}")
+        if told["privileged"] is not isinstance(player, PrivilegedPolicy):
+            raise ResultsError(f"the report is wrong on whether policy {place} sees the simulator itself")
         policies.append(place)
     exploiters = []
     for number, attack in enumerate(report["attacks"]):
@@ -131,6 +144,16 @@ def _cast(report: dict[str, Any], folder: Path, given: Sequence[str], protocol: 
     return Cast(tuple(policies), (), tuple(exploiters))
 
 
+def _installed(name: object) -> str:
+    """Return the name of an installed policy; a report's words lead to no folder."""
+    if str(name).split(":", 1)[0] not in registered():
+        raise ResultsError(
+            f"policy {str(name)[:70]!r} is neither in the report's folder nor installed: name it, or its folder, "
+            "before --verify"
+        )
+    return str(name)
+
+
 def _inside(folder: Path, told: object, where: str, number: int) -> str | None:
     """Return a folder of the report's own; nothing else that a report names is opened."""
     if told is None:
@@ -141,12 +164,14 @@ def _inside(folder: Path, told: object, where: str, number: int) -> str | None:
     return str(place)
 
 
-def _play_sample(report: dict[str, Any], lines: list[Line], protocol: Protocol, cast: Cast, seed: int) -> str:
+def _play_sample(
+    report: dict[str, Any], lines: list[Line], protocol: Protocol, cast: Cast, games: int, seed: int
+) -> str:
     searched = {attack["policy"]: attack["searched"] for attack in report["attacks"]}
     for line in lines:
         if line.opponent.startswith(SEARCHED) and searched.get(line.policy) != line.opponent:
             raise ResultsError(f"{line.opponent!r} in {files.GAMES} is no attack that the report names")
-    sample = _choose(lines, SAMPLE, seed)
+    sample = _choose(lines, games, seed)
     different = [(old, new) for old, new in zip(sample, play_again(sample, protocol, cast), strict=True) if old != new]
     if not different:
         return f"{len(sample)} games played again are the same games"
@@ -160,7 +185,7 @@ def _play_sample(report: dict[str, Any], lines: list[Line], protocol: Protocol, 
     )
     if here == there and same_versions:
         raise ResultsError(f"{len(different)} of {len(sample)} games came out differently: {first} (seed {seed})")
-    larger = _choose(lines, LARGE_SAMPLE, seed)
+    larger = _choose(lines, LARGER * games, seed)
     differences = [
         POINTS[again.outcome] - POINTS[line.outcome]
         for line, again in zip(larger, play_again(larger, protocol, cast), strict=True)
@@ -185,6 +210,6 @@ def _choose(lines: list[Line], count: int, seed: int) -> list[Line]:
     chosen = []
     for track in tracks:
         rows = [line for line in lines if line.track == track]
-        picked = generator.choice(len(rows), size=min(count // len(tracks), len(rows)), replace=False)
+        picked = generator.choice(len(rows), size=min(max(count // len(tracks), 1), len(rows)), replace=False)
         chosen += [rows[place] for place in sorted(picked.tolist())]
     return chosen

@@ -56,6 +56,13 @@ def test_a_folder_is_a_policy_that_answers_as_its_model_does(folder):
     np.testing.assert_allclose(policy.act(seen, np.arange(3)), seen[:, 0] / 255.0, atol=1e-6)
 
 
+def test_a_policy_writes_the_folder_that_it_came_from(folder, tmp_path):
+    load(folder, GAME).write(tmp_path / "again")
+    load(folder, GAME).write(tmp_path / "again")
+    for name in (MODEL, CARD):
+        assert (tmp_path / "again" / name).read_bytes() == (folder / name).read_bytes()
+
+
 def test_answers_do_not_depend_on_who_plays_beside(folder):
     policy, seen = load(folder, GAME), boards(19)
     together = policy.act(seen, np.arange(19))

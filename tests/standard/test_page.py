@@ -20,6 +20,7 @@ def test_names_are_no_markup(reported):
     report = json.loads((reported / REPORT).read_text())
     report["name"] = "<script>alert(1)</script>"
     report["policies"][0]["name"] = "<b>"
+    report["cost"]["processes"] = "<script>"
     page = render(report)
     assert "<script>" not in page and "<b>" not in page
 

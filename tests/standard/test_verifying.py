@@ -35,6 +35,7 @@ def edit(folder, change):
 def test_a_report_that_was_left_alone_is_confirmed(copied, tiny):
     verdict = verify(copied, protocol=tiny)
     assert verdict.check.endswith("games played again are the same games")
+    assert verify(copied, protocol=tiny, games=1).check.startswith("5 games played again"), "one of each track"
     assert verdict.report["name"] == "two"
 
 
@@ -90,6 +91,11 @@ def test_games_that_nobody_played_are_found(copied, tiny):
     [
         (lambda report: report["policies"][0].update(digest="0" * 32), "is not the report's: expected digest"),
         (lambda report: report["policies"][0].update(kept="../../policies/0"), "expected policies/0 in"),
+        (
+            lambda report: report["policies"][0].update(privileged=True),
+            "is wrong on whether policy .* sees the simulator",
+        ),
+        (lambda report: report["policies"][0].update(kept=None, name="../x"), "neither in the report's folder nor"),
         (lambda report: report["attacks"][0].update(learned="/etc"), "expected exploiters/0 in"),
         (lambda report: report["attacks"][0].update(searched="siege 1"), "names no tactic|is no attack that"),
         (lambda report: report["protocol"].update(version="7"), "the report is of protocol '7'"),

@@ -1,0 +1,279 @@
+"""The board: entries are what their reports say, and its pages can be used by everybody."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+
+from benchmarks.board import ENTRIES, entries, page, replay
+from swarm_pz.errors import ResultsError
+from swarm_pz.standard import report as reports
+from tests.standard.test_verifying import edit
+
+CARD = {"by": "A lab", "notes": "Two of ours.", "link": "https://example.org/paper?a=1&b=2"}
+
+
+@pytest.fixture(scope="module")
+def place(reported, tiny, tmp_path_factory):
+    """A folder with one entry."""
+    place = tmp_path_factory.mktemp("entries")
+    entries.add(reported, place, "two", CARD, games=5, protocol=tiny)
+    return place
+
+
+@pytest.fixture
+def copied(place, tmp_path):
+    """A copy of the entry, which may be spoilt."""
+    return shutil.copytree(place / "two", tmp_path / "two")
+
+
+@pytest.mark.parametrize("folder", entries.folders(ENTRIES), ids=lambda folder: folder.name)
+def test_an_entry_is_what_its_report_says(folder):
+    entries.check(folder, games=5, seed=0)
+
+
+def test_every_folder_of_entries_makes_a_page():
+    pages = page.build(ENTRIES)
+    assert ("There is no entry yet" in pages["index.html"]) is not entries.folders(ENTRIES)
+    assert "scripts/board add" in pages["index.html"]
+
+
+# --- entries --------------------------------------------------------------------------------------
+
+
+def test_what_was_added_is_whole_and_can_be_checked_again(place, reported, tiny):
+    assert "are the same games" in entries.check(place / "two", games=5, protocol=tiny)
+    there = {path.relative_to(place / "two").as_posix() for path in (place / "two").rglob("*") if path.is_file()}
+    learned = {f"{name}/policy.{kind}" for name in ("policies/0", "exploiters/0", "exploiters/1") for kind in ENDS}
+    assert there == {*entries.NEEDED, *learned}
+    assert (place / "two" / reports.REPORT).read_bytes() == (reported / reports.REPORT).read_bytes()
+
+
+ENDS = ("json", "safetensors")
+
+
+def test_an_entry_that_is_there_is_not_added_twice(place, reported, tiny):
+    with pytest.raises(ResultsError, match="there is an entry 'two' already"):
+        entries.add(reported, place, "two", CARD, games=5, protocol=tiny)
+
+
+@pytest.mark.parametrize("name", ["..", "a/b", "A", "", "-a", "a" * 41])
+def test_a_name_that_is_no_folders_is_refused(name, place, reported, tiny):
+    with pytest.raises(ResultsError, match="an entry's name must be"):
+        entries.add(reported, place, name, CARD, games=5, protocol=tiny)
+
+
+def link_to_policies(folder):
+    shutil.move(folder / "policies", folder.parent / "elsewhere")
+    (folder / "policies").symlink_to(folder.parent / "elsewhere")
+
+
+def replace(name, old, new):
+    def spoil(folder):
+        text = (folder / name).read_text()
+        assert old in text
+        (folder / name).write_text(text.replace(old, new, 1))
+
+    return spoil
+
+
+def of_json(name, change):
+    def spoil(folder):
+        plain = json.loads((folder / name).read_text())
+        change(plain)
+        (folder / name).write_text(json.dumps(plain))
+
+    return spoil
+
+
+def put(name, data):
+    def spoil(folder):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_bytes(data)
+
+    return spoil
+
+
+def of_report(change):
+    return lambda folder: edit(folder, change)
+
+
+SHOWN = replay.FILE
+SPOILT = {
+    "a changed digit": (replace(reports.REPORT, '"score": 0.', '"score": 1.'), "was changed after it was written"),
+    "a changed game": (replace(reports.GAMES, '"draw"', '"win"'), "was changed after it was written"),
+    "no games": (lambda folder: (folder / reports.GAMES).unlink(), "games.jsonl is missing"),
+    "no recorded game": (lambda folder: (folder / SHOWN).unlink(), "replay.json is missing"),
+    "another protocol": (
+        lambda folder: edit(folder, lambda told: told["protocol"].update(version="0")),
+        "is of protocol",
+    ),
+    "a try": (of_report(lambda told: told["protocol"].update(version="1-quick")), "is of protocol"),
+    "a link": (link_to_policies, "got a link"),
+    "a pickle": (put("policies/0/policy.pkl", b"x"), "policy.pkl belongs to no entry"),
+    "a file of nobody": (put("run.py", b"x"), "run.py belongs to no entry"),
+    "a folder too many": (put("policies/0x", b""), "belongs to no entry"),
+    "large weights": (put("policies/1/policy.onnx", bytes(4 * 2**20 + 1)), "expected 4,194,304 bytes or fewer"),
+    "a large whole": (
+        lambda folder: [put(f"policies/{n}/policy.onnx", bytes(4 * 2**20))(folder) for n in range(1, 5)],
+        "expected 16,777,216 bytes or fewer",
+    ),
+    "a hidden sign": (of_report(lambda told: told.update(name="a\u202eb")), "cannot be shown"),
+    "a long text": (
+        lambda folder: edit(folder, lambda told: told["cost"].update(command="a" * 4001)),
+        "cannot be shown",
+    ),
+    "a long name": (of_report(lambda told: told.update(name="a" * 61)), "its name must be"),
+    "words as costs": (
+        lambda folder: edit(folder, lambda told: told["cost"].update(ms_a_command=[])),
+        "cannot be|must be",
+    ),
+    "a card with more": (replace(entries.CARD, "by", "rank = 1\nby"), "fields that are unknown: 'rank'"),
+    "a card of nobody": (replace(entries.CARD, "A lab", " "), "by in .* must be a text"),
+    "two lines": (replace(entries.CARD, "Two of ours.", "a\\nb"), "notes in .* must be a text on one line"),
+    "long notes": (replace(entries.CARD, "Two of ours.", "a" * 301), "of 300 letters or fewer"),
+    "a script's link": (replace(entries.CARD, "https://example.org", "javascript:alert"), "begins with https://"),
+    "another game": (of_json(SHOWN, lambda told: told.update(number=1)), "shows another game: expected number 0"),
+    "a game cut short": (
+        of_json(SHOWN, lambda told: told.update(positions="")),
+        "a capture that cannot be|does not end as the report says",
+    ),
+    "a game of noise": (of_json(SHOWN, lambda told: told.update(positions="AAA=")), "is corrupt"),
+    "a forged capture": (of_json(SHOWN, lambda told: told["captures"].append([0, 99, 0])), "capture that cannot be"),
+    "a game with more": (of_json(SHOWN, lambda told: told.update(more=1)), "has other fields"),
+}
+
+
+@pytest.mark.parametrize("what", SPOILT)
+def test_a_spoilt_entry_is_refused(copied, tiny, what):
+    spoil, message = SPOILT[what]
+    try:
+        spoil(copied)
+    except (TypeError, ValueError):  # its page cannot be made, its report is there
+        assert what == "words as costs"
+    with pytest.raises(ResultsError, match=message):
+        entries.read(copied, tiny)
+
+
+def test_places_that_were_moved_in_a_recorded_game_are_found(copied, tiny):
+    of_json(SHOWN, lambda told: told.update(positions=told["positions"].replace("a", "b")))(copied)
+    with pytest.raises(ResultsError, match="does not show the game that it names"):
+        entries.check(copied, games=5, protocol=tiny)
+
+
+@pytest.mark.parametrize("name", ["A", "notes.txt", "a b"])
+def test_what_lies_among_entries_and_is_none_is_refused(tmp_path, name):
+    (tmp_path / name).mkdir()
+    with pytest.raises(ResultsError, match="is no entry"):
+        entries.folders(tmp_path)
+
+
+# --- pages ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def pages(place, tiny, tmp_path_factory):
+    """A folder with the pages of three entries, two of them with other figures."""
+    several, out = tmp_path_factory.mktemp("several"), tmp_path_factory.mktemp("pages")
+    for name, score in (("two", None), ("best", 0.98765), ("worst", 0.01)):
+        shutil.copytree(place / "two", several / name)
+        if score is not None:
+
+            def change(report, name=name, score=score):
+                report["name"] = f"<b>{name}</b> & {{co}}"
+                report["figures"].update(score=score, score_ci95=[score - 0.01, score + 0.01])
+                report["cost"]["policies"][0].update(commands=None if name == "best" else 5)
+
+            edit(several / name, change)
+    for path, text in page.build(several, tiny).items():
+        (out / path).parent.mkdir(exist_ok=True)
+        (out / path).write_text(text)
+    return out
+
+
+def test_pages_escape_what_others_wrote_and_fetch_nothing(pages):
+    for path in pages.rglob("*.html"):
+        text = path.read_text()
+        assert "<b>" not in text
+        assert not re.findall(r'<(?:script|img|link|iframe)\b[^>]*?(?:src|href)="|url\(|@import', text)
+        assert "Content-Security-Policy" in text and "default-src 'none'" in text
+    assert "&lt;b&gt;best&lt;/b&gt; &amp; {co}" in (pages / "index.html").read_text()
+
+
+@pytest.fixture
+def shown(pages, chromium):
+    """Open a page as a file, on a screen of some width, and note what is asked for and what fails."""
+    contexts, asked, failed = [], [], []
+
+    def show(name, width=1280, **how):
+        contexts.append(chromium.new_context(viewport={"width": width, "height": 900}, **how))
+        opened = contexts[-1].new_page()
+        opened.on("request", lambda request: asked.append(request.url))
+        opened.on("console", lambda message: failed.append(message.text) if message.type == "error" else None)
+        opened.on("pageerror", lambda error: failed.append(str(error)))
+        opened.goto((pages / name).as_uri())
+        return opened
+
+    yield show
+    for context in contexts:
+        context.close()
+    assert failed == []
+    assert [address for address in asked if not address.startswith("file:")] == []
+
+
+def order(opened):
+    return [text.split("</b>")[0].removeprefix("<b>") for text in opened.locator("tbody th > a").all_inner_texts()]
+
+
+@pytest.mark.browser
+def test_the_board_is_sorted_by_the_keyboard(shown):
+    opened = shown("index.html")
+    assert order(opened) == ["best", "two", "worst"]
+    column = opened.get_by_role("columnheader", name="score", exact=True)
+    assert column.get_attribute("aria-sort") == "descending"
+    column.locator("button").focus()
+    opened.keyboard.press("Enter")
+    assert column.get_attribute("aria-sort") == "ascending" and order(opened) == ["worst", "two", "best"]
+    opened.get_by_role("button", name="commands seen").press("Space")
+    assert column.get_attribute("aria-sort") is None
+    assert order(opened) == ["worst", "two", "best"], "few commands first, and last who says nothing"
+    opened.get_by_role("button", name="method").press("Enter")
+    assert order(opened) == ["best", "worst", "two"]
+
+
+@pytest.mark.browser
+def test_the_board_stands_in_order_without_its_script(shown):
+    opened = shown("index.html", java_script_enabled=False)
+    assert order(opened) == ["best", "two", "worst"]
+    assert opened.locator("button").count() == 0
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1280, "dark")])
+def test_everybody_can_read_the_pages(shown, width, scheme):
+    for name in ("index.html", "best/replay.html", "best/report.html"):
+        opened = shown(name, width, color_scheme=scheme, bypass_csp=True)  # the policy keeps axe out, too
+        assert opened.evaluate("document.documentElement.scrollWidth") == width, name
+        assert Axe().run(opened).response["violations"] == [], name
+
+
+@pytest.mark.browser
+def test_a_game_is_replayed_from_a_file(shown):
+    opened = shown("two/replay.html")
+    told, canvas = opened.locator("#told"), opened.locator("canvas").element_handle()
+    assert told.inner_text().startswith("0.0 s, red 10, blue 10")
+    opened.get_by_role("slider").focus()
+    opened.keyboard.press("End")
+    end = told.inner_text()
+    assert end.startswith("3.0 s")
+    assert opened.evaluate(
+        "canvas => canvas.getContext('2d').getImageData(0, 0, 1152, 1152).data.some(Boolean)", canvas
+    )
+    opened.get_by_role("button", name="Play").press("Enter")
+    opened.wait_for_function("end => document.querySelector('#told').textContent !== end", arg=end)
+    opened.wait_for_function("end => document.querySelector('#told').textContent === end", arg=end)
+    assert opened.get_by_role("button", name="Play").count() == 1
