@@ -13,6 +13,7 @@
 `observation`     one side's grid observation
 `painting`        strokes of a brush on an image
 `profiling`       parts of a control period, for measuring
+`compiler`        how a kernel is compiled that others call
 `cache`           where machine code is kept, and until when
 ================  ==========================================================
 
@@ -28,6 +29,7 @@ from typing import Any, TypeVar
 from numba import njit
 
 from swarm_pz.kernels.cache import StampedCache
+from swarm_pz.kernels.compiler import PartCompiler
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -39,7 +41,7 @@ _FASTMATH = {"contract", "nsz", "arcp"}
 
 def kernel(function: Function) -> Function:
     """Compile a function that other kernels call."""
-    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy")(function)
+    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy", pipeline_class=PartCompiler)(function)
     return compiled  # type: ignore[no-any-return]
 
 
@@ -48,7 +50,9 @@ def reduction(function: Function) -> Function:
 
     Its inner loops must only read, so that there is but one way to run them.
     """
-    compiled: Any = njit(nogil=True, fastmath=_FASTMATH | {"reassoc"}, error_model="numpy")(function)
+    compiled: Any = njit(
+        nogil=True, fastmath=_FASTMATH | {"reassoc"}, error_model="numpy", pipeline_class=PartCompiler
+    )(function)
     return compiled  # type: ignore[no-any-return]
 
 

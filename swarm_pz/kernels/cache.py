@@ -113,6 +113,6 @@ def _tell_that_it_compiles(name: str) -> None:
 @cache
 def _announce_compilation(logger: logging.Logger) -> None:
     logger.warning(
-        "swarm-pz compiles its kernels for this machine: once, in one to two minutes "
+        "swarm-pz compiles its kernels for this machine: once, in about a minute "
         "(`swarm-pz warmup` does it ahead of time)"
     )

@@ -9,6 +9,7 @@ from swarm_pz.config import CHANNELS, GRID_CELLS
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.capture import BORDER, capture_limit, field_maximum
 from swarm_pz.kernels.controllers.ergodic import list_members
+from swarm_pz.kernels.fourier import largest
 from swarm_pz.kernels.game import Games
 from swarm_pz.kernels.trails import cell_of
 
@@ -64,7 +65,8 @@ def paint_capture_field(field: NDArray[np.integer], threshold: float, plane: NDA
     highest = np.empty(GRID_CELLS, field.dtype)  # of each column of the full grid, within a row of the plane
     for coarse_row in range(grid):
         first = coarse_row * block + BORDER
-        highest[:] = field[first, BORDER:-BORDER]
+        for column in range(GRID_CELLS):
+            highest[column] = field[first, BORDER + column]
         for row in range(block - 1):
             others = field[first + 1 + row, BORDER:-BORDER]
             for column in range(GRID_CELLS):
@@ -90,7 +92,7 @@ def paint_density_field(field: NDArray[np.float32], threshold: float, plane: NDA
     for row in range(grid):
         for column in range(grid):
             first_row, first_column = row * block, column * block
-            value = field[first_row : first_row + block, first_column : first_column + block].max()
+            value = largest(field[first_row : first_row + block, first_column : first_column + block])
             brightness = np.int32(255.0 * np.float64(value) + 0.5)
             captures = value >= np.float32(threshold)
             line = plane[row]
@@ -101,7 +103,7 @@ def paint_density_field(field: NDArray[np.float32], threshold: float, plane: NDA
 def paint_target(target: NDArray[np.float64], interpolation: NDArray[np.float64], plane: NDArray[np.uint8]) -> None:
     """Paint the target's density over its largest cell; `interpolation` (grid, A) serves both axes."""
     grid, cells = interpolation.shape
-    largest = target.max()
+    most = largest(target)
     across = interpolation.T.copy()
     along_x = np.zeros((cells, grid), np.float64)
     for a in range(cells):
@@ -118,7 +120,7 @@ def paint_target(target: NDArray[np.float64], interpolation: NDArray[np.float64]
                 densities[column] += interpolation[row, a] * along_x[a, column]
         line = plane[row]
         for column in range(grid):
-            line[column] = min(np.int32(255.0 * densities[column] / largest + 0.5), np.int32(255))
+            line[column] = min(np.int32(255.0 * densities[column] / most + 0.5), np.int32(255))
 
 
 @entry_point
