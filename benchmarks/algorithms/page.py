@@ -58,7 +58,8 @@ class Row:
         uniform = [line["final"]["uniform"] for line in self.lines]
         self.won = sum(one["wins"] for one in uniform) / sum(one["games"] for one in uniform)
         self.seconds = float(np.mean([line["seconds"] for line in self.lines]))
-        self.rate = float(np.mean([line["commands"] / line["seconds"] for line in self.lines]))
+        self.busy = float(np.mean([line["processor_seconds"] for line in self.lines]))
+        self.rate = float(np.mean([line["commands"] / line["processor_seconds"] for line in self.lines]))
         self.ms = float(np.median([line["final"][name]["ms"] for line in self.lines for name in OPPONENTS]))
         self.weights = int(self.lines[0]["weights"])
 
@@ -66,7 +67,7 @@ class Row:
         """Return the row of the table."""
         return (
             f"| {rank} | `{self.method}` | {self.all} | {self.uniform} | {self.scripts} | {100 * self.won:.0f} % "
-            f"| {self.seconds:.0f} | {self.rate:,.0f} | {self.weights:,} | {self.ms:.2f} |"
+            f"| {self.seconds:.0f} | {self.busy:.0f} | {self.rate:,.0f} | {self.weights:,} | {self.ms:.2f} |"
         )
 
     def curve(self, opponents: Sequence[str]) -> dict[str, list[float]]:
@@ -129,13 +130,14 @@ def to_markdown(rows: Sequence[Row], budget: Budget) -> str:
         "are interquartile means over seeds and opponents, with 95 % intervals from a bootstrap stratified by "
         "opponent, as of [the benchmark](benchmark.md). **All** weighs each of the six opponents alike.",
         "\n".join([
-            "| | method | all | `uniform` | scripts | won of `uniform` | learning, s | commands a second | weights "
-            "| ms a command |",
-            "|---|---|---|---|---|---|---|---|---|---|",
+            "| | method | all | `uniform` | scripts | won of `uniform` | wall, s | processor, s | commands a second "
+            "| weights | ms a command |",
+            "|---|---|---|---|---|---|---|---|---|---|---|",
             *(row.table(rank) for rank, row in enumerate(rows, 1)),
         ]),
-        "Seconds are of learning alone, on one core; weights are all that is learned, a critic's too; a command's "
-        "milliseconds are the median of what the policy took in its games. Times tell of this machine "
+        "Seconds are of learning alone, on one core: by the wall's clock, which runs on while others have the core, "
+        "and of the processor's time, from which commands a second follow; weights are all that is learned, a critic's "
+        "too; a command's milliseconds are the median of what the policy took in its games. Times tell of this machine "
         f"({', '.join(machines)}), shared with other work. A few seeds make intervals that are too narrow rather than "
         "too wide, since what they have not shown is not in them.",
         "## The methods",

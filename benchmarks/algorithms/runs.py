@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
@@ -176,12 +177,13 @@ class Run:
         self.curve: list[dict[str, Any]] = []
         self.env = self.method.games(seed)
         self.model = self.method.learner(self.env, seed)
-        self._began, self._apart = time.perf_counter(), 0.0
+        self._began, self._apart = _clocks(), np.zeros(2)
 
     @property
-    def seconds(self) -> float:
-        """Seconds for which it has learned, without those in which it was evaluated."""
-        return time.perf_counter() - self._began - self._apart
+    def seconds(self) -> tuple[float, float]:
+        """Seconds for which it has learned, without evaluations: by the wall's clock, and of a processor's time."""
+        wall, busy = _clocks() - self._began - self._apart
+        return float(wall), float(busy)
 
     def learned(self, name: str) -> LearnedPolicy:
         """Return the tactic of the recipe's network, as it stands."""
@@ -189,7 +191,7 @@ class Run:
         if not isinstance(network, GridPolicy):
             raise TypeError(f"only the recipe's network is a tactic of our own, got {type(network).__name__}")
         config = RECIPE.replace(seed=self.seed, total_steps=self.budget.commands)
-        return as_policy(network, config, name, steps=steps, seconds=self.seconds, command=COMMAND)
+        return as_policy(network, config, name, steps=steps, seconds=self.seconds[0], command=COMMAND)
 
     def write(self) -> None:
         """Write what it has learned, in our own format or as an ONNX file; both are players everywhere."""
@@ -202,8 +204,8 @@ class Run:
 
     def look(self) -> None:
         """Write the policy, and evaluate what was written; learning goes on as if nobody had looked."""
-        began, commands = time.perf_counter(), self.model.num_timesteps
-        rate = commands / self.seconds
+        began, commands = _clocks(), self.model.num_timesteps
+        rate = commands / self.seconds[0]
         with randomness.kept():
             self.write()
             found = evaluate(self.folder, self.budget.games_on_the_way)
@@ -215,7 +217,7 @@ class Run:
             f"points {scores['uniform']:.2f} against uniform, {mean:.2f} against scripts",
             flush=True,
         )
-        self._apart += time.perf_counter() - began
+        self._apart += _clocks() - began
 
     def learn(self) -> dict[str, Any]:
         """Learn to the end, and return the run's line."""
@@ -224,9 +226,9 @@ class Run:
             stages.append(_SelfPlay(self))
         elif isinstance(self.model, OnPolicyAlgorithm):
             stages.append(_FadingExploration(self))
-        self._began = time.perf_counter()
+        self._began = _clocks()
         self.model.learn(self.budget.commands, callback=CallbackList(stages))
-        seconds = self.seconds
+        wall, busy = self.seconds
         self.env.close()
         final = evaluate(self.folder, self.budget.games)
         network = getattr(self.model.policy, "q_net", self.model.policy)  # and not its target, a copy
@@ -236,12 +238,17 @@ class Run:
             "commands": self.model.num_timesteps,
             "curve": self.curve,
             "final": final,
-            "seconds": round(seconds, 1),
+            "seconds": round(wall, 1),
+            "processor_seconds": round(busy, 1),
             "weights": sum(values.numel() for values in network.parameters()),
             "processor": processor(),
             "versions": versions() | {"sb3-contrib": importlib.metadata.version("sb3-contrib")},
             "sha256": digests(self.folder),
         }
+
+
+def _clocks() -> NDArray[np.float64]:
+    return np.array([time.perf_counter(), time.process_time()])
 
 
 def digests(folder: Path) -> dict[str, str]:

@@ -35,7 +35,8 @@ def played(monkeypatch):
 def line(method, seed, score, digests=None):
     scores = dict.fromkeys(("uniform", *SCRIPTS), score)
     return {
-        "method": method, "seed": seed, "commands": 122_880, "seconds": 100.0, "weights": 1234, "processor": "any",
+        "method": method, "seed": seed, "commands": 122_880, "seconds": 200.0, "processor_seconds": 100.0,
+        "weights": 1234, "processor": "any",
         "curve": [{"commands": stop, "scores": scores} for stop in Budget().stops()],
         "final": {name: FINAL | {"score": score} for name in scores},
         "versions": {"torch": "2"}, "sha256": digests or {"policy.onnx": "ab" * 32},
@@ -139,7 +140,7 @@ def test_the_page_says_what_the_runs_say(tmp_path):
     assert (tmp_path / page.PICTURE).stat().st_size > 10_000
     first = next(one for one in text.splitlines() if one.startswith("| 1 |"))
     assert first.startswith("| 1 | `ppo` | 0.92 (")
-    assert "| 60 % | 100 | 1,229 | 1,234 | 0.50 |" in first
+    assert "| 60 % | 200 | 100 | 1,229 | 1,234 | 0.50 |" in first
     assert "`ppo` takes the most points" in text and "cannot be told from `dqn`: the intervals overlap" in text
     assert "Few commands" not in text and os.fspath(tmp_path) not in text
 
