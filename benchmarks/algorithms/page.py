@@ -117,8 +117,9 @@ def to_markdown(rows: Sequence[Row], budget: Budget) -> str:
         "how many points afterwards, and at what cost? One command trains, rates, and writes this page; it goes on "
         "where it was stopped, and needs a clone with the extras `compatibility` and `onnx`:",
         f"```bash\n{COMMAND} --page docs\n```",
-        *(["**Few commands or seeds: this page says that all of it works, and no more.**"] if small else []),
-        f"**Which wins:** {verdict(rows)}",
+        "**Few commands or seeds: this page says that all of it works, and no more.**"
+        if small
+        else f"**Which wins:** {verdict(rows)}",
         f"![Points against uniform coverage and against scripts, over the commands learned from]({PICTURE})",
         f"*Learning curves: {budget.points} evaluations of each run, of {budget.games_on_the_way} games against "
         "`uniform` and as many against the scripts together. Lines are interquartile means over seeds (and scripts), "
