@@ -74,6 +74,7 @@ def test_commands_of_the_pages_exist(page, line, monkeypatch):
         assert called
     elif program == "python":
         path = f"{arguments[1].replace('.', '/')}.py" if arguments[0] == "-m" else arguments[0]
+        path = path if (ROOT / path).is_file() else path.replace(".py", "/__main__.py")  # of a folder
         assert (ROOT / path).is_file()
         options = [argument for argument in arguments if argument.startswith("--")]
         assert all(f'"{option}"' in (ROOT / path).read_text() for option in options)

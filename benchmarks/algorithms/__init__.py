@@ -1,0 +1,1 @@
+"""Algorithms side by side: the same game, opponents and number of commands, what learns differs."""

@@ -1,0 +1,187 @@
+"""The page about the comparison, and its picture, from the lines of the runs."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.algorithms.methods import METHODS, RECIPE
+from benchmarks.algorithms.runs import COMMAND, SCRIPTS, SEED, Budget
+from swarm_pz.errors import require_extra
+from swarm_pz.figures import style
+from swarm_pz.figures.curves import COLOURS, DASHES
+from swarm_pz.files import draft_of
+from swarm_pz.standard.aggregate import drawn_runs, interquartile_mean, interval
+
+PAGE, PICTURE = "algorithms.md", "images/algorithms.png"
+OPPONENTS = ("uniform", *SCRIPTS)
+Line = dict[str, Any]
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """An interquartile mean over seeds and opponents, and the ends of its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, scores: Array) -> Estimate:
+        """Return that of scores (seeds, opponents)."""
+        low, high = interval(functools.partial(drawn_runs, scores), lambda drawn: np.array(interquartile_mean(drawn)))
+        return cls(interquartile_mean(scores), float(low), float(high))
+
+    def __str__(self) -> str:
+        return f"{self.value:.2f} ({self.low:.2f} to {self.high:.2f})"
+
+    def overlaps(self, other: Estimate) -> bool:
+        """Tell whether the intervals have a number in common."""
+        return self.low <= other.high and other.low <= self.high
+
+
+class Row:
+    """A method's runs, and what they say."""
+
+    def __init__(self, method: str, lines: Sequence[Line]) -> None:
+        self.method = method
+        self.lines = sorted(lines, key=lambda line: int(line["seed"]))
+        scores = np.array([[line["final"][name]["score"] for name in OPPONENTS] for line in self.lines])
+        self.all, self.uniform, self.scripts = (Estimate.of(part) for part in (scores, scores[:, :1], scores[:, 1:]))
+        uniform = [line["final"]["uniform"] for line in self.lines]
+        self.won = sum(one["wins"] for one in uniform) / sum(one["games"] for one in uniform)
+        self.seconds = float(np.mean([line["seconds"] for line in self.lines]))
+        self.busy = float(np.mean([line["processor_seconds"] for line in self.lines]))
+        self.rate = float(np.mean([line["commands"] / line["processor_seconds"] for line in self.lines]))
+        self.ms = float(np.median([line["final"][name]["ms"] for line in self.lines for name in OPPONENTS]))
+        self.weights = int(self.lines[0]["weights"])
+
+    def table(self, rank: int) -> str:
+        """Return the row of the table."""
+        return (
+            f"| {rank} | `{self.method}` | {self.all} | {self.uniform} | {self.scripts} | {100 * self.won:.0f} % "
+            f"| {self.seconds:.0f} | {self.busy:.0f} | {self.rate:,.0f} | {self.weights:,} | {self.ms:.2f} |"
+        )
+
+    def curve(self, opponents: Sequence[str]) -> dict[str, list[float]]:
+        """Return the estimates against some opponents at each point of the budget, as `style.band` takes them."""
+        points: list[Array] = [
+            np.array([[point["scores"][name] for name in opponents] for point in at])
+            for at in zip(*(line["curve"] for line in self.lines), strict=True)
+        ]
+        found = [Estimate.of(scores) for scores in points]
+        return {"mean": [e.value for e in found], "low": [e.low for e in found], "high": [e.high for e in found]}
+
+
+def rows_of(lines: Sequence[Line]) -> list[Row]:
+    """Return the methods that have runs, best first."""
+    rows = [Row(name, own) for name in METHODS if (own := [line for line in lines if line["method"] == name])]
+    return sorted(rows, key=lambda row: -row.all.value)
+
+
+def verdict(rows: Sequence[Row]) -> str:
+    """Say which method wins, and from which it cannot be told."""
+    best, *others = rows
+    beside = [f"`{row.method}`" for row in others if row.all.overlaps(best.all)]
+    told = f"cannot be told from {', '.join(beside)}: the intervals overlap" if beside else "its interval overlaps none"
+    join = "but" if beside else "and"
+    return f"`{best.method}` takes the most points, {best.all} of all that there are, {join} {told}."
+
+
+def write_page(lines: Sequence[Line], budget: Budget, docs: Path) -> Path:
+    """Write page and picture into a folder of docs; return the page's path."""
+    rows = rows_of(lines)
+    draw(rows, docs / PICTURE)
+    with draft_of(docs / PAGE) as draft:
+        draft.write_text(to_markdown(rows, budget))
+    return docs / PAGE
+
+
+def to_markdown(rows: Sequence[Row], budget: Budget) -> str:
+    """Return the page."""
+    lines = [line for row in rows for line in row.lines]
+    seeds = min(len(row.lines) for row in rows)
+    small = budget.commands < Budget().commands or seeds < 3
+    versions = {f"{name} {version}" for line in lines for name, version in line["versions"].items()}
+    machines = sorted({line["processor"] for line in lines})
+    parts = [
+        "# Algorithms compared",
+        f"Six ways to learn, each from {budget.commands:,} commands and {seeds} seeds, in the same games: who takes "
+        "how many points afterwards, and at what cost? One command trains, rates, and writes this page; it goes on "
+        "where it was stopped, and needs a clone with the extras `compatibility` and `onnx`:",
+        f"```bash\n{COMMAND} --page docs\n```",
+        "**Few commands or seeds: this page says that all of it works, and no more.**"
+        if small
+        else f"**Which wins:** {verdict(rows)}",
+        f"![Points against uniform coverage and against scripts, over the commands learned from]({PICTURE})",
+        f"*Learning curves: {budget.points} evaluations of each run, of {budget.games_on_the_way} games against "
+        "`uniform` and as many against the scripts together. Lines are interquartile means over seeds (and scripts), "
+        "bands their 95 % intervals.*",
+        "## The table",
+        f"After the last command each run plays {budget.games} games against `uniform` and "
+        f"{budget.games // len(SCRIPTS)} against each of {', '.join(f'`{name}`' for name in SCRIPTS)}: half from "
+        f"each side, from the same starts for all (seed {SEED}). Points are shares, a draw being half a win. Estimates "
+        "are interquartile means over seeds and opponents, with 95 % intervals from a bootstrap stratified by "
+        "opponent, as of [the benchmark](benchmark.md). **All** weighs each of the six opponents alike.",
+        "\n".join([
+            "| | method | all | `uniform` | scripts | won of `uniform` | wall, s | processor, s | commands a second "
+            "| weights | ms a command |",
+            "|---|---|---|---|---|---|---|---|---|---|---|",
+            *(row.table(rank) for rank, row in enumerate(rows, 1)),
+        ]),
+        "Seconds are of learning alone, on one core: by the wall's clock, which runs on while others have the core, "
+        "and of the processor's time, from which commands a second follow; weights are all that is learned, a critic's "
+        "too; a command's milliseconds are the median of what the policy took in its games. Times tell of this machine "
+        f"({', '.join(machines)}), shared with other work. A few seeds make intervals that are too narrow rather than "
+        "too wide, since what they have not shown is not in them.",
+        "## The methods",
+        "\n".join(["| method | what it is |", "|---|---|", *(f"| `{n}` | {m.about} |" for n, m in METHODS.items())]),
+        f"All play {RECIPE.num_envs} games at once and, self-play aside, meet whom the recipe of "
+        "[training](training.md) meets: `uniform` and every script, those more often that are hard to beat. They "
+        "see the recipe's nine channels on a 10 by 10 grid (`ppo-sets`: the drones), and answer 5 by 5 log-densities "
+        f"(`dqn`: named commands). All PPO share the recipe's numbers, but for {RECIPE.num_envs} games at once in "
+        f"place of 160 and minibatches of {RECIPE.batch_size}: more and smaller updates. DQN learns from "
+        f"{RECIPE.batch_size} remembered commands twice a step. Nobody's numbers were tuned for this page, and the "
+        "recipe's were chosen for the network of `ppo`: others may have more in them.",
+        "## The policies",
+        "What each run has learned is a player for every command. Our own network is kept as safetensors, the others "
+        "as ONNX files, the LSTM's state included; each with its card ([policies from anywhere](policies.md)). They "
+        "are in the folder `release`, beside `SHA256SUMS`, which says the digests:",
+        "\n".join([
+            "| policy | file | SHA-256 |",
+            "|---|---|---|",
+            *(
+                f"| `{line['method']}-{line['seed']}` | `{name}` | `{digest}` |"
+                for line in lines
+                for name, digest in line["sha256"].items()
+                if not name.endswith(".json")
+            ),
+        ]),
+        f"Made with {', '.join(sorted(versions))}.",
+    ]  # fmt: skip
+    return "\n\n".join(parts) + "\n"
+
+
+def draw(rows: Sequence[Row], path: Path) -> None:
+    """Draw the learning curves; a method has its line whatever its rank."""
+    looks = dict(zip(METHODS, zip(COLOURS, DASHES, strict=True), strict=True))
+    with require_extra("matplotlib", "ladder").rc_context(style.RC):
+        figure = require_extra("matplotlib.figure", "ladder").Figure(figsize=(9, 4), layout="constrained")
+        sides = (("against uniform coverage", OPPONENTS[:1]), ("against five scripts", SCRIPTS))
+        for axes, (title, opponents) in zip(figure.subplots(1, 2, sharey=True), sides, strict=True):
+            for row in rows:
+                commands = [point["commands"] / 1000 for point in row.lines[0]["curve"]]
+                style.band(axes, commands, row.curve(opponents), *looks[row.method], label=row.method)
+            style.mark(axes, 0.5, "even")
+            axes.set(title=title, xlabel="commands learned from (thousands)", ylim=(0, 1), xlim=(0, None))
+        figure.axes[0].set_ylabel("share of the points")
+        style.legend_below(figure, figure.axes[0].get_legend_handles_labels()[0], columns=6)
+        with draft_of(path) as draft:
+            figure.savefig(draft, format="png")
