@@ -9,6 +9,7 @@ import pytest
 
 from swarm_pz.cli import learn, main
 from swarm_pz.config import GameConfig
+from swarm_pz.evaluation.workers import Alone
 from swarm_pz.policies.scripted import SCRIPTS
 from swarm_pz.training.config import LeagueConfig, TrainConfig
 
@@ -35,6 +36,7 @@ def stand_in(given, **more):
 
     def begin(*args, **options):
         assert options.pop("say").func is print
+        given["workers"] = options.pop("workers", None)
         given["begun"] = (args, options)
         policy = Trained(given)
         return SimpleNamespace(
@@ -136,6 +138,7 @@ def test_league_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more
     assert given["written"] == (OUT, {name: {"against": name} for name in names})
     assert shown == [(len(names), "mine against the scripts")]
     printed = capsys.readouterr().out
+    assert isinstance(given["workers"], Alone) and "waits for exploiters" not in printed
     assert f"rules: {game.rules_hash}\n" in printed
     assert "training for 3,000,000 steps in runs/mine" in printed and printed.endswith("policy: runs/mine\n")
 
