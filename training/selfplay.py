@@ -318,6 +318,8 @@ class League:
             member.score = (1 - match.score()) * member.games
             self.pool.members.append(member)
         self.pool.exploiters += 1
+        if not self.config.join_after:  # leagues of earlier versions note it only here
+            self.pool.exploiter_step = self.main.model.num_timesteps
         self.pool.target = ""
         self._save()
 
