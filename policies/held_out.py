@@ -6,6 +6,7 @@ They have no registered names, so that no training run meets them by listing who
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import Executor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,8 @@ from numpy.typing import NDArray
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.match import MatchResult, play_match
+from swarm_pz.evaluation.parcels import Parcel, at_hand
+from swarm_pz.evaluation.workers import Alone, share
 from swarm_pz.policies.scripted import (
     CLOCK,
     OPPONENTS,
@@ -28,6 +31,7 @@ from swarm_pz.policies.scripted import (
     uniform,
     wavefront,
 )
+from swarm_pz.policy import folder_of
 
 Array = NDArray[np.float64]
 
@@ -149,6 +153,7 @@ def play_suites(
     seed: int = 0,
     threads: int = 1,
     progress: Callable[[int, int], None] | None = None,
+    pool: Executor | None = None,
 ) -> Generalisation:
     """Play a policy against every script, and against the held-out suite.
 
@@ -162,21 +167,61 @@ def play_suites(
     seed, threads : int
     progress : callable, optional
         Called with (games finished, games in all).
+    pool : Executor, optional
+        Who plays, a match a task, as `open_pool` gives it; this process, if not given.
+
+    Raises
+    ------
+    WorkerError
+        If a worker died, or has another policy of that name.
     """
-    known = [Trial(script) for script in SCRIPTS]
-    trials = [*known, *SUITE]
-    matches = []
-    for number, trial in enumerate(trials):
+    pool = pool if pool is not None else Alone()
+    digest, parcel = None, None
+    if getattr(pool, "elsewhere", False):
+        digest, folder = getattr(policies.load(policy, config), "digest", None), folder_of(policy)
+        parcel = None if folder is None else Parcel.of(folder)
+    matches: dict[int, MatchResult] = {}
 
-        def report(done: int, _: int, before: int = number * games) -> None:
-            if progress is not None:
-                progress(before + done, len(trials) * games)
+    def keep(task: tuple[Any, ...], match: MatchResult) -> None:
+        matches[task[0]] = match
+        if progress is not None:
+            progress(len(matches) * games, len(_TRIALS) * games)
 
-        size = trial.drones_per_team
-        rules = config if size is None else config.replace(drones_per_team=size)
-        player, opponent = policies.load(policy, rules), trial.opponent(rules)
+    tasks = [(number, policy, config, games, seed, threads, digest, parcel) for number in range(len(_TRIALS))]
+    share(pool, play_trial, tasks, keep, name=lambda task: _TRIALS[task[0]].name)
+    played = [matches[number] for number in range(len(_TRIALS))]
+    return Generalisation(played[: len(SCRIPTS)], played[len(SCRIPTS) :])
+
+
+_TRIALS = (*(Trial(script) for script in SCRIPTS), *SUITE)
+"""What a policy may know, and what it cannot."""
+
+
+def play_trial(
+    number: int,
+    policy: str,
+    config: GameConfig,
+    games: int,
+    seed: int,
+    threads: int,
+    digest: str | None,
+    parcel: Parcel | None,
+) -> MatchResult:
+    """Play one match of the suites: a task of a pool.
+
+    Parameters
+    ----------
+    number : int
+        Of the match, scripts first.
+    policy, config, games, seed, threads
+        As of `play_suites`.
+    digest, parcel
+        Of the policy, as for `at_hand`.
+    """
+    trial = _TRIALS[number]
+    size = trial.drones_per_team
+    rules = config if size is None else config.replace(drones_per_team=size)
+    with at_hand(policy, rules, digest, parcel) as name:
+        player, opponent = policies.load(name, rules), trial.opponent(rules)
         opponent.name = trial.name
-        matches.append(
-            play_match(player, opponent, games=games, seed=seed, config=rules, threads=threads, progress=report)
-        )
-    return Generalisation(matches[: len(known)], matches[len(known) :])
+        return play_match(player, opponent, games=games, seed=seed, config=rules, threads=threads)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.config.base import Config, check, check_count, check_number
+from swarm_pz.config.base import Config, check, check_count, check_number, later
 from swarm_pz.policies import scripted
 
 SCRIPTS = tuple(script.__name__ for script in scripted.SCRIPTS)
@@ -201,6 +201,9 @@ class LeagueConfig(Config):
         Steps between two exploiters.
     exploiter_steps : int
         Steps that each trains; 0 for a league without.
+    join_after : int
+        Steps of the learner from where an exploiter, or the rating of a snapshot, begins to where it is waited for.
+        Other processes or machines are at it meanwhile; the result is the same without them.
     """
 
     learner: TrainConfig = field(default_factory=TrainConfig)
@@ -215,6 +218,7 @@ class LeagueConfig(Config):
     snapshot_every: int = 500_000
     exploiter_every: int = 1_500_000
     exploiter_steps: int = 500_000
+    join_after: int = later(0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -227,6 +231,7 @@ class LeagueConfig(Config):
             ("snapshot_every", 1, 10**12),
             ("exploiter_every", 1, 10**12),
             ("exploiter_steps", 0, 10**12),
+            ("join_after", 0, 10**12),
         ):
             check_count(getattr(self, name), name, low, high)
         for name, lowest, highest in (

@@ -57,13 +57,15 @@ class Pool:
     config_hash : str
         Of the settings that the league is played under.
     snapshot_step, exploiter_step : int
-        Steps of the learner at the latest of each.
+        Steps of the learner at the latest of each; of an exploiter, where it began.
     exploiters : int
-        How many have been trained.
+        How many have been trained to their end.
     target : str
         The snapshot that an exploiter is being trained against, or none.
     until : int
         Steps of the learner at which those dealt last have been met for long enough.
+    unrated : str
+        The snapshot whose rating is not known yet, or none.
     """
 
     members: list[Member] = field(default_factory=list)
@@ -73,6 +75,7 @@ class Pool:
     exploiters: int = 0
     exploiter_step: int = 0
     until: int = 0
+    unrated: str = ""
 
     def newest(self) -> Member:
         """Return the newest snapshot; a league begins with one."""

@@ -13,7 +13,9 @@ from __future__ import annotations
 import json
 import shutil
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
@@ -23,25 +25,23 @@ from stable_baselines3.common.callbacks import BaseCallback
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError, Stopped
-from swarm_pz.evaluation.ratings import rate
-from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
+from swarm_pz.evaluation.parcels import Parcel
+from swarm_pz.evaluation.workers import Alone, Errands
 from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.policy import Player
 from swarm_pz.training.callbacks import Checkpoint
-from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import LeagueConfig
-from swarm_pz.training.exploit import make_exploiter, play_exploiter
+from swarm_pz.training.exploit import respond
 from swarm_pz.training.flight import Opponent
 from swarm_pz.training.folders import LEAGUE as STATE
 from swarm_pz.training.folders import LEARNER, check_folder
 from swarm_pz.training.pool import Member, Pool
 from swarm_pz.training.ppo import Training, never
+from swarm_pz.training.rating import Rating
 
 _EXPLOITED_GAMES = 100
 """Games that show whether an exploiter beats its target."""
-_RATED, _RATING_GAMES = 4, 10
-"""Latest snapshots, and latest exploiters, that a new snapshot is rated among; and the games of every two."""
 
 
 class _Scores(BaseCallback):
@@ -77,6 +77,8 @@ class League:
         Where lines of progress go.
     command : str
         What was called to begin the league; it stands on the card of the policy.
+    workers : Executor, optional
+        Who trains exploiters and plays for ratings, as `open_pool` gives it; this process, if not given.
 
     Raises
     ------
@@ -94,11 +96,15 @@ class League:
         overwrite: bool = False,
         say: Callable[[str], None] = print,
         command: str = "",
+        workers: Executor | None = None,
     ) -> None:
         check_folder(folder, resume=resume, overwrite=overwrite, marks=(STATE,))
         self.config = config
         self.folder = folder
         self._say = say
+        self._workers = workers if workers is not None else Alone()
+        self._errands = Errands(self._workers)
+        self._rating: Rating | None = None
         self.main = Training(
             config.learner,
             folder / LEARNER,
@@ -152,7 +158,7 @@ class League:
                 f"the learner of {self.folder} is finished, and not trained any further: it has had "
                 f"{self.main.model.num_timesteps:,} of {total:,} steps; ask for more to go on"
             )
-        try:
+        with self._working():
             while self._follow_up(asked) < total:
                 step = self.main.model.num_timesteps
                 if step >= self.pool.until or step == 0:  # at 0 a checkpoint holds no games, and so no deal
@@ -164,8 +170,6 @@ class League:
                 self.main.learn(min(self.pool.until, total), scores, stops)
                 self._report((self.main.model.num_timesteps - step) / (time.monotonic() - began))
                 self._save()
-        finally:
-            self.main.logger.close()
         learner = self.main.policy()
         league = self.config.to_dict()
         training = league.pop("learner")
@@ -176,29 +180,54 @@ class League:
         self.main.env.close()
         return policy
 
+    @contextmanager
+    def _working(self) -> Iterator[None]:
+        """Have others work; whoever leaves before the end ends what they are at."""
+        try:
+            with Errands(self._workers) as self._errands:
+                yield
+        finally:
+            if self._rating is not None:
+                self._rating.leave()
+            self.main.logger.close()
+
     def _follow_up(self, asked: Callable[[], bool]) -> int:
-        """Take the snapshot and train the exploiter that are due, if any; return the learner's steps.
+        """Begin what is due, and wait for what is to be known by now; return the learner's steps.
 
         What has been done is not due again, so a league that was killed here goes on where it was.
         """
         step = self.main.model.num_timesteps
         is_over = step >= min(self.pool.until, self.config.learner.total_steps)
         since = step - self.pool.snapshot_step
+        is_beaten = self.pool.newest().beaten >= self.config.snapshot_score
+        if is_over and since and (is_beaten or since >= self.config.snapshot_every):
+            self._end_rating(asked)
+            self._snapshot(is_rated=True)
+        if self.pool.unrated:
+            self._begin_rating()
+            if self._is_awaited(self.pool.snapshot_step, step):
+                self._end_rating(asked)
         if is_over and since:
-            if self.pool.newest().beaten >= self.config.snapshot_score or since >= self.config.snapshot_every:
-                self._snapshot()
-                self.main.logger.record("league/rating", self._rate())
             self.main.logger.dump(step)
         if self._wants_exploiter(step) and is_over and not self.pool.target:
             if self.pool.snapshot_step != step:
+                self._end_rating(asked)
                 self._snapshot()
             self.pool.target = self.pool.newest().source
+            self.pool.exploiter_step = step
             self._save()
         if asked():
             raise Stopped(self.main.standing())
         if self.pool.target:
-            self._exploit(asked)
+            self._begin_exploiter(asked)
+            if self._is_awaited(self.pool.exploiter_step, step):
+                self._end_exploiter(asked)
         return step
+
+    def _is_awaited(self, began: int, step: int) -> bool:
+        """Tell whether what began at a step joins at this one: between two deals, so that it is always the same one."""
+        total, after = self.config.learner.total_steps, self.config.join_after
+        return after == 0 or step >= total or (step >= self.pool.until and step >= began + after)
 
     def _wants_exploiter(self, step: int) -> bool:
         return self.config.exploiter_steps > 0 and step - self.pool.exploiter_step >= self.config.exploiter_every
@@ -241,7 +270,7 @@ class League:
     def _locate(self, source: str, kind: str) -> str:
         return source if kind in ("script", "rival") else str(self.folder / source)
 
-    def _snapshot(self) -> None:
+    def _snapshot(self, *, is_rated: bool = False) -> None:
         """Put the learner as it stands into the pool, and save the league before anybody plays it."""
         number = sum(member.kind == "snapshot" for member in self.pool.members)
         name = f"snapshot_{number:03d}"
@@ -249,53 +278,63 @@ class League:
         self.main.policy().write(self.folder / source)
         self.pool.members.append(Member(name, source, "snapshot"))
         self.pool.snapshot_step = self.main.model.num_timesteps
+        if is_rated:
+            self.pool.unrated = source
         self._save()
 
-    def _exploit(self, asked: Callable[[], bool]) -> None:
-        """Train a best response to the pool's target, or finish one; whoever beats it joins the pool."""
+    def _begin_exploiter(self, asked: Callable[[], bool]) -> None:
+        """Have a best response to the pool's target trained, or one finished, unless somebody is at it."""
         name = f"exploiter_{self.pool.exploiters:03d}"
+        if name in self._errands:
+            return
         self._say(f"{name} trains for {self.config.exploiter_steps:,} steps against {Path(self.pool.target).name}")
-        folder = self.folder / "exploiters" / name
-        target = str(self.folder / self.pool.target)
-        run = make_exploiter(
-            target,
-            folder,
-            steps=self.config.exploiter_steps,
-            learner=self.config.learner.replace(evaluate_every=self.config.exploiter_steps),
-            seed=self.config.learner.seed + 1000 + self.pool.exploiters,
-            threads=self.config.learner.threads,
-            resume=(folder / CHECKPOINT).exists(),
-            say=lambda _: None,
+        target, digest, parcel = self.folder / self.pool.target, None, None
+        if self._errands.is_elsewhere:
+            digest, parcel = LearnedPolicy.read(target, self.config.learner.game).digest, Parcel.of(target)
+        self._errands.send(
+            name,
+            respond,
+            str(target),
+            self.folder / "exploiters" / name,
+            self.config.learner.replace(evaluate_every=self.config.exploiter_steps),
+            self.config.exploiter_steps,
+            self.config.learner.seed + 1000 + self.pool.exploiters,
+            _EXPLOITED_GAMES,
+            asked if self._errands.is_here else never,
+            digest,
+            parcel,
         )
-        run.run(asked)
-        match, *_ = play_exploiter(run, target, games=_EXPLOITED_GAMES)
+
+    def _end_exploiter(self, asked: Callable[[], bool]) -> None:
+        """Wait for the exploiter; whoever beats its target joins the pool."""
+        name = f"exploiter_{self.pool.exploiters:03d}"
+        match, parcel = self._errands.fetch(name, asked)
+        self._end_rating(asked)
+        if parcel is not None:
+            parcel.unpack(self.folder / "exploiters")
         self._say(f"{name} against {Path(self.pool.target).name}: {match.standing()}")
         if match.score() > 0.5:
             member = Member(name, f"exploiters/{name}", "exploiter")
             member.score = (1 - match.score()) * member.games
             self.pool.members.append(member)
         self.pool.exploiters += 1
-        self.pool.exploiter_step = self.main.model.num_timesteps
+        if not self.config.join_after:  # leagues of earlier versions note it only here
+            self.pool.exploiter_step = self.main.model.num_timesteps
         self.pool.target = ""
         self._save()
 
-    def _rate(self) -> float:
-        """Return the newest snapshot's rating among the latest of the pool, from matches of their own."""
-        kinds = {kind: [m for m in self.pool.members if m.kind == kind] for kind in ("script", "snapshot", "exploiter")}
-        snapshots = kinds["snapshot"]
-        latest = [*snapshots[:1], *snapshots[1:][-_RATED:], *kinds["exploiter"][-_RATED:]]
-        rated = {member.source: member for member in (*kinds["script"], *latest)}
-        names = list(rated)
-        tournament = Tournament(
-            names,
-            TournamentConfig(games=_RATING_GAMES, game=self.config.learner.game, budget_ms=1e6),
-            self.folder / "ratings",
-            lambda name, config: policies.load(self._locate(name, rated[name].kind), config),
-        )
-        tournament.play()
-        anchor = "uniform" if "uniform" in names else names[0]
-        ratings = rate(tournament.results(), anchor)
-        return float(ratings.values[names.index(snapshots[-1].source)])
+    def _begin_rating(self) -> Rating:
+        """Have the newest snapshot rated, unless somebody is at it."""
+        if self._rating is None:
+            self._rating = Rating(self.pool, self.folder, self.config.learner.game, self._workers)
+            self._rating.begin()
+        return self._rating
+
+    def _end_rating(self, asked: Callable[[], bool]) -> None:
+        """Record the rating that is due, if any; before the pool changes, since it is a rating among that."""
+        if self.pool.unrated:
+            self.main.logger.record("league/rating", self._begin_rating().end(asked))
+            self._rating, self.pool.unrated = None, ""
 
     def _save(self) -> None:
         # The pool must be of the same moment as the learner, so it is in the same file.

@@ -19,6 +19,8 @@ from swarm_pz.files import check_file, check_folder
 from swarm_pz.policy import kind_of
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from swarm_pz.evaluation.match import MatchResult
 
 _NAMED = 6
@@ -34,6 +36,8 @@ def evaluate(
     json: Path | None = None,
     threads: int = 2,
     held_out: bool = False,
+    processes: int = 1,
+    ray: str | None = None,
     exploit: bool = False,
     exploit_steps: int = 1_000_000,
     out: Path | None = None,
@@ -53,6 +57,8 @@ def evaluate(
         json: Write the figures to this file, too.
         threads: Threads that share the games.
         held_out: Play every script instead, and a suite of opponents and sizes that nobody trains against.
+        processes: Processes that share the matches of held-out, each with as many threads.
+        ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
         exploit: Train a best response to the policy instead, and say what that wins.
         exploit_steps: Steps of that training.
         out: Folder of that training; runs/exploiter if none is given, or the next free of runs/exploiter-2, ...
@@ -61,18 +67,22 @@ def evaluate(
         game: The rules.
     """
     from swarm_pz.evaluation.match import play_match
+    from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.policy import load_players
 
     check(not (held_out and exploit), "held_out and exploit", (held_out, exploit), "asked for one at a time")
     if not exploit:
         check(not (resume or overwrite), "resume and overwrite", (resume, overwrite), "left out without exploit")
+    if not held_out:
+        check((processes, ray) == (1, None), "processes and ray", (processes, ray), "left out without held_out")
     if held_out or exploit:
         check(opponent == "uniform", "opponent", opponent, "left out, since held_out and exploit choose their own")
     if json is not None:
         check_file(json)
     print_rules(game)
     if held_out:
-        _evaluate_held_out(policy, games, seed, json, threads, game)
+        with open_pool(processes, ray) as pool:
+            _evaluate_held_out(policy, games, seed, json, threads, game, pool)
         return
     if exploit:
         _evaluate_exploit(policy, games, seed, json, threads, game, exploit_steps, out, resume, overwrite)
@@ -117,11 +127,13 @@ def _rules_given(policy: str) -> list[str]:
     return words
 
 
-def _evaluate_held_out(policy: str, games: int, seed: int, json: Path | None, threads: int, game: GameConfig) -> None:
+def _evaluate_held_out(
+    policy: str, games: int, seed: int, json: Path | None, threads: int, game: GameConfig, pool: Executor
+) -> None:
     from swarm_pz.policies.held_out import play_suites
 
     with progress() as show:
-        suites = play_suites(policy, game, games=games, seed=seed, threads=threads, progress=show)
+        suites = play_suites(policy, game, games=games, seed=seed, threads=threads, progress=show, pool=pool)
     figures = suites.to_dict()
     tables.print_opponents(suites.known, f"{policy} against the scripts: score {figures['in_suite_score']:.3f}")
     tables.print_opponents(

@@ -77,6 +77,8 @@ def league(
     resume: bool = False,
     overwrite: bool = False,
     games: int = 40,
+    processes: int = 1,
+    ray: str | None = None,
 ) -> None:
     """Train a tactic in a league: against scripts, its own snapshots, and exploiters of itself.
 
@@ -86,11 +88,14 @@ def league(
         resume: Go on from where the folder's league is; without a folder, with the latest.
         overwrite: Replace the league that the folder holds.
         games: Games against each script at the end, even.
+        processes: With more than 1, so many train exploiters and play for ratings while the learner goes on.
+        ray: Have the machines of a Ray cluster do that instead: auto, or HOST:PORT.
     """
     for module in ("torch", "stable_baselines3", "choix"):
         require_extra(module, "training")
     from swarm_pz import policies
     from swarm_pz.evaluation.match import play_match
+    from swarm_pz.evaluation.workers import Alone, open_pool
     from swarm_pz.policies.scripted import SCRIPTS
     from swarm_pz.training import folders
     from swarm_pz.training.selfplay import League
@@ -98,10 +103,12 @@ def league(
     check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
     out = folders.choose(out, Path("runs/league"), resume=resume, overwrite=overwrite)
     say = functools.partial(print, flush=True)
-    run = League(config, out, resume=resume, overwrite=overwrite, say=say, command=command())
     learner = config.learner
-    print_rules(learner.game)
-    with goes_on_with(resuming(out)):
+    with goes_on_with(resuming(out)), open_pool(processes, ray) as pool:
+        run = League(config, out, resume=resume, overwrite=overwrite, say=say, command=command(), workers=pool)
+        print_rules(learner.game)
+        if not isinstance(pool, Alone) and not config.join_after and config.exploiter_steps:
+            say("the learner waits for exploiters where they begin: --join-after 500000 lets it go on meanwhile")
         if not run.main.is_finished:
             say(f"training for {learner.total_steps:,} steps in {out} (Ctrl-C stops, --resume goes on)")
         with stops_at_safe_points() as asked:

@@ -19,6 +19,7 @@ def benchmark(
     name: str = "",
     baseline: Path | None = None,
     processes: int = 2,
+    ray: str | None = None,
     quick: bool = False,
     verify: Path | None = None,
     games: int = 40,
@@ -34,7 +35,8 @@ def benchmark(
         out: Folder of the report: index.html, report.json and games.jsonl.
         name: What tables call the method; the first policy's name if none is given.
         baseline: Folder of another method's report, to compare with.
-        processes: Processes that share the games.
+        processes: Processes that share the games and the exploiters' training.
+        ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
         quick: Play few and short games, which say whether all of it works, and nothing about the policy.
         verify: Folder of a report to check instead; a sample of its games is played again.
         games: Games of that sample.
@@ -42,6 +44,7 @@ def benchmark(
     """
     for module in ("cma", "filelock", "safetensors", "stable_baselines3", "torch"):
         require_extra(module, "benchmark")
+    from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.standard import Entry, Protocol, run
     from swarm_pz.standard import verify as verify_report
 
@@ -62,13 +65,18 @@ def benchmark(
     entry = Entry(policies=policies, name=name or Path(policies[0]).name)
     print(f"protocol: {protocol.version}, {protocol.digest}")
     print_rules(protocol.game)
-    with goes_on_with(command()), progress() as show, stops_at_safe_points() as asked:
+    with (
+        goes_on_with(command()),
+        open_pool(processes, ray) as pool,
+        progress() as show,
+        stops_at_safe_points() as asked,
+    ):
         report = run(
             entry,
             out,
             protocol=protocol,
             baseline=baseline,
-            processes=processes,
+            pool=pool,
             progress=show,
             asked=asked,
             say=functools.partial(print, flush=True),

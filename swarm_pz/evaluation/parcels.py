@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import platform
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import OutputError, PolicyError, SwarmError, WorkerError
-from swarm_pz.files import explain
+from swarm_pz.files import draft_of, explain
 from swarm_pz.policy import Player, load
 
 MOST_BYTES = 2**26
@@ -48,11 +49,16 @@ class Parcel:
     def load(self, game: GameConfig) -> Player:
         """Return the policy of the folder, made for a game."""
         with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
-            folder = Path(place) / self.name
-            folder.mkdir()
-            for name, content in self.files:
-                (folder / name).write_bytes(content)
-            return load(folder, game)
+            return load(self.unpack(Path(place)), game)
+
+    def unpack(self, where: Path) -> Path:
+        """Write the folder into another one; return where it is."""
+        folder = where / self.name
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in self.files:
+            with draft_of(folder / name) as draft:
+                draft.write_bytes(content)
+        return folder
 
 
 @dataclass(frozen=True)
@@ -91,3 +97,31 @@ class Arrivals:
                 f"{name} is another on {platform.node()}: expected digest {expected}, got {found}; make them the same"
             )
         return player
+
+
+@contextmanager
+def at_hand(name: str, game: GameConfig, digest: str | None, parcel: Parcel | None) -> Iterator[str]:
+    """Have a player where a task is done; yield what it is called by there.
+
+    Parameters
+    ----------
+    name : str
+    game : GameConfig
+    digest : str, optional
+        Of a learned player, where it is to be checked.
+    parcel : Parcel, optional
+        Of one who comes from a folder.
+
+    Raises
+    ------
+    WorkerError
+        If it cannot be had, or is another.
+    """
+    if digest is not None or parcel is not None:
+        digests, parcels = {} if digest is None else {name: digest}, {} if parcel is None else {name: parcel}
+        Arrivals(load, digests, parcels)(name, game)
+    if parcel is None:
+        yield name
+        return
+    with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
+        yield str(parcel.unpack(Path(place)))

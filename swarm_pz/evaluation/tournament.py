@@ -167,7 +167,8 @@ class Tournament:
         Holds ``tournament.json``, the settings, and ``games.jsonl``, the finished games.
     loader : callable
         From a name and a game to a policy; found again by its name in other processes. Of its names those that are
-        folders are known on other machines, too.
+        folders are known on other machines, too; a loader with names of its own has a method `folder_of` that says
+        which folder one stands for, or None.
     command : str
         What was called; it stands in the tournament's files.
 
@@ -280,7 +281,8 @@ class Tournament:
 
     def _tasks(self, blocks: Sequence[tuple[str, str, list[int]]], is_elsewhere: bool) -> Iterator[tuple[Any, ...]]:
         """Return what `play_block` is given for each block, and on other machines what players are known by."""
-        folders = {name: folder_of(name) for name in self.players} if is_elsewhere else {}
+        where = getattr(self._loader, "folder_of", folder_of)
+        folders = {name: where(name) for name in self.players} if is_elsewhere else {}
         parcels = {name: Parcel.of(folder) for name, folder in folders.items() if folder is not None}
         for one, other, numbers in blocks:
             task = (self._loader, one, other, numbers, self.rules_of(one, other))

@@ -14,12 +14,16 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from typing import Any, ParamSpec, TypeVar
 
 from swarm_pz.config.base import check_count
-from swarm_pz.errors import WorkerError
+from swarm_pz.errors import Stopped, WorkerError
 from swarm_pz.evaluation.processes import end_processes, prepare_process
 
 Task = TypeVar("Task", bound=tuple[Any, ...])
 Result = TypeVar("Result")
 P = ParamSpec("P")
+
+
+_LOOK_S = 0.2
+"""Seconds between two looks at whether to stop, while a task is waited for."""
 
 
 class LostTaskError(BrokenExecutor):
@@ -31,6 +35,8 @@ class Alone(Executor):
 
     slots = 1
     """Tasks that it can be given before the first is done."""
+    count = 1
+    """Processes."""
 
     def submit(self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs) -> Future[Result]:
         """Do a task; the future is done."""
@@ -47,7 +53,7 @@ class Processes(ProcessPoolExecutor):
 
     def __init__(self, count: int) -> None:
         super().__init__(count, mp_context=multiprocessing.get_context("spawn"), initializer=prepare_process)
-        self.slots = 2 * count
+        self.count, self.slots = count, 2 * count
 
     def end(self) -> None:
         """End the processes, whatever they are at."""
@@ -127,11 +133,7 @@ def share(
                 except BrokenExecutor as error:
                     is_over = not isinstance(error, LostTaskError)
                     lost = list(waiting.values()) if is_over else [waiting[future]]
-                    names = ", ".join(sorted({name(task) for task in lost}))
-                    raise WorkerError(
-                        f"a process died while these were {verb}: {names}; run it again to go on, without the one that "
-                        "crashes if it happens again"
-                    ) from error
+                    raise _died(verb, {name(task) for task in lost}) from error
                 keep(waiting.pop(future), result)
     except KeyboardInterrupt:  # at once
         if is_over := hasattr(pool, "end"):
@@ -143,3 +145,70 @@ def share(
         for future in wait(begun).done:  # what was finished meanwhile is finished
             if not future.cancelled() and future.exception() is None:
                 keep(waiting[future], future.result())
+
+
+def _died(verb: str, names: Iterable[str]) -> WorkerError:
+    return WorkerError(
+        f"a process died while these were {verb}: {', '.join(sorted(names))}; run it again to go on, without the one "
+        "that crashes if it happens again"
+    )
+
+
+class Errands:
+    """Long tasks that a pool is at while who gave them does something else, until what they bring is wanted.
+
+    A context: who leaves it before all has been fetched ends what the pool is at.
+
+    Parameters
+    ----------
+    pool : Executor
+    """
+
+    def __init__(self, pool: Executor) -> None:
+        self.pool = pool
+        self._sent: dict[str, Future[Any]] = {}
+
+    def __enter__(self) -> Errands:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        under_way = [future for future in self._sent.values() if not future.cancel() and not future.done()]
+        if under_way and hasattr(self.pool, "end"):
+            self.pool.end()
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._sent
+
+    @property
+    def is_here(self) -> bool:
+        """Whether tasks are done by this process, as soon as they are sent."""
+        return isinstance(self.pool, Alone)
+
+    @property
+    def is_elsewhere(self) -> bool:
+        """Whether they may be done where there are none of this machine's files."""
+        return bool(getattr(self.pool, "elsewhere", False))
+
+    def send(self, name: str, work: Callable[..., Any], *arguments: Any) -> None:
+        """Give a task to the pool; errors call it by the name, and it is fetched by that."""
+        self._sent[name] = self.pool.submit(work, *arguments)
+
+    def fetch(self, name: str, asked: Callable[[], bool] = lambda: False) -> Any:
+        """Wait for a task, and return what it brings.
+
+        Raises
+        ------
+        Stopped
+            If asked to stop while it waits.
+        WorkerError
+            If whoever was at it died.
+        """
+        future = self._sent[name]
+        while not wait([future], timeout=_LOOK_S).done:
+            if asked():
+                raise Stopped(f"{name} is under way")
+        del self._sent[name]
+        try:
+            return future.result()
+        except BrokenExecutor as error:
+            raise _died("done", [name]) from error

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
+from swarm_pz.evaluation.parcels import Parcel, at_hand
+from swarm_pz.evaluation.workers import Errands
+from swarm_pz.policy import folder_of, load
 from swarm_pz.standard.games import SEARCHED, Cast, TrackGames, entry_name
+from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.protocol import Protocol, Track
 from swarm_pz.standard.siege import search
 
@@ -25,25 +32,62 @@ def learn(
     policy: str,
     number: int,
     protocol: Protocol,
-    folder: Path,
-    out: Path,
+    folder: Path | None,
     asked: Callable[[], bool],
     say: Callable[[str], None],
-) -> LearnedPolicy:
-    """Train an exploiter of a policy, or take that up, and write what it has learned to `out`.
+    digest: str | None = None,
+    parcel: Parcel | None = None,
+) -> Parcel:
+    """Train an exploiter of a policy, or take that up, and return the folder of what it has learned.
 
-    It starts from the policy's weights if that is a learned one of ours. What is written names neither paths nor
-    times, so that it is the same twice.
+    It starts from the policy's weights if that is a learned one of ours. What is returned names neither paths nor
+    times, so that it is the same twice, whoever trained it.
+
+    Parameters
+    ----------
+    policy : str
+    number : int
+        Of the policy; names the folder.
+    protocol : Protocol
+    folder : Path, optional
+        Of the training; without one it is begun anew, and nothing is left of it.
+    asked, say : callable
+    digest, parcel
+        Of the policy, as for `at_hand`.
 
     Raises
     ------
     Stopped
         If it was asked to stop; a checkpoint is in `folder`.
+    WorkerError
+        If the policy cannot be had here, or is another.
     """
+    with (
+        tempfile.TemporaryDirectory(prefix="swarm-pz-") as place,
+        at_hand(policy, protocol.game, digest, parcel) as name,
+    ):
+        from swarm_pz.policies.learned import LearnedPolicy
+
+        learned = _train(name, number, protocol, folder or Path(place, "run"), asked, say)
+        told = {name: learned.card["training"][name] for name in ("game", "total_steps", "seed")}
+        card = learned.card | {"seconds": 0.0, "command": "", "training": told}
+        card.pop("digest", None)
+        out = Path(place, str(number))
+        LearnedPolicy(card, learned.weights(), GameConfig.from_dict(told["game"]), out.name).write(out)
+        return Parcel.of(out)
+
+
+def _train(
+    policy: str,
+    number: int,
+    protocol: Protocol,
+    folder: Path,
+    asked: Callable[[], bool],
+    say: Callable[[str], None],
+) -> LearnedPolicy:
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "training")
     from swarm_pz.policies.learned import LearnedPolicy
-    from swarm_pz.policy import load
     from swarm_pz.training.checkpoint import CHECKPOINT
     from swarm_pz.training.config import TrainConfig
     from swarm_pz.training.exploit import make_exploiter
@@ -68,13 +112,46 @@ def learn(
         resume=(folder / CHECKPOINT).is_file(),
         say=say,
     )
-    learned = run.policy() if run.is_finished else run.run(asked)
-    told = {name: learned.card["training"][name] for name in ("game", "total_steps", "seed")}
-    card = learned.card | {"seconds": 0.0, "command": "", "training": told}
-    card.pop("digest", None)
-    kept = LearnedPolicy(card, learned.weights(), run.config.game, out.name)
-    kept.write(out)
-    return kept
+    return run.policy() if run.is_finished else run.run(asked)
+
+
+class Learning:
+    """The exploiter of one policy: learned by whoever is free, and written here; what is there is not learned again."""
+
+    def __init__(self, errands: Errands, protocol: Protocol, work: Path, out: Path, policy: str, number: int) -> None:
+        self._errands, self._protocol, self._policy, self._number = errands, protocol, policy, number
+        self._run = None if errands.is_elsewhere else work / f"exploiter-{number}"
+        self._out = out
+        self._name = f"the exploiter of policy {number}"
+        from swarm_pz.policies.learned import CARD, WEIGHTS
+
+        self._is_there = all((self._out / str(number) / name).is_file() for name in (CARD, WEIGHTS))
+
+    def begin(self, asked: Callable[[], bool], say: Callable[[str], None]) -> None:
+        """Have it learn, unless it has."""
+        if self._is_there:
+            return
+        digest = getattr(load(self._policy, self._protocol.game), "digest", None)
+        folder = folder_of(self._policy) if self._errands.is_elsewhere else None
+        parcel = None if folder is None else Parcel.of(folder)
+        told = (asked, say) if self._errands.is_here else (_never, _silent)
+        given = (self._policy, self._number, self._protocol, self._run, *told, digest, parcel)
+        self._errands.send(self._name, learn, *given)
+
+    def end(self, asked: Callable[[], bool]) -> str:
+        """Wait for it, and return the digest of what it has learned."""
+        if not self._is_there:
+            self._errands.fetch(self._name, asked).unpack(self._out)
+        place = str(self._out / str(self._number))
+        return identity_of(place, load(place, self._protocol.game))
+
+
+def _never() -> bool:
+    return False
+
+
+def _silent(_: str) -> None:
+    """Drop a line of progress: workers say nothing."""
 
 
 def find(
@@ -83,7 +160,7 @@ def find(
     cast: Cast,
     folder: Path,
     *,
-    processes: int,
+    pool: Executor,
     show: Show,
     asked: Callable[[], bool],
 ) -> str:
@@ -104,7 +181,7 @@ def find(
         games = TrackGames(track, protocol, cast, folder, attackers=[(number, name) for name in names])
         per_round = len(names) * track.games
         done = rounds * per_round
-        games.play(processes, lambda now, _: show(done + now, robust.generations * per_round), asked)
+        games.play(progress=lambda now, _: show(done + now, robust.generations * per_round), asked=asked, pool=pool)
         rounds += 1
         found = []
         for name in names:

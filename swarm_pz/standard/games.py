@@ -12,7 +12,7 @@ from swarm_pz.errors import KindError, ResultsError
 from swarm_pz.evaluation.ledger import PlayedGame
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig, play_block
 from swarm_pz.policies.scripted import Tactic
-from swarm_pz.policy import Player, load
+from swarm_pz.policy import Player, folder_of, load
 from swarm_pz.standard.protocol import Protocol, Track, Trial
 from swarm_pz.standard.siege import siege
 
@@ -67,14 +67,23 @@ class Cast:
         for trial in self.trials:
             if trial.name == name:
                 return trial.load(trial.game(game))
-        kind, _, rest = name.partition(" ")
-        if kind == SEARCHED:
+        if name.partition(" ")[0] == SEARCHED:
             return siege_of(name)(game)
-        if kind in (ENTRY, LEARNED) and rest.isdigit():
-            folders = self.policies if kind == ENTRY else self.exploiters
-            if int(rest) < len(folders):
-                return load(folders[int(rest)], game)
-        raise ResultsError(f"nobody is called {name!r} in this track")
+        policy = self._policy(name)
+        if policy is None:
+            raise ResultsError(f"nobody is called {name!r} in this track")
+        return load(policy, game)
+
+    def folder_of(self, name: str) -> Path | None:
+        """Return the folder that a player comes from, if any."""
+        policy = self._policy(name)
+        return None if policy is None else folder_of(policy)
+
+    def _policy(self, name: str) -> str | None:
+        """Return the name or folder of one of the entry's policies, or of what has learned to beat one."""
+        kind, _, rest = name.partition(" ")
+        folders = {ENTRY: self.policies, LEARNED: self.exploiters}.get(kind, ())
+        return folders[int(rest)] if rest.isdigit() and int(rest) < len(folders) else None
 
 
 def siege_of(name: str) -> Tactic:

@@ -182,7 +182,7 @@ def _cost(policies: Sequence[dict[str, Any]], cost: dict[str, Any]) -> str:
         "<h2>Cost</h2>"
         + _table("Training, as the cards of the policies say", headings, rows)
         + f"<p>{_number(cost['ms_a_command'])} ms a command, on {escape(str(cost['measured_on']))}, "
-        f"{escape(str(cost['processes']))} processes.</p>"
+        f"{'a cluster' if cost['processes'] is None else escape(str(cost['processes'])) + ' processes'}.</p>"
     )
 
 

@@ -6,6 +6,8 @@ import hashlib
 import json
 import time
 from collections.abc import Callable
+from concurrent.futures import Executor
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ from swarm_pz.config.base import check, check_count
 from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation.ledger import held
 from swarm_pz.evaluation.provenance import versions
+from swarm_pz.evaluation.workers import Errands, open_pool
 from swarm_pz.files import check_folder, draft_of
 from swarm_pz.policy import Player, PrivilegedPolicy
 from swarm_pz.standard import attacks
@@ -62,6 +65,7 @@ def run(
     protocol: Protocol | None = None,
     baseline: Path | None = None,
     processes: int = 2,
+    pool: Executor | None = None,
     progress: attacks.Show = lambda *_: None,
     asked: Callable[[], bool] = lambda: False,
     say: Say = lambda _: None,
@@ -79,6 +83,9 @@ def run(
     baseline : Path, optional
         Folder of another entry's report, to compare with.
     processes : int
+        Processes that share the work; with 1 this one does it.
+    pool : Executor, optional
+        Who does it instead, as `open_pool` gives it; the report is the same, costs aside.
     progress : callable, optional
         Called with what is done and what there is to do, in each part.
     asked : callable, optional
@@ -102,6 +109,8 @@ def run(
         baseline is of another protocol.
     PolicyError
         If a policy is unknown, or is none for this standard.
+    WorkerError
+        If a worker died, or has other policies than are here; what was finished is kept.
     """
     check_count(processes, "processes", 1, 1024)
     protocol = protocol if protocol is not None else Protocol.read()
@@ -121,47 +130,44 @@ def run(
             str(out / one["kept"]) if one["kept"] is not None else policy
             for one, policy in zip(told, entry.policies, strict=True)
         )
-        played = []
-        for track in protocol.tracks:
-            say(f"track {track.name}: {track.games} games against each of {len(track.trials)}")
-            cast = Cast(kept, track.trials)
-            played.append(TrackGames(track, protocol, cast, work / track.name, command=command))
-            played[-1].play(processes, progress, asked)
-        found: list[dict[str, Any]] = []
-        exploiters = []
-        for number, policy in enumerate(kept):
-            say(f"track robust: learning to beat {told[number]['name']}, {protocol.robust.steps:,} commands")
-            place = f"{EXPLOITERS}/{number}"
-            learned = attacks.learn(policy, number, protocol, work / f"exploiter-{number}", out / place, asked, say)
-            exploiters.append(str(out / place))
-            say(f"track robust: searching for what beats {told[number]['name']}")
-            best = attacks.find(
-                number,
-                protocol,
-                Cast(kept),
-                work / f"search-{number}",
-                processes=processes,
-                show=progress,
-                asked=asked,
-            )
-            found.append({"policy": number, "learned": place, "digest": learned.digest, "searched": best})
-        track = attacked(protocol)
-        attackers = [(number, f"{LEARNED} {number}") for number in range(len(kept))]
-        attackers += [(one["policy"], one["searched"]) for one in found]
-        cast = Cast(kept, (), tuple(exploiters))
-        played.append(
-            TrackGames(
-                track, protocol, cast, work / track.name, attackers=list(dict.fromkeys(attackers)), command=command
-            )
-        )
-        played[-1].play(processes, progress, asked)
+        exploiters = tuple(str(out / EXPLOITERS / str(number)) for number in range(len(kept)))
+        played: list[TrackGames] = []
+        searched: list[str] = []
+        with nullcontext(pool) if pool is not None else open_pool(processes) as workers, Errands(workers) as errands:
+            # First, since nobody can share in one: they are learned while others play.
+            learned = [
+                attacks.Learning(errands, protocol, work, out / EXPLOITERS, policy, number)
+                for number, policy in enumerate(kept)
+            ]
+            for one, name in zip(learned, told, strict=True):
+                say(f"track robust: learning to beat {name['name']}, {protocol.robust.steps:,} commands")
+                one.begin(asked, say)
+            for track in protocol.tracks:
+                say(f"track {track.name}: {track.games} games against each of {len(track.trials)}")
+                cast = Cast(kept, track.trials)
+                played.append(TrackGames(track, protocol, cast, work / track.name, command=command))
+                played[-1].play(progress=progress, asked=asked, pool=workers)
+            for number in range(len(kept)):
+                say(f"track robust: searching for what beats {told[number]['name']}")
+                cast, folder = Cast(kept), work / f"search-{number}"
+                searched.append(attacks.find(number, protocol, cast, folder, pool=workers, show=progress, asked=asked))
+            found = [
+                {"policy": number, "learned": f"{EXPLOITERS}/{number}", "digest": one.end(asked), "searched": best}
+                for number, (one, best) in enumerate(zip(learned, searched, strict=True))
+            ]
+            track = attacked(protocol)
+            attackers = [(number, f"{LEARNED} {number}") for number in range(len(kept))]
+            attackers += list(enumerate(searched))
+            cast, attackers = Cast(kept, (), exploiters), list(dict.fromkeys(attackers))
+            played.append(TrackGames(track, protocol, cast, work / track.name, attackers=attackers, command=command))
+            played[-1].play(progress=progress, asked=asked, pool=workers)
         lines = [line for games in played for line in games.lines()]
         report = describe(entry.name, told, found, lines, protocol, other)
         report["cost"] = {
             "policies": [_cost(player) for player in players],
             "ms_a_command": round(float(np.mean([ms for games in played for ms in games.thinking_ms()])), 3),
             "measured_on": machine()["processor"],
-            "processes": processes,
+            "processes": getattr(workers, "count", None),
             "seconds_of_this_sitting": round(time.monotonic() - began, 1),
             "command": command,
         }

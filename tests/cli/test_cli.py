@@ -265,6 +265,7 @@ def test_league_writes_a_policy(tmp_path, capsys):
         (["train", "--games", "5"], "games must be an even number"),
         (["evaluate", "ring", "--held-out", "--exploit"], "one at a time"),
         (["evaluate", "ring", "--held-out", "--opponent", "halo"], "left out"),
+        (["evaluate", "ring", "--processes", "2"], "processes and ray must be left out without held_out"),
         (["tournament", "ring"], "at least two different players"),
         (["tournament", "ring", "rign"], "did you mean 'ring'"),
         (["league", "--games", "5"], "games must be an even number"),

@@ -10,6 +10,7 @@ import pytest
 
 from swarm_pz.cli import compare, main
 from swarm_pz.config import GameConfig
+from swarm_pz.evaluation.workers import Alone
 from swarm_pz.policies.held_out import Generalisation
 
 RULES = GameConfig(drones_per_team=3, time_limit=7.0)
@@ -36,9 +37,10 @@ def tables(monkeypatch):
 
 @pytest.mark.parametrize("options", [{}, {"games": 6, "seed": 7, "threads": 3}])
 def test_held_out_plays_the_suites_as_it_was_asked_and_writes_what_came_out(options, tables, monkeypatch, capsys):
-    asked = []
+    asked, pools = [], []
 
-    def play_suites(policy, config, *, progress, **given):
+    def play_suites(policy, config, *, progress, pool, **given):
+        pools.append(pool)
         asked.append((policy, config, given))
         progress(1, 2)
         return Generalisation([match("ring", 0.75), match("halo", 0.25)], [match("drifting", 0.875)])
@@ -47,6 +49,7 @@ def test_held_out_plays_the_suites_as_it_was_asked_and_writes_what_came_out(opti
     words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
     main(["evaluate", "lasso", "--held-out", "--json", "e.json", *words, *SHORT])
     assert asked == [("lasso", RULES, {"games": 200, "seed": 0, "threads": 2} | options)]
+    assert isinstance(pools[0], Alone)
     assert tables == [
         ("lasso against the scripts: score 0.500", ["ring", "halo"]),
         ("lasso against the held-out suite: score 0.875", ["drifting"]),

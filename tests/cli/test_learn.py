@@ -9,6 +9,7 @@ import pytest
 
 from swarm_pz.cli import learn, main
 from swarm_pz.config import GameConfig
+from swarm_pz.evaluation.workers import Alone
 from swarm_pz.policies.scripted import SCRIPTS
 from swarm_pz.training.config import LeagueConfig, TrainConfig
 
@@ -35,6 +36,7 @@ def stand_in(given, **more):
 
     def begin(*args, **options):
         assert options.pop("say").func is print
+        given["workers"] = options.pop("workers", None)
         given["begun"] = (args, options)
         policy = Trained(given)
         return SimpleNamespace(
@@ -136,8 +138,20 @@ def test_league_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more
     assert given["written"] == (OUT, {name: {"against": name} for name in names})
     assert shown == [(len(names), "mine against the scripts")]
     printed = capsys.readouterr().out
+    assert isinstance(given["workers"], Alone) and "waits for exploiters" not in printed
     assert f"rules: {game.rules_hash}\n" in printed
     assert "training for 3,000,000 steps in runs/mine" in printed and printed.endswith("policy: runs/mine\n")
+
+
+def test_who_has_others_work_for_a_league_is_told_that_the_learner_need_not_wait(given, monkeypatch, capsys):
+    monkeypatch.setattr("swarm_pz.training.selfplay.League", stand_in(given, main=SimpleNamespace(is_finished=True)))
+    monkeypatch.setattr("swarm_pz.evaluation.match.play_match", lambda *_, **__: match("ring"))
+    monkeypatch.setattr(learn.tables, "print_opponents", lambda *_: None)
+    hint = "the learner waits for exploiters where they begin: --join-after 500000 lets it go on meanwhile"
+    for more, is_told in (([], True), (["--join-after", "64"], False), (["--exploiter-steps", "0"], False)):
+        main(["league", "--out", str(OUT), "--processes", "3", *more])
+        assert given["workers"].count == 3
+        assert (hint in capsys.readouterr().out) is is_told
 
 
 def test_without_settings_the_defaults_are_played(given, monkeypatch):

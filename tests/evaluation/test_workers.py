@@ -8,8 +8,8 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
 import pytest
 
-from swarm_pz.errors import ConfigError, WorkerError
-from swarm_pz.evaluation.workers import Alone, LostTaskError, Processes, open_pool, share
+from swarm_pz.errors import ConfigError, Stopped, WorkerError
+from swarm_pz.evaluation.workers import Alone, Errands, LostTaskError, Processes, open_pool, share
 
 
 def double(number):
@@ -114,3 +114,42 @@ def test_an_interrupt_ends_the_pool_at_once():
 def _interrupted():
     yield ("queued",)
     raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("pool", [Alone, lambda: ThreadPoolExecutor(2)])
+def test_what_an_errand_brings_is_there_when_it_is_wanted(pool):
+    with pool() as workers, Errands(workers) as errands:
+        errands.send("six", double, 6)
+        errands.send("thirteen", double, 13)
+        assert errands.fetch("six") == 12
+        with pytest.raises(ZeroDivisionError, match="thirteen"):
+            errands.fetch("thirteen")
+        assert not errands.is_elsewhere and errands.is_here is isinstance(workers, Alone)
+
+
+def test_who_died_on_an_errand_is_named():
+    with Errands(Held()) as errands:
+        errands.send("the exploiter", str, "lost")
+        with pytest.raises(WorkerError, match="died while these were done: the exploiter"):
+            errands.fetch("the exploiter")
+
+
+def test_who_is_asked_to_stop_does_not_wait_for_an_errand_and_ends_what_is_under_way():
+    class Ended(Held):
+        ended = 0
+
+        def end(self):
+            self.ended += 1
+
+    pool = Ended()
+    with Errands(pool) as errands:
+        errands.send("the exploiter", str, "queued")
+        pool.given[0][1].set_running_or_notify_cancel()
+        errands.send("later", str, "queued")
+        with pytest.raises(Stopped, match="the exploiter is under way"):
+            errands.fetch("the exploiter", lambda: True)
+    assert pool.ended == 1 and pool.given[1][1].cancelled()
+    with Errands(pool) as errands:
+        errands.send("done", str, "done")
+        assert errands.fetch("done") == "done"
+    assert pool.ended == 1

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import math
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,9 +10,10 @@ import pytest
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.policies import held_out
+from swarm_pz.policies import held_out, zoo
 from swarm_pz.policies.held_out import SUITE, play_suites
 from swarm_pz.policies.scripted import SCRIPTS, TRAITS, View
+from tests.elsewhere import Elsewhere
 
 
 @pytest.mark.parametrize("trial", SUITE, ids=lambda trial: trial.name)
@@ -32,9 +35,15 @@ def test_every_opponent_of_the_suite_plays_and_moves_on(trial):
         assert not np.array_equal(answers[0], answers[-1])
 
 
-def test_scores_are_means_over_the_suites():
-    config = GameConfig(drones_per_team=2, time_limit=5.0)
-    suites = play_suites("ring", config, games=2)
+def test_scores_are_means_over_the_suites_whoever_plays_them(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there").mkdir()
+    shutil.copytree(Path(zoo.__file__).parent / "champion", tmp_path / "mine")
+    config = GameConfig(drones_per_team=2, time_limit=2.0)
+    suites = play_suites("mine", config, games=2)
+    there = Elsewhere(tmp_path / "there")
+    assert _without_times(play_suites("mine", config, games=2, pool=there)) == _without_times(suites)
+    assert there.given == ["play_trial"] * (len(SCRIPTS) + len(SUITE))
     figures = suites.to_dict()
     assert len(figures["in_suite"]) == len(SCRIPTS)
     assert [entry["opponent"] for entry in figures["held_out"]] == [trial.name for trial in SUITE]
@@ -106,6 +115,13 @@ def test_what_takes_turns_plays_the_first_for_a_while_and_then_the_second(made, 
     np.testing.assert_array_equal(made.play(view_of(steps)), expected)
 
 
+def _without_times(suites):
+    return [
+        (match.policy, match.opponent, match.config, [(game.fingerprint, game.outcome) for game in match.games])
+        for match in (*suites.known, *suites.held_out)
+    ]
+
+
 def test_every_match_is_played_with_the_settings_that_were_asked_for(monkeypatch):
     loaded, played, shown = [], [], []
     load = policies.load
@@ -114,8 +130,7 @@ def test_every_match_is_played_with_the_settings_that_were_asked_for(monkeypatch
         loaded.append((name, config))
         return load(name, config)
 
-    def play_match(player, opponent, *, progress, **given):
-        progress(given["games"], given["games"])
+    def play_match(player, opponent, **given):
         played.append((player.name, opponent.name, given))
         return opponent.name
 

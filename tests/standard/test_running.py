@@ -2,12 +2,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
-from swarm_pz.errors import ConfigError, KindError, PolicyError, ResultsError, Stopped
-from swarm_pz.standard import Entry, run
-from swarm_pz.standard.report import COST, read
+from swarm_pz.errors import ConfigError, KindError, PolicyError, ResultsError, Stopped, WorkerError
+from swarm_pz.standard import Entry, attacks, run
+from swarm_pz.standard.report import COST, GAMES, read
+from tests.elsewhere import Elsewhere
 
 
 def test_a_report_holds_all_that_others_need(reported):
@@ -44,6 +46,31 @@ def test_a_stopped_run_that_goes_on_is_the_run_that_never_stopped(reported, tiny
         for report in (again[0], once[0])
     ]
     assert plain[0] == plain[1]
+
+
+def test_whoever_does_the_work_the_report_is_the_same_and_nothing_is_learned_twice(
+    reported, tiny, tmp_path, monkeypatch
+):
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path)
+    entry = Entry(policies=("champion", "ring"), name="two")
+    run(entry, Path("there"), protocol=tiny, pool=(there := Elsewhere(tmp_path / "empty")))
+    assert set(there.given) == {"learn", "play_block_elsewhere"} and there.given.count("learn") == 2
+    assert (Path("there") / GAMES).read_bytes() == (reported / GAMES).read_bytes()
+    again, once = read(Path("there"))[0], read(reported)[0]
+    assert again["signature"] == once["signature"]
+    assert not list((tmp_path / "empty").iterdir()) and not list(Path("there/work").glob("exploiter-*"))
+    for place in ("policies/0", "exploiters/0", "exploiters/1"):
+        for file in (reported / place).iterdir():
+            assert (Path("there") / place / file.name).read_bytes() == file.read_bytes()
+    run(entry, Path("there"), protocol=tiny, pool=(after := Elsewhere(tmp_path / "empty")))
+    assert after.given == []
+
+
+def test_a_worker_with_another_policy_of_the_name_learns_nothing(tiny):
+    digest, parcel = "0" * 32, None
+    with pytest.raises(WorkerError, match=r"champion is another on .*: expected digest 0{32}"):
+        attacks.learn("champion", 0, tiny, None, lambda: False, print, digest, parcel)
 
 
 def test_a_folder_of_another_entry_is_refused(reported, tiny):

@@ -15,6 +15,7 @@ from swarm_pz.training.config import LeagueConfig, TrainConfig
 from swarm_pz.training.exploit import exploiter_config, make_exploiter, play_exploiter
 from swarm_pz.training.pool import Member, Pool
 from swarm_pz.training.ppo import Training
+from swarm_pz.training.rating import Rating
 from swarm_pz.training.selfplay import STATE, League
 from swarm_pz.training.vec_env import SwarmVecEnv
 
@@ -129,7 +130,7 @@ def test_a_won_game_is_a_point_for_the_learner_and_a_lost_one_is_none(tmp_path, 
 @pytest.mark.parametrize(("points", "is_early"), [(2.0, False), (3.0, True), (4.0, True)])
 def test_a_snapshot_is_taken_early_where_the_newest_is_beaten(tmp_path, monkeypatch, points, is_early):
     monkeypatch.setattr(Member, "count", lambda *_: None)
-    monkeypatch.setattr(League, "_rate", lambda _: 0.0)
+    monkeypatch.setattr(League, "_begin_rating", lambda _: SimpleNamespace(end=lambda asked: 0.0))
     config = TINY.replace(
         learner=LEARNER.replace(total_steps=32), snapshot_score=0.75, snapshot_every=10_000, exploiter_steps=0
     )
@@ -145,9 +146,9 @@ def test_an_exploiter_joins_the_pool_only_if_it_beats_its_target(tmp_path, monke
     target = SimpleNamespace(score=lambda: score, standing=lambda: "so and so")
     other = SimpleNamespace(score=lambda: 1.0 - score, standing=lambda: "that shows its competence alone")
     monkeypatch.setattr(
-        "swarm_pz.training.selfplay.make_exploiter", lambda *_, **__: SimpleNamespace(run=lambda _: None)
+        "swarm_pz.training.exploit.make_exploiter", lambda *_, **__: SimpleNamespace(run=lambda _: None)
     )
-    monkeypatch.setattr("swarm_pz.training.selfplay.play_exploiter", lambda *_, **__: [target, other, other])
+    monkeypatch.setattr("swarm_pz.training.exploit.play_exploiter", lambda *_, **__: [target, other, other])
     learner = LEARNER.replace(total_steps=32)
     league = League(TINY.replace(learner=learner, exploiter_every=32), tmp_path, say=quiet)
     league.run()
@@ -197,17 +198,20 @@ def test_partners_explore_as_the_learner_does(tmp_path):
 
 def test_a_league_that_is_killed_while_it_rates_goes_on(tmp_path, monkeypatch):
     league = League(TINY, tmp_path, say=quiet)
-    rated = League._rate
+    begin = Rating.begin
 
     def killed(self):
-        rated(self)
+        begin(self)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(League, "_rate", killed)
+    monkeypatch.setattr(Rating, "begin", killed)
     with pytest.raises(KeyboardInterrupt):
         league.run()
-    monkeypatch.setattr(League, "_rate", rated)
-    League(TINY, tmp_path, resume=True, say=quiet).run()
+    monkeypatch.setattr(Rating, "begin", begin)
+    league = League(TINY, tmp_path, resume=True, say=quiet)
+    assert league.pool.unrated == "pool/snapshot_001"
+    league.run()
+    assert not league.pool.unrated
 
 
 def test_a_league_that_is_killed_while_it_exploits_finishes_the_same_exploiter(tmp_path, monkeypatch):
@@ -220,7 +224,7 @@ def test_a_league_that_is_killed_while_it_exploits_finishes_the_same_exploiter(t
             raise KeyboardInterrupt
         return make_exploiter(target, *args, **kwargs)
 
-    monkeypatch.setattr("swarm_pz.training.selfplay.make_exploiter", killed)
+    monkeypatch.setattr("swarm_pz.training.exploit.make_exploiter", killed)
     with pytest.raises(KeyboardInterrupt):
         league.run()
     League(TINY, tmp_path, resume=True, say=quiet).run()

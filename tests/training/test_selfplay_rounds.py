@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import CheckpointError
-from swarm_pz.training import selfplay
+from swarm_pz.evaluation.workers import Alone
+from swarm_pz.training import exploit, rating, selfplay
 from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.pool import Member
+from swarm_pz.training.rating import Rating
 from swarm_pz.training.selfplay import League
 from tests.training.test_selfplay import LEARNER, TINY, quiet
 
@@ -64,8 +66,8 @@ def test_exploiters_are_trained_in_turn_of_the_newest_snapshot_and_taken_up_wher
         played.append((run.folder, target, games))
         return [SimpleNamespace(score=lambda: 0.25, standing=lambda: "1-0-3")]
 
-    monkeypatch.setattr(selfplay, "make_exploiter", make_exploiter)
-    monkeypatch.setattr(selfplay, "play_exploiter", play_exploiter)
+    monkeypatch.setattr(exploit, "make_exploiter", make_exploiter)
+    monkeypatch.setattr(exploit, "play_exploiter", play_exploiter)
     with pytest.raises(KeyboardInterrupt):
         League(config, tmp_path, say=quiet).run()
     said = []
@@ -84,8 +86,19 @@ def test_exploiters_are_trained_in_turn_of_the_newest_snapshot_and_taken_up_wher
     assert "exploiter_000 against snapshot_001: 1-0-3" in said
 
 
+def test_the_next_exploiter_is_due_from_where_one_began_that_an_earlier_version_was_at(tmp_path, monkeypatch):
+    match = SimpleNamespace(score=lambda: 0.25, standing=lambda: "1-0-3")
+    monkeypatch.setattr(selfplay, "respond", lambda *_: (match, None))
+    league = League(TINY, tmp_path, say=quiet)
+    league.main.model.num_timesteps = league.pool.until = 64
+    league.pool.snapshot_step, league.pool.target = 64, league.pool.newest().source
+    league._follow_up(lambda: False)
+    assert (league.pool.exploiters, league.pool.exploiter_step, league.pool.target) == (1, 64, "")
+    assert league._follow_up(lambda: False) == 64 and league.pool.exploiters == 1
+
+
 def test_a_snapshot_is_rated_among_all_scripts_the_first_and_the_latest(tmp_path, monkeypatch):
-    monkeypatch.setattr(selfplay, "_RATED", 2)
+    monkeypatch.setattr(rating, "_RATED", 2)
     league = League(PLAIN.replace(rivals=("halo",), scripts=("ring", "uniform")), tmp_path, say=quiet)
     for kind in ("snapshot", "exploiter"):
         for number in range(kind == "snapshot", 4):
@@ -95,23 +108,25 @@ def test_a_snapshot_is_rated_among_all_scripts_the_first_and_the_latest(tmp_path
 
     def tournament(names, config, folder, loader):
         held.append((names, config, folder, loader))
-        return SimpleNamespace(play=lambda: held.append("played"), results=lambda: "results")
+        return SimpleNamespace(players=tuple(names), play=lambda: held.append("played"), results=lambda: "results")
 
     def rate(results, anchor):
         held.append((results, anchor))
         return SimpleNamespace(values=100.0 * np.arange(len(held[0][0])))
 
-    monkeypatch.setattr(selfplay, "Tournament", tournament)
-    monkeypatch.setattr(selfplay, "rate", rate)
-    rating = league._rate()
+    monkeypatch.setattr(rating, "Tournament", tournament)
+    monkeypatch.setattr(rating, "rate", rate)
+    made = Rating(league.pool, tmp_path, LEARNER.game, Alone())
+    made.begin()
+    found = made.end(lambda: False)
     (names, config, folder, loader), *then = held
     assert names == [
         "ring", "uniform", "pool/snapshot_000", "snapshots/snapshot_002", "snapshots/snapshot_003",
         "exploiters/exploiter_002", "exploiters/exploiter_003",
     ]  # fmt: skip
-    assert rating == 400.0
+    assert found == 400.0
     assert then == ["played", ("results", "uniform")]
-    assert (config.games, config.game, folder) == (selfplay._RATING_GAMES, LEARNER.game, tmp_path / "ratings")
+    assert (config.games, config.game, folder) == (rating._GAMES, LEARNER.game, tmp_path / "ratings")
     assert config.budget_ms >= 60_000  # a machine that stalls is no reason to lose
     assert [loader(name, LEARNER.game).name for name in ("ring", "pool/snapshot_000")] == ["ring", "snapshot_000"]
 
