@@ -7,6 +7,7 @@ from pathlib import Path
 
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
 from swarm_pz.cli.player_options import Players
+from swarm_pz.cli.printing import printable
 from swarm_pz.cli.report import command, print_rules, progress
 from swarm_pz.config.base import check
 from swarm_pz.errors import require_extra
@@ -55,7 +56,9 @@ def benchmark(
         print(
             f"report of {report['name']!r}: files, figures and policies are as they were written, {report['signature']}"
         )
-        print(f"{verdict.check} (sample of seed {verdict.seed})")
+        print(printable(f"{verdict.check} (sample of seed {verdict.seed})"))
+        for what in verdict.unchecked:
+            print(f"not checked: {printable(what)}")
         return
     check(len(policies) > 0, "policies", policies, "at least one name or folder")
     check(seed is None, "seed", seed, "left out without verify, since the protocol has its own")

@@ -6,9 +6,8 @@ import copy
 import os
 import re
 import shutil
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -19,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import ConfigError, OutputError, require_extra
+from swarm_pz.errors import ConfigError, OutputError, ResultsError, require_extra
+from swarm_pz.evaluation.ledger import held
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import check_folder
 from swarm_pz.spaces.formats import Format, FormatOptions
@@ -82,7 +82,7 @@ class Target:
     root: Path | None = None
 
     def __post_init__(self) -> None:
-        for module in ("minari", "h5py", "PIL"):
+        for module in ("minari", "h5py", "PIL", "filelock"):
             require_extra(module, "data")
         if not _ID.fullmatch(self.name):
             raise ConfigError(
@@ -187,12 +187,9 @@ def new_dataset(
         **metadata,
     }
     storages = require_extra("minari.dataset.minari_storage", "data").MinariStorage
-    draft = None
-    try:
+    with _alone(folder) as draft:
         with _in_words(folder):
-            # Absolute: Minari mistakes the sizes of files whose folder is not.
-            draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent.absolute()))
-            draft.chmod(folder.parent.stat().st_mode & 0o777)
+            draft.mkdir(mode=folder.parent.stat().st_mode & 0o777)
             # As they are: Minari would make JPEGs of images.
             storage = storages.new(
                 draft / "data", form.observation_space, form.action_space, spec, "hdf5", jpeg_encoding=False
@@ -203,9 +200,30 @@ def new_dataset(
         yield Writer(storage, folder)
         with _in_words(folder):
             draft.rename(folder)
-    finally:
-        if draft is not None:
-            shutil.rmtree(draft, ignore_errors=True)
+
+
+@contextmanager
+def _alone(folder: Path) -> Iterator[Path]:
+    """Give where a dataset can be drafted, without what a process has left that was killed; gone when the block ends.
+
+    Raises
+    ------
+    OutputError
+        If another process makes the same dataset.
+    """
+    # Absolute: Minari mistakes the sizes of files whose folder is not.
+    place = folder.parent.absolute() / f".{folder.name}.draft"
+    with ExitStack() as stack:
+        try:
+            with _in_words(folder):
+                stack.enter_context(held(place))
+        except ResultsError as error:
+            raise OutputError(
+                f"{str(folder)!r} is being made by another process: wait until it is done, or choose another name"
+            ) from error
+        stack.callback(shutil.rmtree, place, ignore_errors=True)
+        shutil.rmtree(place / "whole", ignore_errors=True)
+        yield place / "whole"
 
 
 @contextmanager

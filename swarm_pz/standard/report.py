@@ -22,6 +22,8 @@ FORMAT = 1
 COST = "cost"
 _MOST = {REPORT: 2**24, GAMES: 2**28, PAGE: 2**24}
 """Bytes of each file that are read."""
+MOST_POLICIES = 100
+_MOST_NUMBERS = {"policy": MOST_POLICIES, "number": 10**6}
 
 
 def _digest(plain: Any) -> str:
@@ -64,7 +66,10 @@ def read(folder: Path) -> tuple[dict[str, Any], list[Line]]:
         raise ResultsError(
             f"{folder / REPORT} is no report of format {FORMAT}: make it again with `swarm-pz benchmark`"
         )
-    again = signed(report)
+    try:
+        again = signed(report)
+    except (ValueError, RecursionError) as error:  # a number without end, or what is too deep to be written
+        raise ResultsError(f"{folder / REPORT} is corrupt: {error}") from error
     for name in ("checksum", "signature"):
         if report.get(name) != again[name]:
             raise ResultsError(
@@ -98,11 +103,18 @@ def _bytes(path: Path) -> bytes:
 
 
 def _parse(data: bytes, path: Path) -> Any:
+    """Return what a file says, if it says everything once: other readers might take the first of two."""
+
     def refuse(word: str) -> Any:
         raise ValueError(f"{word} is no number of JSON")
 
+    def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        if len(found := dict(pairs)) < len(pairs):
+            raise ValueError(f"a name stands twice in an object of {str(list(found))[:70]}")
+        return found
+
     try:
-        return json.loads(data, parse_constant=refuse)
+        return json.loads(data, parse_constant=refuse, object_pairs_hook=distinct)
     except (ValueError, RecursionError) as error:
         raise ResultsError(f"{path} is corrupt: {error}") from error
 
@@ -122,7 +134,7 @@ def _check_lines(lines: Sequence[Line], path: Path) -> None:
             value: Any = getattr(line, name)
             holds = type(value) is kind
             if kind is int:
-                holds = holds and 0 <= value < 10**6
+                holds = holds and 0 <= value < _MOST_NUMBERS[name]
             if not holds or (name == "outcome" and value not in ("win", "draw", "loss")):
                 raise ResultsError(f"line {number} of {path} is no game: {name} is {str(value)[:70]!r}")
 

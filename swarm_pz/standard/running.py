@@ -164,7 +164,7 @@ def run(
         lines = [line for games in played for line in games.lines()]
         report = describe(entry.name, told, found, lines, protocol, other)
         report["cost"] = {
-            "policies": [_cost(player) for player in players],
+            "policies": [cost_of(player) for player in players],
             "ms_a_command": round(float(np.mean([ms for games in played for ms in games.thinking_ms()])), 3),
             "measured_on": machine()["processor"],
             "processes": getattr(workers, "count", None),
@@ -237,7 +237,7 @@ def _claim(path: Path, what: dict[str, Any]) -> None:
         draft.write_text(json.dumps(what) + "\n")
 
 
-def _cost(player: Player) -> dict[str, Any]:
+def cost_of(player: Player) -> dict[str, Any]:
     """Return what a policy's card says of its training, and how many parameters it has; None where nobody says."""
     card = getattr(player, "card", None)
     told = card if isinstance(card, dict) else {}

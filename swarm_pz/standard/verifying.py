@@ -12,16 +12,18 @@ import numpy as np
 
 from swarm_pz.bench import machine
 from swarm_pz.config.base import check_count
-from swarm_pz.errors import ResultsError, SwarmError
+from swarm_pz.errors import ConfigError, ResultsError, SwarmError
 from swarm_pz.evaluation.match import POINTS
+from swarm_pz.evaluation.parcels import MOST_BYTES
 from swarm_pz.evaluation.provenance import versions
-from swarm_pz.policy import PrivilegedPolicy, registered
+from swarm_pz.policy import Player, PrivilegedPolicy, registered
 from swarm_pz.standard import report as files
-from swarm_pz.standard.games import SEARCHED, Cast, Line, check_flies, play_again, siege_of
+from swarm_pz.standard.figures import ROBUST
+from swarm_pz.standard.games import LEARNED, Cast, Line, check_flies, play_again, siege_of
 from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.page import render
 from swarm_pz.standard.protocol import Protocol
-from swarm_pz.standard.running import describe
+from swarm_pz.standard.running import Entry, cost_of, describe
 
 SAMPLE, LARGER = 40, 6
 """Games that are played again where they must be the same; so many times as many where only shares can be compared."""
@@ -46,6 +48,16 @@ class Verdict:
     check: str
     seed: int
 
+    @property
+    def unchecked(self) -> tuple[str, ...]:
+        """In words, what the folder says and nobody has looked at."""
+        found = []
+        if not _is_of_this_version(self.report):
+            found.append(f"{files.PAGE}, since another version wrote it: show one that is made of {files.REPORT} anew")
+        if "improvement" in self.report["figures"]:
+            found.append("how it compares with another report, whose games are not here")
+        return tuple(found)
+
 
 def verify(
     folder: Path,
@@ -57,7 +69,8 @@ def verify(
 ) -> Verdict:
     """Check a report.
 
-    Only names of installed policies and what lies in the report's own folder are loaded.
+    Only names of installed policies and what lies in the report's own folder are loaded. Attacks are not searched for
+    again.
 
     Parameters
     ----------
@@ -106,6 +119,13 @@ def _check_protocol(report: dict[str, Any], protocol: Protocol) -> None:
 
 
 def _check_figures(report: dict[str, Any], lines: list[Line], protocol: Protocol, folder: Path) -> None:
+    numbers = range(len(report["policies"]))
+    try:
+        Entry(policies=tuple(map(str, numbers)), name=report["name"])
+    except ConfigError as error:
+        raise ResultsError(f"{folder / files.REPORT} is of no entry: {error}") from error
+    if {line.policy for line in lines} != set(numbers) or [one["policy"] for one in report["attacks"]] != [*numbers]:
+        raise ResultsError(f"the policies and attacks in {folder / files.REPORT} are not those in {files.GAMES}")
     again = describe(report["name"], report["policies"], report["attacks"], lines, protocol)
     said = {name: value for name, value in report["figures"].items() if name != "improvement"}
     if again["figures"] != said or again["games"] != report["games"] or again["seeds"] != report["seeds"]:
@@ -113,9 +133,12 @@ def _check_figures(report: dict[str, Any], lines: list[Line], protocol: Protocol
     hashes = {"config_hash": protocol.game.hash, "rules_hash": protocol.game.rules_hash}
     if {name: report[name] for name in hashes} != hashes:
         raise ResultsError(f"the hashes in {folder / files.REPORT} are not those of protocol {protocol.version}")
-    same_version = report["versions"].get("swarm-pz") == versions().get("swarm-pz")
-    if same_version and files.page_of(folder) != render(report):
+    if _is_of_this_version(report) and files.page_of(folder) != render(report):
         raise ResultsError(f"{folder / files.PAGE} was changed after it was written: it does not show {files.REPORT}")
+
+
+def _is_of_this_version(report: dict[str, Any]) -> bool:
+    return bool(report["versions"].get("swarm-pz") == versions().get("swarm-pz"))
 
 
 def _cast(report: dict[str, Any], folder: Path, given: Sequence[str], protocol: Protocol) -> Cast:
@@ -132,21 +155,39 @@ def _cast(report: dict[str, Any], folder: Path, given: Sequence[str], protocol: 
             raise ResultsError(f"policy {place} is not the report's: expected digest {told['digest']!r}, got {found!r}")
         if told["privileged"] is not isinstance(player, PrivilegedPolicy):
             raise ResultsError(f"the report is wrong on whether policy {place} sees the simulator itself")
+        if (cost := report["cost"]["policies"][number]) != cost_of(player):
+            raise ResultsError(f"the report says that policy {place} cost {cost}, its card {cost_of(player)}")
         policies.append(place)
     exploiters = []
     for number, attack in enumerate(report["attacks"]):
         place = _inside(folder, attack["learned"], "exploiters", number)
-        found = identity_of(str(place), check_flies(str(place), protocol))
+        player = check_flies(str(place), protocol)
+        found = identity_of(str(place), player)
         if found != attack["digest"]:
             raise ResultsError(f"{place} is not the report's exploiter: expected {attack['digest']!r}, got {found!r}")
+        _check_exploiter(player, number, protocol, str(place))
         exploiters.append(str(place))
         siege_of(attack["searched"])
     return Cast(tuple(policies), (), tuple(exploiters))
 
 
+def _check_exploiter(player: Player, number: int, protocol: Protocol, place: str) -> None:
+    """Check that an exploiter was trained as the protocol says, by its own account."""
+    card = getattr(player, "card", None)
+    told = card if isinstance(card, dict) else {}
+    training = told.get("training", {})
+    expected = (protocol.robust.steps, (protocol.robust.seed + number) % 2**32)
+    found = (training.get("total_steps"), training.get("seed"))
+    if found != expected or not told.get("steps", 0) >= protocol.robust.steps:
+        raise ResultsError(
+            f"{place} was not trained as the protocol says: expected {expected[0]} commands and seed {expected[1]}, "
+            f"got {told.get('steps')} of {found[0]} and {found[1]}"
+        )
+
+
 def _installed(name: object) -> str:
     """Return the name of an installed policy; a report's words lead to no folder."""
-    if str(name).split(":", 1)[0] not in registered():
+    if str(name).split(":", 1)[0] not in registered() or Path(str(name)).name != name:
         raise ResultsError(
             f"policy {str(name)[:70]!r} is neither in the report's folder nor installed: name it, or its folder, "
             "before --verify"
@@ -161,6 +202,9 @@ def _inside(folder: Path, told: object, where: str, number: int) -> str | None:
     place = folder / where / str(number)
     if told != f"{where}/{number}" or place.is_symlink() or place.parent.is_symlink() or not place.is_dir():
         raise ResultsError(f"expected {where}/{number} in {folder}, the report names {str(told)[:70]!r}")
+    for path in place.iterdir():
+        if path.is_symlink() or path.stat().st_size > MOST_BYTES:
+            raise ResultsError(f"{path} must be a file of {MOST_BYTES:,} bytes or fewer, and no link")
     return str(place)
 
 
@@ -169,7 +213,7 @@ def _play_sample(
 ) -> str:
     searched = {attack["policy"]: attack["searched"] for attack in report["attacks"]}
     for line in lines:
-        if line.opponent.startswith(SEARCHED) and searched.get(line.policy) != line.opponent:
+        if line.track == ROBUST and line.opponent not in (searched.get(line.policy), f"{LEARNED} {line.policy}"):
             raise ResultsError(f"{line.opponent!r} in {files.GAMES} is no attack that the report names")
     sample = _choose(lines, games, seed)
     different = [(old, new) for old, new in zip(sample, play_again(sample, protocol, cast), strict=True) if old != new]

@@ -14,6 +14,7 @@ import swarm_pz.training.vec_env
 from swarm_pz.cli import main, preset_option, report
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.errors import PolicyError
+from swarm_pz.evaluation.workers import Alone
 from swarm_pz.play.recordings.verification import Verification
 from swarm_pz.rendering.overlays import make_overlays
 
@@ -57,6 +58,7 @@ def test_of_evaluate_held_out(monkeypatch):
     )
     assert given == ("ring", RULES)
     assert callable(named.pop("progress"))
+    assert isinstance(named.pop("pool"), Alone)
     assert named == {"games": 6, "seed": 7, "threads": 1}
 
 

@@ -1,6 +1,8 @@
 """A dataset's folder: whole, or not there."""
 
 import resource
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -9,6 +11,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.datasets import record_match
 from swarm_pz.datasets.folder import name_for
 from swarm_pz.errors import OutputError
+from swarm_pz.evaluation.ledger import held
 
 SHORT = GameConfig(drones_per_team=4, time_limit=6.0)
 
@@ -22,6 +25,32 @@ def test_a_full_disk_is_said_in_words_and_leaves_nothing(tmp_path):
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert list(tmp_path.iterdir()) == []
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from swarm_pz.config import GameConfig
+from swarm_pz.datasets import record_match
+record_match("ring", ["uniform"], root=Path(sys.argv[1]), games=1, config=GameConfig(drones_per_team=4, time_limit=6.0),
+             progress=lambda *_: os.kill(os.getpid(), signal.SIGKILL))
+"""
+
+
+def test_what_a_killed_process_left_is_gone_with_the_next_try(tmp_path):
+    subprocess.run([sys.executable, "-c", KILLED, str(tmp_path)], check=False)  # noqa: S603
+    (left,) = tmp_path.iterdir()
+    assert left.name == ".swarm-ring-v0.draft"
+    record_match("ring", ["uniform"], root=tmp_path, games=1, config=SHORT)
+    assert [path.name for path in tmp_path.iterdir()] == ["swarm-ring-v0"]
+    assert [path.name for path in (tmp_path / "swarm-ring-v0").iterdir()] == ["data"]
+
+
+def test_a_dataset_that_another_process_makes_is_refused_at_once(tmp_path):
+    told = []
+    with held(tmp_path / ".swarm-ring-v0.draft"), pytest.raises(OutputError, match="made by another process: wait"):
+        record_match("ring", ["uniform"], root=tmp_path, games=1, config=SHORT, progress=lambda *now: told.append(now))
+    assert told == []
 
 
 def test_a_folder_may_be_named_from_here(tmp_path, monkeypatch):

@@ -124,6 +124,25 @@ def mixing():
     )
 
 
+def adding_those_before():
+    """Show a game what those before it saw; the first one sees itself alone."""
+    return doubler([node("CumSum", ["x", "axis"], ["y"])], [weights("axis", 0, np.int64)])
+
+
+def long_by_sight(operator="GRU", gates=3):
+    """Work through a sequence as far as what it sees says: zeros are done at once."""
+    nodes = [
+        node("ReduceMax", ["x", "axis"], ["most"], keepdims=0),
+        node("Cast", ["most"], ["lengths"], to=TensorProto.INT32),
+        node("Expand", ["x", "long"], ["sequence"]),
+        node(operator, ["sequence", "w", "r", "", "lengths"], ["", "last"], hidden_size=3),
+        node("Squeeze", ["last", "first"], ["y"]),
+    ]
+    recurrent = [weights(name, np.ones((1, 3 * gates, 3))) for name in ("w", "r")]
+    sizes = [weights("axis", [1], np.int64), weights("long", [50, 8, 3], np.int64), weights("first", [0], np.int64)]
+    return doubler(nodes, recurrent + sizes)
+
+
 def without_opset():
     model = doubler(IDENTITY)
     del model.opset_import[:]
@@ -168,6 +187,9 @@ MALICIOUS = {
     "sizes by sight": (sized_by_what_it_sees, "not known before"),
     "chance": (random, "operator RandomNormalLike"),
     "mixed games": (mixing, "keep games apart"),
+    "those before": (adding_those_before, "keep games apart"),
+    "time by sight": (long_by_sight, "GRU work as long as 'lengths' says"),
+    "time of an LSTM by sight": (lambda: long_by_sight("LSTM", 4), "LSTM work as long as 'lengths' says"),
     "no opset": (without_opset, "one opset"),
     "old opset": (lambda: of_opset(7), "one opset"),
     "future opset": (lambda: of_opset(99), "one opset"),
@@ -244,6 +266,15 @@ def test_a_model_that_takes_the_process_down_is_refused_and_this_one_goes_on(mon
         )
         with pytest.raises(ModelError, match=message):
             examine(doubler([node("Neg", ["x"], ["y"])]).SerializeToString())
+
+
+def test_sequences_of_a_fixed_length_play():
+    model = long_by_sight()
+    del model.graph.node[:2]
+    model.graph.initializer.append(weights("lengths", [50] * 8, np.int32))
+    assert inspect(model.SerializeToString()).outputs == {"y": Plug("float32", (8, 3))}
+    model.graph.node[1].input[4] = ""
+    assert inspect(model.SerializeToString()).outputs == {"y": Plug("float32", (8, 3))}
 
 
 def test_games_that_a_file_fixes_are_shown_at_once():

@@ -6,7 +6,9 @@ import shutil
 import pytest
 
 from swarm_pz.cli import main
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError
+from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.standard import report as files
 from swarm_pz.standard import verify
 from swarm_pz.standard.games import Line
@@ -96,12 +98,24 @@ def test_games_that_nobody_played_are_found(copied, tiny):
             "is wrong on whether policy .* sees the simulator",
         ),
         (lambda report: report["policies"][0].update(kept=None, name="../x"), "neither in the report's folder nor"),
+        (
+            lambda report: report["policies"][0].update(kept=None, name="planner:/x"),
+            "neither in the report's folder nor",
+        ),
+        (lambda report: report["cost"]["policies"][0].update(parameters=1), "cost .*'parameters': 1.*, its card "),
         (lambda report: report["attacks"][0].update(learned="/etc"), "expected exploiters/0 in"),
         (lambda report: report["attacks"][0].update(searched="siege 1"), "names no tactic|is no attack that"),
         (lambda report: report["protocol"].update(version="7"), "the report is of protocol '7'"),
         (lambda report: report["protocol"].update(version="1-quick"), "the report is a try"),
         (lambda report: report.update(rules_hash="0" * 16), "are not those of protocol"),
-        (lambda report: report.update(policies=[]), "holds no whole report|do not follow"),
+        (lambda report: report.update(policies=[]), "is of no entry: policies must be one to 100"),
+        (lambda report: report.update(name="<b>\n" * 30), "is of no entry: name must be 1 to 60 characters"),
+        (lambda report: report["policies"].pop(), "policies and attacks in .* are not those in games.jsonl"),
+        (lambda report: report["attacks"].pop(), "policies and attacks in .* are not those in games.jsonl"),
+        (
+            lambda report: report["attacks"][1].update(policy=0),
+            "policies and attacks in .* are not those in games.jsonl",
+        ),
         (lambda report: report.update(figures=3), "holds no whole report"),
     ],
 )
@@ -119,6 +133,68 @@ def edit_without_page(folder, change):
         assert files.signed(report)["checksum"] == report["checksum"]
 
 
+def test_an_attack_on_another_policy_is_none_on_this_one(copied, tiny):
+    from swarm_pz.standard.running import describe
+
+    report, lines = files.read(copied)
+    others = [line._replace(opponent=line.opponent.replace("learned 0", "learned 1")) for line in lines]
+    (copied / files.GAMES).write_bytes(files.encode_games(others))
+    edit(copied, lambda old: old.update(describe("two", report["policies"], report["attacks"], others, tiny)))
+    with pytest.raises(ResultsError, match=r"'learned 1' in games\.jsonl is no attack"):
+        verify(copied, protocol=tiny)
+
+
+def swap_exploiter(folder, change):
+    """Put another exploiter into a report, as who wants a weak one would."""
+    place = folder / "exploiters" / "0"
+    learned = LearnedPolicy.read(place, GameConfig())
+    card = json.loads(json.dumps(learned.card))
+    change(card)
+    other = LearnedPolicy(card, learned.weights(), GameConfig(), "0")
+    other.write(place)
+    edit(folder, lambda report: report["attacks"][0].update(digest=other.digest))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda card: card.update(steps=255),
+        lambda card: card["training"].update(total_steps=128),
+        lambda card: card["training"].update(seed=1),
+    ],
+)
+def test_an_exploiter_that_was_trained_otherwise_is_refused(copied, tiny, change):
+    swap_exploiter(copied, change)
+    with pytest.raises(ResultsError, match="was not trained as the protocol says: expected 256 commands"):
+        verify(copied, protocol=tiny)
+
+
+@pytest.mark.parametrize("place", ["policies/0/policy.json", "exploiters/1/policy.safetensors"])
+def test_links_and_huge_files_in_a_report_are_not_opened(copied, tiny, place, tmp_path_factory):
+    file = copied / place
+    elsewhere = tmp_path_factory.mktemp("elsewhere") / file.name
+    shutil.move(file, elsewhere)
+    file.symlink_to(elsewhere)
+    with pytest.raises(ResultsError, match="and no link"):
+        verify(copied, protocol=tiny)
+    file.unlink()
+    with file.open("wb") as sparse:
+        sparse.truncate(2**33)
+    with pytest.raises(ResultsError, match="bytes or fewer"):
+        verify(copied, protocol=tiny)
+
+
+def test_what_nobody_has_checked_is_said(copied, tiny):
+    assert verify(copied, protocol=tiny).unchecked == ()
+    better = {"over": "all", "signature": "", "probability": 1.0, "ci95": [1.0, 1.0]}
+    edit(copied, lambda report: report["figures"].update(improvement=better))
+    edit(copied, lambda report: report["versions"].update({"swarm-pz": "0.0"}))
+    (copied / files.PAGE).write_text("<script>")
+    page, comparison = verify(copied, protocol=tiny).unchecked
+    assert page.startswith("index.html, since another version wrote it")
+    assert comparison == "how it compares with another report, whose games are not here"
+
+
 def test_another_policy_than_the_reports_is_refused(copied, tiny):
     with pytest.raises(ResultsError, match="the report is of 2 policies, got 1"):
         verify(copied, ["ring"], protocol=tiny)
@@ -132,6 +208,8 @@ def test_another_policy_than_the_reports_is_refused(copied, tiny):
         (b"", "is corrupt"),
         (b"[" * 100_000, "is corrupt"),
         (b'{"format": 1, "score": NaN}', "NaN is no number of JSON"),
+        (b'{"format": 1, "score": 1e999}', "is corrupt: Out of range"),
+        (b'{"format": 2, "format": 1}', "is corrupt: a name stands twice"),
         (b"[1]", "is no report of format 1"),
         (b"\xff\xfe", "is corrupt"),
     ],
@@ -148,7 +226,9 @@ def test_a_folder_without_a_report_is_refused(tmp_path, capsys):
     assert "there is no report in" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("spoilt", [{"outcome": "won"}, {"number": -1}, {"share": "1"}, {"policy": True}])
+@pytest.mark.parametrize(
+    "spoilt", [{"outcome": "won"}, {"number": -1}, {"share": "1"}, {"policy": True}, {"policy": 100}]
+)
 def test_a_line_that_is_no_game_is_refused(copied, tiny, spoilt):
     _, lines = files.read(copied)
     data = files.encode_games([lines[0]._replace(**spoilt), *lines[1:]])
