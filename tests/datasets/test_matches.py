@@ -83,7 +83,8 @@ def test_minari_finds_the_dataset_in_its_own_folder_and_knows_where_it_is_from(t
     assert (told["player"], told["opponents"], told["command"]) == ("ring", ["uniform"], "swarm-pz dataset")
 
 
-def test_games_are_of_the_side_and_the_seeds_that_were_asked_for(tmp_path):
+def test_games_are_of_the_side_and_the_seeds_that_were_asked_for(tmp_path, monkeypatch):
+    monkeypatch.setattr("swarm_pz.datasets.matches._BATCH", 2)
     shown = []
     folder = record_match(
         "champion",

@@ -123,6 +123,8 @@ def test_both_seats_of_a_game_see_it_from_their_own_side(tmp_path):
     assert (red.infos["captured"] == blue.infos["lost"]).all() and red.infos["captured"].any()
     assert not red.infos["side"].any() and blue.infos["side"].all()
     about = [next(iter(minari.MinariDataset(folder / "data").storage.get_episode_metadata([0]))) for folder in folders]
+    ends = {"red": ("win", "loss"), "blue": ("loss", "win"), "draw": ("draw", "draw")}
+    assert tuple(one["outcome"] for one in about) == ends[winner(tmp_path)]
     assert [(one["side"], one["opponent"], one["seed"]) for one in about] == [("red", "ring", 1), ("blue", "P1", 1)]
 
 

@@ -7,8 +7,10 @@ from types import SimpleNamespace
 import pytest
 
 from swarm_pz import policies
+from swarm_pz.config import ObservationConfig
 from swarm_pz.standard import attacks
 from swarm_pz.standard.games import Cast, attacked
+from swarm_pz.training.config import TrainConfig
 
 GAMES = {"siege wins": ([[2.0, 0.0, 0.0]], [0.0, 0.0]), "siege draws": ([[0.0, 2.0, 0.0]], [0.25, 0.25])}
 GAMES |= {"siege loses": ([[0.0, 0.0, 2.0]], [1.0, 1.0]), "siege shares": ([[1.0, 0.0, 1.0]], [0.5, 1.0])}
@@ -67,9 +69,15 @@ def test_an_exploiter_learns_by_the_protocol_and_sees_as_its_target_does(tiny, t
         given.update(options, policy=policy)
         raise EnoughError
 
+    target, seen = policies.load("champion"), ObservationConfig(grid=50)
+    theirs = TrainConfig.from_dict(target.card["training"])
+    theirs = theirs.replace(game=theirs.game.replace(observation=seen), width=24, action_cells=5)
+    target.card = target.card | {"training": theirs.to_dict()}
+    monkeypatch.setattr("swarm_pz.policy.load", lambda *_: target)
     monkeypatch.setattr("swarm_pz.training.exploit.make_exploiter", make)
     with pytest.raises(EnoughError):
         attacks.learn("champion", number, tiny, tmp_path / "work", tmp_path / "out", lambda: False, print)
     assert given["policy"] == "champion" and given["rules"] == tiny.game and not given["resume"]
     assert (given["steps"], given["seed"], given["threads"]) == (256, tiny.robust.seed + number, 1)
-    assert given["learner"].game.observation == policies.load("champion").observation
+    learner = given["learner"]
+    assert (learner.game.observation, learner.width, learner.action_cells) == (seen, 24, 5)
