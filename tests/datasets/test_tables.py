@@ -121,6 +121,8 @@ def test_both_seats_of_a_game_see_it_from_their_own_side(tmp_path):
     assert (red.infos["share"] == red.infos["size"] / 8).all()
     assert (red.infos["outcome"] == -blue.infos["outcome"]).all()
     assert (red.infos["captured"] == blue.infos["lost"]).all() and red.infos["captured"].any()
+    assert (np.diff(red.infos["size"]) == (red.infos["captured"] - red.infos["lost"])[1:]).all()
+    assert np.unique(blue.actions).size == 1 < np.unique(red.actions).size  # who commands nothing covers uniformly
     assert not red.infos["side"].any() and blue.infos["side"].all()
     about = [next(iter(minari.MinariDataset(folder / "data").storage.get_episode_metadata([0]))) for folder in folders]
     ends = {"red": ("win", "loss"), "blue": ("loss", "win"), "draw": ("draw", "draw")}
