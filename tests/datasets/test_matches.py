@@ -105,7 +105,8 @@ def test_games_are_of_the_side_and_the_seeds_that_were_asked_for(tmp_path, monke
     assert [(one["seed"], one["side"]) for one in about] == [(5, "blue"), (6, "blue"), (7, "blue")]
     ends = {"win": 1, "draw": 0, "loss": -1}
     assert [ends[one["outcome"]] for one in about] == [int(episode.infos["outcome"][-1]) for episode in dataset]
-    assert dataset.recover_environment().reset(seed=5)[1]["side"] == 1
+    env = dataset.recover_environment()
+    assert [env.reset(seed=number)[1]["side"] for number in range(5, 13)] == [1] * 8
     assert folder.stat().st_mode & 0o777 == 0o755
 
 
