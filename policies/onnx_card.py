@@ -69,7 +69,8 @@ class OnnxCard(Config):
             value = getattr(self, name)
             is_line = isinstance(value, str) and len(value) <= 2000 and value.isprintable()
             check(is_line, f"card.{name}", value, "a line of text")
-        check(bool(self.name and self.answers), "card.name", self.name, "a line of text that is not empty")
+        for name in ("name", "answers"):
+            check(bool(getattr(self, name)), f"card.{name}", "", "a line of text that is not empty")
         check_choice(self.action, "card.action", ("normalised", "log_density", "command", "density", "discrete"))
         is_map = isinstance(self.state, Mapping) and all(isinstance(one, str) for one in self.state.values())
         check(

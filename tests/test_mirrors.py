@@ -55,8 +55,6 @@ HOMES = {
     "swarm_pz/play/server/watched_thread": "play/server/test_painter",
     "swarm_pz/policy/protocol": "policy/test_names",
     "swarm_pz/spaces/densities": "spaces/test_formats",
-    "swarm_pz/standard/attacks": "standard/test_running",
-    "swarm_pz/standard/games": "standard/test_running",
     "swarm_pz/standard/report": "standard/test_verifying",
     "swarm_pz/systems/ergodic": "systems/test_family",
     "swarm_pz/systems/shapes": "systems/test_formation",

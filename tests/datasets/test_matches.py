@@ -8,6 +8,7 @@ from minari.dataset.minari_storage import MinariStorage
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.datasets import record_match
 from swarm_pz.errors import ConfigError, OutputError, PolicyError
+from swarm_pz.policy import load
 
 SHORT = GameConfig(drones_per_team=4, time_limit=6.0, observation=ObservationConfig(grid=10))
 
@@ -80,6 +81,42 @@ def test_minari_finds_the_dataset_in_its_own_folder_and_knows_where_it_is_from(t
     told = MinariStorage.read_raw_metadata(tmp_path / "mine/ring-v3/data")
     assert told["rules_hash"] == SHORT.rules_hash and told["versions"]["swarm-pz"] and told["seeds"] == [0, 0]
     assert (told["player"], told["opponents"], told["command"]) == ("ring", ["uniform"], "swarm-pz dataset")
+
+
+def test_games_are_of_the_side_and_the_seeds_that_were_asked_for(tmp_path, monkeypatch):
+    monkeypatch.setattr("swarm_pz.datasets.matches._BATCH", 2)
+    tmp_path.chmod(0o755)  # as folders are that others may read
+    shown = []
+    folder = record_match(
+        "champion",
+        ["uniform", "ring"],
+        root=tmp_path,
+        games=3,
+        seed=5,
+        side="blue",
+        config=SHORT,
+        progress=lambda *done: shown.append(done),
+    )
+    dataset = minari.MinariDataset(folder / "data")
+    told = MinariStorage.read_raw_metadata(folder / "data")
+    assert told["seeds"] == [5, 7] and told["side"] == "blue" and shown[-1] == (3, 3)
+    assert told["player_digest"] == load("champion", SHORT).digest and not told["privileged"]
+    about = list(dataset.storage.get_episode_metadata(range(3)))
+    assert [(one["seed"], one["side"]) for one in about] == [(5, "blue"), (6, "blue"), (7, "blue")]
+    ends = {"win": 1, "draw": 0, "loss": -1}
+    assert [ends[one["outcome"]] for one in about] == [int(episode.infos["outcome"][-1]) for episode in dataset]
+    env = dataset.recover_environment()
+    assert [env.reset(seed=number)[1]["side"] for number in range(5, 13)] == [1] * 8
+    assert folder.stat().st_mode & 0o777 == 0o755
+
+
+def test_a_player_draws_by_the_games_seed(tmp_path):
+    folders = [
+        record_match("noise", ["uniform"], root=tmp_path / str(seed), games=1, seed=seed, config=SHORT)
+        for seed in (0, 1)
+    ]
+    (one,), (other,) = (minari.MinariDataset(folder / "data") for folder in folders)
+    assert (one.actions[0] != other.actions[0]).any()
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """Recorded games as a Minari dataset: what its player saw and did."""
 
+from types import SimpleNamespace
+
 import minari
 import numpy as np
 import pytest
@@ -108,3 +110,29 @@ def test_before_the_first_command_the_team_follows_uniform_coverage(tmp_path):
     folder = record_table([tmp_path], player="ring", root=tmp_path / "out", observation=SMALL, action="command")
     (episode,) = minari.MinariDataset(folder / "data")
     assert (episode.actions == 1.0).all() and (episode.infos["side"] == 1).all()
+
+
+def test_both_seats_of_a_game_see_it_from_their_own_side(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=1000)
+    folders = [record_table([tmp_path], player=player, root=tmp_path / "out") for player in ("person", "ring")]
+    (red,), (blue,) = (minari.MinariDataset(folder / "data") for folder in folders)
+    assert red.rewards.any() and (red.rewards == -blue.rewards).all()
+    assert (red.infos["size"] + blue.infos["size"] == 8).all()
+    assert (red.infos["share"] == red.infos["size"] / 8).all()
+    assert (red.infos["outcome"] == -blue.infos["outcome"]).all()
+    assert (red.infos["captured"] == blue.infos["lost"]).all() and red.infos["captured"].any()
+    assert (np.diff(red.infos["size"]) == (red.infos["captured"] - red.infos["lost"])[1:]).all()
+    assert np.unique(blue.actions).size == 1 < np.unique(red.actions).size  # who commands nothing covers uniformly
+    assert not red.infos["side"].any() and blue.infos["side"].all()
+    about = [next(iter(minari.MinariDataset(folder / "data").storage.get_episode_metadata([0]))) for folder in folders]
+    ends = {"red": ("win", "loss"), "blue": ("loss", "win"), "draw": ("draw", "draw")}
+    assert tuple(one["outcome"] for one in about) == ends[winner(tmp_path)]
+    assert [(one["side"], one["opponent"], one["seed"]) for one in about] == [("red", "ring", 1), ("blue", "P1", 1)]
+
+
+def test_a_recording_that_plays_differently_here_is_refused(tmp_path, monkeypatch):
+    record(tmp_path / "a.jsonl", ticks=1000)
+    found = SimpleNamespace(faults=(), verified=False, first_difference=7)
+    monkeypatch.setattr(Playback, "verify", lambda playback: found)
+    with pytest.raises(RecordingError, match=r"a.jsonl plays differently here from tick 7 on"):
+        record_table([tmp_path], root=tmp_path / "out")

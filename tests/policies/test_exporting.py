@@ -43,6 +43,7 @@ def test_a_policy_of_ours_answers_the_same_and_tells_nothing_of_this_machine(tmp
     exporting.export_learned(ours, game, game.team_systems[0], tmp_path / "out")
     theirs, seen = load(tmp_path / "out", game), boards(ours, 20)
     assert isinstance(theirs, OnnxPolicy)
+    assert theirs.card.system == ("" if ours.answers == "density" else system) and ours.digest in theirs.card.origin
     np.testing.assert_allclose(theirs.act(seen, np.arange(20)), ours.act(seen, np.arange(20)), atol=1e-5)
     model = onnx.load(tmp_path / "out" / MODEL)
     assert b"site-packages" not in model.SerializeToString()

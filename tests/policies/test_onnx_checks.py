@@ -199,6 +199,10 @@ MALICIOUS = {
     "open sizes": (lambda: build(IDENTITY, [("x", 1, [8, "n"])], [("y", 1, [8, "n"])]), "fix its shape"),
     "no games": (lambda: doubler([node("ReduceMean", ["x"], ["y"], keepdims=0)], shape=()), "must answer 8 games"),
     "many games": (lambda: doubler(IDENTITY, games=10**6), "as many games"),
+    "games that differ": (
+        lambda: build([node("MatMul", ["z", "x"], ["y"])], [("x", 1, [3, 3]), ("z", 1, [8, 3])], [("y", 1, [8, 3])]),
+        "as many games",
+    ),
     "unsound": (lambda: doubler([node("Add", ["x", "nothing"], ["y"])]), "no sound ONNX model"),
 }
 
@@ -230,6 +234,14 @@ def test_many_nodes_are_refused(monkeypatch):
     nodes = [node("Relu", ["x"], ["a"]), node("Relu", ["a"], ["b"]), node("Relu", ["b"], ["y"])]
     with pytest.raises(ModelError, match="2 nodes or fewer, got 3"):
         inspect(doubler(nodes).SerializeToString())
+
+
+def test_weights_count_together(monkeypatch):
+    monkeypatch.setattr(onnx_checks, "MOST_BYTES", 30)
+    nodes = [node("Add", ["x", "a"], ["b"]), node("Add", ["b", "c"], ["d"]), node("Add", ["d", "e"], ["y"])]
+    model = doubler(nodes, [weights(name, [1, 2, 3]) for name in "ace"])
+    with pytest.raises(ModelError, match="weights of 30 bytes or fewer, got 36"):
+        inspect(model.SerializeToString())
 
 
 def test_a_model_is_tried_in_a_process_of_its_own_once():

@@ -6,6 +6,7 @@ import asyncio
 import copy
 import json
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -350,7 +351,35 @@ def test_what_is_written_is_tried_before_and_replaces_nothing(tmp_path, folder):
 
 
 @pytest.mark.parametrize(
-    ("field", "value"), [("name", ""), ("name", "a\nb"), ("action", "jump"), ("state", [1]), ("observation", 3)]
+    ("action", "kind", "message"),
+    [("density", TensorProto.INT64, "is to answer fractions"), ("discrete", TensorProto.FLOAT, "whole numbers")],
+)
+def test_answers_of_another_kind_of_numbers_are_refused(tmp_path, action, kind, message):
+    axes = [1] if action == "density" else [1, 2, 3]
+    nodes = [
+        node("Cast", ["x"], ["f"], to=1),
+        node("ReduceMean", ["f", "axes"], ["mean"], keepdims=0),
+        node("Cast", ["mean"], ["y"], to=kind),
+    ]
+    shape = ["n", 5, 5] if action == "density" else ["n"]
+    model = build(nodes, [("x", 2, ["n", 1, 5, 5])], [("y", kind, shape)], [weights("axes", axes, np.int64)])
+    cells = 5 if action == "density" else None
+    with pytest.raises(CheckpointError, match=message):
+        write(tmp_path / "m", model.SerializeToString(), replace(FOLLOWER, action=action, action_cells=cells))
+    assert not (tmp_path / "m").exists()
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("name", ""),
+        ("answers", ""),
+        ("name", "a\nb"),
+        ("action", "jump"),
+        ("state", [1]),
+        ("state", {"a": "c", "b": "c"}),
+        ("observation", 3),
+    ],
 )
 def test_a_card_is_checked(field, value):
     with pytest.raises(ConfigError, match=field):

@@ -25,11 +25,13 @@ def test_one_number_is_what_rliable_says():
     np.testing.assert_allclose(performance_profile(SCORES, [0.25, 0.5, 0.75]), RLIABLE["profile"], atol=1e-9)
 
 
-def test_an_interval_is_what_rliable_says():
-    low, high = interval(
-        lambda generator: drawn_runs(SCORES, generator), lambda drawn: np.array([interquartile_mean(drawn)])
+def test_an_interval_is_what_rliable_says_and_the_same_twice():
+    (low, high), again = (
+        interval(lambda generator: drawn_runs(SCORES, generator), lambda drawn: np.array([interquartile_mean(drawn)]))
+        for _ in range(2)
     )
     assert [low[0], high[0]] == pytest.approx(RLIABLE["interval"], abs=0.01)
+    assert (low, high) == again
 
 
 def test_a_tie_is_half_an_improvement():

@@ -37,6 +37,45 @@ def test_who_wins_all_has_one(tiny):
     assert said["profile"]["share"] == [1.0] * 20
 
 
+def test_every_figure_is_of_its_own_games(tiny):
+    """Uniform coverage is beaten half of the time, after 2 s; of the attacks one wins all, and the other nothing."""
+
+    def change(one):
+        if one.track == "uniform":
+            twice = one.number in (2, 3)  # a pair that played the same game twice
+            wins = one.policy == 0 or one.number < 2
+            fields = {"outcome": "win" if wins else "draw", "seconds": 2.0 if wins else 1.0, "share": 0.75}
+            return one._replace(**fields, fingerprint="same" if twice else one.fingerprint)
+        if one.track == "robust":
+            loses = one.opponent.startswith("siege") == bool(one.policy)
+            return one._replace(outcome="loss" if loses else "win", forfeit="late" if loses and one.number else "")
+        return one._replace(outcome="draw" if one.track == "field" else "win")
+
+    lines = [change(one) for one in games(tiny, lambda *_: "win", policies=2)]
+    said = figures(Results(lines, tiny))
+    uniform, (learned, searched) = said["tracks"]["uniform"]["opponents"][0], said["tracks"]["robust"]["opponents"]
+    counts = ("games", "wins", "draws", "losses", "forfeits", "mean_share")
+    assert [uniform[name] for name in counts] == [8, 6, 2, 0, 0, 0.75]
+    assert uniform["points"] == [1.0, 0.833333]
+    assert [searched[name] for name in counts] == [8, 4, 0, 4, 3, 1.0]
+    assert (learned["points"], searched["points"]) == ([0.0, 1.0], [1.0, 0.0])
+    scores = {name: track["score"] for name, track in said["tracks"].items()}
+    assert scores == {"uniform": 0.916667, "field": 0.5, "held-out": 1.0, "systems": 1.0, "robust": 0.5}
+    assert said["score"] == pytest.approx(np.mean(list(scores.values())), abs=1e-4)
+    assert [said["tracks"][name]["score_ci95"] for name in ("uniform", "field")] == [[0.833333, 1.0], [0.5, 0.5]]
+    soon = said["uniform"]
+    assert (soon["games"], soon["won"], soon["won_share"], soon["median_seconds"]) == (6, 5, 0.833333, 2.0)
+    assert soon["restricted_mean_seconds"] == pytest.approx((5 * 2.0 + tiny.game.time_limit) / 6, abs=1e-4)
+    for name in ("won_share", "restricted_mean_seconds"):
+        low, high = soon[f"{name}_ci95"]
+        assert low < soon[name] < high
+    assert soon["curve"]["not_won"][0] == 1.0 and soon["curve"]["not_won"][-1] == pytest.approx(1 / 6, abs=1e-4)
+    profile = said["profile"]
+    assert profile["score_above"][:2] == [0.0, 0.05] and profile["share"][0] == pytest.approx(10 / 12, abs=1e-4)
+    assert all(low <= high for low, high in zip(profile["low"], profile["high"], strict=True))
+    assert figures(Results(lines, tiny)) == said
+
+
 def test_robust_is_the_worse_attack_and_a_fifth_of_the_score(tiny):
     def outcome(policy, track, name, number):
         return "loss" if name.startswith("siege") else "draw" if track == "robust" else "win"

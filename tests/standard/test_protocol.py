@@ -42,6 +42,12 @@ def test_another_opponent_than_the_named_one_is_refused():
         replace(protocol, tracks=(other,)).check()
 
 
+def test_other_rules_than_the_named_ones_are_refused():
+    protocol = Protocol.read()
+    with pytest.raises(ResultsError, match="the rules of protocol 1 have another hash here"):
+        replace(protocol, plain=protocol.plain | {"rules_hash": "0" * 16}).check()
+
+
 def test_tracks_have_seeds_and_opponents_of_their_own():
     protocol = Protocol.read()
     tracks = all_tracks(protocol)
@@ -62,4 +68,6 @@ def test_a_try_is_another_protocol():
     protocol = Protocol.read()
     assert protocol.quick().is_quick and not protocol.is_quick
     assert protocol.quick().digest != protocol.digest
+    assert {track.games for track in all_tracks(protocol.quick())} == {2}
+    assert protocol.quick().game.time_limit == 20.0 and protocol.quick().robust.steps < protocol.robust.steps
     assert FILE.is_file()

@@ -6,7 +6,7 @@ import pytest
 from swarm_pz.config import GameConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import ResultsError
-from swarm_pz.policies.scripted import ring
+from swarm_pz.policies.scripted import View, ring
 from swarm_pz.standard.games import siege_of
 from swarm_pz.standard.siege import HIGH, LOW, search, siege
 
@@ -25,6 +25,30 @@ def test_the_ring_is_one_of_the_family():
     np.testing.assert_allclose(asked(siege((1, 0, 0.25, 0.08, 0, 10, 0, 0))), asked(ring), atol=1e-12)
 
 
+def test_each_number_does_what_it_is_called():
+    """Own drones are in the upper left corner, and opponents in the middle."""
+    images = np.zeros((1, 2, 25, 25), np.uint8)
+    images[0, 0, 2, 2] = images[0, 1, 12, 12] = 255
+
+    def play(*numbers, steps=0):
+        view = View(images, ("own_positions", "opposing_positions"), 25, np.array([steps]), [], np.zeros((1, 4)))
+        return siege(numbers).play(view)[0]
+
+    def brightest(densities):
+        return tuple(int(place) for place in np.unravel_index(densities.argmax(), densities.shape))
+
+    assert brightest(play(0, 0, 0, 0.1, 0, 10, 0, 0)) == (12, 12)
+    assert brightest(play(0, 0.5, 0, 0.1, 0, 10, 0, 0)) == (7, 7)
+    images[0, 1], images[0, 1, 12, 22] = 0, 255
+    assert brightest(play(0.5, 0, 0, 0.1, 0, 10, 0, 0)) == (12, 17)
+    radii = [abs(brightest(play(0, 0, 0.2, 0.05, 0.1, 20, 0, 0, steps=step))[0] - 12) / 25 for step in (0, 5, 15)]
+    assert radii == pytest.approx([0.2, 0.3, 0.1], abs=0.03)
+    plain, raised = play(0, 0, 0.3, 0.1, 0, 10, 0, 0), play(0, 0, 0.3, 0.1, 0, 10, 0.25, 0.5)
+    assert raised[0, 0] == pytest.approx(plain[0, 0] + 0.25, abs=1e-6)
+    assert raised[12, 12] == pytest.approx(plain[12, 12] + 0.75)
+    assert raised[12, 17] == pytest.approx(plain[12, 17] + 0.25 + 0.5 * np.exp(-4.0))
+
+
 @pytest.mark.parametrize("numbers", [LOW, HIGH])
 def test_the_corners_of_the_family_are_densities(numbers):
     densities = asked(siege(numbers))
@@ -40,10 +64,13 @@ def test_a_name_that_is_no_tactic_is_refused(name):
 
 
 def test_a_search_finds_what_is_best_and_the_same_twice():
-    def score(names):
-        return [-sum((float(word) - 0.5) ** 2 for word in name.split()[3:5]) for name in names]
+    low, high = np.array(LOW), np.array(HIGH)
 
-    found = [search(score, prefix="siege", generations=12, candidates=12, seed=3) for _ in range(2)]
-    assert found[0] == found[1]
-    assert score(found)[0] > -0.2
+    def score(names):
+        places = [(np.array([float(word) for word in name.split()[1:]]) - low) / (high - low) for name in names]
+        return [-float(((place - 0.8) ** 2).sum()) for place in places]
+
+    found = [search(score, prefix="siege", generations=30, candidates=12, seed=seed) for seed in (3, 3, 4)]
+    assert found[0] == found[1] != found[2]
+    assert score(found)[0] > -0.05  # where it begins it is -1.28
     siege_of(found[0])

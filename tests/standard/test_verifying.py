@@ -2,9 +2,11 @@ from __future__ import annotations
 
 import json
 import shutil
+from pathlib import Path
 
 import pytest
 
+from swarm_pz.bench import machine
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError
@@ -13,6 +15,7 @@ from swarm_pz.standard import report as files
 from swarm_pz.standard import verify
 from swarm_pz.standard.games import Line
 from swarm_pz.standard.page import render
+from swarm_pz.standard.verifying import Verdict, _choose
 
 
 @pytest.fixture
@@ -103,6 +106,7 @@ def test_games_that_nobody_played_are_found(copied, tiny):
             "neither in the report's folder nor",
         ),
         (lambda report: report["cost"]["policies"][0].update(parameters=1), "cost .*'parameters': 1.*, its card "),
+        (lambda report: report["attacks"][0].update(digest="0" * 32), "is not the report's exploiter: expected '0000"),
         (lambda report: report["attacks"][0].update(learned="/etc"), "expected exploiters/0 in"),
         (lambda report: report["attacks"][0].update(searched="siege 1"), "names no tactic|is no attack that"),
         (lambda report: report["protocol"].update(version="7"), "the report is of protocol '7'"),
@@ -116,6 +120,9 @@ def test_games_that_nobody_played_are_found(copied, tiny):
             lambda report: report["attacks"][1].update(policy=0),
             "policies and attacks in .* are not those in games.jsonl",
         ),
+        (lambda report: report.update(config_hash="0" * 16), "are not those of protocol"),
+        (lambda report: report["protocol"].update(digest="0" * 16), "the report is of protocol 'tiny'"),
+        (lambda report: report["seeds"].update(uniform=7), "do not follow"),
         (lambda report: report.update(figures=3), "holds no whole report"),
     ],
 )
@@ -123,6 +130,61 @@ def test_a_report_that_lies_is_refused(copied, tiny, change, message):
     edit_without_page(copied, change)
     with pytest.raises(ResultsError, match=message):
         verify(copied, protocol=tiny)
+
+
+@pytest.mark.parametrize("name", ["policies", "policies/0", "exploiters", "exploiters/0"])
+def test_links_to_other_folders_are_not_followed(copied, tiny, name):
+    (copied / name).rename(copied / "elsewhere")
+    (copied / name).symlink_to(copied / "elsewhere")
+    with pytest.raises(ResultsError, match=rf"expected {name.split('/')[0]}/0 in"):
+        verify(copied, protocol=tiny)
+
+
+def test_another_signature_is_refused(copied, tiny):
+    report = json.loads((copied / files.REPORT).read_text())
+    (copied / files.REPORT).write_text(json.dumps(report | {"signature": "0" * 64}))
+    with pytest.raises(ResultsError, match="was changed after it was written: its signature is '0000"):
+        verify(copied, protocol=tiny)
+
+
+def test_costs_change_the_checksum_and_not_the_signature(reported):
+    report = json.loads((reported / files.REPORT).read_text())
+    other = files.signed(report | {files.COST: {"seconds": 1}})
+    assert other["signature"] == report["signature"] and other["checksum"] != report["checksum"]
+
+
+@pytest.mark.parametrize("name", [files.REPORT, files.GAMES, files.PAGE])
+def test_a_file_that_is_too_large_is_refused(copied, tiny, monkeypatch, name):
+    monkeypatch.setitem(files._MOST, name, 10)
+    with pytest.raises(ResultsError, match=rf"{name} is too large: expected 10 bytes or fewer, got \d+"):
+        verify(copied, protocol=tiny)
+
+
+def test_the_seed_of_a_sample_is_told_and_chooses_it(reported):
+    _, lines = files.read(reported)
+    one, again, other = (_choose(lines, 10, seed) for seed in (1, 1, 2))
+    assert one == again != other
+    assert len(one) == len(set(one)) == 10
+    assert {
+        track: sum(line.track == track for line in one) for track in {line.track for line in lines}
+    } == dict.fromkeys(["uniform", "field", "held-out", "systems", "robust"], 2)
+
+
+def test_a_few_games_that_differ_elsewhere_are_no_lie(copied, tiny, monkeypatch):
+    """What is chaotic ends otherwise on another processor, though as well on the whole."""
+
+    def otherwise(lines, protocol, cast):
+        return [line._replace(seconds=line.seconds + 1.0, fingerprint="other") for line in lines]
+
+    monkeypatch.setattr("swarm_pz.standard.verifying.play_again", otherwise)
+    edit(copied, lambda old: old["cost"].update(measured_on="another processor"))
+    verdict = verify(copied, protocol=tiny, seed=5)
+    assert "no more than chance does" in verdict.check and verdict.seed == 5
+    edit(copied, lambda old: old["cost"].update(measured_on=machine()["processor"]))
+    with pytest.raises(ResultsError, match=r"games came out differently: .* \(seed 5\)"):
+        verify(copied, protocol=tiny, seed=5)
+    edit(copied, lambda old: old["versions"].update(numpy="1.0"))
+    assert "or with other versions" in verify(copied, protocol=tiny).check
 
 
 def edit_without_page(folder, change):
@@ -257,3 +319,35 @@ def test_options_that_do_not_fit_are_refused(arguments, message, capsys):
     with pytest.raises(SystemExit, match="2"):
         main(arguments)
     assert message in capsys.readouterr().err
+
+
+def test_options_reach_what_is_done(reported, tmp_path, monkeypatch, capsys):
+    report, _ = files.read(reported)
+    report["figures"]["improvement"] = {"over": "other", "signature": "", "probability": 0.7, "ci95": [0.6, 0.8]}
+    called = []
+
+    def run(entry, out, **options):
+        called.append((entry, out, options))
+        return report
+
+    def verified(folder, policies, **options):
+        called.append((folder, policies, options))
+        return Verdict(report, "all is well", options["seed"])
+
+    monkeypatch.setattr("swarm_pz.standard.run", run)
+    monkeypatch.setattr("swarm_pz.standard.verify", verified)
+    words = ["--out", str(tmp_path), "--baseline", "other", "--processes", "3", "--quick"]
+    main(["benchmark", "zoo/ring", "halo", *words])
+    printed = capsys.readouterr().out
+    (entry, out, options) = called.pop()
+    assert (entry.name, entry.policies, out) == ("ring", ("zoo/ring", "halo"), tmp_path)
+    assert options["protocol"].is_quick and (options["baseline"], options["processes"]) == (Path("other"), 3)
+    assert options["command"].startswith("swarm-pz benchmark zoo/ring halo")
+    assert "protocol: 1-quick" in printed and "better than other with probability 0.700 (0.600 to 0.800)" in printed
+    score, (low, high) = report["figures"]["score"], report["figures"]["score_ci95"]
+    assert f"score      {score:.3f} (95 % interval over training seeds: {low:.3f} to {high:.3f})" in printed
+    main(["benchmark", "ring", "--name", "mine", "--out", str(tmp_path)])
+    assert called[-1][0].name == "mine" and not called[-1][2]["protocol"].is_quick
+    main(["benchmark", "halo", "--verify", str(tmp_path), "--seed", "9"])
+    assert called[-1] == (tmp_path, ("halo",), {"seed": 9})
+    assert "all is well (sample of seed 9)" in capsys.readouterr().out

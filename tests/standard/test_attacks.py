@@ -1,0 +1,83 @@
+"""How a policy is attacked: what a candidate is worth, and what an exploiter is trained with."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from swarm_pz import policies
+from swarm_pz.config import ObservationConfig
+from swarm_pz.standard import attacks
+from swarm_pz.standard.games import Cast, attacked
+from swarm_pz.training.config import TrainConfig
+
+GAMES = {"siege wins": ([[2.0, 0.0, 0.0]], [0.0, 0.0]), "siege draws": ([[0.0, 2.0, 0.0]], [0.25, 0.25])}
+GAMES |= {"siege loses": ([[0.0, 0.0, 2.0]], [1.0, 1.0]), "siege shares": ([[1.0, 0.0, 1.0]], [0.5, 1.0])}
+"""Games that a candidate won, drew and lost in each pair, and the entry's shares of the drones."""
+
+
+def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_plays(tiny, tmp_path, monkeypatch):
+    begun, shown, asked = [], [], []
+
+    class Played:
+        def __init__(self, track, protocol, cast, folder, *, attackers):
+            begun.append((track, attackers))
+
+        def play(self, processes, show, asked):
+            show(1.0, 2.0)
+
+        def tally(self, name, one):
+            assert one == "entry 1"
+            return attacks.np.array(GAMES[name][0])
+
+        def between(self, name, one):
+            return [SimpleNamespace(share=share) for share in GAMES[name][1]]
+
+    def search(score, **given):
+        asked.append(given)
+        return score(list(GAMES)), score(["siege draws"])
+
+    monkeypatch.setattr(attacks, "TrackGames", Played)
+    monkeypatch.setattr(attacks, "search", search)
+    values = attacks.find(
+        1,
+        tiny,
+        Cast(("ring", "halo")),
+        tmp_path,
+        processes=1,
+        show=lambda *done: shown.append(done),
+        asked=lambda: False,
+    )
+    assert values == ([1.0, 0.625, 0.0, 0.375], [0.625])
+    assert begun[0][1] == [(1, name) for name in GAMES] and begun[0][0].games == tiny.robust.search_games
+    assert begun[0][0].seed != attacked(tiny).seed
+    assert [done for done, _ in shown] == [1, tiny.robust.search_games + 1]
+    budget = {"generations": 2, "candidates": 4, "seed": tiny.robust.seed + 1, "prefix": "siege"}
+    assert asked == [budget]
+
+
+class EnoughError(Exception):
+    pass
+
+
+@pytest.mark.parametrize("number", [0, 3])
+def test_an_exploiter_learns_by_the_protocol_and_sees_as_its_target_does(tiny, tmp_path, monkeypatch, number):
+    given = {}
+
+    def make(policy, folder, **options):
+        given.update(options, policy=policy)
+        raise EnoughError
+
+    target, seen = policies.load("champion"), ObservationConfig(grid=50)
+    theirs = TrainConfig.from_dict(target.card["training"])
+    theirs = theirs.replace(game=theirs.game.replace(observation=seen), width=24, action_cells=5)
+    target.card = target.card | {"training": theirs.to_dict()}
+    monkeypatch.setattr("swarm_pz.policy.load", lambda *_: target)
+    monkeypatch.setattr("swarm_pz.training.exploit.make_exploiter", make)
+    with pytest.raises(EnoughError):
+        attacks.learn("champion", number, tiny, tmp_path / "work", tmp_path / "out", lambda: False, print)
+    assert given["policy"] == "champion" and given["rules"] == tiny.game and not given["resume"]
+    assert (given["steps"], given["seed"], given["threads"]) == (256, tiny.robust.seed + number, 1)
+    learner = given["learner"]
+    assert (learner.game.observation, learner.width, learner.action_cells) == (seen, 24, 5)
