@@ -1,6 +1,6 @@
 """PPO of Stable-Baselines3, on the game as it is: no wrapper, the library's own network.
 
-python examples/sb3_ppo.py --steps 524288
+python examples/sb3_ppo.py --steps 393216
 """
 
 from __future__ import annotations
@@ -20,20 +20,19 @@ GAME = GameConfig(drones_per_team=5, observation=ObservationConfig(grid=10))
 def main() -> None:
     """Train, save, and play matches."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--steps", type=int, default=524_288, help="commands to learn from")
+    parser.add_argument("--steps", type=int, default=393_216, help="commands to learn from")
     parser.add_argument("--games", type=int, default=200, help="games against each opponent, even")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/sb3_ppo"))
     asked = parser.parse_args()
 
     torch.set_num_threads(1)  # the network is small
-    envs = SwarmVecEnv(
-        GAME, num_envs=64, opponent=("uniform", "noise"), action_cells=5, threads=2, seed=asked.seed
-    )
+    opponents = ("uniform", "noise")
+    envs = SwarmVecEnv(GAME, num_envs=64, opponent=opponents, action_cells=5, threads=2, seed=asked.seed)
     model = PPO(
         "MlpPolicy",
         envs,
-        n_steps=min(64, max(asked.steps // 64, 2)),
+        n_steps=64,
         batch_size=1024,
         n_epochs=4,
         learning_rate=lambda left: 5e-4 * left,
