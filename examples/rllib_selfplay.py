@@ -1,6 +1,6 @@
 """RLlib, new API stack: PPO with two policies, one a side, that learn against each other (self-play).
 
-python examples/rllib_selfplay.py --steps 49152
+python examples/rllib_selfplay.py --steps 40960
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Model:
 def main() -> None:
     """Train, save, and play matches."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--steps", type=int, default=49_152, help="commands to learn from, of both sides")
+    parser.add_argument("--steps", type=int, default=40_960, help="commands to learn from, of both sides")
     parser.add_argument("--games", type=int, default=200, help="games against each opponent, even")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/rllib_selfplay"))

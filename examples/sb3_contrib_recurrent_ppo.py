@@ -50,6 +50,7 @@ def main() -> None:
         device="cpu",
     )
     model.learn(asked.steps)
+    asked.out.mkdir(parents=True, exist_ok=True)
     model.save(asked.out / "model")
     print(f"commands seen: {model.num_timesteps}")
 
