@@ -16,9 +16,9 @@ that were learned from, of both sides where both learn. *Minutes* are of the who
 and, in brackets, of processor time, which says more where a machine was busy.
 
 Libraries decide which versions of others they want: what else they can and cannot do says
-[what works unwrapped](compatibility.md). PufferLib is not here, for it could not be installed: building its 3.0.0 fetches
-files of a further host, leaving these out (`NO_OCEAN=1`) ends in a `NameError` of its own, and `pufferlib-core` 3.0.23
-wants torch 2.9.0 and no other.
+[what works unwrapped](compatibility.md). PufferLib is not here, for it could not be installed: building its 3.0.0
+fetches files of a further host, leaving these out (`NO_OCEAN=1`) ends in a `NameError` of its own, and `pufferlib-core`
+3.0.23 wants torch 2.9.0 and no other.
 """
 
 from __future__ import annotations
