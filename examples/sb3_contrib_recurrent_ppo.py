@@ -1,6 +1,6 @@
 """RecurrentPPO of sb3-contrib: a tactic with a memory, which plays as an ONNX file that keeps it for each game.
 
-python examples/sb3_contrib_recurrent_ppo.py --steps 131072
+python examples/sb3_contrib_recurrent_ppo.py --steps 262144
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ GAME = GameConfig(drones_per_team=5, observation=ObservationConfig(grid=10))
 def main() -> None:
     """Train, export, and play matches."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--steps", type=int, default=131_072, help="commands to learn from")
+    parser.add_argument("--steps", type=int, default=262_144, help="commands to learn from")
     parser.add_argument("--games", type=int, default=200, help="games against each opponent, even")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/sb3_contrib_recurrent_ppo"))
