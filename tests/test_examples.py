@@ -6,15 +6,18 @@ import json
 import os
 import re
 import runpy
+import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import nbformat
 import numpy as np
+import pytest
 import torch
 from nbclient import NotebookClient
 
+from benchmarks import examples
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.datasets import record_match
 from swarm_pz.policy import load
@@ -23,6 +26,10 @@ from swarm_pz.training.ppo import Training
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
+ROW = {
+    "digest": "", "versions": {"sb3_contrib": "2.9.2"}, "lines": 60, "commands": 4096, "minutes": 2.0,
+    "processor_minutes": 2.5, "shares": {"noise": [0.75, 0.7, 0.8], "uniform": [0.52, 0.47, 0.57]},
+}  # fmt: skip
 
 
 def test_the_notebook_runs_as_it_is_without_a_warning(tmp_path, monkeypatch):
@@ -82,3 +89,84 @@ def test_behaviour_cloning_makes_a_policy_that_training_starts_from(tmp_path, mo
     assert all((values == weights[key]).all() for key, values in run.policy().weights().items())
     run.run()
     assert Path("after/policy.json").is_file()
+
+
+@pytest.fixture
+def _few_threads():
+    threads = torch.get_num_threads()
+    yield
+    torch.set_num_threads(threads)
+
+
+@pytest.mark.usefixtures("_few_threads")
+@pytest.mark.parametrize("name", [name for name, one in examples.EXAMPLES.items() if "compat" in one.environment])
+def test_an_example_learns_and_plays_in_its_short_form(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", [name, "--steps", "4096", "--games", "2", "--out", str(tmp_path)])
+    runpy.run_path(str(examples.path_of(name)), run_name="__main__")
+    assert examples.commands_in(capsys.readouterr().out) == 4096
+    for opponent in examples.OPPONENTS:
+        figures = json.loads((tmp_path / f"{opponent}.json").read_text())
+        low, high = figures["mean_share_ci95"]
+        assert figures["opponent"] == opponent
+        assert 0.0 <= low <= figures["mean_share"] <= high <= 1.0
+
+
+def test_every_example_of_a_library_is_run_by_the_script():
+    others = {"behaviour_cloning"}
+    assert {path.stem for path in EXAMPLES.glob("*.py")} - others == set(examples.EXAMPLES)
+
+
+def test_the_page_of_the_examples_shows_the_rows_that_are_kept():
+    rows = json.loads(examples.ROWS.read_text())
+    assert set(rows) <= set(examples.EXAMPLES)
+    assert examples.PAGE.read_text() == examples.page(rows)
+
+
+def test_a_share_is_bold_where_its_interval_is_above_a_half():
+    last = examples.page({"sb3_contrib_recurrent_ppo": ROW}).splitlines()[-1]
+    assert "| 60 | 4,096 | 2.0 (2.5) | **0.75** [0.70, 0.80] | 0.52 [0.47, 0.57] | sb3_contrib 2.9.2 |" in last
+
+
+@pytest.fixture
+def asked(tmp_path, monkeypatch):
+    """Call the script's program with words; its runs are rows at once, but for those that are to fail."""
+    monkeypatch.setattr(examples, "ROOT", tmp_path)
+    monkeypatch.setattr(examples, "ROWS", tmp_path / "examples.json")
+    monkeypatch.setattr(examples, "PAGE", tmp_path / "examples.md")
+    monkeypatch.setattr(examples, "digest_of", lambda name: name)
+    ran = []
+
+    def call(*words, failing=()):
+        def run(name, options):
+            ran.append(name)
+            if name in failing:
+                raise subprocess.CalledProcessError(1, name)
+            return ROW | {"digest": name}
+
+        monkeypatch.setattr(examples, "run", run)
+        monkeypatch.setattr(sys, "argv", ["examples", *words])
+        ran.clear()
+        examples.main()
+        return list(ran)
+
+    call.ran = ran
+    return call
+
+
+def test_a_run_of_the_examples_that_was_stopped_goes_on_with_those_without_a_row(asked, monkeypatch):
+    names = list(examples.EXAMPLES)
+    with pytest.raises(SystemExit, match="no rows came of cleanrl_ppo"):
+        asked(failing=["cleanrl_ppo"])
+    assert asked.ran == names
+    assert list(json.loads(examples.ROWS.read_text())) == [name for name in names if name != "cleanrl_ppo"]
+    assert asked() == ["cleanrl_ppo"]
+    assert asked() == []
+    assert asked("sb3_ppo") == ["sb3_ppo"]
+    monkeypatch.setattr(examples, "digest_of", lambda name: name.replace("rllib", "changed"))
+    assert asked() == ["rllib_selfplay"]
+
+
+def test_an_example_that_the_script_does_not_know_is_refused(asked, capsys):
+    with pytest.raises(SystemExit):
+        asked("sb3_pop")
+    assert "invalid choice: 'sb3_pop'" in capsys.readouterr().err

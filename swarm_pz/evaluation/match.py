@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError
@@ -106,6 +107,24 @@ class MatchResult:
         low, high = middle(rates)
         return float(low), float(high)
 
+    def share(self) -> float:
+        """Return the mean final share of the drones, over all games."""
+        return float(np.mean([game.share for game in self.games]))
+
+    def share_interval(self) -> tuple[float, float]:
+        """Return the 95 % interval of the mean final share, from a bootstrap over pairs.
+
+        Both sides' shares add up to one: who is above a half, with the whole interval, ends with more drones.
+        """
+        return _mean_interval(self.share_by_pair())
+
+    def share_by_pair(self) -> NDArray[np.float64]:
+        """Return the mean final share of each pair of games."""
+        by_pair = np.zeros(len(self.games) // 2)
+        for game in self.games:
+            by_pair[game.pair] += game.share / 2
+        return by_pair
+
     def summary(self) -> dict[str, Any]:
         """Return the figures of the match as plain values, ready for JSON."""
         games = self.unique
@@ -123,7 +142,8 @@ class MatchResult:
             "losses": self.count("loss"),
             "win_rate": self.count("win") / len(games),
             "win_rate_ci95": [low, high],
-            "mean_share": float(np.mean([game.share for game in self.games])),
+            "mean_share": self.share(),
+            "mean_share_ci95": list(self.share_interval()),
             "median_seconds": float(np.median(seconds)),
             "restricted_mean_seconds": float(seconds.mean()),
             "time_limit": self.limit_s,
@@ -221,13 +241,12 @@ def paired_difference(first: MatchResult, second: MatchResult, seed: int = 0) ->
     keys = [(match.opponent, match.seed, len(match.games), match.config.rules_hash) for match in (first, second)]
     if keys[0] != keys[1]:
         raise CommandError(f"the matches must share opponent, seed, games and rules, got {keys[0]} and {keys[1]}")
-    shares = []
-    for match in (first, second):
-        by_pair = np.zeros(len(match.games) // 2)
-        for game in match.games:
-            by_pair[game.pair] += game.share / 2
-        shares.append(by_pair)
-    differences = shares[0] - shares[1]
-    drawn = np.random.default_rng(seed).integers(len(differences), size=(_RESAMPLES, len(differences)))
-    low, high = middle(differences[drawn].mean(axis=1))
-    return float(differences.mean()), float(low), float(high)
+    differences = first.share_by_pair() - second.share_by_pair()
+    return float(differences.mean()), *_mean_interval(differences, seed)
+
+
+def _mean_interval(values: NDArray[np.float64], seed: int = 0) -> tuple[float, float]:
+    """Return the interval of the mean of values (n,), one a pair of games, from a bootstrap."""
+    drawn = np.random.default_rng(seed).integers(len(values), size=(_RESAMPLES, len(values)))
+    low, high = middle(values[drawn].mean(axis=1))
+    return float(low), float(high)

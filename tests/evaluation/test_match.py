@@ -104,6 +104,8 @@ def test_a_summary_says_of_every_number_whose_it_is():
     found = match.summary()
     low, high = found.pop("win_rate_ci95")
     assert 0.0 <= low < 0.2 < high <= 1.0
+    low, high = found.pop("mean_share_ci95")
+    assert 0.4 <= low < 0.5 < high <= 0.6  # pairs' means are 0.5, 0.6 and 0.4
     assert found == {
         "policy": "a", "opponent": "b", "privileged": ["b"], "seed": 7, "games": 5, "unique_games": 4,
         "wins": 1, "draws": 3, "losses": 1, "win_rate": 0.2, "mean_share": pytest.approx(3.0 / 6),

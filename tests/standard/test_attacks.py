@@ -8,6 +8,7 @@ import pytest
 
 from swarm_pz import policies
 from swarm_pz.config import ObservationConfig
+from swarm_pz.evaluation.workers import Alone
 from swarm_pz.standard import attacks
 from swarm_pz.standard.games import Cast, attacked
 from swarm_pz.training.config import TrainConfig
@@ -18,14 +19,15 @@ GAMES |= {"siege loses": ([[0.0, 0.0, 2.0]], [1.0, 1.0]), "siege shares": ([[1.0
 
 
 def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_plays(tiny, tmp_path, monkeypatch):
-    begun, shown, asked = [], [], []
+    begun, shown, asked, workers = [], [], [], Alone()
 
     class Played:
         def __init__(self, track, protocol, cast, folder, *, attackers):
             begun.append((track, attackers))
 
-        def play(self, processes, show, asked):
-            show(1.0, 2.0)
+        def play(self, *, pool, progress, asked):
+            assert pool is workers
+            progress(1.0, 2.0)
 
         def tally(self, name, one):
             assert one == "entry 1"
@@ -45,7 +47,7 @@ def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_p
         tiny,
         Cast(("ring", "halo")),
         tmp_path,
-        processes=1,
+        pool=workers,
         show=lambda *done: shown.append(done),
         asked=lambda: False,
     )
@@ -73,10 +75,10 @@ def test_an_exploiter_learns_by_the_protocol_and_sees_as_its_target_does(tiny, t
     theirs = TrainConfig.from_dict(target.card["training"])
     theirs = theirs.replace(game=theirs.game.replace(observation=seen), width=24, action_cells=5)
     target.card = target.card | {"training": theirs.to_dict()}
-    monkeypatch.setattr("swarm_pz.policy.load", lambda *_: target)
+    monkeypatch.setattr(attacks, "load", lambda *_: target)
     monkeypatch.setattr("swarm_pz.training.exploit.make_exploiter", make)
     with pytest.raises(EnoughError):
-        attacks.learn("champion", number, tiny, tmp_path / "work", tmp_path / "out", lambda: False, print)
+        attacks.learn("champion", number, tiny, tmp_path / "work", lambda: False, print, target.digest)
     assert given["policy"] == "champion" and given["rules"] == tiny.game and not given["resume"]
     assert (given["steps"], given["seed"], given["threads"]) == (256, tiny.robust.seed + number, 1)
     learner = given["learner"]

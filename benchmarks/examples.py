@@ -1,0 +1,195 @@
+"""Other libraries learn.
+
+Each row is a file of `examples/`, written as the library's users would write it, that trains for some minutes and then
+plays 200 games against each of two opponents that it has or has not met.
+
+```bash
+scripts/examples              # runs those that have no row yet, each in an environment of its own, and writes this page
+scripts/examples cleanrl_ppo  # runs this one again
+```
+
+The game is small, so that minutes are enough: five drones a team, images of 10 by 10, commands of 5 by 5. A *share* is
+the part of all drones that the tactic owns when a game ends, with the 95 % interval of its mean; where the whole
+interval is above a half it is bold. An untrained network that answers about zero sends uniform coverage, which has a
+share of a half against `uniform` and more against `noise`: what was learned is what comes on top. *Commands* are those
+that were learned from, of both sides where both learn. *Minutes* are of the whole file, matches included, by the clock
+and, in brackets, of processor time, which says more where a machine was busy.
+
+Libraries decide which versions of others they want: what else they can and cannot do says
+[what works unwrapped](compatibility.md). PufferLib is not here, for it could not be installed: building its 3.0.0
+fetches files of a further host, leaving these out (`NO_OCEAN=1`) ends in a `NameError` of its own, and `pufferlib-core`
+3.0.23 wants torch 2.9.0 and no other.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import re
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any, NamedTuple
+
+ROOT = Path(__file__).parents[1]
+PAGE, ROWS = ROOT / "docs" / "examples.md", ROOT / "docs" / "examples.json"
+OPPONENTS = ("noise", "uniform")
+
+
+class Example(NamedTuple):
+    """A file of `examples/`: what it shows, where it runs, and whose versions its row tells."""
+
+    shows: str
+    environment: str
+    extras: str
+    constraints: str
+    distributions: tuple[str, ...]
+
+    def python(self) -> Path:
+        """Return the interpreter of its environment."""
+        return ROOT / self.environment / "bin" / "python"
+
+
+def _common(shows: str, *distributions: str) -> Example:
+    pinned = (*distributions, "gymnasium", "torch")
+    return Example(shows, ".venv-compatibility", "compatibility,onnx", "constraints.txt", pinned)
+
+
+def _alone(shows: str, library: str, *distributions: str) -> Example:
+    pinned = (*distributions, "pettingzoo", "gymnasium", "torch")
+    return Example(shows, f".venv-{library}", library, f"benchmarks/compatibility/{library}-constraints.txt", pinned)
+
+
+EXAMPLES = {
+    "sb3_ppo": _common("Stable-Baselines3: PPO, unwrapped", "stable_baselines3"),
+    "sb3_contrib_recurrent_ppo": _common("sb3-contrib: RecurrentPPO, exported as ONNX", "sb3_contrib"),
+    "cleanrl_ppo": _common("In the manner of CleanRL: PPO in one file, on `gymnasium.make_vec`"),
+    "torchrl_selfplay": _alone("TorchRL: PPO on `PettingZooWrapper`, self-play", "torchrl", "torchrl", "tensordict"),
+    "rllib_selfplay": _alone("RLlib: PPO, two policies in self-play, on `ParallelPettingZooEnv`", "rllib", "ray"),
+}
+
+
+def path_of(name: str) -> Path:
+    """Return an example's file."""
+    return ROOT / "examples" / f"{name}.py"
+
+
+def digest_of(name: str) -> str:
+    """Return what tells one version of an example's file from another."""
+    return hashlib.sha256(path_of(name).read_bytes()).hexdigest()[:16]
+
+
+def lines_of(name: str) -> int:
+    """Count an example's lines that are neither empty nor a comment."""
+    lines = (line.strip() for line in path_of(name).read_text().splitlines())
+    return sum(bool(line) and not line.startswith("#") for line in lines)
+
+
+def commands_in(said: str) -> int:
+    """Return how many commands an example learned from, as it says itself."""
+    (commands,) = re.findall(r"^commands seen: (\d+)$", said, re.MULTILINE)
+    return int(commands)
+
+
+def run(name: str, options: list[str]) -> dict[str, Any]:
+    """Make an example's environment, run the example in it, and return its row.
+
+    Raises
+    ------
+    CalledProcessError
+        If either ended with an error, which it has then printed.
+    """
+    example, out = EXAMPLES[name], ROOT / "runs" / "examples" / name
+    settings = {"VENV": example.environment, "CONSTRAINTS": example.constraints}
+    subprocess.run([ROOT / "scripts" / "setup", example.extras], check=True, env=os.environ | settings)  # noqa: S603
+    python = [example.python(), "-u"]
+    asked = f"from importlib.metadata import version; print(*map(version, {example.distributions!r}))"
+    versions = subprocess.run([*python, "-c", asked], check=True, capture_output=True, text=True).stdout.split()  # noqa: S603
+    began, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "CUDA_VISIBLE_DEVICES": ""}
+    command = [*python, path_of(name), "--out", out, *options]
+    said = ""
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
+        for line in process.stdout or ():
+            print(line, end="", flush=True)
+            said += line
+    if process.returncode:
+        raise subprocess.CalledProcessError(process.returncode, command)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    matches = {opponent: json.loads((out / f"{opponent}.json").read_text()) for opponent in OPPONENTS}
+    return {
+        "digest": digest_of(name),
+        "versions": dict(zip(example.distributions, versions, strict=True)),
+        "lines": lines_of(name),
+        "commands": commands_in(said),
+        "minutes": round((time.monotonic() - began) / 60, 1),
+        "processor_minutes": round((after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) / 60, 1),
+        "shares": {
+            name: [round(value, 4) for value in (match["mean_share"], *match["mean_share_ci95"])]
+            for name, match in matches.items()
+        },
+    }
+
+
+def page(rows: dict[str, dict[str, Any]]) -> str:
+    """Return the page that shows rows."""
+    title, _, about = (__doc__ or "").strip().partition("\n\n")
+    columns = (
+        "example",
+        "lines",
+        "commands",
+        "minutes",
+        *(f"share against `{name}`" for name in OPPONENTS),
+        "versions",
+    )
+    table = [columns, ("---", *["---:"] * 5, "---")]
+    table += [_cells(name, rows[name]) for name in EXAMPLES if name in rows]
+    lines = "\n".join(f"| {' | '.join(cells)} |" for cells in table)
+    return f"# {title.removesuffix('.')}\n\n{about}\n\n{lines}\n"
+
+
+def _cells(name: str, row: dict[str, Any]) -> tuple[str, ...]:
+    shares = []
+    for opponent in OPPONENTS:
+        mean, low, high = row["shares"][opponent]
+        shares.append(f"**{mean:.2f}** [{low:.2f}, {high:.2f}]" if low > 0.5 else f"{mean:.2f} [{low:.2f}, {high:.2f}]")
+    return (
+        f"{EXAMPLES[name].shows}: [`{name}.py`](../examples/{name}.py)",
+        str(row["lines"]),
+        f"{row['commands']:,}",
+        f"{row['minutes']:.1f} ({row['processor_minutes']:.1f})",
+        *shares,
+        ", ".join(f"{library} {version}" for library, version in row["versions"].items()),
+    )
+
+
+def main() -> None:
+    """Run examples; write the page as each ends."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("names", nargs="*", choices=[[], *EXAMPLES], help="which; those without a row if not given")
+    parser.add_argument("--seed", default="0")
+    asked = parser.parse_args()
+    rows = json.loads(ROWS.read_text()) if ROWS.exists() else {}
+    todo = asked.names or [name for name in EXAMPLES if rows.get(name, {}).get("digest") != digest_of(name)]
+    failed = []
+    for name in todo:
+        print(f"{name}: {EXAMPLES[name].shows}", flush=True)
+        try:
+            rows[name] = run(name, ["--seed", asked.seed])
+        except subprocess.CalledProcessError as error:
+            print(f"{name} ended with {error.returncode}; see above", file=sys.stderr, flush=True)
+            failed.append(name)
+            continue
+        ROWS.write_text(json.dumps(rows, indent=2) + "\n")
+        PAGE.write_text(page(rows))
+    if failed:
+        sys.exit(f"no rows came of {', '.join(failed)}")
+    print(f"{PAGE.relative_to(ROOT)} is up to date: {len(todo)} run, {len(rows)} rows")
+
+
+if __name__ == "__main__":
+    main()
