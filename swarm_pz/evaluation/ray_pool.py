@@ -83,6 +83,7 @@ class RayPool(Executor):
         self._running: dict[Any, _Task] = {}
         self._refused: dict[str, str] = {}
         self._told: set[str] = set()
+        self._is_alone = False
         self._is_shut = False
         self._changed = threading.Condition()
         machines = self._machines()
@@ -116,12 +117,13 @@ class RayPool(Executor):
     def end(self) -> None:
         """End what the workers are at."""
         with self._changed:
-            for ref, task in self._running.items():
+            for ref in self._running:
                 self._ray.cancel(ref, force=True)
-                task.future.set_exception(LostTaskError("it was ended"))
+            for task in (*self._running.values(), *self._queue):
+                if not task.future.cancel():  # one that is given out again is in the queue, and yet has begun
+                    task.future.set_exception(LostTaskError("it was ended"))
             self._running.clear()
-            for task in self._queue:
-                task.future.cancel()
+            self._queue.clear()
             self._is_shut = True
             self._changed.notify()
 
@@ -180,6 +182,8 @@ class RayPool(Executor):
             if self._ray.wait(refs, num_returns=1, timeout=_LOOK_S)[0]:
                 done, _ = self._ray.wait(refs, num_returns=len(refs), timeout=0)
                 self._settle(done)
+            else:
+                self._tell_who_waits()
 
     def _begin(self, task: _Task) -> None:
         # One that is given out again is running already, whoever waits for it.
@@ -234,6 +238,12 @@ class RayPool(Executor):
                 f"{host} has a processor of another kind ({kind}, here {self._processor}): its games may go other ways "
                 "than here; NUMBA_CPU_NAME=generic on all machines avoids that"
             )
+
+    def _tell_who_waits(self) -> None:
+        is_alone = not self._machines()
+        if is_alone and not self._is_alone:
+            self._say("no machine is left that may work: it goes on when one joins the cluster")
+        self._is_alone = is_alone
 
     def _refuse(self, node: str, host: str, found: dict[str, str]) -> bool:
         """Leave a machine out from now on; return whether any is left."""

@@ -6,6 +6,7 @@ import os
 import pickle
 import subprocess
 import sys
+from concurrent.futures import Future
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,9 +19,9 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import WorkerError
 from swarm_pz.evaluation import ray_pool
 from swarm_pz.evaluation.parcels import Parcel
-from swarm_pz.evaluation.ray_pool import RayPool
+from swarm_pz.evaluation.ray_pool import RayPool, _Task
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
-from swarm_pz.evaluation.workers import share
+from swarm_pz.evaluation.workers import LostTaskError, share
 from tests.evaluation.test_tournament import without_times
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs kill")
@@ -107,6 +108,35 @@ def test_a_task_that_three_workers_died_of_is_named(pretend):
         lengths(pool, "deadly")
 
 
+def test_what_is_to_be_given_out_again_ends_with_the_pool(pretend):
+    pretended = pretend()
+    pool = RayPool("auto", lambda _: None)
+    lost, waiting = (_Task(Future(), b"", [], []) for _ in range(2))
+    lost.future.set_running_or_notify_cancel()
+    with pool._changed:
+        pool._queue.append(waiting)
+        pool._give_again(lost)
+        pool.end()
+    pool.shutdown()
+    assert isinstance(lost.future.exception(), LostTaskError) and waiting.future.cancelled()
+    assert not [asked for asked in pretended.asked_for if asked]
+
+
+def test_when_no_machine_is_left_it_is_said_once_and_one_that_joins_goes_on(pretend, monkeypatch):
+    pretended, said, looks = pretend(), [], iter(range(6))
+
+    def wait(refs, *, num_returns, timeout):
+        pretended.machines[:] = ["c"] if next(looks, None) is None else []
+        return (refs[:num_returns], refs) if pretended.machines else ([], refs)
+
+    monkeypatch.setattr(pretended, "wait", wait)
+    with RayPool("auto", said.append) as pool:
+        assert lengths(pool, "abc") == {"abc": 3}
+    assert [line for line in said if "no machine is left" in line] == [
+        "no machine is left that may work: it goes on when one joins the cluster"
+    ]
+
+
 def test_a_machine_with_other_versions_is_left_out_by_name_and_the_others_go_on(pretend):
     pretended = pretend("refuse a")
     said = []
@@ -167,7 +197,7 @@ DRIVER = """
 import signal, sys
 from pathlib import Path
 from swarm_pz import policies
-from swarm_pz.evaluation.ray_pool import RayPool
+from swarm_pz.evaluation.ray_pool import RayPool, _Task
 from swarm_pz.evaluation.tournament import Tournament
 from tests.evaluation.test_ray_pool import PLAYERS, SMALL
 
