@@ -28,7 +28,7 @@ ROOT = Path(__file__).parents[1]
 FOR_BUILDERS = ["CONTRIBUTING.md", "docs/design.md"]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 COMMANDS = {
-    learn: ("train", "league"),
+    learn: ("train", "sweep", "league"),
     compare: ("evaluate", "tournament", "list_policies"),
     studies: ("run", "status", "tables", "export"),
     table: ("play", "replay"),

@@ -45,6 +45,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Run a command; errors of this project end it with one line and status 2."""
     commands: dict[str, Callable[..., None]] = {
         "train": learn.train,
+        "sweep": learn.sweep,
         "league": learn.league,
         "evaluate": compare.evaluate,
         "tournament": compare.tournament,

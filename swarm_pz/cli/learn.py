@@ -1,4 +1,4 @@
-"""Commands that learn: ``train`` and ``league``."""
+"""Commands that learn: ``train``, ``sweep`` and ``league``."""
 
 from __future__ import annotations
 
@@ -69,6 +69,44 @@ def train(
     flown = config.game.team_systems[0].name
     rules = "" if flown == "ergodic" else f" --game.controllers {flown} ergodic"
     print(f"policy: {out}  (try: {program()} evaluate {out} --opponent ring{rules})")
+
+
+def sweep(
+    config: Annotated[TrainConfig, tyro.conf.arg(name="")] = TrainConfig(threads=1),  # noqa: B008  (frozen)
+    seeds: tuple[int, ...] = (0, 1, 2),
+    out: Path = Path("runs/sweep"),
+    processes: int = 2,
+    ray: str | None = None,
+    games: int = 100,
+) -> None:
+    """Train the same tactic with several seeds, side by side: what the benchmark asks of a method.
+
+    What was stopped goes on where it was.
+
+    Args:
+        config: The training runs, but for their seed.
+        seeds: Seeds; each trains a policy.
+        out: Folder of the runs: seed-0, seed-1, and so on.
+        processes: Processes that share the runs; each of them takes as many cores as it has threads.
+        ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
+        games: Games of the evaluation at the end, even.
+    """
+    for module in ("torch", "stable_baselines3"):
+        require_extra(module, "training")
+    from swarm_pz.evaluation.match import play_match
+    from swarm_pz.evaluation.workers import open_pool
+    from swarm_pz.training.sweep import sweep as train_all
+
+    check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
+    check(config.seed == TrainConfig().seed, "seed", config.seed, "left out: --seeds names them")
+    print_rules(config.game)
+    with goes_on_with(command()), open_pool(processes, ray) as pool:
+        with stops_at_safe_points() as asked:
+            say = functools.partial(print, flush=True)
+            trained = train_all(config, seeds, out, pool, asked=asked, say=say, command=command())
+        tables.print_matches([play_match(policy, "uniform", games=games, config=config.game) for policy in trained])
+    folders = " ".join(str(out / f"seed-{seed}") for seed in seeds)
+    print(f"policies: {folders}  (try: {program()} benchmark {folders} --name {out.name})")
 
 
 def league(

@@ -35,7 +35,8 @@ class Parcel:
             If its files are too large to travel, or cannot be read.
         """
         try:
-            paths = sorted(path for path in folder.iterdir() if path.is_file() and not path.name.startswith("."))
+            found = (path for path in folder.iterdir() if path.is_file() and not path.name.startswith("."))
+            paths = sorted(found, key=lambda path: (path.suffix == ".json", path.name))  # a card never stands alone
             size = sum(path.stat().st_size for path in paths)
             if size > MOST_BYTES:
                 raise PolicyError(

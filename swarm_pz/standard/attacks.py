@@ -123,9 +123,9 @@ class Learning:
         self._run = None if errands.is_elsewhere else work / f"exploiter-{number}"
         self._out = out
         self._name = f"the exploiter of policy {number}"
-        from swarm_pz.policies.learned import CARD, WEIGHTS
+        from swarm_pz.policies.learned import CARD
 
-        self._is_there = all((self._out / str(number) / name).is_file() for name in (CARD, WEIGHTS))
+        self._is_there = (self._out / str(number) / CARD).is_file()
 
     def begin(self, asked: Callable[[], bool], say: Callable[[str], None]) -> None:
         """Have it learn, unless it has."""

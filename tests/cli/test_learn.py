@@ -1,4 +1,4 @@
-"""What ``train`` and ``league`` pass on, and what they leave behind."""
+"""What ``train``, ``sweep`` and ``league`` pass on, and what they leave behind."""
 
 from __future__ import annotations
 
@@ -171,3 +171,28 @@ def test_without_settings_the_defaults_are_played(given, monkeypatch):
         main(["league"])
     assert given["begun"] == (LeagueConfig(), Path("runs/league"))
     assert TrainConfig().game == GameConfig(observation=TrainConfig().game.observation)
+
+
+def test_sweep_passes_on_what_it_was_asked_for(given, monkeypatch, capsys):
+    def train(*args, **options):
+        assert options.pop("say").func is print and not options.pop("asked")()
+        given["begun"] = (args[:3], args[3].count, options)
+        return [SimpleNamespace(name=f"seed-{seed}") for seed in args[1]]
+
+    def play(policy, opponent, **options):
+        given.setdefault("played", []).append((policy.name, opponent, options["games"]))
+        return match(opponent)
+
+    monkeypatch.setattr("swarm_pz.training.sweep.sweep", train)
+    monkeypatch.setattr("swarm_pz.evaluation.match.play_match", play)
+    monkeypatch.setattr("swarm_pz.cli.printing.print_matches", lambda matches: None)
+    words = ["--seeds", "4", "6", "--processes", "3", "--games", "8", "--out", str(OUT), "--gamma", "0.9"]
+    main(["sweep", *words])
+    config = TrainConfig(threads=1, gamma=0.9)
+    command = " ".join(["swarm-pz sweep", *words])
+    assert given["begun"] == ((config, (4, 6), OUT), 3, {"command": command})
+    assert given["played"] == [("seed-4", "uniform", 8), ("seed-6", "uniform", 8)]
+    assert "benchmark runs/mine/seed-4 runs/mine/seed-6 --name mine)" in capsys.readouterr().out
+    with pytest.raises(SystemExit, match="2"):
+        main(["sweep", "--seed", "3"])
+    assert "seed must be left out: --seeds names them" in capsys.readouterr().err

@@ -32,7 +32,7 @@ def folder(tmp_path):
 def test_a_folder_that_is_gone_plays_from_its_parcel(folder):
     digest = policies.load(str(folder), GAME).digest
     parcel = pickle.loads(pickle.dumps(Parcel.of(folder)))  # noqa: S301
-    assert [name for name, _ in parcel.files] == ["policy.json", "policy.safetensors"]
+    assert [name for name, _ in parcel.files] == ["policy.safetensors", "policy.json"], "the card last"
     config = TournamentConfig(game=GAME)
     there = play_block(policies.load, str(folder), "ring", [0, 1], config)
     name = str(folder)

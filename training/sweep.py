@@ -1,0 +1,163 @@
+"""A sweep: the same training run for several seeds, by whoever is free; what the benchmark asks of a method."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+
+from swarm_pz.config.base import check
+from swarm_pz.errors import CheckpointError, ConfigError
+from swarm_pz.evaluation.parcels import Parcel
+from swarm_pz.evaluation.workers import Errands
+from swarm_pz.policies.learned import CARD, LearnedPolicy
+from swarm_pz.policy import folder_of
+from swarm_pz.training.checkpoint import CHECKPOINT
+from swarm_pz.training.config import TrainConfig
+from swarm_pz.training.ppo import HISTORY, Training, never
+
+Say = Callable[[str], None]
+
+
+def sweep(
+    config: TrainConfig,
+    seeds: Sequence[int],
+    folder: Path,
+    pool: Executor,
+    *,
+    asked: Callable[[], bool] = never,
+    say: Say = print,
+    command: str = "",
+) -> list[LearnedPolicy]:
+    """Train a policy with each seed; what was stopped goes on where it was, and what is trained stays.
+
+    Parameters
+    ----------
+    config : TrainConfig
+        Of all runs but for the seed.
+    seeds : sequence of int
+    folder : Path
+        The run of seed 3 is in its folder ``seed-3``.
+    pool : Executor
+        Who trains, as `swarm_pz.evaluation.workers.open_pool` gives it; the policies are the same.
+    asked : callable, optional
+        Called now and then: whether to stop there.
+    say : callable, optional
+        Where lines of progress go.
+    command : str
+        What was called.
+
+    Returns
+    -------
+    list of LearnedPolicy
+        In the order of the seeds.
+
+    Raises
+    ------
+    CheckpointError
+        If a folder holds a run of another configuration.
+    ConfigError
+        If seeds are not different, or a player is a folder, which machines elsewhere do not have.
+    Stopped
+        If it was asked to; what was trained so far, and checkpoints, are kept.
+    WorkerError
+        If a worker died.
+    """
+    check(0 < len(seeds) == len(set(seeds)), "seeds", tuple(seeds), "different ones, at least one")
+    runs = {folder / f"seed-{seed}": config.replace(seed=seed) for seed in seeds}
+    with Errands(pool) as errands:
+        if errands.is_elsewhere:
+            _check_players(config)
+        left = [place for place, one in runs.items() if not _is_trained(place, one)]
+        watch = _Watch(left if not errands.is_here else [], say)
+
+        def look_and_ask() -> bool:
+            watch.look()
+            return asked()
+
+        for place in left:
+            told = (asked, say) if errands.is_here else (never, _silent)
+            errands.send(str(place), train_one, runs[place], None if errands.is_elsewhere else place, command, *told)
+        for place in left:
+            parcel = errands.fetch(str(place), look_and_ask)
+            watch.look()
+            if parcel is not None:
+                parcel.unpack(folder)
+            say(f"{place}: trained")
+    return [LearnedPolicy.read(place, one.game) for place, one in runs.items()]
+
+
+def train_one(
+    config: TrainConfig, folder: Path | None, command: str, asked: Callable[[], bool] = never, say: Say = print
+) -> Parcel | None:
+    """Train one policy: a task of a pool.
+
+    Parameters
+    ----------
+    config : TrainConfig
+    folder : Path, optional
+        Of the run, which is taken up if it has begun. Without one nothing is left here, and the policy is returned.
+    command : str
+    asked, say : callable
+        As of `Training`.
+    """
+    with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
+        where = Path(place, f"seed-{config.seed}") if folder is None else folder
+        run = Training(config, where, resume=(where / CHECKPOINT).is_file(), say=say, command=command)
+        policy = run.policy() if run.is_finished else run.run(asked)
+        policy.write(where)  # of a finished run that was killed before it could be
+        if folder is not None:
+            return None
+        out = Path(place, "policy", where.name)
+        policy.write(out)
+        return Parcel.of(out)
+
+
+def _check_players(config: TrainConfig) -> None:
+    for name in (*config.opponents, *([config.start_from] if config.start_from is not None else [])):
+        if folder_of(name) is not None:
+            raise ConfigError(
+                f"opponents and start_from of a sweep on other machines must be installed there, got the folder "
+                f"{name!r}: name policies, or train with --processes"
+            )
+
+
+def _is_trained(place: Path, config: TrainConfig) -> bool:
+    """Return whether a run has ended.
+
+    Raises
+    ------
+    CheckpointError
+        If it is another's.
+    """
+    if not (place / CARD).is_file():
+        return False
+    trained = LearnedPolicy.read(place, config.game).card["training"]
+    if TrainConfig.from_dict(trained) != config:
+        raise CheckpointError(f"{place} holds a policy that was trained otherwise; use another folder")
+    return True
+
+
+class _Watch:
+    """Says what runs that others are at write of their evaluations."""
+
+    def __init__(self, places: Sequence[Path], say: Say) -> None:
+        self._told = dict.fromkeys(places, 0)
+        self._say = say
+
+    def look(self) -> None:
+        """Say what is new."""
+        for place, told in self._told.items():
+            try:
+                records = json.loads((place / HISTORY).read_text())["records"]
+            except (OSError, ValueError, LookupError):  # has not begun, or is elsewhere
+                continue
+            for record in records[told:]:
+                self._say(f"{place}: {record['step']:,} steps, won {record['win_rate']:.2f} of its evaluation's games")
+            self._told[place] = len(records)
+
+
+def _silent(_: str) -> None:
+    """Drop a line of progress: workers say nothing."""
