@@ -23,7 +23,8 @@ from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, check, check_count
 from swarm_pz.evaluation.match import play_match
-from swarm_pz.evaluation.provenance import processor, versions
+from swarm_pz.evaluation.provenance import versions
+from swarm_pz.kernels.cache import processor
 from swarm_pz.policies.exporting import export_model
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.training import randomness
