@@ -50,7 +50,7 @@ def play(delay_ms: float, sends: int, folder: Path) -> tuple[Recording, list[flo
 
     factors = folder / "factors.toml"
     factors.write_text(f"[red]\ncommand_delay_ms = {delay_ms}\ndisplay_delay_ms = {delay_ms}\n")
-    executable = shutil.which("chromium") or shutil.which("google-chrome")
+    executable = shutil.which("chromium") or shutil.which("chromium-headless-shell") or shutil.which("google-chrome")
     with server(folder / "games", options=["--factors", str(factors)]) as (address, _), sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=executable, args=FLAGS)
         how: Any = {"viewport": {"width": 390, "height": 844}, "has_touch": True}

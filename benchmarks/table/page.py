@@ -41,7 +41,7 @@ def page(address: str, hash_: str, width: int = 900, height: int = 700) -> Itera
     """Open the table's page in a browser."""
     from playwright.sync_api import sync_playwright
 
-    executable = shutil.which("chromium") or shutil.which("google-chrome")
+    executable = shutil.which("chromium") or shutil.which("chromium-headless-shell") or shutil.which("google-chrome")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=executable, args=FLAGS)
         opened = browser.new_page(viewport={"width": width, "height": height})
