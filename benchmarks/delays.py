@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.table.clients import CHANCE, server
-from benchmarks.table.page import FLAGS
+from benchmarks.table.page import CHROMIUM, FLAGS
 from swarm_pz.config import TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, Recording
 from swarm_pz.play.recordings.playback import Playback
@@ -50,9 +49,8 @@ def play(delay_ms: float, sends: int, folder: Path) -> tuple[Recording, list[flo
 
     factors = folder / "factors.toml"
     factors.write_text(f"[red]\ncommand_delay_ms = {delay_ms}\ndisplay_delay_ms = {delay_ms}\n")
-    executable = shutil.which("chromium") or shutil.which("chromium-headless-shell") or shutil.which("google-chrome")
     with server(folder / "games", options=["--factors", str(factors)]) as (address, _), sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=executable, args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         how: Any = {"viewport": {"width": 390, "height": 844}, "has_touch": True}
         page, other = (browser.new_context(**how).new_page() for _ in range(2))
         page.goto(f"http://{address}/#play=none")

@@ -20,6 +20,7 @@ from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
 from swarm_pz.evaluation.provenance import provenance
+from swarm_pz.evaluation.workers import never
 from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.policy import Player, load
@@ -42,11 +43,6 @@ from swarm_pz.training.run_state import History, RunState
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 HISTORY, TENSORBOARD = "history.json", "tensorboard"
-
-
-def never() -> bool:
-    """Ask nobody to stop."""
-    return False
 
 
 def _load_opponent(opponent: Opponent, game: GameConfig) -> Player:

@@ -26,7 +26,7 @@ from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError, Stopped
 from swarm_pz.evaluation.parcels import Parcel
-from swarm_pz.evaluation.workers import Alone, Errands
+from swarm_pz.evaluation.workers import Alone, Errands, never
 from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.policy import Player
@@ -37,7 +37,7 @@ from swarm_pz.training.flight import Opponent
 from swarm_pz.training.folders import LEAGUE as STATE
 from swarm_pz.training.folders import LEARNER, check_folder
 from swarm_pz.training.pool import Member, Pool
-from swarm_pz.training.ppo import Training, never
+from swarm_pz.training.ppo import Training
 from swarm_pz.training.rating import Rating
 
 _EXPLOITED_GAMES = 100

@@ -11,12 +11,12 @@ from pathlib import Path
 from swarm_pz.config.base import check
 from swarm_pz.errors import CheckpointError, ConfigError
 from swarm_pz.evaluation.parcels import Parcel
-from swarm_pz.evaluation.workers import Errands
+from swarm_pz.evaluation.workers import Errands, never, silent
 from swarm_pz.policies.learned import CARD, LearnedPolicy
 from swarm_pz.policy import folder_of
 from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import TrainConfig
-from swarm_pz.training.ppo import HISTORY, Training, never
+from swarm_pz.training.ppo import HISTORY, Training
 
 Say = Callable[[str], None]
 
@@ -78,7 +78,7 @@ def sweep(
             return asked()
 
         for place in left:
-            told = (asked, say) if errands.is_here else (never, _silent)
+            told = (asked, say) if errands.is_here else (never, silent)
             errands.send(str(place), train_one, runs[place], None if errands.is_elsewhere else place, command, *told)
         for place in left:
             parcel = errands.fetch(str(place), look_and_ask)
@@ -157,7 +157,3 @@ class _Watch:
             for record in records[told:]:
                 self._say(f"{place}: {record['step']:,} steps, won {record['win_rate']:.2f} of its evaluation's games")
             self._told[place] = len(records)
-
-
-def _silent(_: str) -> None:
-    """Drop a line of progress: workers say nothing."""

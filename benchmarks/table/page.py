@@ -19,6 +19,8 @@ from swarm_pz.play.recordings.format import (
 )
 from swarm_pz.play.recordings.playback import Playback
 
+BROWSERS = ("chromium", "chromium-headless-shell", "google-chrome")
+CHROMIUM = next(filter(None, map(shutil.which, BROWSERS)), None)
 FLAGS = ("--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update")
 WATCH = """() => {
     const arena = document.getElementById("arena");
@@ -41,9 +43,8 @@ def page(address: str, hash_: str, width: int = 900, height: int = 700) -> Itera
     """Open the table's page in a browser."""
     from playwright.sync_api import sync_playwright
 
-    executable = shutil.which("chromium") or shutil.which("chromium-headless-shell") or shutil.which("google-chrome")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=executable, args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         opened = browser.new_page(viewport={"width": width, "height": height})
         opened.goto(f"http://{address}/#{hash_}")
         yield opened

@@ -154,6 +154,15 @@ def _died(verb: str, names: Iterable[str]) -> WorkerError:
     )
 
 
+def never() -> bool:
+    """Say that nobody has asked to stop: what a task elsewhere is given, where no signal comes."""
+    return False
+
+
+def silent(_: str) -> None:
+    """Drop a line of progress: who works elsewhere says nothing."""
+
+
 class Errands:
     """Long tasks that a pool is at while who gave them does something else, until what they bring is wanted.
 

@@ -13,7 +13,7 @@ import numpy as np
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.parcels import Parcel, at_hand
-from swarm_pz.evaluation.workers import Errands
+from swarm_pz.evaluation.workers import Errands, never, silent
 from swarm_pz.policy import folder_of, load
 from swarm_pz.standard.games import SEARCHED, Cast, TrackGames, entry_name
 from swarm_pz.standard.identity import identity_of
@@ -134,7 +134,7 @@ class Learning:
         digest = getattr(load(self._policy, self._protocol.game), "digest", None)
         folder = folder_of(self._policy) if self._errands.is_elsewhere else None
         parcel = None if folder is None else Parcel.of(folder)
-        told = (asked, say) if self._errands.is_here else (_never, _silent)
+        told = (asked, say) if self._errands.is_here else (never, silent)
         given = (self._policy, self._number, self._protocol, self._run, *told, digest, parcel)
         self._errands.send(self._name, learn, *given)
 
@@ -144,14 +144,6 @@ class Learning:
             self._errands.fetch(self._name, asked).unpack(self._out)
         place = str(self._out / str(self._number))
         return identity_of(place, load(place, self._protocol.game))
-
-
-def _never() -> bool:
-    return False
-
-
-def _silent(_: str) -> None:
-    """Drop a line of progress: workers say nothing."""
 
 
 def find(
