@@ -48,20 +48,22 @@ class GroupConv(nn.Module):
         Features; each output, and each input unless `lifts`, has eight channels.
     size : int
         Cells a side of the kernel.
-    stride, padding : int
+    padding : int, optional
+        Empty cells around the image, over which the kernel moves cell by cell. Without, it is set down block beside
+        block, and the image is a whole number of blocks a side.
     lifts : bool
         Inputs are plain images, one channel each.
     """
 
     def __init__(
-        self, inputs: int, outputs: int, size: int, *, stride: int = 1, padding: int = 0, lifts: bool = False
+        self, inputs: int, outputs: int, size: int, *, padding: int | None = None, lifts: bool = False
     ) -> None:
         super().__init__()
         sources = 1 if lifts else ORIENTATIONS
         fan_in = inputs * sources * size**2
         self.weight = nn.Parameter(torch.randn(outputs, inputs, sources, size, size) * (2.0 / fan_in) ** 0.5)
         self.bias = nn.Parameter(torch.zeros(outputs))
-        self.stride, self.padding = stride, padding
+        self.size, self.padding = size, padding
         self._kernel: Tensor | None = None
         # Where in `weight` each entry of the full kernel (8 outputs, sources * inputs, size, size) stands.
         places = np.arange(self.weight.numel()).reshape(self.weight.shape)
@@ -85,7 +87,14 @@ class GroupConv(nn.Module):
         """Turn (n, channels, rows, columns) into (n, 8 * outputs, rows', columns')."""
         kernel = self._full_kernel() if self._kernel is None else self._kernel
         bias = self.bias.repeat(ORIENTATIONS)
-        return nn.functional.conv2d(images, kernel, bias, self.stride, self.padding)
+        if self.padding is not None:
+            return nn.functional.conv2d(images, kernel, bias, padding=self.padding)
+        # Blocks that do not overlap are one product of matrices, several times as fast as PyTorch's convolution.
+        count, channels, rows, columns = images.shape
+        size = self.size
+        blocks = images.reshape(count, channels, rows // size, size, columns // size, size).permute(0, 2, 4, 3, 5, 1)
+        answers = nn.functional.linear(blocks.flatten(3), kernel.permute(0, 2, 3, 1).flatten(1), bias)
+        return answers.permute(0, 3, 1, 2)
 
 
 class GridTrunk(nn.Module):
@@ -119,7 +128,7 @@ class GridTrunk(nn.Module):
         self.register_buffer("edge", torch.maximum(axis[:, None], axis)[None, None], persistent=False)
         self._shape = observation_shape
         self.near = nn.Sequential(
-            GroupConv(channels + 1, features, block, stride=block, lifts=True),
+            GroupConv(channels + 1, features, block, lifts=True),
             nn.ReLU(),
             GroupConv(features, features, 3, padding=1),
             nn.ReLU(),
@@ -164,8 +173,8 @@ class Actor(nn.Module):
 
     def decide(self, features: Tensor) -> Tensor:
         """Turn the trunk's features (n, width, a, a) into actions (n, a, a)."""
-        actions: Tensor = self.head(over_orientations(features)).squeeze(1)
-        return actions
+        weight = self.head.weight.flatten(1).repeat(1, ORIENTATIONS) / ORIENTATIONS  # of the mean over orientations
+        return nn.functional.linear(features.permute(0, 2, 3, 1), weight, self.head.bias).squeeze(3)
 
 
 class Critic(nn.Module):

@@ -29,28 +29,32 @@ class _Heads(nn.Module):
 
     def forward(self, observations: Tensor) -> tuple[Tensor, Tensor]:
         features = self.trunk(observations)
-        return features.flatten(1), self.critic(features)
+        return _flat(features), self.critic(features)
 
     def forward_actor(self, observations: Tensor) -> Tensor:
-        features: Tensor = self.trunk(observations)
-        return features.flatten(1)
+        return _flat(self.trunk(observations))
 
     def forward_critic(self, observations: Tensor) -> Tensor:
         value: Tensor = self.critic(self.trunk(observations))
         return value
 
 
+def _flat(features: Tensor) -> Tensor:
+    """Turn features (n, width, a, a) into those that SB3 wants, flat, in the order in which they lie in memory."""
+    return features.permute(0, 2, 3, 1).flatten(1)
+
+
 class _Decide(nn.Module):
-    """The actor's last layer, from features that SB3 wants flat."""
+    """The actor's last layer, from flat features."""
 
     def __init__(self, actor: Actor, cells: int, width: int) -> None:
         super().__init__()
         self.head = actor.head
         self._decide = actor.decide
-        self._shape = (width, cells, cells)
+        self._shape = (cells, cells, width)
 
     def forward(self, features: Tensor) -> Tensor:
-        return self._decide(features.reshape(-1, *self._shape)).flatten(1)
+        return self._decide(features.reshape(-1, *self._shape).permute(0, 3, 1, 2)).flatten(1)
 
 
 class GridPolicy(ActorCriticPolicy):
