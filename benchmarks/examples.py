@@ -69,6 +69,9 @@ EXAMPLES = {
     "sb3_contrib_recurrent_ppo": _common("sb3-contrib: RecurrentPPO, exported as ONNX", "sb3_contrib"),
     "cleanrl_ppo": _common("In the manner of CleanRL: PPO in one file, on `gymnasium.make_vec`"),
     "torchrl_selfplay": _alone("TorchRL: PPO on `PettingZooWrapper`, self-play", "torchrl", "torchrl", "tensordict"),
+    "benchmarl_selfplay": _alone(
+        "BenchMARL: IPPO, a group and a network a side, in self-play", "benchmarl", "benchmarl", "torchrl", "tensordict"
+    ),
     "rllib_selfplay": _alone("RLlib: PPO, two policies in self-play, on `ParallelPettingZooEnv`", "rllib", "ray"),
 }
 

@@ -45,6 +45,7 @@ LIBRARIES = {
     "pettingzoo": Library(".venv-compatibility", ("pettingzoo",)),
     "supersuit": Library(".venv-compatibility", ("supersuit", "pettingzoo", "stable_baselines3")),
     "torchrl": Library(".venv-torchrl", ("torchrl", "tensordict", "pettingzoo", "gymnasium", "torch")),
+    "benchmarl": Library(".venv-benchmarl", ("benchmarl", "torchrl", "pettingzoo", "gymnasium", "torch")),
     "rllib": Library(".venv-rllib", ("ray", "pettingzoo", "gymnasium", "torch")),
 }
 
