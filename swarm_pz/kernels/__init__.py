@@ -26,10 +26,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from numba import njit
+from numba import config, njit
 
 from swarm_pz.kernels.cache import StampedCache
-from swarm_pz.kernels.compiler import PartCompiler
+from swarm_pz.kernels.compiler import Part
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -41,8 +41,7 @@ _FASTMATH = {"contract", "nsz", "arcp"}
 
 def kernel(function: Function) -> Function:
     """Compile a function that other kernels call."""
-    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy", pipeline_class=PartCompiler)(function)
-    return compiled  # type: ignore[no-any-return]
+    return _part(function, _FASTMATH)
 
 
 def reduction(function: Function) -> Function:
@@ -50,15 +49,19 @@ def reduction(function: Function) -> Function:
 
     Its inner loops must only read, so that there is but one way to run them.
     """
-    compiled: Any = njit(
-        nogil=True, fastmath=_FASTMATH | {"reassoc"}, error_model="numpy", pipeline_class=PartCompiler
-    )(function)
+    return _part(function, _FASTMATH | {"reassoc"})
+
+
+def _part(function: Function, fastmath: set[str]) -> Function:
+    if config.DISABLE_JIT:  # plain Python then, for debuggers
+        return function
+    compiled: Any = Part(function, nopython=True, nogil=True, fastmath=fastmath, error_model="numpy")
     return compiled  # type: ignore[no-any-return]
 
 
 def entry_point(function: Function) -> Function:
     """Compile a function that Python calls, and keep the machine code on disk until a source changes; see `cache`."""
-    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy")(function)
+    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy", no_cfunc_wrapper=True)(function)
     if hasattr(compiled, "_cache"):  # not with NUMBA_DISABLE_JIT=1, which leaves plain Python
         compiled._cache = StampedCache(function)
     return compiled  # type: ignore[no-any-return]
