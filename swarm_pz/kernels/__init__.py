@@ -13,7 +13,7 @@
 `observation`     one side's grid observation
 `painting`        strokes of a brush on an image
 `profiling`       parts of a control period, for measuring
-`compiler`        how a kernel is compiled that others call
+`compiler`        how kernels are compiled
 `cache`           where machine code is kept, and until when
 ================  ==========================================================
 
@@ -26,10 +26,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from numba import njit
+import numba
 
-from swarm_pz.kernels.cache import StampedCache
-from swarm_pz.kernels.compiler import PartCompiler
+from swarm_pz.kernels.compiler import EntryPoint, Part
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -41,8 +40,7 @@ _FASTMATH = {"contract", "nsz", "arcp"}
 
 def kernel(function: Function) -> Function:
     """Compile a function that other kernels call."""
-    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy", pipeline_class=PartCompiler)(function)
-    return compiled  # type: ignore[no-any-return]
+    return _compiled(Part, function, _FASTMATH)
 
 
 def reduction(function: Function) -> Function:
@@ -50,15 +48,15 @@ def reduction(function: Function) -> Function:
 
     Its inner loops must only read, so that there is but one way to run them.
     """
-    compiled: Any = njit(
-        nogil=True, fastmath=_FASTMATH | {"reassoc"}, error_model="numpy", pipeline_class=PartCompiler
-    )(function)
-    return compiled  # type: ignore[no-any-return]
+    return _compiled(Part, function, _FASTMATH | {"reassoc"})
 
 
 def entry_point(function: Function) -> Function:
     """Compile a function that Python calls, and keep the machine code on disk until a source changes; see `cache`."""
-    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy")(function)
-    if hasattr(compiled, "_cache"):  # not with NUMBA_DISABLE_JIT=1, which leaves plain Python
-        compiled._cache = StampedCache(function)
-    return compiled  # type: ignore[no-any-return]
+    return _compiled(EntryPoint, function, _FASTMATH)
+
+
+def _compiled(kind: type[Part | EntryPoint], function: Function, fastmath: set[str]) -> Function:
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]  # plain Python then, for debuggers
+        return function
+    return kind(function, nopython=True, nogil=True, fastmath=fastmath, error_model="numpy")  # type: ignore[return-value]

@@ -144,13 +144,21 @@ def has_loser(teams: NDArray[np.int8]) -> bool:
 
 
 @kernel
-def forget(games: Games, e: int, drone: int, team: int, what: tuple[bool, bool], boards: Boards) -> None:
+def forget(
+    trails: NDArray[np.int16],
+    memory: NDArray[np.float32],
+    memory_weight: NDArray[np.float32],
+    drone: int,
+    team: int,
+    what: tuple[bool, bool],
+    boards: Boards,
+) -> None:
     """Empty a drone's trail and the controller's memory of it, as far as asked; `add_up` has to follow."""
     if what[0]:
-        forget_trail(games.trails[e], drone, team, boards)
+        forget_trail(trails, drone, team, boards)
     if what[1]:
-        games.memory[e, :, :, drone] = 0.0
-        games.memory_weight[e, drone] = 0.0
+        memory[:, :, drone] = 0.0
+        memory_weight[drone] = 0.0
 
 
 @kernel
@@ -165,7 +173,7 @@ def take_up_commands(games: Games, e: int, variants: RuleVariants, boards: Board
         if what[0] or what[1]:
             for i in range(games.teams.shape[1]):
                 if games.teams[e, i] == team:
-                    forget(games, e, i, team, what, boards)
+                    forget(games.trails[e], games.memory[e], games.memory_weight[e], i, team, what, boards)
             add_up(boards)
 
 
@@ -269,7 +277,7 @@ def change_team(
     forgets = (False, True)
     if variants is not None:
         forgets = variants.capture_forgets
-    forget(games, e, drone, loser, forgets, boards)
+    forget(games.trails[e], games.memory[e], games.memory_weight[e], drone, loser, forgets, boards)
     if not forgets[0]:
         hand_over_trail(games.trails[e], drone, loser, winner, boards)
     games.teams[e, drone] = winner

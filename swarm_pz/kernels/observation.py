@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,23 @@ POSITION_STEP = 64
 """Brightness that each drone adds to its cell."""
 CAPTURES_FROM = 192
 """A cell of the capture field is at least this bright exactly where it captures."""
+
+
+class Shown(NamedTuple):
+    """What of `Games` is painted; the whole of it takes numba a second longer to compile."""
+
+    ticks: NDArray[np.int64]
+    positions: NDArray[np.float32]
+    teams: NDArray[np.int8]
+    trails: NDArray[np.int16]
+    fields: NDArray[np.integer]
+    reconstruction: NDArray[np.float32]
+    targets: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, games: Games) -> Shown:
+        """Return the arrays of some games."""
+        return cls(*(getattr(games, name) for name in cls._fields))
 
 
 @kernel
@@ -125,7 +144,7 @@ def paint_target(target: NDArray[np.float64], interpolation: NDArray[np.float64]
 
 @entry_point
 def paint_grids(
-    games: Games,
+    games: Shown,
     rows: NDArray[np.int64],
     places: NDArray[np.int64],
     sides: NDArray[np.int64],
@@ -141,7 +160,7 @@ def paint_grids(
 
     Parameters
     ----------
-    games : Games
+    games : Shown
     rows : int64 array (n,)
         Game of each place.
     places : int64 array (parts,)

@@ -29,7 +29,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import CHANNELS, GRID_CELLS, GameConfig, ObservationConfig
-from swarm_pz.kernels.observation import paint_grids
+from swarm_pz.kernels.observation import Shown, paint_grids
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
 
@@ -90,11 +90,11 @@ def observe(
     config = simulator.config
     coarse_cells, brightness = _coarse_cells(observation.grid), _brightness(config.trail_ticks)
     interpolation = _coarse_interpolation(observation.grid, config.command_cells)
-    channels = _numbers(observation.channels)
+    channels, games = _numbers(observation.channels), Shown.of(simulator.games)
 
     def paint(places: NDArray[np.int64]) -> None:
         paint_grids(
-            simulator.games,
+            games,
             rows,
             places,
             teams,

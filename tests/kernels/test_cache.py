@@ -224,10 +224,10 @@ def test_nothing_is_compiled_outside_the_kernels():
         for path in folder.rglob("*.py"):
             if PACKAGE / "kernels" in path.parents:
                 continue
-            # A benchmark may time a function of its own, which is compiled each time and kept nowhere.
+            # Tests and benchmarks may compile functions of their own, which are kept nowhere.
             refused = compilers if folder in shipped else {"entry_point"}
             for module, name in imports(path):
-                jits = module.split(".")[0] == "numba" and folder.name != "tests"
+                jits = module.split(".")[0] == "numba" and folder.name not in {"benchmarks", "tests"}
                 assert not jits and (module != "swarm_pz.kernels" or name not in {*refused, ""}), path
 
 

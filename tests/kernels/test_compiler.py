@@ -1,8 +1,9 @@
-"""A kernel is optimised where Python calls it, and not before."""
+"""A kernel is compiled for who calls it, and optimised with that."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from numba import njit
 from numba.core.codegen import JITCodeLibrary
 
@@ -32,4 +33,19 @@ def test_only_who_is_called_by_python_is_optimised(monkeypatch):
 
     assert twice(np.array([1.0, 3.0])) == 20.0
     assert "twice" in optimised and "total" not in optimised
-    assert part(np.array([1.0, 3.0])) == 10.0, "tests call kernels themselves"
+
+
+@pytest.mark.parametrize("is_compiled", [False, True])
+def test_python_is_told_that_it_cannot_call_a_part(is_compiled):
+    """Without its words it would not be an error, but the end of the process."""
+    part = kernel(total)
+    if is_compiled:
+        assert njit(lambda values: part(values))(np.ones(2)) == 2.0
+    for values in (np.ones(2), np.ones(2, np.float32), None):
+        with pytest.raises(TypeError, match="total is a part of other kernels, and Python cannot call it: call one"):
+            part(values)
+
+
+def test_without_numba_parts_are_plain_python(monkeypatch):
+    monkeypatch.setattr("numba.config.DISABLE_JIT", 1)
+    assert kernel(total) is total

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from numba import njit
 
 from swarm_pz.config import CaptureConfig, ControllerConfig, DynamicsConfig, GameConfig
 from swarm_pz.kernels.controllers.communication import communication_parameters, who_hears_whom
@@ -129,6 +130,11 @@ def test_relays_of_a_team_do_not_pass_through_the_other():
     np.testing.assert_array_equal(relaying, solved(state, controller=communication(**radius)).games.accelerations)
 
 
+@njit
+def heard_in_game(games, parameters, luck):
+    return who_hears_whom(swarm_of(games, 0), parameters, luck, 3)
+
+
 @pytest.mark.parametrize("loss", [0.0, 0.6])
 def test_a_relayed_message_is_one_that_a_chain_of_messages_carries(loss):
     generator = np.random.default_rng(10)
@@ -136,10 +142,10 @@ def test_a_relayed_message_is_one_that_a_chain_of_messages_carries(loss):
         state = random_state(generator, 20)
         simulator = Simulator(GameConfig(drones_per_team=(20, 0), capture=PEACE))
         put(simulator, state)
-        swarm, luck = swarm_of(simulator.games, 0), np.uint64(seed)
+        luck = np.uint64(seed)
         options = communication(communication_radius=0.3, message_loss=loss)
         one_hop, closed = (
-            who_hears_whom(swarm, communication_parameters(GameConfig(controller=controller)), luck, 3)
+            heard_in_game(simulator.games, communication_parameters(GameConfig(controller=controller)), luck)
             for controller in (options, options.replace(relay=True))
         )
         np.testing.assert_array_equal(closed, relayed(one_hop, state.teams))
