@@ -86,7 +86,7 @@ class TrainConfig(Config):
     critic_steps: int = 0
     action_cells: int = 5
     width: int = 32
-    total_steps: int = 3_000_000
+    total_steps: int = 1_200_000
     num_envs: int = 160
     rollout: int = 64
     batch_size: int = 1024

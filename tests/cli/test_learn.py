@@ -108,7 +108,7 @@ def test_train_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more)
     assert given["shown"] == 2
     printed = capsys.readouterr().out
     assert f"rules: {game.rules_hash}\n" in printed
-    assert "training for 3,000,000 steps in runs/mine (Ctrl-C stops, --resume goes on)" in printed
+    assert "training for 1,200,000 steps in runs/mine (Ctrl-C stops, --resume goes on)" in printed
     assert "+0.250 (95 % interval -0.125 to +0.500)" in printed
     assert f"one game, won in no time: {OUT / 'game.mp4'}" in printed
 
@@ -140,7 +140,7 @@ def test_league_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more
     printed = capsys.readouterr().out
     assert isinstance(given["workers"], Alone) and "waits for exploiters" not in printed
     assert f"rules: {game.rules_hash}\n" in printed
-    assert "training for 3,000,000 steps in runs/mine" in printed and printed.endswith("policy: runs/mine\n")
+    assert "training for 1,200,000 steps in runs/mine" in printed and printed.endswith("policy: runs/mine\n")
 
 
 def test_who_has_others_work_for_a_league_is_told_that_the_learner_need_not_wait(given, monkeypatch, capsys):

@@ -43,6 +43,17 @@ def test_one_layer_turns_and_exchanges_its_orientations():
         torch.testing.assert_close(layer(turned(image, orientation))[:, orientation], expected[:, 0])
 
 
+@pytest.mark.parametrize(("cells", "size", "lifts"), [(10, 2, True), (10, 5, False), (6, 6, False), (3, 1, False)])
+def test_a_layer_without_padding_is_a_convolution_block_beside_block(cells, size, lifts):
+    torch.manual_seed(0)
+    layer = GroupConv(3, 2, size, lifts=lifts).double()
+    torch.nn.init.normal_(layer.bias)
+    images = torch.rand(4, 3 if lifts else 24, cells, cells, dtype=torch.double)
+    expected = torch.nn.functional.conv2d(images, layer._full_kernel(), layer.bias.repeat(8), stride=size)
+    torch.testing.assert_close(layer(images), expected)
+    torch.testing.assert_close(layer(images.contiguous(memory_format=torch.channels_last)), expected)
+
+
 def test_gradients_are_the_same_bits_in_every_thread_and_each_time():
     """Else no training is repeated, and none that was stopped goes on as the run that never stopped."""
     torch.manual_seed(0)
