@@ -15,8 +15,9 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
+from swarm_pz.config.registry import system_of
 from swarm_pz.config.system import ControlSystem
-from swarm_pz.errors import CheckpointError, KindError, OutputError, PolicyError, SwarmError
+from swarm_pz.errors import CheckpointError, KindError, OutputError, PolicyError, SwarmError, nearest
 from swarm_pz.files import check_folder
 from swarm_pz.policies.onnx_card import MODEL, OnnxCard, digest_of, read_files, write_files
 from swarm_pz.policies.onnx_checks import Arrays, ModelError, Plug
@@ -24,6 +25,7 @@ from swarm_pz.policies.onnx_model import Network
 from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.formats import Format
 from swarm_pz.spaces.observation import Observations
+from swarm_pz.systems import faults, registered
 from swarm_pz.systems.ergodic import Ergodic
 
 
@@ -207,18 +209,64 @@ def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig |
     Raises
     ------
     CheckpointError
-        If the model may not play, or is none of a policy.
+        If the model may not play, or is none of a policy; if no control system takes what the card says it answers.
     OutputError
         If the folder cannot be written to, or holds something.
     """
     folder = Path(folder)
     check_new(folder)
-    network = _network(folder / MODEL, model)
+    if not isinstance(model, bytes):
+        raise CheckpointError(
+            f"model: expected bytes, those of an ONNX file, got {type(model).__name__}: give "
+            "Path('model.onnx').read_bytes() of what torch.onnx.export saved, or .SerializeToString() of a model"
+        )
     config = GameConfig() if config is None else config
-    system = config.team_systems[0]
-    OnnxPolicy(card, network, config, system if system.takes == card.answers else None)
+    systems = _systems_for(card, config)
+    network = _network(folder / MODEL, model)
+    wrong = [error for system in systems if (error := _misfit(card, network, config, system)) is not None]
+    if len(wrong) == len(systems):
+        raise wrong[0]
     check_folder(folder)
     write_files(folder, card, model)
+
+
+def _systems_for(card: OnnxCard, config: GameConfig) -> list[ControlSystem]:
+    """Return the control systems that a card's policy may command: the game's if it is one, else all there are.
+
+    Raises
+    ------
+    CheckpointError
+        If there are none.
+    """
+    own, said = config.team_systems[0], f"the card of policy {card.name!r} says"
+    known = {own.name: own} | {name: system_of(name) for name in registered() if name not in {own.name, *faults()}}
+    if card.system and card.system not in known:
+        raise CheckpointError(
+            f"{said} system={card.system!r}, and no such control system is installed: {nearest(card.system, known)}"
+        )
+    named = [known[card.system]] if card.system else list(known.values())
+    uniform = np.ones((1, config.command_cells, config.command_cells))
+    able = [
+        system
+        for system in named
+        if card.answers == system.takes
+        or (card.answers == "density" and system.from_densities(uniform, config) is not None)
+    ]
+    if not able:
+        kinds = {system.takes for system in named} | ({"density"} if not card.system else set())
+        whom = f"the control system {card.system} takes" if card.system else "no control system takes"
+        other = f" those of kind {named[0].takes!r}" if card.system else f" these: {nearest(card.answers, kinds)}"
+        raise CheckpointError(f"{said} answers={card.answers!r}, and {whom}{other}")
+    return [own] if own in able else able
+
+
+def _misfit(card: OnnxCard, network: Network, config: GameConfig, system: ControlSystem) -> CheckpointError | None:
+    """Return why a policy cannot command a control system, if it cannot."""
+    try:
+        OnnxPolicy(card, network, config, system)
+    except CheckpointError as error:
+        return error
+    return None
 
 
 def check_new(folder: Path) -> None:
