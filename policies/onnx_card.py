@@ -44,9 +44,9 @@ class OnnxCard(Config):
         What it sees.
     observation_dtype : {"uint8", "float32"}
     channels_last : bool
-    action : {"normalised", "log_density", "command", "density", "discrete"}
-        How its answers are read; those outside of the format's limits are clipped. Of discrete ones, an answer is the
-        number of a command, or else a value for each, of which the largest is taken.
+    action : {"normalised", "command", "discrete"}
+        How its answers are read, as of `Format`; those outside of the format's limits are clipped. Of discrete ones,
+        an answer is the number of a command, or else a value for each, of which the largest is taken.
     action_cells : int, optional
     flatten_actions : bool
     state : dict of str to str

@@ -118,7 +118,7 @@ def _board(entries: Sequence[Entry], protocol: Protocol) -> str:
     )
     notes = (
         '<p class="quiet">The scores of <code>field</code>, <code>held-out</code> and <code>systems</code> are '
-        "interquartile means over seeds and opponents: their worst quarter is left out, and their best. So a score of 1 "
+        "interquartile means over seeds and opponents: their worst quarter is left out, and their best. A score of 1 "
         "may hide opponents that win; the report lists every one.</p>\n"
         '<p class="quiet">Of a method with one training seed intervals are over its games alone, and say nothing of '
         "another training. Commands, hours and parameters are the means of all training seeds, as the cards of the "

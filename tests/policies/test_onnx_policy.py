@@ -393,6 +393,20 @@ def test_a_card_may_name_a_system_that_the_game_does_not_have(tmp_path):
     assert load(tmp_path / "m", GAME.replace(controllers="coverage")).answers == "density"
 
 
+def test_densities_below_zero_are_warned_of(tmp_path):
+    nodes = [
+        node("Cast", ["x"], ["f"], to=1),
+        node("Sub", ["f", "half"], ["g"]),
+        node("Div", ["g", "half"], ["h"]),
+        node("ReduceMean", ["h", "axis"], ["y"], keepdims=0),
+    ]
+    parts = [weights("half", 127.5), weights("axis", [1], np.int64)]
+    model = build(nodes, [("x", 2, ["n", 1, 5, 5])], [("y", 1, ["n", 5, 5])], parts).SerializeToString()
+    with pytest.warns(UserWarning, match=r"'follower' answers -1, .* say action='normalised'"):
+        write(tmp_path / "command", model, replace(FOLLOWER, action="command"))
+    write(tmp_path / "normalised", model, replace(FOLLOWER, action="normalised"))
+
+
 @pytest.mark.parametrize("model", [follower(), "model.onnx"])
 def test_what_is_not_bytes_is_no_model(tmp_path, model):
     with pytest.raises(CheckpointError, match=r"expected bytes, those of an ONNX file, got .*read_bytes\(\)"):
