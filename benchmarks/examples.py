@@ -76,6 +76,16 @@ EXAMPLES = {
 }
 
 
+ALONE = (
+    "Behaviour cloning in plain PyTorch: [`behaviour_cloning.py`](../examples/behaviour_cloning.py), told in "
+    "[learn from recorded games](tutorials/cloning.md)",
+    "First steps, a notebook: [`first_steps.ipynb`](../examples/first_steps.ipynb)",
+    "Files of at most 200 lines that are tutorials: [PPO in one file](tutorials/ppo.md), "
+    "[every drone by IPPO](tutorials/ippo.md)",
+)
+"""Examples that this program does not run, in words."""
+
+
 def path_of(name: str) -> Path:
     """Return an example's file."""
     return ROOT / "examples" / f"{name}.py"
@@ -152,7 +162,14 @@ def page(rows: dict[str, dict[str, Any]]) -> str:
     table = [columns, ("---", *["---:"] * 5, "---")]
     table += [_cells(name, rows[name]) for name in EXAMPLES if name in rows]
     lines = "\n".join(f"| {' | '.join(cells)} |" for cells in table)
-    return f"# {title.removesuffix('.')}\n\n{about}\n\n{lines}\n"
+    without = [f"{EXAMPLES[name].shows}: {_link(name)}" for name in EXAMPLES if name not in rows]
+    lists = (("These have no row yet", without), ("These are told elsewhere, or need no library", ALONE))
+    told = [f"{head}:\n\n" + "\n".join(f"- {one}" for one in ones) for head, ones in lists if ones]
+    return "\n\n".join([f"# {title.removesuffix('.')}", about, lines, *told]) + "\n"
+
+
+def _link(name: str) -> str:
+    return f"[`{name}.py`](../examples/{name}.py)"
 
 
 def _cells(name: str, row: dict[str, Any]) -> tuple[str, ...]:
@@ -161,7 +178,7 @@ def _cells(name: str, row: dict[str, Any]) -> tuple[str, ...]:
         mean, low, high = row["shares"][opponent]
         shares.append(f"**{mean:.2f}** [{low:.2f}, {high:.2f}]" if low > 0.5 else f"{mean:.2f} [{low:.2f}, {high:.2f}]")
     return (
-        f"{EXAMPLES[name].shows}: [`{name}.py`](../examples/{name}.py)",
+        f"{EXAMPLES[name].shows}: {_link(name)}",
         str(row["lines"]),
         f"{row['commands']:,}",
         f"{row['minutes']:.1f} ({row['processor_minutes']:.1f})",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import posixpath
 import re
 from pathlib import Path
@@ -20,8 +21,10 @@ _LANGUAGES = {
     ".py": "python", ".js": "javascript", ".html": "html", ".toml": "toml", ".json": "json", ".md": "markdown",
     "": "bash",
 }  # fmt: skip
+_ENTRIES = "docs/board/entries"
+"""What the board is in a clone; on the site it is a page."""
 _shown: dict[str, str] = {}
-"""Files of the repository that are shown as pages: path from its root -> path of the page."""
+"""What of the repository is shown as pages: path from its root -> path of the page."""
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
@@ -41,18 +44,30 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         files.append(File.generated(config, f"board/{name}", content=text, inclusion=InclusionLevel.INCLUDED))
     root = Path(config.config_file_path).parent
     _shown.clear()
+    _shown[_ENTRIES] = "board/index.html"
     for page in list(files.documentation_pages()):
         for target, _ in _LINK.findall(page.content_string):
             path = _outside(page.src_uri, target)
             if path is None or path in _shown or not (root / path).is_file():
                 continue
-            language = _LANGUAGES.get(Path(path).suffix, "text")
-            text = (root / path).read_text()
             shown = f"source/{path}.md"
-            content = f"---\nsearch:\n  exclude: true\n---\n# {path}\n\n`````{language}\n{text}`````\n"
+            content = f"---\nsearch:\n  exclude: true\n---\n# {path}\n\n{_as_page(root / path)}"
             files.append(File.generated(config, shown, content=content, inclusion=InclusionLevel.NOT_IN_NAV))
             _shown[path] = shown
     return files
+
+
+def _as_page(path: Path) -> str:
+    """Return a file's text as a page shows it: as code, and a notebook cell by cell."""
+    text = path.read_text()
+    if path.suffix != ".ipynb":
+        return _fenced(text, _LANGUAGES.get(path.suffix, "text"))
+    cells = [(cell["cell_type"], "".join(cell["source"])) for cell in json.loads(text)["cells"]]
+    return "\n\n".join(_fenced(f"{said}\n", "python") if kind == "code" else said for kind, said in cells)
+
+
+def _fenced(text: str, language: str) -> str:
+    return f"`````{language}\n{text}`````\n"
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
@@ -72,4 +87,5 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 def _outside(page: str, target: str) -> str | None:
     """Return the path from the repository's root of a file that a page links to, or None of what the site has."""
     path = posixpath.normpath(posixpath.join("docs", posixpath.dirname(page), target))
-    return None if path.startswith("..") or (path.startswith("docs/") and not path.endswith(".py")) else path
+    is_of_the_site = path.startswith("docs/") and not path.endswith(".py") and path != _ENTRIES
+    return None if path.startswith("..") or is_of_the_site else path

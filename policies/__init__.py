@@ -56,8 +56,12 @@ def read_folder(folder: Path, config: GameConfig) -> Player:
     MissingExtraError
         If what plays such a policy is not installed: PyTorch, or ONNX Runtime.
     """
-    if (folder / "policy.onnx").exists() or (folder / "policy.onnx").is_symlink():
-        if (folder / "policy.safetensors").exists():
+    from swarm_pz.policies.onnx_card import CARD, MODEL, is_card
+
+    is_learned = (folder / "policy.safetensors").exists()
+    is_onnx = (folder / MODEL).exists() or (folder / MODEL).is_symlink()
+    if is_onnx or (not is_learned and is_card(folder / CARD)):
+        if is_learned:
             raise CheckpointError(f"{folder} holds two policies, policy.onnx and policy.safetensors: keep one")
         for module in ("onnx", "onnxruntime"):
             require_extra(module, "onnx")

@@ -9,9 +9,11 @@ import stat
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import get_args
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.config.base import Config, check, check_choice
+from swarm_pz.config.base import Config, check, check_choice, check_count
+from swarm_pz.config.constants import GRID_CELLS
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import CheckpointError, SwarmError
 from swarm_pz.files import draft_of, explain
@@ -42,9 +44,9 @@ class OnnxCard(Config):
         What it sees.
     observation_dtype : {"uint8", "float32"}
     channels_last : bool
-    action : {"normalised", "log_density", "command", "density", "discrete"}
-        How its answers are read; those outside of the format's limits are clipped. Of discrete ones, an answer is the
-        number of a command, or else a value for each, of which the largest is taken.
+    action : {"normalised", "command", "discrete"}
+        How its answers are read, as of `Format`; those outside of the format's limits are clipped. Of discrete ones,
+        an answer is the number of a command, or else a value for each, of which the largest is taken.
     action_cells : int, optional
     flatten_actions : bool
     state : dict of str to str
@@ -71,7 +73,12 @@ class OnnxCard(Config):
             check(is_line, f"card.{name}", value, "a line of text")
         for name in ("name", "answers"):
             check(bool(getattr(self, name)), f"card.{name}", "", "a line of text that is not empty")
-        check_choice(self.action, "card.action", ("normalised", "log_density", "command", "density", "discrete"))
+        check_choice(self.action, "card.action", get_args(ActionKind))
+        check_choice(self.observation_dtype, "card.observation_dtype", get_args(Dtype))
+        for name in ("channels_last", "flatten_actions"):
+            check(isinstance(getattr(self, name), bool), f"card.{name}", getattr(self, name), "true or false")
+        if self.action_cells is not None:
+            check_count(self.action_cells, "card.action_cells", 2, GRID_CELLS)
         is_map = isinstance(self.state, Mapping) and all(isinstance(one, str) for one in self.state.values())
         check(
             is_map and len(set(self.state.values())) == len(self.state), "card.state", self.state, "inputs to outputs"
@@ -119,12 +126,25 @@ def read_files(folder: Path) -> tuple[OnnxCard, bytes]:
         card = OnnxCard.from_dict(said)
     except (SwarmError, TypeError) as error:
         raise CheckpointError(f"the card in {folder} cannot be used: {error}") from error
+    if digest is None:
+        raise CheckpointError(
+            f"the card in {folder} names no digest, so nobody can tell whether it was changed: write the folder by "
+            "swarm_pz.policies.onnx_policy.write, which puts it in"
+        )
     if digest != (found := digest_of(card, model)):
         raise CheckpointError(
             f"{folder} was changed after it was written: its card names digest {digest!r}, its content has "
             f"{found!r}; get it again from where it came from, or write it by swarm_pz.policies.onnx_policy.write"
         )
     return card, model
+
+
+def is_card(path: Path) -> bool:
+    """Tell whether a file is the card of an ONNX model, by the format that it names."""
+    try:
+        return bool(json.loads(_read(path, _MOST_CARD))["format"] == FORMAT)
+    except (CheckpointError, ValueError, RecursionError, LookupError, TypeError):
+        return False
 
 
 def write_files(folder: Path, card: OnnxCard, model: bytes) -> None:
@@ -150,6 +170,8 @@ def _read(path: Path, most: int) -> bytes:
                 raise CheckpointError(f"{path} is too large: expected {most:,} bytes or fewer, got {status.st_size:,}")
             return file.read(most + 1)
     except FileNotFoundError as error:
-        raise CheckpointError(f"{path.parent} must hold {MODEL} and {CARD}, {path.name} is missing") from error
+        others = sorted(one.name for one in path.parent.glob("*.onnx")) if path.name == MODEL else []
+        hint = f"; it holds {', '.join(others[:3])}: a model must be called {MODEL}" if others else ""
+        raise CheckpointError(f"{path.parent} must hold {MODEL} and {CARD}, {path.name} is missing{hint}") from error
     except OSError as error:
         raise CheckpointError(f"{path} cannot be read: {explain(error)}") from error

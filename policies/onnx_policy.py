@@ -6,6 +6,8 @@ Nothing in such a folder is run as code: the model is arithmetic, looked through
 
 from __future__ import annotations
 
+import contextlib
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,15 +17,17 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
+from swarm_pz.config.registry import system_of
 from swarm_pz.config.system import ControlSystem
-from swarm_pz.errors import CheckpointError, KindError, OutputError, PolicyError, SwarmError
+from swarm_pz.errors import CheckpointError, KindError, OutputError, PolicyError, SwarmError, nearest
 from swarm_pz.files import check_folder
 from swarm_pz.policies.onnx_card import MODEL, OnnxCard, digest_of, read_files, write_files
-from swarm_pz.policies.onnx_checks import Arrays, ModelError, Plug
+from swarm_pz.policies.onnx_checks import ROWS, Arrays, ModelError, Plug
 from swarm_pz.policies.onnx_model import Network
 from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.formats import Format
-from swarm_pz.spaces.observation import Observations
+from swarm_pz.spaces.observation import Observations, observation_space
+from swarm_pz.systems import faults, registered
 from swarm_pz.systems.ergodic import Ergodic
 
 
@@ -153,20 +157,33 @@ class OnnxPolicy:
         PolicyError
             If the model fails, or answers NaN or infinity.
         """
-        if self._format is None:
-            raise KindError(f"policy {self.name!r} must be told which control system flies its team: load it by `load`")
-        shown = self._format.show(observations)
+        answers, form = self.answers_to(observations, rows), self._told_format()
+        if isinstance(form.action_space, spaces.Discrete):
+            answers = answers.argmax(axis=1) if answers.ndim == 2 else answers
+        elif isinstance(form.action_space, spaces.Box):
+            answers = answers.astype(np.float64).clip(form.action_space.low, form.action_space.high)
+        return form.read(answers, len(rows), f"the answers of policy {self.name}")
+
+    def answers_to(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[Any]:
+        """Return what the model itself answers to n observations, of whatever size.
+
+        Raises
+        ------
+        PolicyError
+            As of `act`.
+        """
+        shown = self._told_format().show(observations)
         seen = [name for name in self.network.signature.inputs if name not in self.card.state]
         given: Arrays = {name: shown[name] for name in seen} if isinstance(shown, dict) else {seen[0]: shown}
         size, count = self.network.signature.rows, len(rows)
         starts = range(0, count, size)
         parts = [self._answer_part({k: v[i : i + size] for k, v in given.items()}, rows[i : i + size]) for i in starts]
-        answers, space = np.concatenate(parts), self._format.action_space
-        if isinstance(space, spaces.Discrete):
-            answers = answers.argmax(axis=1) if answers.ndim == 2 else answers
-        elif isinstance(space, spaces.Box):
-            answers = answers.astype(np.float64).clip(space.low, space.high)
-        return self._format.read(answers, count, f"the answers of policy {self.name}")
+        return np.concatenate(parts)
+
+    def _told_format(self) -> Format:
+        if self._format is None:
+            raise KindError(f"policy {self.name!r} must be told which control system flies its team: load it by `load`")
+        return self._format
 
     def write(self, folder: Path) -> None:
         """Write the policy into a folder, the card last, so that a card never stands alone."""
@@ -207,18 +224,82 @@ def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig |
     Raises
     ------
     CheckpointError
-        If the model may not play, or is none of a policy.
+        If the model may not play, or is none of a policy; if no control system takes what the card says it answers.
     OutputError
         If the folder cannot be written to, or holds something.
     """
     folder = Path(folder)
     check_new(folder)
-    network = _network(folder / MODEL, model)
+    if not isinstance(model, bytes):
+        raise CheckpointError(
+            f"model: expected bytes, those of an ONNX file, got {type(model).__name__}: give "
+            "Path('model.onnx').read_bytes() of what torch.onnx.export saved, or .SerializeToString() of a model"
+        )
     config = GameConfig() if config is None else config
-    system = config.team_systems[0]
-    OnnxPolicy(card, network, config, system if system.takes == card.answers else None)
+    systems = _systems_for(card, config)
+    network = _network(folder / MODEL, model)
+    wrong = []
+    for system in systems:
+        try:
+            policy = OnnxPolicy(card, network, config, system)
+            break
+        except CheckpointError as error:
+            wrong.append(error)
+    else:
+        raise wrong[0]
+    _warn_of_clipping(policy, config)
     check_folder(folder)
     write_files(folder, card, model)
+
+
+def _systems_for(card: OnnxCard, config: GameConfig) -> list[ControlSystem]:
+    """Return the control systems that a card's policy may command: the game's if it is one, else all there are.
+
+    Raises
+    ------
+    CheckpointError
+        If there are none.
+    """
+    own, said = config.team_systems[0], f"the card of policy {card.name!r} says"
+    known = {own.name: own} | {name: system_of(name) for name in registered() if name not in {own.name, *faults()}}
+    if card.system and card.system not in known:
+        raise CheckpointError(
+            f"{said} system={card.system!r}, and no such control system is installed: {nearest(card.system, known)}"
+        )
+    named = [known[card.system]] if card.system else list(known.values())
+    uniform = np.ones((1, config.command_cells, config.command_cells))
+    able = [
+        system
+        for system in named
+        if card.answers == system.takes
+        or (card.answers == "density" and system.from_densities(uniform, config) is not None)
+    ]
+    if not able:
+        kinds = {system.takes for system in named} | ({"density"} if not card.system else set())
+        whom = f"the control system {card.system} takes" if card.system else "no control system takes"
+        other = f" those of kind {named[0].takes!r}" if card.system else f" these: {nearest(card.answers, kinds)}"
+        raise CheckpointError(f"{said} answers={card.answers!r}, and {whom}{other}")
+    return [own] if own in able else able
+
+
+def _warn_of_clipping(policy: OnnxPolicy, config: GameConfig) -> None:
+    """Warn of densities below 0, where boards drawn at random get some."""
+    card = policy.card
+    if card.answers != "density" or card.action not in ("command", "density"):
+        return
+    space, rows = observation_space(config, card.observation), np.arange(ROWS)
+    space.seed(0)
+    boards = [space.sample() for _ in rows]
+    by_name = isinstance(space, spaces.Dict)
+    shown = {key: np.stack([board[key] for board in boards]) for key in boards[0]} if by_name else np.stack(boards)
+    with contextlib.suppress(PolicyError):  # no game need look like these boards
+        lowest = policy.answers_to(shown, rows).min()
+        if lowest < 0.0:
+            warnings.warn(
+                f"policy {card.name!r} answers {lowest:.2g}, and action={card.action!r} takes what is below 0 for 0: "
+                "if its answers are in [-1, 1], say action='normalised'",
+                stacklevel=3,
+            )
 
 
 def check_new(folder: Path) -> None:

@@ -361,6 +361,21 @@ def test_the_site_builds_without_a_warning_and_fetches_nothing(site):
     assert "add_potential_gradient" in (site / "source/swarm_pz/kernels/controllers/ergodic.py.html").read_text()
 
 
+def test_the_site_shows_the_board_and_the_notebook_where_pages_link_to_them(site):
+    for page in ("index", "benchmark"):
+        assert 'href="board/index.html"' in (site / f"{page}.html").read_text()
+    assert 'href="source/examples/first_steps.ipynb.html"' in (site / "index.html").read_text()
+    notebook = (site / "source/examples/first_steps.ipynb.html").read_text()
+    assert "One game says little" in notebook and "cell_type" not in notebook
+
+
+def test_what_measures_a_method_is_found_from_the_first_pages():
+    for page, folder in (("README.md", "docs/"), ("docs/index.md", "")):
+        links = set(re.findall(r"\]\(([^)#]+)", (ROOT / page).read_text()))
+        wanted = {f"{folder}{name}" for name in ("benchmark.md", "policies.md", "algorithms.md", "cluster.md")}
+        assert {*wanted, f"{folder}board/entries"} <= links, page
+
+
 @pytest.mark.browser
 def test_the_site_is_searched_from_files_without_a_server(site, chromium):
     context = chromium.new_context()

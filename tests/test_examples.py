@@ -123,8 +123,16 @@ def test_the_page_of_the_examples_shows_the_rows_that_are_kept():
 
 
 def test_a_share_is_bold_where_its_interval_is_above_a_half():
-    last = examples.page({"sb3_contrib_recurrent_ppo": ROW}).splitlines()[-1]
-    assert "| 60 | 4,096 | 2.0 (2.5) | **0.75** [0.70, 0.80] | 0.52 [0.47, 0.57] | sb3_contrib 2.9.2 |" in last
+    page = examples.page({"sb3_contrib_recurrent_ppo": ROW})
+    assert "| 60 | 4,096 | 2.0 (2.5) | **0.75** [0.70, 0.80] | 0.52 [0.47, 0.57] | sb3_contrib 2.9.2 |\n" in page
+
+
+@pytest.mark.parametrize("rows", [{}, dict.fromkeys(examples.EXAMPLES, ROW)], ids=["no rows", "all rows"])
+def test_the_page_of_the_examples_links_every_example(rows):
+    page = examples.page(rows)
+    linked = re.findall(r"\]\(\.\./examples/([\w.]+)\)", page)
+    assert sorted(linked) == sorted(path.name for path in EXAMPLES.iterdir() if path.is_file())
+    assert ("These have no row yet:" in page) == (not rows)
 
 
 @pytest.fixture

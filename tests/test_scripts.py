@@ -45,3 +45,11 @@ def test_the_tests_extra_holds_all_but_the_peers(setup):
 def test_the_readmes_commands_work_after_its_first_one():
     (extras,) = re.findall(r"^scripts/setup (.*)$", (ROOT / "scripts/train").read_text(), re.MULTILINE)
     assert set(extras.split(",")) == {"training", "play"}
+
+
+@pytest.mark.parametrize("words", [["--help"], ["add", "-h"], []])
+def test_the_boards_script_says_what_it_does_before_it_installs_anything(tmp_path, words):
+    (tmp_path / "scripts").mkdir()
+    (tmp_path / "scripts" / "board").write_bytes((ROOT / "scripts/board").read_bytes())  # no scripts/setup beside it
+    done = subprocess.run(["bash", tmp_path / "scripts/board", *words], check=True, capture_output=True, text=True)  # noqa: S603, S607
+    assert "scripts/board add runs/report NAME" in done.stdout and "set -euo" not in done.stdout

@@ -90,7 +90,10 @@ def verdict(rows: Sequence[Row]) -> str:
     """Say which method wins, and from which it cannot be told."""
     best, *others = rows
     beside = [f"`{row.method}`" for row in others if row.all.overlaps(best.all)]
-    told = f"cannot be told from {', '.join(beside)}: the intervals overlap" if beside else "its interval overlaps none"
+    told = "its interval overlaps none"
+    if beside:
+        which = f"interval of {beside[0]} overlaps" if len(beside) == 1 else f"intervals of {', '.join(beside)} overlap"
+        told = f"the {which} its own, which leaves open who is the better learner"
     join = "but" if beside else "and"
     return f"`{best.method}` takes the most points, {best.all} of all that there are, {join} {told}."
 
@@ -152,8 +155,10 @@ def to_markdown(rows: Sequence[Row], budget: Budget) -> str:
         "recipe's were chosen for the network of `ppo`: others may have more in them.",
         "## The policies",
         "What each run has learned is a player for every command. Our own network is kept as safetensors, the others "
-        "as ONNX files, the LSTM's state included; each with its card ([policies from anywhere](policies.md)). They "
-        "are in the folder `release`, beside `SHA256SUMS`, which says the digests:",
+        "as ONNX files, the LSTM's state included; each with its card ([policies from anywhere](policies.md)). The "
+        "repository does not hold them: the command above writes them into `runs/algorithms/release`, beside "
+        "`SHA256SUMS`, which says the digests. Others who call it get the same digests only with the versions and "
+        "on the kind of processor of this page:",
         "\n".join([
             "| policy | file | SHA-256 |",
             "|---|---|---|",

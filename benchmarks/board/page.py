@@ -29,7 +29,8 @@ _REPORTS = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src '
 """What the page of a report may do."""
 _SEND = """<h2>Send in an entry</h2>
 <ol>
-<li>Train with whatever you like, three seeds or more, and write each policy into a folder:
+<li>Train with whatever you like, three seeds or more (one is taken, and said to be one), and write each policy into
+a folder:
 <code>swarm-pz train</code> does, <code>swarm-pz export</code> makes ONNX of others.</li>
 <li><code>swarm-pz benchmark FOLDER ... --name METHOD --out runs/report</code> plays the protocol.</li>
 <li><code>scripts/board add runs/report NAME --by "WHO YOU ARE"</code> checks it, plays a sample of it again, and
@@ -116,6 +117,9 @@ def _board(entries: Sequence[Entry], protocol: Protocol) -> str:
         f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody></table></div>"
     )
     notes = (
+        '<p class="quiet">The scores of <code>field</code>, <code>held-out</code> and <code>systems</code> are '
+        "interquartile means over seeds and opponents: their worst quarter is left out, and their best. A score of 1 "
+        "may hide opponents that win; the report lists every one.</p>\n"
         '<p class="quiet">Of a method with one training seed intervals are over its games alone, and say nothing of '
         "another training. Commands, hours and parameters are the means of all training seeds, as the cards of the "
         "policies say: nobody can check them. Milliseconds were measured by the sender. Tests verify every entry: "

@@ -2,6 +2,7 @@
 
 The new API stack, in this process (`num_env_runners=0`). RLlib's networks take vectors for actions and floats for
 observations, colours last, and of images of 50 by 50 they want to be told the filters.
+A whole training in self-play is [`rllib_selfplay.py`](../examples/rllib_selfplay.py).
 """
 
 from __future__ import annotations

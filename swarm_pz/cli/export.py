@@ -25,17 +25,18 @@ def export(
         trust: Open the file.zip. It is a pickle, and opening it runs whatever code it holds: say so of your own alone.
         game: The game that it plays: its number of drones, what is seen, and the control system.
     """
+    from swarm_pz.policies.onnx_policy import check_new
+
+    check_new(out)  # before libraries are imported, which takes seconds
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "training")
     for module in ("onnx", "onnxruntime", "onnxscript"):
         require_extra(module, "onnx")
     from swarm_pz.policies import exporting
     from swarm_pz.policies.learned import LearnedPolicy
-    from swarm_pz.policies.onnx_policy import check_new
     from swarm_pz.policy import load
 
     system = game.team_systems[0]
-    check_new(out)
     if policy.lower().endswith(".zip"):
         if not trust:
             raise CheckpointError(

@@ -34,9 +34,9 @@ class DuelEnv(gymnasium.Env[Any, Any]):
         `predict` and spaces, as Stable-Baselines3's; see `swarm_pz.policy.load`.
     side : {"random", "red", "blue"}
         Where the learner sits.
-    action : {"log_density", "density", "discrete"}
-        With ``log_density``, the action space is Box(-1, 1) and the command its softmax, which
-        suits Gaussian policies; with ``density`` it is the command itself; with ``discrete`` it is
+    action : {"normalised", "command", "discrete"}
+        With ``normalised``, the action space is Box(-1, 1) and the command its softmax, which
+        suits Gaussian policies; with ``command`` it is the command itself; with ``discrete`` it is
         the number of one of `command_names`.
     action_cells : int, optional
         Cells a side of an action, interpolated to the command's; as many as these if not given.

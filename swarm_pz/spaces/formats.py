@@ -1,8 +1,9 @@
 """How a face writes what a player sees, and reads what it answers: the same options in every face.
 
 The game itself knows images of bytes, channel first, and densities. Libraries want other things; each
-option answers one of them, and all combine. Commands are those of the control system that flies the player's team;
-for one that takes densities, `"command"` and `"normalised"` are `"density"` and `"log_density"`.
+option answers one of them, and all combine. Commands are those of the control system that flies the player's team.
+Of one that takes densities a normalised command is the logarithm of a density, which goes through a softmax; that
+answers are densities is also said by the older names `"density"` for `"command"`, `"log_density"` for `"normalised"`.
 
 | option              | of                                           | for                                   |
 |---------------------|----------------------------------------------|---------------------------------------|
@@ -54,7 +55,7 @@ class Format:
     action : {"normalised", "command", "discrete"}
         A Box(-1, 1), which suits Gaussian policies; the command itself, as the system's space says; or the number
         of one of its commands that have names. Of a system that takes densities the first goes through a
-        softmax, and is called "log_density", too, and the second "density".
+        softmax; there "log_density" and "density" are older names of the first two.
     action_cells : int, optional
         Cells a side of a density, interpolated to the command's; as many as these if not given.
     flatten_actions : bool

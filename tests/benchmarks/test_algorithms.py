@@ -141,7 +141,8 @@ def test_the_page_says_what_the_runs_say(tmp_path):
     first = next(one for one in text.splitlines() if one.startswith("| 1 |"))
     assert first.startswith("| 1 | `ppo` | 0.92 (")
     assert "| 60 % | 200 | 100 | 1,229 | 1,234 | 0.50 |" in first
-    assert "`ppo` takes the most points" in text and "cannot be told from `dqn`: the intervals overlap" in text
+    assert "`ppo` takes the most points" in text and "but the interval of `dqn` overlaps its own" in text
+    assert "writes them into `runs/algorithms/release`" in text
     assert "Few commands" not in text and os.fspath(tmp_path) not in text
 
 

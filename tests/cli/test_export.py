@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from swarm_pz.cli import main
+from swarm_pz.cli import export, main
 from swarm_pz.policies import exporting
 
 
@@ -36,6 +36,16 @@ def test_what_cannot_be_exported_is_named(words, message, tmp_path, monkeypatch,
     with pytest.raises(SystemExit):
         main(["export", *words])
     assert message in capsys.readouterr().err
+
+
+def test_the_folder_is_looked_at_before_anything_is_imported(monkeypatch, capsys):
+    def asked(*_):
+        raise AssertionError("it imports libraries")
+
+    monkeypatch.setattr(export, "require_extra", asked)
+    with pytest.raises(SystemExit):
+        main(["export", "champion", "out.onnx"])
+    assert "expected a folder, got 'out.onnx'" in capsys.readouterr().err
 
 
 def test_a_learned_policy_is_exported_and_plays(tmp_path, monkeypatch, capsys):

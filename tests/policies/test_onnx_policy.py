@@ -283,7 +283,29 @@ def large_card(folder):
     (folder / CARD).write_text(" " * 10**6)
 
 
+def rename(folder):
+    (folder / MODEL).rename(folder / "model.onnx")
+
+
+def say(**fields):
+    """Change a card by hand."""
+
+    def change(folder):
+        said = json.loads((folder / CARD).read_text()) | fields
+        (folder / CARD).write_text(json.dumps({name: value for name, value in said.items() if value is not ...}))
+
+    return change
+
+
 LIES = {
+    "a model of another name": (
+        rename,
+        "must hold policy.onnx and policy.json, policy.onnx is missing; it holds model",
+    ),
+    "no digest": (say(digest=...), r"names no digest, .* write the folder by swarm_pz.policies.onnx_policy.write"),
+    "words for cells": (say(action_cells="ten"), r"card.action_cells must be a whole number in \[2, 50\], got 'ten'"),
+    "another dtype": (say(observation_dtype="int8"), "card.observation_dtype must be 'uint8' or 'float32', got 'int8'"),
+    "words for a flag": (say(channels_last="no"), "card.channels_last must be true or false, got 'no'"),
     "a changed model": (change_model, "was changed after it was written"),
     "a changed card": (change_card, "was changed after it was written"),
     "a linked model": (link(MODEL), "is a link"),
@@ -348,6 +370,47 @@ def test_what_is_written_is_tried_before_and_replaces_nothing(tmp_path, folder):
     with pytest.raises(CheckpointError, match="do not agree"):
         write(tmp_path / "new", follower(grid=10).SerializeToString(), FOLLOWER)
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"system": "formaton"}, r"system='formaton', .* did you mean 'formation'\? Known: .*ergodic"),
+        ({"answers": "atractors"}, r"no control system takes these: did you mean 'attractors'\? Known: accelerations"),
+        ({"answers": "attractors"}, "is for densities, and the control system flocking takes"),
+        ({"answers": "attractors", "action": "command", "action_cells": None}, "the model gives answer float32"),
+        ({"system": "direct"}, "answers='density', and the control system direct takes those of kind 'accelerations'"),
+    ],
+)
+def test_a_card_that_no_control_system_takes_is_not_written(tmp_path, fields, message):
+    with pytest.raises(CheckpointError, match=message):
+        write(tmp_path / "m", follower().SerializeToString(), replace(FOLLOWER, **fields))
+    assert not (tmp_path / "m").exists()
+
+
+def test_a_card_may_name_a_system_that_the_game_does_not_have(tmp_path):
+    write(tmp_path / "m", follower().SerializeToString(), replace(FOLLOWER, system="coverage"))
+    assert load(tmp_path / "m", GAME.replace(controllers="coverage")).answers == "density"
+
+
+def test_densities_below_zero_are_warned_of(tmp_path):
+    nodes = [
+        node("Cast", ["x"], ["f"], to=1),
+        node("Sub", ["f", "half"], ["g"]),
+        node("Div", ["g", "half"], ["h"]),
+        node("ReduceMean", ["h", "axis"], ["y"], keepdims=0),
+    ]
+    parts = [weights("half", 127.5), weights("axis", [1], np.int64)]
+    model = build(nodes, [("x", 2, ["n", 1, 5, 5])], [("y", 1, ["n", 5, 5])], parts).SerializeToString()
+    with pytest.warns(UserWarning, match=r"'follower' answers -1, .* say action='normalised'"):
+        write(tmp_path / "command", model, replace(FOLLOWER, action="command"))
+    write(tmp_path / "normalised", model, replace(FOLLOWER, action="normalised"))
+
+
+@pytest.mark.parametrize("model", [follower(), "model.onnx"])
+def test_what_is_not_bytes_is_no_model(tmp_path, model):
+    with pytest.raises(CheckpointError, match=r"expected bytes, those of an ONNX file, got .*read_bytes\(\)"):
+        write(tmp_path / "m", model, FOLLOWER)
 
 
 @pytest.mark.parametrize(

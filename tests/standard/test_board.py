@@ -40,6 +40,7 @@ def test_every_folder_of_entries_makes_a_page():
     pages = page.build(ENTRIES)
     assert ("There is no entry yet" in pages["index.html"]) is not entries.folders(ENTRIES)
     assert "scripts/board add" in pages["index.html"]
+    assert not entries.folders(ENTRIES) or "their worst quarter is left out" in pages["index.html"]
 
 
 # --- entries --------------------------------------------------------------------------------------
