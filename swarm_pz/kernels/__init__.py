@@ -29,7 +29,7 @@ from typing import Any, TypeVar
 from numba import njit
 
 from swarm_pz.kernels.cache import StampedCache
-from swarm_pz.kernels.compiler import PartCompiler
+from swarm_pz.kernels.compiler import PartCompiler, WholeCompiler
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -58,7 +58,7 @@ def reduction(function: Function) -> Function:
 
 def entry_point(function: Function) -> Function:
     """Compile a function that Python calls, and keep the machine code on disk until a source changes; see `cache`."""
-    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy")(function)
+    compiled: Any = njit(nogil=True, fastmath=_FASTMATH, error_model="numpy", pipeline_class=WholeCompiler)(function)
     if hasattr(compiled, "_cache"):  # not with NUMBA_DISABLE_JIT=1, which leaves plain Python
         compiled._cache = StampedCache(function)
     return compiled  # type: ignore[no-any-return]
