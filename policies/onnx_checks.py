@@ -14,6 +14,7 @@ import contextlib
 import json
 import math
 import sys
+import time
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -396,7 +397,12 @@ def _main() -> None:
     with contextlib.suppress(ImportError):
         import resource  # not on every system
 
-        for what, most in ((resource.RLIMIT_AS, MEMORY), (resource.RLIMIT_CPU, SECONDS)):
+        # Libraries are loaded before the seconds begin, which are the model's: a cold machine takes long for them.
+        import onnx  # noqa: F401
+        import onnxruntime  # noqa: F401
+
+        seconds = math.ceil(time.process_time()) + SECONDS
+        for what, most in ((resource.RLIMIT_AS, MEMORY), (resource.RLIMIT_CPU, seconds)):
             with contextlib.suppress(ValueError, OSError):
                 resource.setrlimit(what, (most, most))
     try:

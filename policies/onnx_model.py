@@ -49,6 +49,9 @@ class Network:
         return onnx_checks.run_session(self._session, feeds)
 
 
+_HANGS_S = 20 * SECONDS
+"""Seconds after which the process that tries a model is ended, however busy the machine: it counts its own work, and
+ends itself."""
 _known: dict[str, Signature | str] = {}
 """What was found, by digests: each model is tried once."""
 
@@ -77,9 +80,9 @@ def _tried(data: bytes) -> Signature | str:
     words = [sys.executable, "-P", onnx_checks.__file__]
     environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     try:
-        done = subprocess.run(words, input=data, capture_output=True, timeout=4 * SECONDS, env=environment)  # noqa: S603
+        done = subprocess.run(words, input=data, capture_output=True, timeout=_HANGS_S, env=environment)  # noqa: S603
     except subprocess.TimeoutExpired as error:
-        raise ModelError(f"takes more than {4 * SECONDS} s to open and to answer four times") from error
+        raise ModelError(f"takes more than {_HANGS_S} s to open and to answer four times") from error
     lines = done.stdout.decode(errors="replace").splitlines()
     if done.returncode or not lines:
         last = (done.stderr.decode(errors="replace").strip().splitlines() or ["no word"])[-1]

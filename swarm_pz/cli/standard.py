@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from pathlib import Path
 
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
@@ -51,7 +52,7 @@ def benchmark(
 
     if verify is not None:
         check(not (quick or baseline or name), "verify", str(verify), "given without name, baseline and quick")
-        verdict = verify_report(verify, policies, games=games, seed=seed)
+        verdict = verify_report(verify, policies, games=games, seed=seed, say=functools.partial(print, flush=True))
         report = verdict.report
         print(
             f"report of {report['name']!r}: files, figures and policies are as they were written, {report['signature']}"
@@ -59,6 +60,8 @@ def benchmark(
         print(printable(f"{verdict.check} (sample of seed {verdict.seed})"))
         for what in verdict.unchecked:
             print(f"not checked: {printable(what)}")
+        if verdict.is_try:
+            print("this is a try (--quick) and no entry: it says nothing about the policies, and no board takes it")
         return
     check(len(policies) > 0, "policies", policies, "at least one name or folder")
     check(seed is None, "seed", seed, "left out without verify, since the protocol has its own")
@@ -88,16 +91,24 @@ def benchmark(
     _print(report, out)
 
 
+def _interval(ends: Sequence[float], of: str = "") -> str:
+    """Return an interval in brackets; nothing where all games ended alike, and there was nothing to draw from."""
+    low, high = ends
+    return f" ({of}{low:.3f} to {high:.3f})" if high > low else ""
+
+
 def _print(report: dict[str, object], out: Path) -> None:
     figures = report["figures"]
     assert isinstance(figures, dict)  # noqa: S101  (for the type checker)
+    from swarm_pz.standard.figures import forfeits_of
+
     for track, told in figures["tracks"].items():
-        low, high = told["score_ci95"]
-        print(f"{track:<10} {told['score']:.3f} ({low:.3f} to {high:.3f})")
-    low, high = figures["score_ci95"]
-    print(
-        f"{'score':<10} {figures['score']:.3f} (95 % interval over {figures['interval_over']}: {low:.3f} to {high:.3f})"
-    )
+        print(f"{track:<10} {told['score']:.3f}{_interval(told['score_ci95'])}")
+    over = f"95 % interval over {figures['interval_over']}: "
+    print(f"{'score':<10} {figures['score']:.3f}{_interval(figures['score_ci95'], over)}")
+    forfeited, count, reason = forfeits_of(figures)
+    if forfeited:
+        print(printable(f"forfeits: {forfeited} of {count} games, the first since {reason}"))
     if "improvement" in figures:
         better = figures["improvement"]
         low, high = better["ci95"]

@@ -6,6 +6,7 @@ Every environment of this project is a face of `BatchEnv`, so that none can drif
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -225,7 +226,13 @@ class BatchEnv:
         left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)
         return observe(self.simulator, observation, sides, chosen, left)
 
-    def ask(self, policy: Player, teams: NDArray[np.int64], rows: NDArray[np.int64]) -> NDArray[np.float64]:
+    def ask(
+        self,
+        policy: Player,
+        teams: NDArray[np.int64],
+        rows: NDArray[np.int64],
+        clock: AbstractContextManager[None] | None = None,
+    ) -> NDArray[np.float64]:
         """Show a policy some games, each from a team's side, and check the commands that it gives.
 
         Parameters
@@ -235,6 +242,8 @@ class BatchEnv:
             The policy's team in each game.
         rows : int64 array (n,)
             The games.
+        clock : context manager, optional
+            Entered while the policy answers, and at no other time.
 
         Returns
         -------
@@ -247,10 +256,14 @@ class BatchEnv:
         """
         if not len(rows):
             return np.zeros((0, *self.command_shape))
+        answers = clock if clock is not None else nullcontext()
         if isinstance(policy, PrivilegedPolicy):
-            answer = policy.plan(self.simulator, teams, rows)
+            with answers:
+                answer = policy.plan(self.simulator, teams, rows)
         else:
-            answer = policy.act(self.observe(policy.observation, teams, rows), rows)
+            observations = self.observe(policy.observation, teams, rows)
+            with answers:
+                answer = policy.act(observations, rows)
         try:
             control = self.simulator.control
             name, flown_by = f"policy {name_of(policy)}'s answer", self.simulator.games.flown_by[rows, teams]

@@ -17,6 +17,8 @@ from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import draft_of
 
 SETTINGS, GAMES = "tournament.json", "games.jsonl"
+_NOT_MADE = " cannot be made: "
+"""In what older versions wrote of a game that had not begun."""
 _LOCK, _HOLDER = ".lock", ".holder"
 _OPPOSITE = {"win": "loss", "draw": "draw", "loss": "win"}
 
@@ -181,7 +183,9 @@ class Ledger:
                 plain = json.loads(line)
                 pairs = {name: tuple(plain[name]) for name in ("sent", "thinking_ms") if name in plain}
                 game = PlayedGame(**plain | pairs)
-                games[game.key] = game
+                # From when who could not be made had lost: that was the machine's fault, and is played.
+                if _NOT_MADE not in game.forfeit:
+                    games[game.key] = game
             except (LookupError, TypeError, ValueError) as error:
                 raise ResultsError(f"line {number} of {path} is not a finished game: {error!r}") from error
         return games

@@ -6,26 +6,41 @@ import multiprocessing
 import multiprocessing.process
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from types import FrameType
+
+_WAITS = Path("/proc/thread-self/schedstat")
+"""Where Linux tells how long a thread waited for a processor: the second number, in nanoseconds."""
+
+
+_AGAIN_S = 0.5
+"""Seconds at most between two rings of an alarm, for code that catches one or must not be interrupted yet."""
 
 
 @contextmanager
 def alarm(seconds: float) -> Iterator[None]:
-    """Interrupt Python code that takes longer, where the system has alarms; elsewhere say so afterwards."""
+    """Interrupt Python code that takes longer, where the system has alarms; elsewhere say so afterwards.
+
+    What is waited for a processor that others keep busy does not count, where the system tells it: who is late is late
+    on an idle machine, too. Imports and compilation are never interrupted, since half of a library, or of a function,
+    would be left behind for all who use it later; code that is late by them is interrupted when they are done.
+    """
     late = f"no command within {seconds:g} s"
+    entered = sys._getframe(2)  # of who calls this; the first is contextlib's
 
-    def ring(_: int, __: FrameType | None) -> None:
-        raise TimeoutError(late)
+    def ring(_: int, frame: FrameType | None) -> None:
+        if _own_time() - began > seconds and not _gets_ready(frame, entered):
+            raise TimeoutError(late)
 
-    began = time.monotonic()
+    began = _own_time()
     if hasattr(signal, "SIGALRM") and threading.current_thread() is threading.main_thread():
         before = signal.signal(signal.SIGALRM, ring)
-        # Again and again, for the one that catches it.
-        signal.setitimer(signal.ITIMER_REAL, seconds, seconds)
+        signal.setitimer(signal.ITIMER_REAL, seconds, min(seconds, _AGAIN_S))
         try:
             yield
         finally:
@@ -33,8 +48,29 @@ def alarm(seconds: float) -> Iterator[None]:
             signal.signal(signal.SIGALRM, before)
     else:
         yield
-    if time.monotonic() - began > seconds:
+    if _own_time() - began > seconds:
         raise TimeoutError(late)
+
+
+def _own_time() -> float:
+    """Return seconds that pass while this thread works or sleeps, and not while it waits for a processor."""
+    try:
+        waited = int(_WAITS.read_bytes().split()[1]) / 1e9
+    except (OSError, LookupError, ValueError):  # not every system tells
+        waited = 0.0
+    return time.monotonic() - waited
+
+
+def _gets_ready(frame: FrameType | None, until: FrameType | None) -> bool:
+    """Return whether something is being imported or compiled by what was called after a frame."""
+    numba = sys.modules.get("numba.core.compiler_lock")
+    if numba is not None and numba.global_compiler_lock.is_locked():  # by this thread
+        return True
+    while frame is not None and frame is not until:
+        if frame.f_code.co_filename.startswith("<frozen importlib."):
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _end_with(parent: multiprocessing.process.BaseProcess) -> None:

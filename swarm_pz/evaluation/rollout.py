@@ -249,8 +249,9 @@ class Rollout:
         for place, player in enumerate(self._players):
             teams = self._sides[place, rows]
             began = time.perf_counter()
-            with blame(place, self._names[place]), self._clock(len(rows), len(self._sizes) == 1):
-                commands[rows, teams] = self.batch.ask(player, teams, rows)
+            clock = self._clock(len(rows), len(self._sizes) == 1)
+            with blame(place, self._names[place]):
+                commands[rows, teams] = self.batch.ask(player, teams, rows, clock)
             self._spent[place, rows] += 1000.0 * (time.perf_counter() - began) / len(rows)
         is_new = (commands[rows] != self._latest[rows]).any(axis=tuple(range(2, commands.ndim)))
         self._sent[rows] += is_new

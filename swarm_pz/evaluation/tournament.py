@@ -21,20 +21,22 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, check, check_count, check_number
-from swarm_pz.errors import CommandError, Stopped
+from swarm_pz.config.installed import FAULTS
+from swarm_pz.errors import CommandError, PolicyError, Stopped, SwarmError
 from swarm_pz.evaluation.ledger import Ledger, PlayedGame, held
 from swarm_pz.evaluation.match import POINTS
 from swarm_pz.evaluation.parcels import Arrivals, Parcel
 from swarm_pz.evaluation.processes import alarm
 from swarm_pz.evaluation.ratings import Results
-from swarm_pz.evaluation.rollout import Clock, FaultError, Game, blame, play_games
+from swarm_pz.evaluation.rollout import Clock, FaultError, Game, play_games
 from swarm_pz.evaluation.workers import open_pool, share
 from swarm_pz.policy import Player, PrivilegedPolicy, folder_of
 
 _BLOCK = 20
 """Games that one process plays side by side."""
-_PATIENCE = 30.0
-"""Seconds that a game's first command may take on top: players load and compile then."""
+_PATIENCE = 600.0
+"""Seconds that getting ready for games, and their first command, may take on top: what players load and compile only
+then is done once, on however slow a machine. Who takes longer hangs."""
 
 _OUTCOMES = tuple(POINTS)
 
@@ -81,6 +83,15 @@ def _clock(budget_ms: float) -> Clock:
     return allow
 
 
+def _made(loader: Loader, name: str, game: GameConfig) -> Player:
+    try:
+        return loader(name, game)
+    except SwarmError:
+        raise
+    except FAULTS as error:
+        raise PolicyError(f"{name} cannot be made: {error!r}") from error
+
+
 def play_block(
     loader: Loader, one: str, other: str, numbers: Sequence[int], config: TournamentConfig
 ) -> list[PlayedGame]:
@@ -88,14 +99,16 @@ def play_block(
 
     A policy answers many games at once, so after a failure each game is played again on its own,
     with fresh policies, to see which of them fail.
+
+    Raises
+    ------
+    PolicyError
+        If a player cannot be made: then nothing has been played, and nobody has lost.
     """
+    players = [_made(loader, name, config.game) for name in (one, other)]
     clock = _clock(config.budget_ms)
     try:
-        loaded: list[Player] = []
-        for place, name in enumerate((one, other)):
-            with blame(place, name), clock(1, True):
-                loaded.append(loader(name, config.game))
-        games = play_games(loaded[0], loaded[1], numbers, seed=config.seed, config=config.game, clock=clock)
+        games = play_games(players[0], players[1], numbers, seed=config.seed, config=config.game, clock=clock)
     except FaultError as fault:
         if len(numbers) > 1:
             alone = [play_block(loader, one, other, [number], config) for number in numbers]

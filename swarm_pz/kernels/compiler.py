@@ -1,9 +1,13 @@
-"""How kernels are compiled: those that other kernels call as parts of these, and of nothing else.
+"""How kernels are compiled: an entry point as a whole, and each of its parts no further than that needs.
 
-numba optimises every function with all that it calls, and again as a part of each of its callers: of kernels that are
-called through five others, six times. And it lets each be called from Python, too, which takes more code than most
-kernels themselves: arguments such as all arrays of a game are unpacked one by one. Neither is needed of a part. Machine
-code is the same either way, but for a faster one here and there.
+numba makes machine code of every function, optimised with all that it calls, and again as a part of each of its
+callers: of kernels that are called through five others, six times. It lets each be called from Python, too, which takes
+more code than most kernels themselves: all arrays of a game are unpacked one by one. Of a part we keep only what its
+callers take into their own code.
+
+And an entry point keeps that code to itself. Where two of them, or a function and its part, have functions of one name,
+the linker takes the first of these for all. Their code may round differently, and a game would go another way in the
+process that compiled it than in those that load it later.
 """
 
 from __future__ import annotations
@@ -12,27 +16,48 @@ import gc
 from collections.abc import Callable
 from typing import Any
 
-from numba.core.codegen import JITCodeLibrary
+from llvmlite.binding import Linkage
+from numba.core.codegen import Codegen, JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
-from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
+from numba.core.compiler_machinery import FunctionPass, LoweringPass, PassManager, register_pass
 from numba.core.registry import CPUDispatcher
+from numba.core.typed_passes import NativeLowering, NoPythonBackend
 from numba.core.untyped_passes import FixupArgs
 
 from swarm_pz.kernels.cache import StampedCache
 
 
-class _Part(JITCodeLibrary):
-    """The code of one kernel and of what it calls, as it is put into the code of its callers."""
+class _PartLibrary(JITCodeLibrary):
+    """The code of one kernel and of what it calls, of which nothing is made but the code of its callers."""
 
     def _optimize_final_module(self) -> None:
         pass
 
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
 
-@register_pass(mutates_CFG=False, analysis_only=False)
-class _AsAPart(FunctionPass):
-    """Have the code of a function go into a library of its own kind."""
 
-    _name = "as_a_part"
+class _WholeLibrary(JITCodeLibrary):
+    """The code of an entry point, and of all kernels that it calls, which nobody else's can stand in for."""
+
+    def __init__(self, codegen: Codegen, name: str) -> None:
+        super().__init__(codegen, name)
+        self.enable_object_caching()  # as numba does with libraries that it makes itself
+
+    def _optimize_final_module(self) -> None:
+        super()._optimize_final_module()
+        for function in self._final_module.functions:
+            # After the optimisation, which treats these otherwise: so the code is what it always was.
+            if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
+                function.linkage = Linkage.internal
+
+
+class _IntoALibrary(FunctionPass):
+    """Have the code of a function go into a library of another kind than numba's."""
+
+    library: type[JITCodeLibrary]
 
     def __init__(self) -> None:
         FunctionPass.__init__(self)
@@ -40,19 +65,75 @@ class _AsAPart(FunctionPass):
     def run_pass(self, state: dict[str, object]) -> bool:
         """Make the library, which numba makes itself where there is none."""
         codegen = state.targetctx.codegen()  # type: ignore[attr-defined]
-        state.library = _Part(codegen, state.func_id.func_qualname)  # type: ignore[attr-defined]
+        state.library = self.library(codegen, state.func_id.func_qualname)  # type: ignore[attr-defined]
+        return False
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _AsAPart(_IntoALibrary):
+    _name = "as_a_part"
+    library = _PartLibrary
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _AsAWhole(_IntoALibrary):
+    _name = "as_a_whole"
+    library = _WholeLibrary
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _OfferToKernels(LoweringPass):
+    """Let other kernels find a part, which numba does for what it has made machine code of."""
+
+    _name = "offer_to_kernels"
+
+    def __init__(self) -> None:
+        LoweringPass.__init__(self)
+
+    def run_pass(self, state: dict[str, object]) -> bool:
+        """Register the part by a key, in place of what Python would call."""
+        key, lowered = object(), state["cr"]
+        state.targetctx.insert_user_function(key, lowered.fndesc, [state.library])  # type: ignore[attr-defined]
+        state["cr"] = lowered._replace(cfunc=key)  # type: ignore[attr-defined]
+        return False
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _WithItsPartsEnvironments(LoweringPass):
+    """Tell the code where the parts' environments are, as numba does for code that comes from a file."""
+
+    _name = "with_its_parts_environments"
+
+    def __init__(self) -> None:
+        LoweringPass.__init__(self)
+
+    def run_pass(self, state: dict[str, object]) -> bool:
+        """Put each where the code looks for it; exceptions are made with them."""
+        compiled = state["cr"]
+        for environment in compiled._find_referenced_environments():  # type: ignore[attr-defined]
+            compiled.library.codegen.set_env(environment.env_name, environment)  # type: ignore[attr-defined]
         return False
 
 
 class _PartCompiler(CompilerBase):
-    """numba's compiler, less its last optimisation and what Python calls."""
-
     def define_pipelines(self) -> list[PassManager]:
-        """Return numba's own passes, and ours among the first."""
-        self.state.flags.no_cpython_wrapper = True
-        self.state.flags.no_cfunc_wrapper = True
+        """Return numba's own passes, and ours among them."""
+        flags = self.state.flags
+        flags.no_cpython_wrapper = flags.no_cfunc_wrapper = flags.no_compile = True
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.add_pass_after(_AsAPart, FixupArgs)
+        passes.add_pass_after(_OfferToKernels, NativeLowering)
+        passes.finalize()
+        return [passes]
+
+
+class _WholeCompiler(CompilerBase):
+    def define_pipelines(self) -> list[PassManager]:
+        """Return numba's own passes, and ours among them."""
+        self.state.flags.no_cfunc_wrapper = True
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(_AsAWhole, FixupArgs)
+        passes.add_pass_after(_WithItsPartsEnvironments, NoPythonBackend)
         passes.finalize()
         return [passes]
 
@@ -92,7 +173,7 @@ class EntryPoint(CPUDispatcher):
     """
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
-        super().__init__(function, targetoptions=options | {"no_cfunc_wrapper": True})
+        super().__init__(function, targetoptions=options, pipeline_class=_WholeCompiler)
         self._cache = StampedCache(function)
 
     def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:

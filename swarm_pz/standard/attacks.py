@@ -22,6 +22,7 @@ from swarm_pz.standard.siege import search
 
 if TYPE_CHECKING:
     from swarm_pz.policies.learned import LearnedPolicy
+    from swarm_pz.training.config import TrainConfig
 
 THREADS = 1
 """Of every exploiter's training, on however many cores: with two, what is learned was not always the same twice."""
@@ -105,7 +106,7 @@ def _train(
         policy,
         folder,
         steps=steps,
-        learner=learner.replace(evaluate_every=max(steps // 2, 1), num_envs=min(learner.num_envs, max(steps // 64, 2))),
+        learner=learner.replace(evaluate_every=max(steps // 2, 1), num_envs=_games_for(steps, learner)),
         rules=protocol.game,
         seed=(protocol.robust.seed + number) % 2**32,
         threads=THREADS,
@@ -113,6 +114,17 @@ def _train(
         say=say,
     )
     return run.policy() if run.is_finished else run.run(asked)
+
+
+def _games_for(steps: int, learner: TrainConfig) -> int:
+    """Return how many games a training of so many commands plays side by side: as ever, or fewer for a short one.
+
+    What they gather at once is cut into batches without a rest.
+    """
+    count = min(learner.num_envs, max(steps // learner.rollout, 2))
+    while (gathered := count * learner.rollout) > learner.batch_size and gathered % learner.batch_size:
+        count -= 1
+    return count
 
 
 class Learning:

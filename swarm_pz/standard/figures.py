@@ -148,6 +148,7 @@ def _short(values: Any) -> Any:
 def _task(results: Results, task: tuple[str, str]) -> dict[str, Any]:
     place = results.tasks.index(task)
     games = [game for policy in range(results.policies) for game in results.of(policy, task)]
+    reasons = [game.forfeit for game in games if game.forfeit]
     counts = {outcome: sum(game.outcome == outcome for game in games) for outcome in POINTS}
     return {
         "opponent": task[1],
@@ -155,8 +156,16 @@ def _task(results: Results, task: tuple[str, str]) -> dict[str, Any]:
         **{f"{outcome}s" if outcome != "loss" else "losses": count for outcome, count in counts.items()},
         "points": [_short(score) for score in results.scores[:, place]],
         "mean_share": _short(np.mean([game.share for game in games])),
-        "forfeits": sum(bool(game.forfeit) for game in games),
+        "forfeits": len(reasons),
+        **({"first_forfeit": reasons[0]} if reasons else {}),
     }
+
+
+def forfeits_of(figures: dict[str, Any]) -> tuple[int, int, str]:
+    """Return how many games of a report were forfeited, of how many, and why the first one was."""
+    tasks = [task for track in figures["tracks"].values() for task in track["opponents"]]
+    reasons = [str(task["first_forfeit"]) for task in tasks if "first_forfeit" in task]
+    return sum(task["forfeits"] for task in tasks), sum(task["games"] for task in tasks), next(iter(reasons), "")
 
 
 def _how_soon(results: Results) -> dict[str, Any]:

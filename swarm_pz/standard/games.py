@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,6 +12,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import KindError, ResultsError
 from swarm_pz.evaluation.ledger import PlayedGame
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig, play_block
+from swarm_pz.evaluation.workers import silent
 from swarm_pz.policies.scripted import Tactic
 from swarm_pz.policy import Player, folder_of, load
 from swarm_pz.standard.protocol import Protocol, Track, Trial
@@ -173,15 +175,20 @@ def line_of(track: str, game: PlayedGame) -> Line:
     )
 
 
-def play_again(lines: Sequence[Line], protocol: Protocol, cast: Cast) -> list[Line]:
-    """Play games of a report again, each group of the same players together."""
+def play_again(
+    lines: Sequence[Line], protocol: Protocol, cast: Cast, say: Callable[[str], None] = silent
+) -> list[Line]:
+    """Play games of a report again, each group of the same players together, and say when another track begins."""
     tracks = {track.name: track for track in all_tracks(protocol)}
     trials = {(track.name, trial.name): trial for track in tracks.values() for trial in track.trials}
     groups: dict[tuple[str, int, str], list[int]] = {}
     for line in lines:
         groups.setdefault((line.track, line.policy, line.opponent), []).append(line.number)
     again: dict[tuple[Any, ...], Line] = {}
+    counts = Counter(line.track for line in lines)
     for (name, policy, opponent), numbers in groups.items():
+        if name in counts:
+            say(f"track {name}: playing {counts.pop(name)} games again")
         track, trial = tracks[name], trials.get((name, opponent))
         config = TournamentConfig(games=track.games, seed=track.seed, budget_ms=protocol.budget_ms, game=protocol.game)
         of_track = Cast(cast.policies, track.trials, cast.exploiters)

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any
 
+from swarm_pz.standard.figures import forfeits_of
+
 _STYLE = """
 :root { color-scheme: light; }
 body { font: 1rem/1.5 system-ui, sans-serif; color: #1b1b1b; background: #fff; margin: 0 auto; max-width: 46rem;
@@ -15,8 +17,8 @@ h1 { font-size: 1.5rem; line-height: 1.25; } h2 { font-size: 1.15rem; margin-top
 .try { background: #fff1c2; padding: .5rem .75rem; font-weight: 600; }
 table { border-collapse: collapse; width: 100%; font-size: .9rem; }
 th, td { text-align: right; padding: .25rem .4rem; border-bottom: 1px solid #d4d4d4;
-  font-variant-numeric: tabular-nums; }
-th:first-child, td:first-child { text-align: left; } caption { text-align: left; padding-bottom: .25rem; }
+  font-variant-numeric: tabular-nums; white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; } caption { text-align: left; padding: 1rem 0 .25rem; }
 .wide { overflow-x: auto; }
 svg { width: 100%; max-width: 34rem; height: auto; display: block; } svg text { font-size: 12px; fill: #1b1b1b; }
 dt { font-weight: 600; } dd { margin: 0 0 .5rem; }
@@ -67,6 +69,9 @@ def _note(report: dict[str, Any]) -> str:
         notes.append("A try with few and short games: it says nothing about the entry, and cannot be sent in.")
     if any(policy.get("privileged") for policy in report["policies"]):
         notes.append("The entry sees the simulator itself, which no side may.")
+    forfeited, games, reason = forfeits_of(report["figures"])
+    if forfeited:
+        notes.append(f"{forfeited} of {games} games are forfeits, the first since {escape(reason)}")
     return "".join(f'<p class="try">{note}</p>' for note in notes)
 
 
@@ -93,7 +98,7 @@ def _tracks(tracks: dict[str, Any]) -> str:
         )
         for name, track in tracks.items()
     ]
-    return "<h2>Tracks</h2>" + _table("Score of each track", ("track", "score", "95 %", "which is the"), rows)
+    return "<h2>Tracks</h2>" + _table("Score of each track", ("track", "score", "95 %", "made as"), rows)
 
 
 def _opponents(track: str, opponents: Sequence[dict[str, Any]]) -> str:
@@ -125,7 +130,7 @@ def _soon(uniform: dict[str, Any]) -> str:
         f"{median} (Kaplan-Meier). "
         f"Games that are not won count {_number(longest, 0)} s at most in the mean, "
         f"{_number(uniform['restricted_mean_seconds'], 0)} s ({_number(low, 0)} to {_number(high, 0)}).</p>"
-        + _plot("Share of games not won yet, over the time", f"{longest:.0f} s", points)
+        + _plot("Share of games not won yet, over the time", (f"{longest / 2:.0f} s", f"{longest:.0f} s"), points)
     )
 
 
@@ -137,23 +142,29 @@ def _profile(profile: dict[str, Any]) -> str:
     return (
         "<h2>Performance profile</h2><p>The share of training seeds and opponents with more than so many of the "
         "points; the band is the 95 % interval.</p>"
-        + _plot("Performance profile: share of opponents above a score", "score above 1", curve("share"), band)
+        + _plot("Performance profile: share of opponents above a score", ("0.5", "score above 1"), curve("share"), band)
     )
 
 
 def _plot(
-    title: str, right: str, points: Sequence[tuple[float, float]], band: Sequence[tuple[float, float]] = ()
+    title: str, along: tuple[str, str], points: Sequence[tuple[float, float]], band: Sequence[tuple[float, float]] = ()
 ) -> str:
+    """Return a curve over an axis that has these words in its middle and at its end."""
+
     def path(places: Sequence[tuple[float, float]]) -> str:
         return " ".join(f"{_LEFT + _WIDTH * x:.1f},{_TOP + _HEIGHT * (1 - y):.1f}" for x, y in places)
 
     base, side = _TOP + _HEIGHT, _LEFT + _WIDTH
+    half, centre = _TOP + _HEIGHT / 2, _LEFT + _WIDTH / 2
     return (
         f'<svg viewBox="0 0 {side + 12} {base + 24}" role="img" aria-label="{title}">'
-        f'<path d="M{_LEFT},{_TOP}V{base}H{side}" fill="none" stroke="#555"/>'
+        f'<path d="M{_LEFT},{_TOP}V{base}H{side}M{_LEFT - 4},{half}h4M{centre},{base}v4" fill="none" stroke="#555"/>'
         f'<text x="{_LEFT - 6}" y="{_TOP + 8}" text-anchor="end">1</text>'
+        f'<text x="{_LEFT - 6}" y="{half + 4}" text-anchor="end">0.5</text>'
         f'<text x="{_LEFT - 6}" y="{base}" text-anchor="end">0</text>'
-        f'<text x="{_LEFT}" y="{base + 17}">0</text><text x="{side}" y="{base + 17}" text-anchor="end">{right}</text>'
+        f'<text x="{_LEFT}" y="{base + 17}">0</text>'
+        f'<text x="{centre}" y="{base + 17}" text-anchor="middle">{along[0]}</text>'
+        f'<text x="{side}" y="{base + 17}" text-anchor="end">{along[1]}</text>'
         + (f'<polygon points="{path(band)}" fill="#9ec5e8"/>' if band else "")
         + f'<polyline points="{path(points)}" fill="none" stroke="#0b4f8a" stroke-width="2"/></svg>'
     )
@@ -181,7 +192,8 @@ def _cost(policies: Sequence[dict[str, Any]], cost: dict[str, Any]) -> str:
     return (
         "<h2>Cost</h2>"
         + _table("Training, as the cards of the policies say", headings, rows)
-        + f"<p>{_number(cost['ms_a_command'])} ms a command, on {escape(str(cost['measured_on']))}, "
+        + f"<p>{_number(cost['ms_a_command'])} ms a command, on {escape(str(cost['measured_on']))}"
+        f"{escape(f' ({kind})') if (kind := cost.get('processor')) else ''}, "
         f"{'a cluster' if cost['processes'] is None else escape(str(cost['processes'])) + ' processes'}.</p>"
     )
 

@@ -21,6 +21,7 @@ from swarm_pz.evaluation.ledger import held
 from swarm_pz.evaluation.provenance import versions
 from swarm_pz.evaluation.workers import Errands, open_pool
 from swarm_pz.files import check_folder, draft_of
+from swarm_pz.kernels.cache import processor
 from swarm_pz.policy import Player, PrivilegedPolicy
 from swarm_pz.standard import attacks
 from swarm_pz.standard.figures import Results, figures, improvement
@@ -167,6 +168,7 @@ def run(
             "policies": [cost_of(player) for player in players],
             "ms_a_command": round(float(np.mean([ms for games in played for ms in games.thinking_ms()])), 3),
             "measured_on": machine()["processor"],
+            "processor": processor(),
             "processes": getattr(workers, "count", None),
             "seconds_of_this_sitting": round(time.monotonic() - began, 1),
             "command": command,

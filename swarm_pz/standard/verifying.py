@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,8 @@ from swarm_pz.errors import ConfigError, ResultsError, SwarmError
 from swarm_pz.evaluation.match import POINTS
 from swarm_pz.evaluation.parcels import MOST_BYTES
 from swarm_pz.evaluation.provenance import versions
+from swarm_pz.evaluation.workers import silent
+from swarm_pz.kernels.cache import processor
 from swarm_pz.policy import Player, PrivilegedPolicy, registered
 from swarm_pz.standard import report as files
 from swarm_pz.standard.figures import ROBUST
@@ -49,6 +51,11 @@ class Verdict:
     seed: int
 
     @property
+    def is_try(self) -> bool:
+        """Whether the report is a try, of few and short games, which nobody's board takes."""
+        return str(self.report["protocol"]["version"]).endswith("-quick")
+
+    @property
     def unchecked(self) -> tuple[str, ...]:
         """In words, what the folder says and nobody has looked at."""
         found = []
@@ -66,6 +73,7 @@ def verify(
     games: int = SAMPLE,
     seed: int | None = None,
     protocol: Protocol | None = None,
+    say: Callable[[str], None] = silent,
 ) -> Verdict:
     """Check a report.
 
@@ -82,23 +90,28 @@ def verify(
     seed : int, optional
         Chooses the sample; a fresh one, if not given.
     protocol : Protocol, optional
-        The current one, if not given.
+        The current one, if not given; of a try, its quick form.
+    say : callable, optional
+        Where lines about what is being checked go.
 
     Raises
     ------
     ResultsError
-        If a file was changed, figures do not follow from the games, the policies are others, the report is a try, or
-        games come out differently.
+        If a file was changed, figures do not follow from the games, the policies are others, or games come out
+        differently.
     """
     check_count(games, "games", 1, 10_000)
     protocol = protocol if protocol is not None else Protocol.read()
     seed = secrets.randbits(64) if seed is None else seed
+    say("checking files, figures and policies")
     report, lines = files.read(folder)
     try:
+        if str(report["protocol"]["version"]).endswith("-quick"):
+            protocol = protocol.quick()
         _check_protocol(report, protocol)
         _check_figures(report, lines, protocol, folder)
         cast = _cast(report, folder, policies, protocol)
-        return Verdict(report, _play_sample(report, lines, protocol, cast, games, seed), seed)
+        return Verdict(report, _play_sample(report, lines, protocol, cast, games, seed, say), seed)
     except SwarmError:
         raise
     except (AttributeError, LookupError, TypeError, ValueError) as error:
@@ -107,8 +120,6 @@ def verify(
 
 def _check_protocol(report: dict[str, Any], protocol: Protocol) -> None:
     told = report["protocol"]
-    if str(told["version"]).endswith("-quick"):
-        raise ResultsError("the report is a try (--quick), which says nothing about an entry: run it without --quick")
     if told != {"version": protocol.version, "digest": protocol.digest}:
         raise ResultsError(
             f"the report is of protocol {told['version']!r} ({told['digest']!r}), this swarm-pz has "
@@ -209,18 +220,24 @@ def _inside(folder: Path, told: object, where: str, number: int) -> str | None:
 
 
 def _play_sample(
-    report: dict[str, Any], lines: list[Line], protocol: Protocol, cast: Cast, games: int, seed: int
+    report: dict[str, Any],
+    lines: list[Line],
+    protocol: Protocol,
+    cast: Cast,
+    games: int,
+    seed: int,
+    say: Callable[[str], None],
 ) -> str:
     searched = {attack["policy"]: attack["searched"] for attack in report["attacks"]}
     for line in lines:
         if line.track == ROBUST and line.opponent not in (searched.get(line.policy), f"{LEARNED} {line.policy}"):
             raise ResultsError(f"{line.opponent!r} in {files.GAMES} is no attack that the report names")
     sample = _choose(lines, games, seed)
-    different = [(old, new) for old, new in zip(sample, play_again(sample, protocol, cast), strict=True) if old != new]
+    again = play_again(sample, protocol, cast, say)
+    different = [(old, new) for old, new in zip(sample, again, strict=True) if old != new]
     if not different:
         return f"{len(sample)} games played again are the same games"
-    here = machine()["processor"]
-    there = report["cost"]["measured_on"]
+    here, there = _kinds(report["cost"])
     same_versions = all(report["versions"].get(name) == version for name, version in versions().items())
     old, new = different[0]
     first = (
@@ -230,9 +247,10 @@ def _play_sample(
     if here == there and same_versions:
         raise ResultsError(f"{len(different)} of {len(sample)} games came out differently: {first} (seed {seed})")
     larger = _choose(lines, LARGER * games, seed)
+    say(f"games differ, on {there} and here on {here} or with other versions: comparing shares")
     differences = [
         POINTS[again.outcome] - POINTS[line.outcome]
-        for line, again in zip(larger, play_again(larger, protocol, cast), strict=True)
+        for line, again in zip(larger, play_again(larger, protocol, cast, say), strict=True)
     ]
     mean = float(np.mean(differences))
     error = max(float(np.std(differences)), 0.5 / len(differences) ** 0.5) / len(differences) ** 0.5
@@ -245,6 +263,13 @@ def _play_sample(
         f"games differ here ({here}, the report was made on {there}, or with other versions), as chaotic games do; "
         f"over {len(larger)} of them the share of the points differs by {mean:+.3f}, no more than chance does"
     )
+
+
+def _kinds(cost: dict[str, Any]) -> tuple[str, str]:
+    """Return what kind of processor is here, and was there: LLVM's name for it, as far as the report has that."""
+    if "processor" in cost:
+        return processor(), str(cost["processor"])
+    return str(machine()["processor"]), str(cost["measured_on"])
 
 
 def _choose(lines: list[Line], count: int, seed: int) -> list[Line]:

@@ -41,6 +41,73 @@ def test_an_alarm_rings_until_it_is_heard_and_is_put_away():
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
 
 
+SLOW_MODULE = """
+import time
+for _ in range(50):
+    time.sleep(0.01)
+done = True
+"""
+
+
+def test_an_import_is_finished_before_who_is_late_is_interrupted(tmp_path, monkeypatch):
+    (tmp_path / "takes_long.py").write_text(SLOW_MODULE)
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def answer():
+        with alarm(0.02):
+            import takes_long  # noqa: F401
+
+            time.sleep(5.0)
+
+    with pytest.raises(TimeoutError):
+        answer()
+    assert sys.modules.pop("takes_long").done, "half a module would stay behind for all others"
+
+
+def test_compilation_is_finished_before_who_is_late_is_interrupted():
+    from numba.core.compiler_lock import global_compiler_lock
+
+    done = []
+
+    def answer():
+        with alarm(0.02):
+            with global_compiler_lock:
+                for _ in range(50):
+                    time.sleep(0.01)
+                done.append("compiled")
+            time.sleep(5.0)
+
+    with pytest.raises(TimeoutError):
+        answer()
+    assert done == ["compiled"]
+
+
+def test_code_that_is_called_while_something_else_is_imported_is_interrupted(tmp_path, monkeypatch):
+    (tmp_path / "experiment.py").write_text(
+        "import time\nfrom swarm_pz.evaluation.processes import alarm\n"
+        "try:\n    with alarm(0.02):\n        time.sleep(5.0)\nexcept TimeoutError:\n    heard = True\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    began = time.monotonic()
+    import experiment
+
+    assert experiment.heard and time.monotonic() - began < 4.0
+
+
+def test_what_is_waited_for_a_processor_does_not_count(tmp_path, monkeypatch):
+    told = tmp_path / "schedstat"
+    told.write_text("5 1000000000 3\n")
+    monkeypatch.setattr("swarm_pz.evaluation.processes._WAITS", told)
+    with alarm(0.1):
+        told.write_text("5 9000000000 3\n")
+        time.sleep(0.3)
+    with pytest.raises(TimeoutError), alarm(0.1):
+        time.sleep(0.3)
+    told.unlink()  # as on systems that do not tell
+    with pytest.raises(TimeoutError), alarm(0.1):
+        time.sleep(0.3)
+
+
 def test_where_no_alarm_can_ring_who_is_late_is_told_afterwards():
     said = []
 

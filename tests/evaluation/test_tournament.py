@@ -16,6 +16,7 @@ import pytest
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import CommandError, ConfigError, PolicyError, ResultsError, Stopped
 from swarm_pz.evaluation import ladder
 from swarm_pz.evaluation.ledger import GAMES, SETTINGS
@@ -377,16 +378,83 @@ def test_the_first_command_alone_may_take_as_long_as_it_takes_to_get_ready(monke
     assert bool(game.forfeit) == is_late
 
 
-def test_who_takes_for_ever_to_load_forfeits(monkeypatch):
+def test_the_time_to_make_a_player_is_nobodys_thinking(monkeypatch):
     monkeypatch.setattr("swarm_pz.evaluation.tournament._PATIENCE", 5.0)
     monkeypatch.setattr("swarm_pz.evaluation.tournament.alarm", alarm_of_that_clock)
 
     def load_late(name, config):
-        Thinking.now += 8.0 if name == "uniform" else 0.0
+        Thinking.now += 8.0
         return policies.load(name, config)
 
     (game,) = play_block(load_late, "ring", "uniform", [1], CONFIG)
-    assert (game.outcome, game.number, game.seconds) == ("win", 1, 0.0) and game.forfeit.startswith("uniform: ")
+    assert not game.forfeit
+
+
+def test_what_is_compiled_to_show_a_game_is_nobodys_thinking(monkeypatch):
+    monkeypatch.setattr("swarm_pz.evaluation.tournament._PATIENCE", 5.0)
+    monkeypatch.setattr("swarm_pz.evaluation.tournament.alarm", alarm_of_that_clock)
+    observe = BatchEnv.observe
+
+    def observe_late(*arguments):
+        Thinking.now += 8.0
+        return observe(*arguments)
+
+    monkeypatch.setattr(BatchEnv, "observe", observe_late)
+    (game,) = play_block(policies.load, "ring", "uniform", [1], CONFIG)
+    assert not game.forfeit
+
+
+MADE_LATE = """
+import time
+for _ in range(30):
+    time.sleep(0.02)
+
+from swarm_pz.policies.scripted import uniform
+
+def make(config):
+    return uniform(config)
+"""
+
+
+def test_a_player_whose_module_takes_longer_to_import_than_it_may_think_plays(tmp_path, monkeypatch):
+    (tmp_path / "made_late.py").write_text(MADE_LATE)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("swarm_pz.evaluation.tournament._PATIENCE", 0.1)
+
+    def load_late(name, config):
+        return __import__("made_late").make(config) if name == "late" else policies.load(name, config)
+
+    monkeypatch.delitem(sys.modules, "made_late", raising=False)
+    (game,) = play_block(load_late, "late", "ring", [0], CONFIG.replace(budget_ms=200.0))
+    assert not game.forfeit and "made_late" in sys.modules
+
+
+def test_who_cannot_be_made_has_lost_nothing(tmp_path):
+    made = []
+
+    def load_once(name, config):
+        made.append(name)
+        if name == "ring" and made.count(name) > 1:
+            raise AttributeError("partially initialized module")
+        return policies.load(name, config)
+
+    tournament = Tournament(("ring", "uniform"), CONFIG, tmp_path, load_once)
+    with pytest.raises(PolicyError, match="ring cannot be made: AttributeError"):
+        tournament.play()
+    assert not (tmp_path / GAMES).exists()
+
+
+def test_games_that_were_forfeited_since_a_player_could_not_be_made_are_played(tmp_path):
+    first = played(tmp_path, ("ring", "uniform"))
+    whole = lines(tmp_path)
+    changed = json.loads(whole[0]) | {"forfeit": "ring: policy 'ring' (x:y) cannot be made: TimeoutError()"}
+    (tmp_path / GAMES).write_text("\n".join([json.dumps(changed), *whole[1:]]) + "\n")
+    again = Tournament(("ring", "uniform"), CONFIG, tmp_path, load)
+    assert [len(numbers) for _, _, numbers in again.missing()] == [1]
+    again.play()
+    ends = {key: game.fingerprint for key, game in first.games.items()}
+    assert {key: game.fingerprint for key, game in again.games.items()} == ends
+    assert not any(game.forfeit for game in again.games.values())
 
 
 def test_the_ladder_orders_plots_and_tells(tmp_path):

@@ -1,13 +1,17 @@
-"""A kernel is compiled for who calls it, and optimised with that."""
+"""A kernel is compiled for who calls it, and optimised with that; and then it is nobody else's code that runs."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from llvmlite.binding import Linkage
 from numba import njit
 from numba.core.codegen import JITCodeLibrary
 
 from swarm_pz.kernels import kernel
+from swarm_pz.kernels.compiler import _WholeCompiler
+from swarm_pz.kernels.fourier import make_targets
+from swarm_pz.simulator.commands import make_target
 
 
 def total(values: np.ndarray) -> float:
@@ -49,3 +53,45 @@ def test_python_is_told_that_it_cannot_call_a_part(is_compiled):
 def test_without_numba_parts_are_plain_python(monkeypatch):
     monkeypatch.setattr("numba.config.DISABLE_JIT", 1)
     assert kernel(total) is total
+
+
+def test_an_entry_point_runs_its_own_code_in_the_process_that_compiled_it_too():
+    """A function that others may stand in for could be another entry point's: games would go another way."""
+    make_target(np.ones((10, 10)), 10)
+    compiled = make_targets.signatures[0]
+    shared = {}
+    for name, options in (("usual", {}), ("ours", {"pipeline_class": _WholeCompiler})):
+        function = njit(**options)(make_targets.py_func)
+        function.compile(compiled)
+        defined = function.overloads[compiled].library.get_defined_functions()
+        shared[name] = [one.name for one in defined if one.linkage == Linkage.linkonce_odr]
+    assert any("normalise" in one for one in shared["usual"])
+    assert not shared["ours"]
+
+
+def test_no_machine_code_is_made_of_a_part_alone(monkeypatch):
+    made, usual = [], JITCodeLibrary._finalize_final_module
+
+    def finalize(library):
+        made.append(library.name.split(".")[-1])
+        usual(library)
+
+    monkeypatch.setattr(JITCodeLibrary, "_finalize_final_module", finalize)
+    part, function = kernel(total), njit(lambda values: part(values) + part(2.0 * values))
+    assert function(np.ones(2)) == 10.0
+    assert "total" not in made and made
+
+
+def test_a_part_may_raise():
+    """What an exception holds lies in an environment, which numba sets up for what it makes machine code of."""
+
+    @kernel
+    def picky(count):
+        if count > 2:
+            raise ValueError("at most 2, got", count)
+        return count
+
+    function = njit(pipeline_class=_WholeCompiler)(lambda count: picky(count))
+    assert function(2) == 2
+    with pytest.raises(ValueError, match=r"\('at most 2, got', 3\)"):
+        function(3)

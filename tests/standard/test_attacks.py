@@ -59,6 +59,14 @@ def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_p
     assert asked == [budget]
 
 
+@pytest.mark.parametrize(("steps", "games"), [(256, 4), (2_000, 16), (1_500_000, 160)])
+def test_what_an_exploiter_gathers_is_cut_into_whole_batches(steps, games):
+    learner = TrainConfig()
+    assert attacks._games_for(steps, learner) == games
+    gathered = games * learner.rollout
+    assert gathered % min(learner.batch_size, gathered) == 0, "Stable-Baselines3 warns of the rest"
+
+
 class EnoughError(Exception):
     pass
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import ResultsError
-from swarm_pz.standard.figures import Results, figures, improvement
+from swarm_pz.standard.figures import Results, figures, forfeits_of, improvement
 from swarm_pz.standard.games import Line, all_tracks
 
 
@@ -74,6 +74,14 @@ def test_every_figure_is_of_its_own_games(tiny):
     assert profile["score_above"][:2] == [0.0, 0.05] and profile["share"][0] == pytest.approx(10 / 12, abs=1e-4)
     assert all(low <= high for low, high in zip(profile["low"], profile["high"], strict=True))
     assert figures(Results(lines, tiny)) == said
+
+
+def test_the_first_reason_of_forfeits_is_told_where_there_are_any(tiny):
+    lines = games(tiny, lambda *_: "win")
+    assert forfeits_of(figures(Results(lines, tiny)))[0] == 0
+    spoilt = [line._replace(forfeit=f"{line.opponent}: no luck") if line.number == 1 else line for line in lines]
+    told = figures(Results(spoilt, tiny))
+    assert forfeits_of(told) == (sum(bool(one.forfeit) for one in spoilt), len(lines), spoilt[1].forfeit)
 
 
 def test_robust_is_the_worse_attack_and_a_fifth_of_the_score(tiny):

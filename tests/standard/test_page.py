@@ -71,6 +71,25 @@ def test_who_sees_the_simulator_itself_is_said_to(reported):
     assert "sees the simulator itself" in render(report)
 
 
+def test_forfeits_are_said_to_be_and_why(reported):
+    report = json.loads((reported / REPORT).read_text())
+    assert "forfeits" not in render(report)
+    first = report["figures"]["tracks"]["uniform"]["opponents"][0]
+    first |= {"forfeits": 7, "first_forfeit": "entry 1: policy <b> raised"}
+    assert "7 of " in (page := render(report)) and "the first since entry 1: policy &lt;b&gt; raised" in page
+
+
+def test_words_and_numbers_of_a_table_are_not_broken(reported):
+    page = (reported / PAGE).read_text()
+    assert re.search(r"th, td \{[^}]*white-space: nowrap", page) and re.search(r"\.wide \{[^}]*overflow-x: auto", page)
+
+
+def test_plots_have_a_mark_in_the_middle(reported):
+    page = (reported / PAGE).read_text()
+    assert page.count(">0.5</text>") == 3, "both ordinates, and the scores"
+    assert ">1.5 s</text>" in page or ">2 s</text>" in page, "half of the time"
+
+
 def test_a_try_is_said_to_be_one(reported):
     report = json.loads((reported / REPORT).read_text())
     assert "cannot be sent in" not in render(report)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,9 +11,10 @@ from swarm_pz.bench import machine
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError
+from swarm_pz.kernels.cache import processor
 from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.standard import Entry, Protocol, run, verify
 from swarm_pz.standard import report as files
-from swarm_pz.standard import verify
 from swarm_pz.standard.games import Line
 from swarm_pz.standard.page import render
 from swarm_pz.standard.verifying import Verdict, _choose
@@ -86,7 +88,7 @@ def test_games_that_nobody_played_are_found(copied, tiny):
     edit(copied, lambda old: old.update(describe("two", report["policies"], report["attacks"], forged, tiny)))
     with pytest.raises(ResultsError, match="games came out differently: game"):
         verify(copied, protocol=tiny)
-    edit(copied, lambda old: old["cost"].update(measured_on="another processor"))
+    edit(copied, lambda old: old["cost"].update(processor="another"))
     with pytest.raises(ResultsError, match="more than chance does"):
         verify(copied, protocol=tiny)
 
@@ -110,7 +112,7 @@ def test_games_that_nobody_played_are_found(copied, tiny):
         (lambda report: report["attacks"][0].update(learned="/etc"), "expected exploiters/0 in"),
         (lambda report: report["attacks"][0].update(searched="siege 1"), "names no tactic|is no attack that"),
         (lambda report: report["protocol"].update(version="7"), "the report is of protocol '7'"),
-        (lambda report: report["protocol"].update(version="1-quick"), "the report is a try"),
+        (lambda report: report["protocol"].update(version="1-quick"), "the report is of protocol '1-quick'"),
         (lambda report: report.update(rules_hash="0" * 16), "are not those of protocol"),
         (lambda report: report.update(policies=[]), "is of no entry: policies must be one to 100"),
         (lambda report: report.update(name="<b>\n" * 30), "is of no entry: name must be 1 to 60 characters"),
@@ -173,18 +175,45 @@ def test_the_seed_of_a_sample_is_told_and_chooses_it(reported):
 def test_a_few_games_that_differ_elsewhere_are_no_lie(copied, tiny, monkeypatch):
     """What is chaotic ends otherwise on another processor, though as well on the whole."""
 
-    def otherwise(lines, protocol, cast):
+    def otherwise(lines, protocol, cast, say):
         return [line._replace(seconds=line.seconds + 1.0, fingerprint="other") for line in lines]
 
     monkeypatch.setattr("swarm_pz.standard.verifying.play_again", otherwise)
-    edit(copied, lambda old: old["cost"].update(measured_on="another processor"))
+    edit(copied, lambda old: old["cost"].update(processor="znver0"))
     verdict = verify(copied, protocol=tiny, seed=5)
     assert "no more than chance does" in verdict.check and verdict.seed == 5
+    assert f"games differ here ({processor()}, the report was made on znver0, or" in verdict.check
+    edit(copied, lambda old: old["cost"].update(processor=processor(), measured_on="another name for it"))
+    with pytest.raises(ResultsError, match=r"games came out differently: .* \(seed 5\)"):
+        verify(copied, protocol=tiny, seed=5)
+    # Of reports from before LLVM's name stood in them the processor's own is compared.
+    edit(copied, lambda old: old["cost"].pop("processor"))
+    assert "made on another name for it" in verify(copied, protocol=tiny, seed=5).check
     edit(copied, lambda old: old["cost"].update(measured_on=machine()["processor"]))
     with pytest.raises(ResultsError, match=r"games came out differently: .* \(seed 5\)"):
         verify(copied, protocol=tiny, seed=5)
     edit(copied, lambda old: old["versions"].update(numpy="1.0"))
     assert "or with other versions" in verify(copied, protocol=tiny).check
+
+
+def test_it_is_said_what_is_being_checked(copied, tiny):
+    said = []
+    verify(copied, protocol=tiny, games=10, say=said.append)
+    tracks = [f"track {name}: playing 2 games again" for name in ("uniform", "field", "held-out", "systems", "robust")]
+    assert said == ["checking files, figures and policies", *tracks]
+
+
+def test_a_try_is_checked_and_said_to_be_one(tiny, tmp_path, capsys, monkeypatch):
+    short = replace(tiny, version="1", tracks=tuple(replace(track, trials=track.trials[:1]) for track in tiny.tracks))
+    few = replace(tiny.robust, games=2, steps=256, generations=1, candidates=2, search_games=2)
+    quick = Protocol.quick
+    monkeypatch.setattr(Protocol, "quick", lambda whole: replace(quick(whole), game=whole.game, robust=few))
+    monkeypatch.setattr(Protocol, "read", lambda: short)
+    run(Entry(policies=("ring",), name="a try"), tmp_path, protocol=short.quick(), processes=1)
+    main(["benchmark", "--verify", str(tmp_path), "--games", "5"])
+    said = capsys.readouterr().out
+    assert "5 games played again are the same games" in said and "no entry" in said.splitlines()[-1]
+    assert verify(tmp_path, games=1).is_try
 
 
 def edit_without_page(folder, change):
@@ -324,6 +353,7 @@ def test_options_that_do_not_fit_are_refused(arguments, message, capsys):
 def test_options_reach_what_is_done(reported, tmp_path, monkeypatch, capsys):
     report, _ = files.read(reported)
     report["figures"]["improvement"] = {"over": "other", "signature": "", "probability": 0.7, "ci95": [0.6, 0.8]}
+    report["figures"]["score_ci95"] = [0.4, 0.625]
     called = []
 
     def run(entry, out, **options):
@@ -346,8 +376,16 @@ def test_options_reach_what_is_done(reported, tmp_path, monkeypatch, capsys):
     assert "protocol: 1-quick" in printed and "better than other with probability 0.700 (0.600 to 0.800)" in printed
     score, (low, high) = report["figures"]["score"], report["figures"]["score_ci95"]
     assert f"score      {score:.3f} (95 % interval over training seeds: {low:.3f} to {high:.3f})" in printed
+    report["figures"]["score_ci95"] = [report["figures"]["score"]] * 2
+    report["figures"]["tracks"]["field"]["opponents"][0] |= {"forfeits": 3, "first_forfeit": "entry 0: broke"}
+    games = sum(task["games"] for track in report["figures"]["tracks"].values() for task in track["opponents"])
+    main(["benchmark", "ring", "--out", str(tmp_path)])
+    printed = capsys.readouterr().out
+    assert f"\nscore      {score:.3f}\n" in printed, "an interval without width says nothing"
+    assert f"forfeits: 3 of {games} games, the first since entry 0: broke" in printed
     main(["benchmark", "ring", "--name", "mine", "--out", str(tmp_path)])
     assert called[-1][0].name == "mine" and not called[-1][2]["protocol"].is_quick
     main(["benchmark", "halo", "--verify", str(tmp_path), "--seed", "9"])
+    assert called[-1][2].pop("say") is not None
     assert called[-1] == (tmp_path, ("halo",), {"games": 40, "seed": 9})
     assert "all is well (sample of seed 9)" in capsys.readouterr().out
