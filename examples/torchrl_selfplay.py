@@ -1,6 +1,9 @@
 """PPO of TorchRL on `PettingZooWrapper`: both sides are one group, whose two agents share a network (self-play).
 
-python examples/torchrl_selfplay.py --steps 65536
+python examples/torchrl_selfplay.py --steps 131072
+
+What matters: the collector. It samples actions and carries games on from one batch to the next; `rollout` of the
+environments would, unless asked by `set_exploration_type`, send the actor's best action, from which nothing is learned.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ import numpy as np
 import torch
 from tensordict.nn import NormalParamExtractor, TensorDictModule
 from torch import nn
+from torchrl.collectors import Collector
 from torchrl.envs import MarlGroupMapType, PettingZooWrapper, SerialEnv
 from torchrl.modules import ProbabilisticActor, TanhNormal
 from torchrl.objectives import ClipPPOLoss, ValueEstimators
@@ -79,13 +83,12 @@ def train(steps: int, seed: int) -> tuple[nn.Module, int]:
     )
     loss.make_value_estimator(ValueEstimators.GAE, gamma=0.98, lmbda=0.95)
     optimizer = torch.optim.Adam(loss.parameters(), 5e-4)
-    updates = max(steps // (2 * NUM_ENVS * NUM_STEPS), 1)
-    last = None
-    for update in range(updates):
+    frames = NUM_ENVS * NUM_STEPS
+    updates = max(steps // (2 * frames), 1)  # a frame is a step of a game, of both sides
+    collector = Collector(envs, policy, frames_per_batch=frames, total_frames=updates * frames)
+    for update, batch in enumerate(collector):
         optimizer.param_groups[0]["lr"] = 5e-4 * (1 - update / updates)
         with torch.no_grad():
-            batch = envs.rollout(NUM_STEPS, policy, auto_reset=last is None, tensordict=last, break_when_any_done=False)
-            last = envs.step_mdp(batch[..., -1])  # the games go on in the next rollout
             loss.value_estimator(
                 batch, params=loss.critic_network_params, target_params=loss.target_critic_network_params
             )
@@ -97,14 +100,14 @@ def train(steps: int, seed: int) -> tuple[nn.Module, int]:
                 (losses["loss_objective"] + losses["loss_critic"]).backward()
                 nn.utils.clip_grad_norm_(loss.parameters(), 0.5)
                 optimizer.step()
-    envs.close()
-    return actor, updates * 2 * NUM_ENVS * NUM_STEPS
+    collector.shutdown()
+    return actor, updates * 2 * frames
 
 
 def main() -> None:
     """Train, save, and play matches."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--steps", type=int, default=65_536, help="commands to learn from, of both sides")
+    parser.add_argument("--steps", type=int, default=131_072, help="commands to learn from, of both sides")
     parser.add_argument("--games", type=int, default=200, help="games against each opponent, even")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/torchrl_selfplay"))
