@@ -86,16 +86,15 @@ def _train(
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "training")
     from swarm_pz.training.checkpoint import CHECKPOINT
-    from swarm_pz.training.exploit import THREADS, fixed_learner, make_exploiter
+    from swarm_pz.training.exploit import fixed_learner, make_exploiter
 
     steps = protocol.robust.steps
     run = make_exploiter(
         policy,
         folder,
-        steps=steps,
         learner=fixed_learner(policy, protocol.game, steps),
+        steps=steps,
         seed=(protocol.robust.seed + number) % 2**32,
-        threads=THREADS,
         resume=(folder / CHECKPOINT).is_file(),
         say=say,
     )
