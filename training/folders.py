@@ -11,7 +11,7 @@ from swarm_pz.errors import CheckpointError, ConfigError
 from swarm_pz.policies.learned import CARD
 from swarm_pz.training.checkpoint import CHECKPOINT, read_story
 
-OLD_CHECKPOINT, LEAGUE, LEARNER = "checkpoint.pt", "league.json", "main"
+OLD_CHECKPOINT, LEAGUE, LEARNER, SEARCH = "checkpoint.pt", "league.json", "main", "search.json"
 
 
 def held_by(folder: Path) -> str | None:
@@ -19,7 +19,7 @@ def held_by(folder: Path) -> str | None:
     if (folder / LEAGUE).is_file():
         inner = held_by(folder / LEARNER)
         return f"a league, {inner}" if inner else "a league"
-    for name in (CHECKPOINT, OLD_CHECKPOINT, CARD):
+    for name in (CHECKPOINT, OLD_CHECKPOINT, CARD, SEARCH):
         path = folder / name
         if path.is_file():
             when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
@@ -35,6 +35,8 @@ def _describe(path: Path) -> str:
             return (
                 f"a finished run of {steps:,} steps" if story["finished"] else f"a run at step {steps:,} of {total:,}"
             )
+        if path.name == SEARCH:
+            return f"a search for what beats {json.loads(path.read_text())['target']}"
         if path.name == CARD:
             return f"a policy trained for {json.loads(path.read_text())['steps']:,} steps"
     except (CheckpointError, LookupError, TypeError, ValueError):

@@ -49,6 +49,13 @@ def _load_opponent(opponent: Opponent, game: GameConfig) -> Player:
     return load(opponent.name, game, game.team_systems[1])
 
 
+def clear(folder: Path) -> None:
+    """Take away what a run has left in a folder, as far as another run could take it for its own."""
+    for name in (CHECKPOINT, OLD_CHECKPOINT, HISTORY, WEIGHTS, CARD):
+        (folder / name).unlink(missing_ok=True)
+    shutil.rmtree(folder / TENSORBOARD, ignore_errors=True)
+
+
 class Training:
     """One training run in a folder, begun afresh or taken up from its last checkpoint.
 
@@ -133,9 +140,7 @@ class Training:
         if resume:
             self._load_checkpoint()
         else:  # nothing of an earlier run may be taken for this one's
-            for name in (CHECKPOINT, OLD_CHECKPOINT, HISTORY, WEIGHTS, CARD):
-                (folder / name).unlink(missing_ok=True)
-            shutil.rmtree(folder / TENSORBOARD, ignore_errors=True)
+            clear(folder)
             self.save_checkpoint()
         with draft_of(folder / "config.json") as draft:
             draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")

@@ -31,15 +31,16 @@ def evaluate(
     policy: Player,
     /,
     opponent: Opponent = "uniform",
-    games: int = 200,
+    games: int | None = None,
     seed: int = 0,
     json: Path | None = None,
     threads: int = 2,
     held_out: bool = False,
-    processes: int = 1,
+    processes: int | None = None,
     ray: str | None = None,
     exploit: bool = False,
-    exploit_steps: int = 1_000_000,
+    exploit_steps: int = 3_000_000,
+    exploiters: int = 3,
     out: Path | None = None,
     resume: bool = False,
     overwrite: bool = False,
@@ -52,17 +53,19 @@ def evaluate(
     Args:
         policy: Name of a policy, or a folder that training wrote.
         opponent: Name of a policy, or a folder that training wrote.
-        games: Number of games, even.
-        seed: Seed of the match.
+        games: Number of games, even; 200 if not given, and 1,000 with exploit.
+        seed: Seed of the match, or of the first exploiter.
         json: Write the figures to this file, too.
         threads: Threads that share the games.
         held_out: Play every script instead, and a suite of opponents and sizes that nobody trains against.
-        processes: Processes that share the matches of held-out, each with as many threads.
-        ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
-        exploit: Train a best response to the policy instead, and say what that wins.
-        exploit_steps: Steps of that training.
-        out: Folder of that training; runs/exploiter if none is given, or the next free of runs/exploiter-2, ...
-        resume: Go on with that training; without a folder, with the latest.
+        processes: Processes that share the matches of held-out, each with as many threads, or the exploiters and the
+            search; 1 and 2 if not given.
+        ray: Share the matches of held-out among the machines of a Ray cluster instead: auto, or HOST:PORT.
+        exploit: Search for what beats the policy instead, learning and not, and say what that wins of fresh games.
+        exploit_steps: Steps that each exploiter trains.
+        exploiters: Exploiters, each of a seed of its own; the best is chosen on other games than those that count.
+        out: Folder of that search; runs/exploiter if none is given, or the next free of runs/exploiter-2, ...
+        resume: Go on with that search; without a folder, with the latest.
         overwrite: Replace the run that the folder holds.
         game: The rules.
     """
@@ -74,18 +77,22 @@ def evaluate(
     if not exploit:
         check(not (resume or overwrite), "resume and overwrite", (resume, overwrite), "left out without exploit")
     if not held_out:
-        check((processes, ray) == (1, None), "processes and ray", (processes, ray), "left out without held_out")
+        check(ray is None, "ray", ray, "left out without held_out")
+        check(exploit or processes is None, "processes", processes, "left out without held_out or exploit")
     if held_out or exploit:
         check(opponent == "uniform", "opponent", opponent, "left out, since held_out and exploit choose their own")
     if json is not None:
         check_file(json)
+    games = games if games is not None else 1000 if exploit else 200
+    processes = processes if processes is not None else 2 if exploit else 1
     print_rules(game)
     if held_out:
         with open_pool(processes, ray) as pool:
             _evaluate_held_out(policy, games, seed, json, threads, game, pool)
         return
     if exploit:
-        _evaluate_exploit(policy, games, seed, json, threads, game, exploit_steps, out, resume, overwrite)
+        budget = {"steps": exploit_steps, "exploiters": exploiters, "games": games, "seed": seed}
+        _evaluate_exploit(policy, budget, json, threads, game, processes, out, resume, overwrite)
         return
     with progress() as show:
         match = play_match(
@@ -146,41 +153,43 @@ def _evaluate_held_out(
 
 def _evaluate_exploit(
     policy: str,
-    games: int,
-    seed: int,
+    budget: dict[str, int],
     json: Path | None,
     threads: int,
     game: GameConfig,
-    steps: int,
+    processes: int,
     out: Path | None,
     resume: bool,
     overwrite: bool,
 ) -> None:
-    for module in ("torch", "stable_baselines3"):
+    for module in ("filelock", "stable_baselines3", "torch"):
         require_extra(module, "training")
+    from swarm_pz.evaluation.workers import open_pool
+    from swarm_pz.standard import exploitability
     from swarm_pz.training import folders
-    from swarm_pz.training.exploit import make_exploiter, play_exploiter
 
+    config = exploitability.SearchConfig(**budget)
     out = folders.choose(out, Path("runs/exploiter"), resume=resume, overwrite=overwrite)
-    run = make_exploiter(
-        policy,
-        out,
-        steps=steps,
-        rules=game,
-        seed=seed,
-        threads=threads,
-        resume=resume,
-        overwrite=overwrite,
-        say=functools.partial(print, flush=True),
-        command=command(),
-    )
-    with goes_on_with(resuming(out)):
-        with stops_at_safe_points() as asked:
-            run.run(asked)
-        matches = play_exploiter(run, policy, games=games)
-    tables.print_opponents(matches, f"an exploiter of {policy}, trained for {steps:,} steps")
-    if json is not None:
-        write_json({"target": policy, "steps": steps, "matches": [match.summary() for match in matches]}, json, game)
+    with goes_on_with(resuming(out)), progress() as show:
+        with open_pool(processes) as pool, stops_at_safe_points() as asked:
+            attackers = exploitability.attack(
+                policy,
+                out,
+                config,
+                game,
+                pool=pool,
+                resume=resume,
+                overwrite=overwrite,
+                asked=asked,
+                say=functools.partial(print, flush=True),
+                show=show,
+                command=command(),
+            )
+        found = exploitability.measure(policy, attackers, config, game, threads=threads, show=show)
+    tables.print_exploitability(found, policy, config.steps)
+    figures = exploitability.figures(policy, attackers, found, config, game)
+    for place in (out / exploitability.FIGURES, *([json] if json is not None else [])):
+        write_json(figures, place, game)
 
 
 def tournament(

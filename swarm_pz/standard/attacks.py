@@ -22,10 +22,7 @@ from swarm_pz.standard.siege import search
 
 if TYPE_CHECKING:
     from swarm_pz.policies.learned import LearnedPolicy
-    from swarm_pz.training.config import TrainConfig
 
-THREADS = 1
-"""Of every exploiter's training, on however many cores: with two, what is learned was not always the same twice."""
 Show = Callable[[float, float], None]
 
 
@@ -88,43 +85,20 @@ def _train(
 ) -> LearnedPolicy:
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "training")
-    from swarm_pz.policies.learned import LearnedPolicy
     from swarm_pz.training.checkpoint import CHECKPOINT
-    from swarm_pz.training.config import TrainConfig
-    from swarm_pz.training.exploit import make_exploiter
+    from swarm_pz.training.exploit import fixed_learner, make_exploiter
 
-    target, learner = load(policy, protocol.game), TrainConfig()
-    if isinstance(target, LearnedPolicy):  # as its network wants it
-        theirs = TrainConfig.from_dict(target.card["training"])
-        learner = learner.replace(
-            game=learner.game.replace(observation=theirs.game.observation),
-            action_cells=theirs.action_cells,
-            width=theirs.width,
-        )
     steps = protocol.robust.steps
     run = make_exploiter(
         policy,
         folder,
+        learner=fixed_learner(policy, protocol.game, steps),
         steps=steps,
-        learner=learner.replace(evaluate_every=max(steps // 2, 1), num_envs=_games_for(steps, learner)),
-        rules=protocol.game,
         seed=(protocol.robust.seed + number) % 2**32,
-        threads=THREADS,
         resume=(folder / CHECKPOINT).is_file(),
         say=say,
     )
     return run.policy() if run.is_finished else run.run(asked)
-
-
-def _games_for(steps: int, learner: TrainConfig) -> int:
-    """Return how many games a training of so many commands plays side by side: as ever, or fewer for a short one.
-
-    What they gather at once is cut into batches without a rest.
-    """
-    count = min(learner.num_envs, max(steps // learner.rollout, 2))
-    while (gathered := count * learner.rollout) > learner.batch_size and gathered % learner.batch_size:
-        count -= 1
-    return count
 
 
 class Learning:

@@ -237,12 +237,18 @@ def test_evaluate_held_out_reports_how_a_policy_generalises(tmp_path, capsys):
     assert set(json.loads((tmp_path / "e.json").read_text())) >= {"in_suite_score", "held_out_score"}
 
 
-def test_evaluate_exploit_trains_a_best_response(tmp_path, capsys):
-    small = ["--exploit-steps", "64", "--games", "2", "--threads", "1", "--out", str(tmp_path / "run")]
+def test_evaluate_exploit_trains_best_responses(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "cma", None)  # whose search plays for longer
+    small = ["--exploit-steps", "64", "--exploiters", "2", "--games", "2", "--threads", "1", "--processes", "1"]
     rules = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
-    main(["evaluate", "centre", "--exploit", *small, *rules, "--json", str(tmp_path / "e.json")])
-    assert "an exploiter of centre" in capsys.readouterr().out
-    assert json.loads((tmp_path / "e.json").read_text())["matches"][0]["opponent"] == "centre"
+    out = tmp_path / "run"
+    main(["evaluate", "centre", "--exploit", *small, *rules, "--out", str(out), "--json", str(tmp_path / "e.json")])
+    said = capsys.readouterr().out
+    assert "the search that does not learn is left out" in said and "an exploiter of centre" in said
+    assert "exploitability: " in said.splitlines()[-3] and " % of 2 games" in said.splitlines()[-3]
+    figures = json.loads((tmp_path / "e.json").read_text())
+    assert figures == json.loads((out / "exploitability.json").read_text())
+    assert figures["exploiter"]["opponent"] == "centre" and len(figures["choice"]) == 2 and figures["siege"] is None
 
 
 def test_league_writes_a_policy(tmp_path, capsys):

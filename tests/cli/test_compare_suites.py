@@ -10,8 +10,9 @@ import pytest
 
 from swarm_pz.cli import compare, main
 from swarm_pz.config import GameConfig
-from swarm_pz.evaluation.workers import Alone
+from swarm_pz.evaluation.workers import Alone, Processes
 from swarm_pz.policies.held_out import Generalisation
+from swarm_pz.standard import exploitability
 
 RULES = GameConfig(drones_per_team=3, time_limit=7.0)
 SHORT = ["--game.drones-per-team", "3", "--game.time-limit", "7"]
@@ -67,46 +68,49 @@ def test_held_out_plays_the_suites_as_it_was_asked_and_writes_what_came_out(opti
     ("options", "more"),
     [
         ({}, []),
-        ({"games": 6, "seed": 7, "threads": 3, "exploit-steps": 640}, ["--out", "runs/mine", "--resume"]),
+        (
+            {"games": 6, "seed": 7, "threads": 3, "exploit-steps": 640, "exploiters": 2, "processes": 1},
+            ["--out", "runs/mine", "--resume"],
+        ),
         ({"seed": 8}, ["--out", "runs/mine", "--overwrite"]),
     ],
 )
-def test_exploit_trains_and_plays_as_it_was_asked_and_writes_what_came_out(options, more, tables, monkeypatch, capsys):
-    asked, stops = [], []
+def test_exploit_searches_and_plays_as_it_was_asked_and_writes_what_came_out(options, more, monkeypatch, capsys):
+    seen, pools, shown = [], [], []
 
-    def make_exploiter(*args, say, **given):
-        assert say.func is print
-        asked.append((args, given))
-        return SimpleNamespace(run=lambda asked: stops.append(asked()), config=SimpleNamespace(game=GameConfig()))
+    def attack(*args, say, show, asked, pool, **given):
+        assert say.func is print and not asked()
+        show(1, 2)
+        pools.append(pool)
+        seen.append((args, given))
+        return "attackers"
 
-    def play_exploiter(run, target, *, games):
-        asked.append((target, games))
-        return [match(target, 0.75), match("uniform", 0.5)]
-
-    monkeypatch.setattr("swarm_pz.training.exploit.make_exploiter", make_exploiter)
-    monkeypatch.setattr("swarm_pz.training.exploit.play_exploiter", play_exploiter)
+    monkeypatch.setattr(exploitability, "attack", attack)
+    monkeypatch.setattr(exploitability, "measure", lambda *args, show, **given: seen.append((args, given)) or "found")
+    monkeypatch.setattr(exploitability, "figures", lambda *args: seen.append(args) or {"best": "seed-1"})
+    monkeypatch.setattr(compare.tables, "print_exploitability", lambda *args: shown.append(args))
+    out = Path("runs/mine" if more else "runs/exploiter")
+    out.mkdir(parents=True)
     words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
     main(["evaluate", "lasso", "--exploit", "--json", "e.json", *words, *more, *SHORT])
-    given = {"games": 200, "seed": 0, "threads": 2, "exploit-steps": 1_000_000} | options
-    (args, settings), then = asked
     command = " ".join(["swarm-pz evaluate lasso --exploit --json e.json", *words, *more, *SHORT])
-    assert args == ("lasso", Path("runs/mine" if more else "runs/exploiter"))
-    assert settings == {
-        "steps": given["exploit-steps"],
-        "rules": RULES,
-        "seed": given["seed"],
-        "threads": given["threads"],
-        "resume": "--resume" in more,
-        "overwrite": "--overwrite" in more,
-        "command": command,
-    }
-    assert stops == [False] and then == ("lasso", given["games"])
-    title = f"an exploiter of lasso, trained for {given['exploit-steps']:,} steps"
-    assert tables == [(title, ["lasso", "uniform"])]
-    figures = json.loads(Path("e.json").read_text())
-    assert (figures["target"], figures["steps"]) == ("lasso", given["exploit-steps"])
-    assert [entry["score"] for entry in figures["matches"]] == [0.75, 0.5]
-    assert (figures["rules_hash"], figures["command"]) == (RULES.rules_hash, command)
+    config = exploitability.SearchConfig(
+        steps=options.get("exploit-steps", 3_000_000),
+        exploiters=options.get("exploiters", 3),
+        games=options.get("games", 1000),
+        seed=options.get("seed", 0),
+    )
+    how = {"resume": "--resume" in more, "overwrite": "--overwrite" in more, "command": command}
+    assert seen == [
+        (("lasso", out, config, RULES), how),
+        (("lasso", "attackers", config, RULES), {"threads": options.get("threads", 2)}),
+        ("lasso", "attackers", "found", config, RULES),
+    ]
+    assert shown == [("found", "lasso", config.steps)]
+    assert isinstance(pools[0], Alone if options.get("processes") == 1 else Processes)
+    for place in (out / "exploitability.json", Path("e.json")):
+        figures = json.loads(place.read_text())
+        assert (figures["best"], figures["rules_hash"], figures["command"]) == ("seed-1", RULES.rules_hash, command)
     assert f"rules: {RULES.rules_hash}\n" in capsys.readouterr().out
 
 
@@ -120,13 +124,18 @@ def test_exploit_trains_and_plays_as_it_was_asked_and_writes_what_came_out(optio
         (["--exploit", "--overwrite"], "overwrite must say which run to replace"),
         (["--held-out", "--json", "/"], "expected the name of a file to write"),
         (["--exploit", "--json", "/"], "expected the name of a file to write"),
+        (["--exploit", "--games", "7"], "games must be even, half for each side, got 7"),
+        (["--exploit", "--exploiters", "0"], "exploiters must be a whole number in [1, 100], got 0"),
+        (["--exploit", "--exploit-steps", "0"], "steps must be a whole number in"),
+        (["--exploit", "--ray", "auto"], "ray must be left out without held_out"),
+        (["--processes", "2"], "processes must be left out without held_out or exploit, got 2"),
     ],
 )
 def test_what_does_not_go_together_is_refused_before_anything_is_played(words, message, capsys, monkeypatch):
     def play(*_, **__):
         raise AssertionError("played")
 
-    for begin in ("training.exploit.make_exploiter", "policies.held_out.play_suites", "evaluation.match.play_match"):
+    for begin in ("standard.exploitability.attack", "policies.held_out.play_suites", "evaluation.match.play_match"):
         monkeypatch.setattr(f"swarm_pz.{begin}", play)
     with pytest.raises(SystemExit, match="2"):
         main(["evaluate", "ring", *words])

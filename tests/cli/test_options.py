@@ -62,31 +62,6 @@ def test_of_evaluate_held_out(monkeypatch):
     assert named == {"games": 6, "seed": 7, "threads": 1}
 
 
-@pytest.mark.parametrize("again", [[], ["--overwrite"]])
-def test_of_evaluate_exploit(monkeypatch, tmp_path, again):
-    arguments = [
-        "evaluate",
-        "ring",
-        "--exploit",
-        "--exploit-steps",
-        "99",
-        "--out",
-        str(tmp_path / "run"),
-        *again,
-        *MATCH,
-    ]
-    given, named = asked(monkeypatch, "swarm_pz.training.exploit.make_exploiter", arguments)
-    assert given == ("ring", tmp_path / "run")
-    assert callable(named.pop("say")) and named.pop("command").startswith("swarm-pz evaluate ring --exploit")
-    assert named == {
-        "steps": 99, "rules": RULES, "seed": 7, "threads": 1, "resume": False, "overwrite": bool(again)
-    }  # fmt: skip
-    run = SimpleNamespace(run=lambda asked: None)
-    monkeypatch.setattr("swarm_pz.training.exploit.make_exploiter", lambda *_, **__: run)
-    given, named = asked(monkeypatch, "swarm_pz.training.exploit.play_exploiter", arguments)
-    assert (given, named) == ((run, "ring"), {"games": 6})
-
-
 @pytest.mark.parametrize("again", ["--resume", "--overwrite"])
 def test_a_match_has_nothing_to_go_on_with_or_to_replace(again, capsys):
     with pytest.raises(SystemExit, match="2"):

@@ -59,14 +59,6 @@ def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_p
     assert asked == [budget]
 
 
-@pytest.mark.parametrize(("steps", "games"), [(256, 4), (2_000, 16), (1_500_000, 160)])
-def test_what_an_exploiter_gathers_is_cut_into_whole_batches(steps, games):
-    learner = TrainConfig()
-    assert attacks._games_for(steps, learner) == games
-    gathered = games * learner.rollout
-    assert gathered % min(learner.batch_size, gathered) == 0, "Stable-Baselines3 warns of the rest"
-
-
 class EnoughError(Exception):
     pass
 
@@ -83,11 +75,13 @@ def test_an_exploiter_learns_by_the_protocol_and_sees_as_its_target_does(tiny, t
     theirs = TrainConfig.from_dict(target.card["training"])
     theirs = theirs.replace(game=theirs.game.replace(observation=seen), width=24, action_cells=5)
     target.card = target.card | {"training": theirs.to_dict()}
-    monkeypatch.setattr(attacks, "load", lambda *_: target)
+    monkeypatch.setattr(policies, "load", lambda *_: target)
     monkeypatch.setattr("swarm_pz.training.exploit.make_exploiter", make)
     with pytest.raises(EnoughError):
         attacks.learn("champion", number, tiny, tmp_path / "work", lambda: False, print, target.digest)
-    assert given["policy"] == "champion" and given["rules"] == tiny.game and not given["resume"]
-    assert (given["steps"], given["seed"], given["threads"]) == (256, tiny.robust.seed + number, 1)
+    assert given["policy"] == "champion" and given["learner"].game.rules_hash == tiny.game.rules_hash
+    assert not given["resume"]
+    assert (given["steps"], given["seed"]) == (256, tiny.robust.seed + number)
     learner = given["learner"]
+    assert learner.threads == 1
     assert (learner.game.observation, learner.width, learner.action_cells) == (seen, 24, 5)

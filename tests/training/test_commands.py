@@ -29,7 +29,10 @@ LEAGUE = [
     "league", "--games", "2", "--scripts", "ring", "--cycle", "32", *options("learner.", total_steps=96),
     "--learner.game.time-limit", "5", "--learner.game.drones-per-team", "2",
 ]  # fmt: skip
-EXPLOIT = ["evaluate", "runs/target", "--exploit", "--exploit-steps", "64", "--games", "2", "--threads", "1", *SHORT]
+EXPLOIT = [
+    "evaluate", "runs/target", "--exploit", "--exploit-steps", "300", "--exploiters", "1", "--games", "2",
+    "--processes", "1", "--threads", "1", *SHORT,
+]  # fmt: skip
 
 
 @pytest.fixture
@@ -140,7 +143,8 @@ def test_a_signal_stops_a_league_and_the_line_that_is_said_goes_on(stops_at, cap
     assert Path("runs/league/policy.json").exists()
 
 
-def test_a_signal_stops_an_exploiter_and_the_line_that_is_said_goes_on(stops_at, capsys):
+def test_a_signal_stops_an_exploiter_and_the_line_that_is_said_goes_on(stops_at, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "cma", None)
     from swarm_pz.training.config import TrainConfig
     from swarm_pz.training.ppo import Training
 
@@ -150,10 +154,10 @@ def test_a_signal_stops_an_exploiter_and_the_line_that_is_said_goes_on(stops_at,
     stops_at(20)
     status, said = run(EXPLOIT, capsys)
     assert status == 130
-    assert "runs/exploiter is saved at step 32 of 64" in said
+    assert "runs/exploiter/seed-0 is saved at step 256 of 300" in said
     status, said_again = run([*EXPLOIT, "--out", "runs/exploiter"], capsys)
     assert status == 2
-    assert "a run at step 32 of 64" in said_again
+    assert "a search for what beats runs/target" in said_again
     status, said = run(line_that_goes_on(said), capsys)
     assert status == 0
     assert "an exploiter of runs/target" in said

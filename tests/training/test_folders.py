@@ -8,7 +8,7 @@ import pytest
 
 from swarm_pz.errors import CheckpointError, ConfigError
 from swarm_pz.training.checkpoint import CHECKPOINT, write
-from swarm_pz.training.folders import OLD_CHECKPOINT, check_folder, choose, held_by, next_free
+from swarm_pz.training.folders import OLD_CHECKPOINT, SEARCH, check_folder, choose, held_by, next_free
 
 RUNS = Path("runs")
 
@@ -33,6 +33,8 @@ def test_what_a_folder_holds_is_named():
         (CHECKPOINT, "torn", f"a file {CHECKPOINT} that cannot be read"),
         ("policy.json", json.dumps({"steps": 5}), "a policy trained for 5 steps"),
         ("policy.json", "torn", "a file policy.json that cannot be read"),
+        (SEARCH, json.dumps({"target": "halo"}), "a search for what beats halo"),
+        (SEARCH, "torn", f"a file {SEARCH} that cannot be read"),
     ):
         folder = RUNS / said
         folder.mkdir()

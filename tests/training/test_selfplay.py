@@ -233,7 +233,7 @@ def test_a_league_that_is_killed_while_it_exploits_finishes_the_same_exploiter(t
 
 def test_an_exploiter_of_something_else_is_not_taken_up(tmp_path):
     Training(LEARNER, tmp_path / "target", say=quiet).run()
-    settings = {"steps": 32, "learner": LEARNER, "threads": 1, "say": quiet}
+    settings = {"steps": 32, "learner": LEARNER, "seed": 0, "say": quiet}
     make_exploiter(str(tmp_path / "target"), tmp_path / "exploiter", **settings).run()
     Training(LEARNER.replace(seed=5), tmp_path / "target", overwrite=True, say=quiet).run()
     with pytest.raises(CheckpointError, match="belongs to another configuration"):
@@ -261,7 +261,7 @@ def test_an_exploiter_starts_from_its_targets_weights(tmp_path):
 
 
 def test_exploiting_reports_target_and_competence(tmp_path):
-    run = make_exploiter("centre", tmp_path, steps=32, learner=LEARNER, threads=1, say=quiet)
+    run = make_exploiter("centre", tmp_path, steps=32, learner=LEARNER, seed=0, say=quiet)
     run.run()
     matches = play_exploiter(run, "centre", games=2)
     assert [match.opponent for match in matches] == ["centre", "uniform", "ring"]

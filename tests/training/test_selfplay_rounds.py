@@ -77,7 +77,7 @@ def test_exploiters_are_trained_in_turn_of_the_newest_snapshot_and_taken_up_wher
     targets = [str(tmp_path / "pool" / f"snapshot_{number:03d}") for number in (1, 1, 2)]
     trained = learner.replace(evaluate_every=48)
     assert asked == [
-        (target, folder, {"steps": 48, "learner": trained, "seed": seed, "threads": 1, "resume": resume})
+        (target, folder, {"steps": 48, "learner": trained, "seed": seed, "resume": resume})
         for target, folder, seed, resume in zip(targets, folders, (1005, 1005, 1006), (False, True, False), strict=True)
     ]
     assert played == [(folder, target, 4) for folder, target in zip(folders[1:], targets[1:], strict=True)]
