@@ -206,7 +206,7 @@ class LeagueConfig(Config):
         Other processes or machines are at it meanwhile; the result is the same without them.
     """
 
-    learner: TrainConfig = field(default_factory=TrainConfig)
+    learner: TrainConfig = field(default_factory=lambda: TrainConfig(total_steps=3_000_000))
     scripts: tuple[str, ...] = SCRIPTS
     rivals: tuple[str, ...] = ()
     seats: int = 16

@@ -158,7 +158,7 @@ class Part(CPUDispatcher):
     def _compile_for_args(self, *_: Any, **__: Any) -> None:
         raise TypeError(
             f"{self.py_func.__name__} is a part of other kernels, and Python cannot call it: call one that is "
-            "decorated with entry_point, or try it as plain Python, with NUMBA_DISABLE_JIT=1"
+            "decorated with entry_point, or its plain Python, py_func; NUMBA_DISABLE_JIT=1 makes all of them plain"
         )
 
 

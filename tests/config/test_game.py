@@ -192,14 +192,18 @@ SAME = [
         "33a9d518aa276dd9",
     ),
     (
-        TrainConfig(),
-        TrainConfig(game=GameConfig(drones_per_team=(10, 10), observation=SEAT)),
+        TrainConfig(total_steps=3_000_000),
+        TrainConfig(total_steps=3_000_000, game=GameConfig(drones_per_team=(10, 10), observation=SEAT)),
         "0140694082d6cbb2",
         "5c0768e86d313560",
     ),
     (
         LeagueConfig(),
-        LeagueConfig(learner=TrainConfig(game=GameConfig(drones_per_team=(10, 10), observation=(SEAT, SEAT)))),
+        LeagueConfig(
+            learner=TrainConfig(
+                total_steps=3_000_000, game=GameConfig(drones_per_team=(10, 10), observation=(SEAT, SEAT))
+            )
+        ),
         "f67a9a94cdc0fa1b",
         "3e41dc0ced3558a9",
     ),
