@@ -271,7 +271,7 @@ def test_league_writes_a_policy(tmp_path, capsys):
         (["train", "--games", "5"], "games must be an even number"),
         (["evaluate", "ring", "--held-out", "--exploit"], "one at a time"),
         (["evaluate", "ring", "--held-out", "--opponent", "halo"], "left out"),
-        (["evaluate", "ring", "--processes", "2"], "processes and ray must be left out without held_out"),
+        (["evaluate", "ring", "--processes", "2"], "processes must be left out without held_out or exploit"),
         (["tournament", "ring"], "at least two different players"),
         (["tournament", "ring", "rign"], "did you mean 'ring'"),
         (["league", "--games", "5"], "games must be an even number"),
@@ -293,7 +293,7 @@ def test_league_writes_a_policy(tmp_path, capsys):
         (["diagnose", "--out", f"{__file__}/game.png"], "is a file, not a folder"),
         (["bench", "--plot", "/"], "expected the name of a file to write, got the folder"),
         (["evaluate", "ring", "--game.drones-per-team", "0"], "Error parsing game: drones_per_team must be"),
-        (["evaluate", "ring", "--gaems", "2"], "--games INT"),
+        (["evaluate", "ring", "--gaems", "2"], "--games {None}|INT"),
         (["render", "--overlay", "potential", "--overlay-team", "both"], "one team at a time"),
     ],
 )

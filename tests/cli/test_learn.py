@@ -129,7 +129,7 @@ def test_league_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more
     words = ["--out", str(OUT), "--games", "6", "--seats", "5", "--learner.threads", "3", *more]
     main(["league", *words, "--learner.game.drones-per-team", "3"])
     game = TrainConfig().game.replace(drones_per_team=3)
-    config = LeagueConfig(learner=TrainConfig(game=game, threads=3), seats=5)
+    config = LeagueConfig(learner=TrainConfig(game=game, threads=3, total_steps=3_000_000), seats=5)
     command = " ".join(["swarm-pz league", *words, "--learner.game.drones-per-team 3"])
     settings = {"resume": "--resume" in more, "overwrite": "--overwrite" in more, "command": command}
     assert given["begun"] == ((config, OUT), settings)
@@ -140,7 +140,7 @@ def test_league_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more
     printed = capsys.readouterr().out
     assert isinstance(given["workers"], Alone) and "waits for exploiters" not in printed
     assert f"rules: {game.rules_hash}\n" in printed
-    assert "training for 1,200,000 steps in runs/mine" in printed and printed.endswith("policy: runs/mine\n")
+    assert "training for 3,000,000 steps in runs/mine" in printed and printed.endswith("policy: runs/mine\n")
 
 
 def test_who_has_others_work_for_a_league_is_told_that_the_learner_need_not_wait(given, monkeypatch, capsys):
