@@ -25,7 +25,7 @@ CAPTURES_FROM = 192
 
 
 class Shown(NamedTuple):
-    """What of `Games` is painted; the whole of it takes numba a second longer to compile."""
+    """What of `Games` is painted, in the shapes and units that it has there; all of it would take longer to compile."""
 
     ticks: NDArray[np.int64]
     positions: NDArray[np.float32]
