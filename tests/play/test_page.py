@@ -385,6 +385,22 @@ def test_a_page_that_was_closed_returns_to_its_seat(open_page, table):
     another.wait_for_selector("#send:not([disabled])")
 
 
+HOLDS_THE_FIRST_WELCOME = """
+let isFirst = true;
+globalThis.WebSocket = class extends WebSocket {
+  set onmessage(hear) {
+    const holds = isFirst;
+    isFirst = false;
+    super.onmessage = (event) => {
+      if (holds && String(event.data).includes('"welcome"')) globalThis.letGo = () => hear(event);
+      else hear(event);
+    };
+  }
+};
+"""
+"""In the page: what the server says first is kept until it is let go."""
+
+
 def test_a_seat_that_is_wanted_before_the_table_has_answered_is_returned_to(open_page, table):
     """Whoever asks for it while the first greeting, which asked for no seat, is on its way must greet again."""
     page = open_page()
@@ -392,25 +408,11 @@ def test_a_seat_that_is_wanted_before_the_table_has_answered_is_returned_to(open
     context = page.context
     page.close()
     again = context.new_page()
-    held = []
-
-    def hold_the_first_welcome(socket):
-        server, is_first = socket.connect_to_server(), not held
-        held.append(None)
-
-        def pass_on(data):
-            if is_first and isinstance(data, str) and '"welcome"' in data:
-                held[0] = lambda: socket.send(data)
-            else:
-                socket.send(data)
-
-        server.on_message(pass_on)
-
-    again.route_web_socket("**/socket", hold_the_first_welcome)
+    again.add_init_script(HOLDS_THE_FIRST_WELCOME)
     again.goto(f"http://{table.address}/")
-    eventually(again, lambda: held and held[0])
+    again.wait_for_function("() => globalThis.letGo")
     again.click("#return")
-    held[0]()
+    again.evaluate("letGo()")
     again.wait_for_selector("#send:not([disabled])")
     assert room_of(again) == room
 
