@@ -155,12 +155,6 @@ class TrainConfig(Config):
             observation.kind,
             "'grids', which the network is made for",
         )
-        check(
-            observation.grid >= 10,
-            "game.observation.grid",
-            observation.grid,
-            "at least 10, else SB3 takes channels for rows",
-        )
         check(self.width % 8 == 0, "width", self.width, "a multiple of 8, the symmetries of the square")
         check(
             isinstance(self.action_cells, int) and self.action_cells >= 2 and observation.grid % self.action_cells == 0,
@@ -168,6 +162,13 @@ class TrainConfig(Config):
             self.action_cells,
             f"a divisor of the observation's grid of {observation.grid}, at least 2",
         )
+
+
+RECIPES = {
+    "quick": TrainConfig(),
+    "long": TrainConfig(total_steps=3_000_000, num_envs=160, rollout=64, epochs=4),
+}
+"""Settings by name: ten minutes on two cores, which is what is trained if nothing is said, and half an hour."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -206,7 +207,7 @@ class LeagueConfig(Config):
         Other processes or machines are at it meanwhile; the result is the same without them.
     """
 
-    learner: TrainConfig = field(default_factory=lambda: TrainConfig(total_steps=3_000_000))
+    learner: TrainConfig = field(default=RECIPES["long"])
     scripts: tuple[str, ...] = SCRIPTS
     rivals: tuple[str, ...] = ()
     seats: int = 16

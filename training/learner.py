@@ -9,12 +9,19 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecEnv
 
 from swarm_pz.training.checkpoint import Arrays, Story, of, under
 
 
 class Learner(PPO):
     """PPO that goes on after a stop as if there had been none: weights, optimizer and counters are stored."""
+
+    @staticmethod
+    def _wrap_env(env: Any, verbose: int = 0, monitor_wrapper: bool = True) -> VecEnv:  # noqa: ARG004
+        """Leave the games as they are: SB3 would take the channels of an image for its columns if they are many."""
+        assert isinstance(env, VecEnv)  # noqa: S101  (as `Training` makes it)
+        return env
 
     def state(self) -> tuple[Story, Arrays]:
         """Return what decides the future, games and random streams apart; between two rollouts only."""

@@ -15,6 +15,7 @@ import swarm_pz
 from swarm_pz.config import PRESETS, GameConfig
 from swarm_pz.errors import CommandError, MissingExtraError, Stopped, SwarmError, nearest, require_extra
 from swarm_pz.files import explain
+from swarm_pz.training.config import RECIPES
 
 try:
     require_extra("tyro", "cli")
@@ -31,6 +32,7 @@ from swarm_pz.cli import (
     learn,
     machine,
     preset_option,
+    recipe_option,
     report,
     standard,
     studies,
@@ -70,7 +72,10 @@ def main(arguments: list[str] | None = None) -> None:
     report.arguments.set(arguments)
     config = (tyro.conf.AvoidSubcommands,)
     try:
-        preset, rest = preset_option.take(arguments)
+        recipe, rest = recipe_option.take(arguments)
+        if recipe is not None:
+            commands = {name: recipe_option.begin_with(recipe, function) for name, function in commands.items()}
+        preset, rest = preset_option.take(rest)
         if preset is not None:
             commands = {name: preset_option.begin_with(preset, function) for name, function in commands.items()}
         if rest[:1] == ["study"]:
@@ -84,7 +89,8 @@ def main(arguments: list[str] | None = None) -> None:
             commands,
             prog="swarm-pz",
             description="Swarm against swarm: train, measure, watch and play tactics. With --preset NAME, the "
-            f"rules of a command that has any begin with those of a preset: {', '.join(PRESETS)}.",
+            f"rules of a command that has any begin with those of a preset: {', '.join(PRESETS)}. With --recipe NAME, "
+            f"train and sweep begin with the settings of a recipe: {', '.join(RECIPES)}.",
             args=rest,
             config=config,
             registry=REGISTRY,

@@ -21,7 +21,11 @@ CHANNELS = (
     "own_share",
     "time_left",
 )
-"""What grid observations can show; see `swarm_pz.spaces.observation`."""
+"""What grid observations show; see `swarm_pz.spaces.observation`."""
+MOTION_CHANNELS = ("own_now", "opposing_now", "own_soon", "opposing_soon")
+"""What they can show besides: where drones are to a fraction of a cell, and where they are going."""
+SOON = 0.5
+"""Seconds after which drones are shown where they will be if they keep their velocity."""
 LONGEST_TRAIL = 600.0
 """Seconds of trail that there is room for."""
 RED, BLUE = 0, 1

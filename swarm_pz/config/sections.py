@@ -19,6 +19,7 @@ from swarm_pz.config.constants import (
     GRID_CELLS,
     LONGEST_TRAIL,
     MAX_MODES,
+    MOTION_CHANNELS,
     TICKS_PER_SECOND,
 )
 
@@ -289,9 +290,10 @@ class ObservationConfig(Config):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        known = isinstance(self.channels, tuple) and all(channel in CHANNELS for channel in self.channels)
+        every = CHANNELS + MOTION_CHANNELS
+        known = isinstance(self.channels, tuple) and all(channel in every for channel in self.channels)
         fits = known and 0 < len(self.channels) == len(set(self.channels))
-        check(fits, "observation.channels", self.channels, f"different ones of {', '.join(CHANNELS)}")
+        check(fits, "observation.channels", self.channels, f"different ones of {', '.join(every)}")
         check_choice(self.kind, "observation.kind", ("grids", "entities", "drones"))
         check_count(self.grid, "observation.grid", 1, GRID_CELLS)
         check(GRID_CELLS % self.grid == 0, "observation.grid", self.grid, f"a divisor of {GRID_CELLS}")

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import CHANNELS, GRID_CELLS
+from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, SOON
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.capture import BORDER, capture_limit, field_maximum
 from swarm_pz.kernels.controllers.ergodic import list_members
@@ -18,6 +18,7 @@ from swarm_pz.kernels.trails import cell_of
 OWN_TRAIL_AGE, OWN_CAPTURE_FIELD, OWN_TARGET, OWN_SHARE = (
     CHANNELS.index(channel) for channel in ("own_trail_age", "own_capture_field", "own_target", "own_share")
 )
+OWN_NOW, OWN_SOON = (len(CHANNELS) + MOTION_CHANNELS.index(channel) for channel in ("own_now", "own_soon"))
 POSITION_STEP = 64
 """Brightness that each drone adds to its cell."""
 CAPTURES_FROM = 192
@@ -29,6 +30,7 @@ class Shown(NamedTuple):
 
     ticks: NDArray[np.int64]
     positions: NDArray[np.float32]
+    velocities: NDArray[np.float32]
     teams: NDArray[np.int8]
     trails: NDArray[np.int16]
     fields: NDArray[np.integer]
@@ -52,6 +54,32 @@ def paint_positions(
     for i in members:
         cell = coarse_cells[cell_of(positions[i, 0], positions[i, 1])]
         plane[cell] = min(int(plane[cell]) + POSITION_STEP, 255)
+
+
+@kernel
+def paint_shared(
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    members: NDArray[np.int64],
+    seconds: float,
+    plane: NDArray[np.uint8],
+) -> None:
+    """Share 64 for each member out among the four cells whose centres are around where it will be, up to 255."""
+    grid = plane.shape[0]
+    nearest, shares = np.empty((2, 2), np.int64), np.empty((2, 2), np.float64)
+    for i in members:
+        for axis in range(2):
+            there = np.float64(positions[i, axis]) + seconds * np.float64(velocities[i, axis])
+            at = min(max(there, 0.0), 1.0) * grid - 0.5
+            low = int(np.floor(at))
+            nearest[axis, 0], nearest[axis, 1] = max(low, 0), min(low + 1, grid - 1)
+            shares[axis, 1] = at - low
+            shares[axis, 0] = 1.0 - shares[axis, 1]
+        for row in range(2):
+            for column in range(2):
+                y, x = nearest[1, row], nearest[0, column]
+                share = int(POSITION_STEP * shares[1, row] * shares[0, column] + 0.5)
+                plane[y, x] = min(int(plane[y, x]) + share, 255)
 
 
 @kernel
@@ -179,7 +207,7 @@ def paint_grids(
     interpolation : float64 array (grid, A)
         From a command's cells to the grid's.
     channels : int64 array (channels,)
-        What to paint, as numbers of `swarm_pz.config.CHANNELS`.
+        What to paint, as numbers of `swarm_pz.config.CHANNELS`, then of `MOTION_CHANNELS`.
     observations : uint8 array (n, channels, grid, grid)
         Overwritten.
     """
@@ -191,7 +219,8 @@ def paint_grids(
         observations[place] = np.uint8(0)
         for number in range(len(channels)):
             channel, plane = channels[number], observations[place, number]
-            team = own if channel % 2 == 0 else 1 - own  # channels come in pairs, own and opposing
+            is_own = channel % 2 == 0 if channel < OWN_NOW else (channel - OWN_NOW) % 2 == 0  # they come in pairs
+            team = own if is_own else 1 - own
             drones = members[team, : sizes[team]]
             if channel < OWN_TRAIL_AGE:
                 paint_positions(games.positions[e], drones, coarse_cells, plane.ravel())
@@ -205,5 +234,8 @@ def paint_grids(
                 paint_target(games.targets[e, own], interpolation, plane)
             elif channel == OWN_SHARE:
                 plane[:] = np.uint8(255.0 * sizes[own] / (sizes[0] + sizes[1]) + 0.5)
+            elif channel >= OWN_NOW:
+                seconds = SOON if channel >= OWN_SOON else 0.0
+                paint_shared(games.positions[e], games.velocities[e], drones, seconds, plane)
             else:
                 plane[:] = np.uint8(255.0 * time_left[place] + 0.5)

@@ -14,6 +14,15 @@ Which of these channels a side sees, and in which order, says its `ObservationCo
 | `own_target`             | the density asked for, over its largest command cell     | mean       |
 | `own_share`              | 255 times the own share of all drones, everywhere        | -          |
 | `time_left`              | 255 times the fraction of time left, everywhere          | -          |
+| `own_now`                | 64 for each drone, shared out among the four nearest     | as given   |
+|                          | cells: where it is, to a fraction of a cell; up to 255   |            |
+| `opposing_now`           | the same of the other team                               | as given   |
+| `own_soon`               | the same of where it is in 0.5 s, if it keeps its        | as given   |
+|                          | velocity: with `own_now`, where it is going              |            |
+| `opposing_soon`          | the same of the other team                               | as given   |
+
+The first nine are what a side sees if nothing is said (`swarm_pz.config.CHANNELS`); the others
+(`swarm_pz.config.MOTION_CHANNELS`) are shown to who asks for them.
 
 Observations of kind `drones` have a row for every drone of either side, at its number: x, y, vx, vy, and 1 if it is
 an own one or -1 if it is not. Who commands each drone by its number, as `direct` has it, needs them.
@@ -28,7 +37,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from swarm_pz.config import CHANNELS, GRID_CELLS, GameConfig, ObservationConfig
+from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, GameConfig, ObservationConfig
 from swarm_pz.kernels.observation import Shown, paint_grids
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
@@ -125,7 +134,7 @@ def of_game(observations: Observations, place: int) -> Observations:
 @cache
 def _numbers(channels: tuple[str, ...]) -> NDArray[np.int64]:
     """Tell each channel's place among all."""
-    return np.array([CHANNELS.index(channel) for channel in channels])
+    return np.array([(CHANNELS + MOTION_CHANNELS).index(channel) for channel in channels])
 
 
 @cache

@@ -5,6 +5,8 @@ import pytest
 
 from swarm_pz.config import (
     CHANNELS,
+    MOTION_CHANNELS,
+    SOON,
     CaptureConfig,
     DynamicsConfig,
     GameConfig,
@@ -52,6 +54,39 @@ def test_positions_show_64_a_drone(batch, team):
     images = seen(batch, team)
     np.testing.assert_array_equal(images["own_positions"], np.minimum(expected[0], 255))
     np.testing.assert_array_equal(images["opposing_positions"], np.minimum(expected[1], 255))
+
+
+def bilinear(places, grid):
+    """Share 64 for each place out by how near the cells' centres are, along either axis; walls hold what is beyond."""
+    centres = (np.arange(grid) + 0.5) / grid
+    image = np.zeros((grid, grid))
+    for place in places:
+        x, y = (np.maximum(1 - grid * abs(centres - np.clip(at, centres[0], centres[-1])), 0) for at in place)
+        image += np.floor(64 * np.outer(y, x) + 0.5)
+    return np.minimum(image, 255)
+
+
+@pytest.mark.parametrize("grid", [1, 10, 25, 50])
+@pytest.mark.parametrize("team", [0, 1])
+def test_drones_are_shown_between_cells_and_where_they_are_going(batch, team, grid):
+    games = batch.simulator.games
+    images = batch.observe(ObservationConfig(grid=grid, channels=MOTION_CHANNELS), team)
+    for game in range(4):
+        positions, velocities = (values[game].astype(float) for values in (games.positions, games.velocities))
+        for channel, image in zip(MOTION_CHANNELS, images[game], strict=True):
+            members = (games.teams[game] == team) == channel.startswith("own")
+            seconds = SOON if channel.endswith("soon") else 0.0
+            expected = bilinear((positions + seconds * velocities)[members], grid)
+            np.testing.assert_allclose(image, expected, atol=1)
+            assert image.any() == members.any()
+
+
+def test_a_crowd_is_as_bright_as_a_cell_can_be():
+    batch = BatchEnv(GameConfig(drones_per_team=40))
+    batch.reset([0])
+    batch.simulator.games.positions[:] = 0.5
+    image = batch.observe(ObservationConfig(grid=1, channels=("own_now",)), 0)
+    assert image.tolist() == [[[[255]]]]
 
 
 @pytest.mark.parametrize("team", [0, 1])

@@ -75,7 +75,7 @@ def test_settings_of_a_league_have_bounds(name, low, high, step):
         ({"width": 12}, "width must be a multiple of 8"),
         ({"action_cells": 1}, "action_cells must be a divisor of the observation's grid of 10, at least 2, got 1"),
         ({"action_cells": 2.5}, "action_cells must be a divisor"),
-        ({"game": GameConfig(observation=ObservationConfig(grid=5))}, "game.observation.grid must be at least 10"),
+        ({"game": GameConfig(observation=ObservationConfig(grid=2))}, "a divisor of the observation's grid of 2"),
         ({"sizes": (0,)}, "sizes must be a whole number"),
         ({"sizes": (10_001,)}, "sizes must be a whole number"),
         ({"sizes": (5, 10), "num_envs": 5}, "num_envs must be a multiple of 2"),

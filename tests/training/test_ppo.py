@@ -11,7 +11,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnvWrapper
 
 from swarm_pz import policies
-from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
+from swarm_pz.config import CHANNELS, MOTION_CHANNELS, CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.errors import CheckpointError, ConfigError, PolicyError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies.learned import LearnedPolicy
@@ -62,6 +62,18 @@ def test_two_seeded_runs_agree_and_another_seed_differs(trained, tmp_path):
     for one, two in zip(weights(policy), weights(again), strict=True):
         np.testing.assert_array_equal(one, two)
     assert any(not np.array_equal(one, two) for one, two in zip(weights(policy), weights(other), strict=True))
+
+
+@pytest.mark.parametrize("grid", [5, 10])
+def test_more_channels_than_rows_are_learned_from_too(tmp_path, grid):
+    """SB3 would take the shortest side of an image for its channels."""
+    observation = ObservationConfig(grid=grid, channels=CHANNELS + MOTION_CHANNELS)
+    config = TINY.replace(game=TINY.game.replace(observation=observation))
+    policy = Training(config, tmp_path / "run", say=quiet).run()
+    loaded = policies.load(tmp_path / "run", TINY.game)
+    seen = np.random.default_rng(0).integers(0, 256, (3, 13, grid, grid)).astype(np.uint8)
+    np.testing.assert_array_equal(loaded.act(seen, np.arange(3)), policy.act(seen, np.arange(3)))
+    assert play_match(loaded, "ring", games=2, config=TINY.game).games
 
 
 def test_the_written_policy_loads_and_plays_as_it_did(trained):
