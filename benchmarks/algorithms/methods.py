@@ -14,11 +14,11 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from benchmarks.algorithms.networks import DroneSets
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.training.config import TrainConfig
+from swarm_pz.training.config import RECIPES
 from swarm_pz.training.networks import GridPolicy
 from swarm_pz.training.vec_env import SwarmVecEnv
 
-RECIPE = TrainConfig(num_envs=32, rollout=64, batch_size=256, threads=1)
+RECIPE = RECIPES["long"].replace(num_envs=32, rollout=64, batch_size=256, threads=1)
 """The recipe of `swarm-pz train` with smaller and more updates, for runs that are a small part of its length."""
 REPLAY = 50_000
 """Commands that DQN remembers."""

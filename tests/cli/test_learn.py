@@ -11,7 +11,7 @@ from swarm_pz.cli import learn, main
 from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.workers import Alone
 from swarm_pz.policies.scripted import SCRIPTS
-from swarm_pz.training.config import LeagueConfig, TrainConfig
+from swarm_pz.training.config import RECIPES, LeagueConfig, TrainConfig
 
 OUT = Path("runs/mine")
 
@@ -108,7 +108,7 @@ def test_train_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more)
     assert given["shown"] == 2
     printed = capsys.readouterr().out
     assert f"rules: {game.rules_hash}\n" in printed
-    assert "training for 1,200,000 steps in runs/mine (Ctrl-C stops, --resume goes on)" in printed
+    assert "training for 1,800,000 steps in runs/mine (Ctrl-C stops, --resume goes on)" in printed
     assert "+0.250 (95 % interval -0.125 to +0.500)" in printed
     assert f"one game, won in no time: {OUT / 'game.mp4'}" in printed
 
@@ -129,7 +129,7 @@ def test_league_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more
     words = ["--out", str(OUT), "--games", "6", "--seats", "5", "--learner.threads", "3", *more]
     main(["league", *words, "--learner.game.drones-per-team", "3"])
     game = TrainConfig().game.replace(drones_per_team=3)
-    config = LeagueConfig(learner=TrainConfig(game=game, threads=3, total_steps=3_000_000), seats=5)
+    config = LeagueConfig(learner=RECIPES["long"].replace(game=game, threads=3), seats=5)
     command = " ".join(["swarm-pz league", *words, "--learner.game.drones-per-team 3"])
     settings = {"resume": "--resume" in more, "overwrite": "--overwrite" in more, "command": command}
     assert given["begun"] == ((config, OUT), settings)

@@ -24,7 +24,7 @@ from swarm_pz.errors import ConfigError, UnknownNameError
 from swarm_pz.play.game import TableConfig
 from swarm_pz.simulator.parameters import rule_parameters
 from swarm_pz.systems.formation import Formation
-from swarm_pz.training.config import LeagueConfig, TrainConfig
+from swarm_pz.training.config import RECIPES, LeagueConfig, TrainConfig
 from tests.config.former import CONFIG_HASH, RELEASED_1, RULES_HASH
 
 
@@ -192,17 +192,15 @@ SAME = [
         "33a9d518aa276dd9",
     ),
     (
-        TrainConfig(total_steps=3_000_000),
-        TrainConfig(total_steps=3_000_000, game=GameConfig(drones_per_team=(10, 10), observation=SEAT)),
+        RECIPES["long"],
+        RECIPES["long"].replace(game=GameConfig(drones_per_team=(10, 10), observation=SEAT)),
         "0140694082d6cbb2",
         "5c0768e86d313560",
     ),
     (
         LeagueConfig(),
         LeagueConfig(
-            learner=TrainConfig(
-                total_steps=3_000_000, game=GameConfig(drones_per_team=(10, 10), observation=(SEAT, SEAT))
-            )
+            learner=RECIPES["long"].replace(game=GameConfig(drones_per_team=(10, 10), observation=(SEAT, SEAT)))
         ),
         "f67a9a94cdc0fa1b",
         "3e41dc0ced3558a9",
