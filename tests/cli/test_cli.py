@@ -10,9 +10,9 @@ from pathlib import Path
 import minari
 import pytest
 
-from swarm_pz.cli import learn, main, preset_option, recipe_option
+from swarm_pz.cli import learn, main, preset_option
 from swarm_pz.config import GameConfig
-from swarm_pz.training.config import RECIPES, TrainConfig
+from swarm_pz.training.config import TrainConfig
 from tests.play.recordings.test_format import record
 
 SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
@@ -69,45 +69,6 @@ def test_training_keeps_what_it_sees_under_a_preset():
     rules, _ = preset_option.take(["--preset", "released"])
     learner = inspect.signature(preset_option.begin_with(rules, learn.train)).parameters["config"].default
     assert learner.game == rules.replace(observation=TrainConfig().game.observation)
-
-
-def test_a_recipe_is_where_the_settings_of_a_training_begin(monkeypatch):
-    class EnoughError(Exception):
-        pass
-
-    begun = []
-
-    def begin(config, *args, **options):
-        begun.append(config)
-        raise EnoughError
-
-    monkeypatch.setattr("swarm_pz.training.ppo.Training", begin)
-    for arguments in (
-        [],
-        ["--recipe", "quick"],
-        ["--recipe", "long", "--threads", "3"],
-        ["--recipe=long", "--epochs=7"],
-    ):
-        with pytest.raises(EnoughError):
-            main(["train", *arguments])
-    long = RECIPES["long"]
-    assert begun == [TrainConfig(), TrainConfig(), long.replace(threads=3), long.replace(epochs=7)]
-    sweep = recipe_option.begin_with(long, learn.sweep)
-    assert inspect.signature(sweep).parameters["config"].default == long.replace(threads=1)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["evaluate", "ring", "--recipe", "long"], "trains by no recipe"),
-        (["train", "--recipe"], "--recipe expects one of quick, long"),
-        (["train", "--recipe", "lnog"], "--recipe must be 'quick' or 'long', got 'lnog'"),
-    ],
-)
-def test_a_recipe_that_cannot_be_is_refused(arguments, message, capsys):
-    with pytest.raises(SystemExit, match="2"):
-        main(arguments)
-    assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("preset", [[], ["--preset", "paper"]])

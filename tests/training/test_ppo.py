@@ -32,6 +32,7 @@ TINY = TrainConfig(
     rollout=8,
     batch_size=16,
     epochs=1,
+    learning_rate=5e-4,
     width=8,
     evaluate_every=32,
     evaluation_games=2,
