@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import functools
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from swarm_pz.config import PRESETS, GameConfig
@@ -21,13 +21,25 @@ def take(arguments: Sequence[str]) -> tuple[GameConfig | None, list[str]]:
     ConfigError
         If there is no such preset.
     """
+    name, rest = take_name("--preset", PRESETS, arguments)
+    return None if name is None else GameConfig.preset(name), rest
+
+
+def take_name(option: str, names: Iterable[str], arguments: Sequence[str]) -> tuple[str | None, list[str]]:
+    """Take an option with a name out of a command line; return the name, None if it is not there, and the rest.
+
+    Raises
+    ------
+    ConfigError
+        If the option is there without a name.
+    """
     parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
-    parser.add_argument("--preset")
+    parser.add_argument(option, dest="name")
     try:
         known, rest = parser.parse_known_args(arguments)
     except argparse.ArgumentError as error:
-        raise ConfigError(f"--preset expects one of {', '.join(PRESETS)}") from error
-    return GameConfig.preset(known.preset) if known.preset is not None else None, rest
+        raise ConfigError(f"{option} expects one of {', '.join(names)}") from error
+    return known.name, rest
 
 
 def begin_with(preset: GameConfig, function: Callable[..., None]) -> Callable[..., None]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 import functools
 import inspect
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from swarm_pz.cli.preset_option import take_name
 from swarm_pz.config.base import check_choice
 from swarm_pz.errors import ConfigError
 from swarm_pz.training.config import RECIPES, TrainConfig
@@ -21,16 +21,11 @@ def take(arguments: Sequence[str]) -> tuple[TrainConfig | None, list[str]]:
     ConfigError
         If there is no such recipe.
     """
-    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
-    parser.add_argument("--recipe")
-    try:
-        known, rest = parser.parse_known_args(arguments)
-    except argparse.ArgumentError as error:
-        raise ConfigError(f"--recipe expects one of {', '.join(RECIPES)}") from error
-    if known.recipe is None:
+    name, rest = take_name("--recipe", RECIPES, arguments)
+    if name is None:
         return None, rest
-    check_choice(known.recipe, "--recipe", tuple(RECIPES))
-    return RECIPES[known.recipe], rest
+    check_choice(name, "--recipe", tuple(RECIPES))
+    return RECIPES[name], rest
 
 
 def begin_with(recipe: TrainConfig, function: Callable[..., None]) -> Callable[..., None]:
