@@ -86,7 +86,7 @@ class TrainConfig(Config):
     critic_steps: int = 0
     action_cells: int = 5
     width: int = 32
-    total_steps: int = 1_800_000
+    total_steps: int = 2_400_000
     num_envs: int = 320
     rollout: int = 32
     batch_size: int = 1024

@@ -108,7 +108,7 @@ def test_train_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more)
     assert given["shown"] == 2
     printed = capsys.readouterr().out
     assert f"rules: {game.rules_hash}\n" in printed
-    assert "training for 1,800,000 steps in runs/mine (Ctrl-C stops, --resume goes on)" in printed
+    assert "training for 2,400,000 steps in runs/mine (Ctrl-C stops, --resume goes on)" in printed
     assert "+0.250 (95 % interval -0.125 to +0.500)" in printed
     assert f"one game, won in no time: {OUT / 'game.mp4'}" in printed
 
