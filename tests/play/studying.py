@@ -1,6 +1,7 @@
 """A study at a table of its own, and participants who do what they are asked."""
 
 import contextlib
+import http.client
 import io
 import json
 import logging
@@ -58,10 +59,18 @@ class StudyTable:
         self.token = line.strip().split("#")[1]
         self.address = line.split("http://")[1].split("/")[0]
 
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        """Leave no server behind, whatever went wrong."""
+        if self.process.returncode is None:
+            self.kill()
+
     def kill(self):
         """End the server as a power failure would."""
         self.process.kill()
-        self.process.communicate()
+        print(self.process.communicate()[0])
 
     def end(self):
         """Tell the server to end, and return what it printed."""
@@ -166,7 +175,7 @@ class Participant:
                     return state
                 assert step["id"] not in self.done, f"{self.code} is asked {step['id']} twice"
                 self.do(state)
-            except (OSError, ConnectionClosed, InvalidMessage, TimeoutError):
+            except (OSError, http.client.HTTPException, ConnectionClosed, InvalidMessage, TimeoutError):
                 time.sleep(0.2)  # the server is gone, or its game
         raise AssertionError(f"{self.code} does not get on: {state}")
 

@@ -77,11 +77,13 @@ def open_room(page, opponent, time_limit=""):
     return room_of(page)
 
 
-def begin(page, opponent="none"):
+def begin(page, opponent="none", *, may_send=True):
     """Open a room and begin; against nobody, and without a time limit, no game is over before something was done."""
     room = open_room(page, opponent)
     page.click("#ready")
     page.wait_for_selector("#cover", state="hidden")
+    if may_send:
+        page.wait_for_selector("#send:not([disabled])", state="attached")  # before that, no stroke counts
     return room
 
 
@@ -114,6 +116,14 @@ def recordings(table, room):
 def latest(table, room, kind):
     """Return the lines of a kind of the latest game in a room, as far as they are written."""
     return Recording.read(recordings(table, room)[-1]).of(kind)
+
+
+def commands(page, table, room, count):
+    """Return where each command's strokes began, once there are so many: one that is sent before may take its place."""
+    lines = eventually(
+        page, lambda: len(latest(table, room, CommandLine)) >= count and latest(table, room, CommandLine)
+    )
+    return [[round(stroke.points[0][1], 1) for stroke in line.strokes] for line in lines]
 
 
 def in_corner(table, room):
@@ -164,13 +174,15 @@ def test_a_drawing_that_was_sent_is_added_to_if_that_is_asked(is_kept, counts, o
     hand = Hand(page)
     hand.draw((0.2, 0.2), (0.4, 0.2))
     page.click("#send")
+    commands(page, table, room, 1)
     page.locator("#keep").set_checked(is_kept)
     hand.draw((0.2, 0.8), (0.4, 0.8))
     page.click("#send")
-    commands = eventually(page, lambda: [*latest(table, room, CommandLine)][1:] and latest(table, room, CommandLine))
-    assert [len(command.strokes) for command in commands] == counts
-    assert [command.number for command in commands] == [1, 2]
-    (x, y), *_ = commands[-1].strokes[-1].points
+    commands(page, table, room, 2)
+    lines = latest(table, room, CommandLine)
+    assert [len(line.strokes) for line in lines] == counts
+    assert [line.number for line in lines] == [1, 2]
+    (x, y), *_ = lines[-1].strokes[-1].points
     assert (x, y) == (pytest.approx(0.2, abs=0.02), pytest.approx(0.8, abs=0.02))
 
 
@@ -227,13 +239,13 @@ def test_what_undo_leaves_is_what_is_sent(open_page, table):
         hand.draw((0.2, y), (0.4, y))
     page.click("#undo")
     page.click("#send")
+    commands(page, table, room, 1)
     page.click("#repel")
     page.locator("#width").fill("0.2")
     hand.draw((0.6, 0.3), (0.9, 0.3))
     page.click("#send")
-    first, second = eventually(
-        page, lambda: len(latest(table, room, CommandLine)) == 2 and latest(table, room, CommandLine)
-    )
+    commands(page, table, room, 2)
+    first, second = latest(table, room, CommandLine)
     assert [stroke.points[0][1] for stroke in first.strokes] == pytest.approx([0.2, 0.5], abs=0.02)
     assert {(stroke.brush, stroke.width) for stroke in first.strokes} == {("attract", 0.1)}
     (stroke,) = second.strokes

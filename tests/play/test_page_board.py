@@ -7,8 +7,7 @@ import pytest
 from coloraide import Color
 from playwright.sync_api import expect
 
-from swarm_pz.play.recordings.format import CommandLine
-from tests.play.test_page import INK, STATIC, Hand, begin, eventually, latest, play_through, room_of
+from tests.play.test_page import INK, STATIC, Hand, begin, commands, eventually, play_through, room_of
 
 pytestmark = pytest.mark.browser
 SCENE = """
@@ -352,14 +351,6 @@ def test_colours_differ_for_everybody(sight):
 # --- playing --------------------------------------------------------------------------------------
 
 
-def commands(page, table, room, count):
-    """Return a game's commands once there are so many, as drawings."""
-    lines = eventually(
-        page, lambda: len(latest(table, room, CommandLine)) >= count and latest(table, room, CommandLine)
-    )
-    return [[round(stroke.points[0][1], 1) for stroke in line.strokes] for line in lines]
-
-
 def test_what_is_drawn_is_sent_when_the_hand_is_lifted_and_its_ink_goes_when_the_swarm_follows(open_page, table):
     page = open_page(width=1000, height=700)
     room = begin(page)
@@ -378,8 +369,10 @@ def test_a_stroke_by_keys_is_sent_when_the_brush_is_lifted(open_page, table):
     page = open_page(width=1000, height=700)
     room = begin(page)
     page.focus("#arena")
-    for key in ("Space", "Shift+ArrowUp", "Space", "Enter", "c"):
+    for key in ("Space", "Shift+ArrowUp", "Space", "Enter"):
         page.keyboard.press(key)
+    commands(page, table, room, 1)
+    page.keyboard.press("c")
     assert commands(page, table, room, 2) == [[0.5], []]
 
 
@@ -387,9 +380,11 @@ def test_spread_out_sends_a_drawing_of_nothing(open_page, table):
     page = open_page(width=1000, height=700)
     room = begin(page)
     Hand(page).draw((0.2, 0.2), (0.4, 0.2))
+    assert commands(page, table, room, 1) == [[0.2]]
     page.click("#spread")
     expect(page.locator("#told")).to_have_text("Sent: spread out")
     page.click("#spread")
+    commands(page, table, room, 2)
     Hand(page).draw((0.2, 0.8), (0.4, 0.8))
     assert commands(page, table, room, 3) == [[0.2], [], [0.8]]
 
@@ -398,10 +393,12 @@ def test_undoing_what_was_sent_sends_the_drawing_before_it_and_says_so(open_page
     page = open_page(width=1000, height=700)
     room = begin(page)
     hand = Hand(page)
-    hand.draw((0.2, 0.2), (0.4, 0.2))
-    hand.draw((0.2, 0.8), (0.4, 0.8))
+    for i, y in enumerate((0.2, 0.8)):
+        hand.draw((0.2, y), (0.4, y))
+        commands(page, table, room, i + 1)
     page.click("#undo")
     expect(page.locator("#told")).to_have_text("Undone: the drawing before was sent")
+    commands(page, table, room, 3)
     page.click("#undo")
     expect(page.locator("#told")).to_have_text("Undone: spread out was sent")
     expect(page.locator("#undo")).to_be_disabled()
@@ -413,6 +410,7 @@ def test_undoing_what_was_not_sent_sends_nothing(open_page, table):
     room = begin(page)
     hand = Hand(page)
     hand.draw((0.2, 0.2), (0.4, 0.2))
+    commands(page, table, room, 1)
     page.locator("#on-lift").set_checked(False)
     hand.draw((0.2, 0.5), (0.4, 0.5))
     page.click("#undo")

@@ -7,19 +7,11 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 
 from swarm_pz.play.recordings.format import CommandLine
-from tests.play.test_page import Hand, begin, eventually, latest
+from tests.play.test_page import Hand, begin, commands, eventually, latest
 
 pytestmark = pytest.mark.browser
 expect.set_options(timeout=30_000)
 STORE = "swarm-pz.drawings"
-
-
-def heights(page, table, room, count):
-    """Return where each command's strokes began, once there are so many commands."""
-    lines = eventually(
-        page, lambda: len(latest(table, room, CommandLine)) >= count and latest(table, room, CommandLine)
-    )
-    return [[round(stroke.points[0][1], 1) for stroke in line.strokes] for line in lines]
 
 
 def drawing(name="Line", kind="strokes", **stroke):
@@ -61,6 +53,7 @@ def test_a_saved_drawing_survives_a_reload_and_is_sent_at_a_tap_or_by_its_digit(
     expect(page.locator("#told")).to_have_text("Draw something first")
     for i, y in enumerate((0.3, 0.7)):
         Hand(page).draw((0.2, y), (0.4, y))
+        commands(page, table, room, i + 1)
         page.keyboard.press("s")
         expect(page.locator("#told")).to_have_text(f"Saved as {i + 1}")
     page.reload()
@@ -68,12 +61,13 @@ def test_a_saved_drawing_survives_a_reload_and_is_sent_at_a_tap_or_by_its_digit(
     page.click("#shelf")
     page.locator("#saved button").first.click()
     expect(page.locator("#told")).to_have_text("Sent: Drawing 1")
+    commands(page, table, room, 3)
     page.focus("#arena")
     page.keyboard.press("2")
     expect(page.locator("#told")).to_have_text("Sent: Drawing 2")
-    assert heights(page, table, room, 4) == [[0.3], [0.7], [0.3], [0.7]]
+    assert commands(page, table, room, 4) == [[0.3], [0.7], [0.3], [0.7]]
     page.click("#undo")
-    assert heights(page, table, room, 5)[-1] == [0.3]
+    assert commands(page, table, room, 5)[-1] == [0.3]
 
 
 def test_a_drawing_is_named_and_deleted_and_its_name_is_text_alone(open_page):
@@ -185,8 +179,9 @@ def test_a_browser_that_keeps_nothing_says_so_and_the_game_goes_on(open_page, ta
     Hand(page).draw((0.2, 0.3), (0.4, 0.3))
     page.keyboard.press("s")
     expect(page.locator("#told")).to_have_text("Saved as 1, until this page closes: the browser keeps no more")
+    commands(page, table, room, 1)
     page.keyboard.press("1")
-    assert heights(page, table, room, 2) == [[0.3], [0.3]]
+    assert commands(page, table, room, 2) == [[0.3], [0.3]]
 
 
 @pytest.mark.parametrize(("width", "height"), [(320, 640), (360, 640), (390, 844), (800, 500), (1280, 800)])

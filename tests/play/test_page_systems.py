@@ -49,7 +49,7 @@ class Seat:
         self.page.route_web_socket("**/socket", self.route)
         self.page.reload()
         self.page.wait_for_selector("#opponent option", state="attached")
-        begin(self.page)
+        begin(self.page, may_send=kind != "spells")
         expect(self.page.locator("#controls")).to_be_visible()
         self.hand = Hand(self.page, touch=True)
         self.page.focus("#arena")

@@ -43,25 +43,11 @@ def test_the_example_is_a_study_of_two_interfaces_in_balanced_order():
 
 
 def test_a_study_that_is_killed_three_times_ends_with_exactly_what_was_planned(tmp_path):
-    table = StudyTable(shortened(tmp_path / "plan"), tmp_path / "data")
-    study = table.kept.study
-    participants = [Participant(table, code) for code in study.codes]
-    chance = np.random.default_rng(21)
-
-    def fail():
-        for least in (20, 55, 90):  # of some 130 steps, most of them games; before the first one nobody plays
-            reached = least + chance.integers(20)
-            end = time.monotonic() + PATIENCE_S
-            while steps_done(tmp_path / "data") < reached and time.monotonic() < end:
-                time.sleep(0.1)
-            while not in_play(tmp_path / "data") and time.monotonic() < end:
-                time.sleep(0.02)
-            time.sleep(chance.uniform(0.0, 0.5))
-            table.kill()
-            table.start()
-
-    walk_all(participants, fail)
-    assert "Traceback" not in table.end()
+    with StudyTable(shortened(tmp_path / "plan"), tmp_path / "data") as table:
+        study = table.kept.study
+        participants = [Participant(table, code) for code in study.codes]
+        walk_all(participants, lambda: fail(table, tmp_path / "data"))
+        assert "Traceback" not in table.end()
 
     folder = StudyFolder(tmp_path / "data")
     recordings, seeds = set(), Counter()
@@ -90,6 +76,21 @@ def test_a_study_that_is_killed_three_times_ends_with_exactly_what_was_planned(t
     published = export(tmp_path / "data", tmp_path / "out").data
     assert not published.faults and len(published.participants) == 8 and len(published.games) == len(recordings)
     assert all(one.finished for one in published.participants)
+
+
+def fail(table, folder):
+    """Kill a study three times, in the middle of games, and start it again."""
+    chance = np.random.default_rng(21)
+    for least in (20, 55, 90):  # of some 130 steps, most of them games; before the first one nobody plays
+        reached = least + chance.integers(20)
+        end = time.monotonic() + PATIENCE_S
+        while steps_done(folder) < reached and time.monotonic() < end:
+            time.sleep(0.1)
+        while not in_play(folder) and time.monotonic() < end:
+            time.sleep(0.02)
+        time.sleep(chance.uniform(0.0, 0.5))
+        table.kill()
+        table.start()
 
 
 def steps_done(folder):

@@ -8,7 +8,7 @@ import logging
 import secrets
 import time
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -46,15 +46,12 @@ class Visitor:
         When it last said something.
     wants : str
         The game of two that it is ready for.
-    lock : asyncio.Lock
-        One thing after the other.
     """
 
     window: str = ""
     loaded: float = 0.0
     seen: float = -1e9
     wants: str = ""
-    lock: asyncio.Lock = field(default_factory=asyncio.Lock)
 
     def claim(self, window: str, loaded: float, now: float, *, takes_over: bool, is_busy: bool) -> bool:
         """Take a window for the participant's, and tell whether it is; another one that is there comes first."""
@@ -87,6 +84,8 @@ class StudyHost:
         self.games = StudyGames(folder, lobby)
         self.token = secrets.token_urlsafe(12)
         self._visitors = [Visitor() for _ in range(self.study.participants)]
+        self._turns = [asyncio.Lock() for _ in self._visitors[::2]]
+        """Of two who may meet: one at a time, or what is left of a game would be looked for in a new one."""
 
     def routes(self) -> list[Route]:
         """Return its pages, and what they ask for."""
@@ -139,7 +138,7 @@ class StudyHost:
         self, number: int, said: dict[str, Any], act: Callable[[int, dict[str, Any]], Awaitable[dict[str, Any]]]
     ) -> dict[str, Any]:
         visitor, now = self._visitors[number], time.monotonic()
-        async with visitor.lock:
+        async with self._turns[number // 2]:
             is_here = visitor.claim(
                 window if isinstance(window := said.get("window"), str) else "",
                 _number(said.get("loaded")),

@@ -137,7 +137,7 @@ class StudyFolder:
                 "of": 0,
                 "fault": str(error),
             }
-        step, games = progress.next, [line for name, line in list(progress.done.items()) if _GAME.fullmatch(name)]
+        step, games = progress.next, [line for name, line in progress.done.items() if _GAME.fullmatch(name)]
         return told | {
             "step": step.id if step is not None else "all done",
             "block": step.condition.title if step is not None and step.condition is not None else "",

@@ -163,7 +163,7 @@ class Progress:
         self.study, self.participant, self._path = study, participant, path
         self._only_read = only_read
         self.done: dict[str, dict[str, Any]] = {}
-        """What is known of each step that is done, by its id."""
+        """What is known of each step that is done, by its id; never changed, but replaced: other threads read it."""
         first = {"type": "participant", "number": participant, "study": study.title, "seed": study.seed}
         if path.exists():
             self._read(first)
@@ -180,8 +180,7 @@ class Progress:
             return
         if {key: lines[0].get(key) for key in first} != first:
             raise RecordingError(f"{self._path} is of another study or participant: expected {first}, got {lines[0]}")
-        for line in lines[1:]:
-            self.done[str(line["step"])] = line
+        self.done = {str(line["step"]): line for line in lines[1:]}
         is_torn = self._path.stat().st_size > whole  # what half a line said was never confirmed to anybody
         if is_torn and not self._only_read:
             with self._path.open("r+b") as file:
@@ -217,9 +216,9 @@ class Progress:
     @property
     def next(self) -> Step | None:
         """What comes next; None when all is done."""
-        practised = self._practised()
+        done, practised = self.done, self._practised()
         for step in self.steps:
-            if step.id in self.done:
+            if step.id in done:
                 continue
             block, _, rest = step.id.partition(".")
             if rest == "game1" and self._wants_practice(practised.get(block, [])):
@@ -251,4 +250,4 @@ class Progress:
             told["scores"] = step.form.scores(told["answers"])
         line = {"step": step.id, "at": time.time(), **told}
         self._write(line)
-        self.done[step.id] = line
+        self.done = self.done | {step.id: line}

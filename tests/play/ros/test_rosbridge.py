@@ -331,7 +331,7 @@ def test_who_says_nothing_but_nonsense_is_shown_out(monkeypatch):
                 await socket.recv()
         async with join() as other:
             await ask(other, "/rosapi/nodes")
-        assert ear.gone == 1
+            assert ear.gone == 1
 
     talk(conversation)
 

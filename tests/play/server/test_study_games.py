@@ -57,14 +57,19 @@ class Rooms:
 
 def answer_of(host, act, **said):
     """Return what a study tells the page of its first participant."""
+    return asyncio.run(asked(host, act, "P01", **said))
+
+
+async def asked(host, act, code, **said):
+    """Return what a study tells a participant's page."""
     data = json.dumps({"window": "w", **said}).encode()
 
     async def receive():
         return {"type": "http.request", "body": data, "more_body": False}
 
-    scope = {"type": "http", "method": "POST", "headers": [], "path_params": {"code": "P01"}}
+    scope = {"type": "http", "method": "POST", "headers": [], "path_params": {"code": code}}
     route = next(route for route in host.routes() if route.path == f"/study/{{code}}/{act}")
-    return json.loads(asyncio.run(route.endpoint(Request(scope, receive))).body)
+    return json.loads((await route.endpoint(Request(scope, receive))).body)
 
 
 def test_a_break_begins_when_what_came_before_was_done_and_cannot_be_cut_short(tmp_path, monkeypatch):
@@ -151,6 +156,26 @@ def test_a_game_that_a_participant_has_left_is_kept_aside_and_played_again(tmp_p
 
     asyncio.run(leave_twice())
     assert walked.next == step and (tmp_path / "data" / "interrupted" / f"P01.{step.id}.1.jsonl").exists()
+    folder.close()
+
+
+def test_what_one_of_two_asks_waits_for_the_other(tmp_path, monkeypatch):
+    """Else the game that one of them opens may be taken for what the last power failure left of it."""
+    folder = StudyFolder.begin(planned(tmp_path / "plan"), tmp_path / "data")
+    host, at_work = StudyHost(folder, Rooms()), []
+
+    def settle(number):
+        at_work.append(number // 2)
+        assert at_work.count(number // 2) == 1
+        time.sleep(0.05)
+        at_work.remove(number // 2)
+
+    monkeypatch.setattr(folder, "settle", settle)
+
+    async def ask_all():
+        return await asyncio.gather(*(asked(host, "state", f"P0{n}", window="w") for n in range(1, 9)))
+
+    assert [told["step"]["id"] for told in asyncio.run(ask_all())] == ["consent"] * 8
     folder.close()
 
 

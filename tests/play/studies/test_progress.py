@@ -109,6 +109,14 @@ def test_a_step_out_of_turn_or_with_wrong_answers_changes_nothing(tmp_path):
     assert progress.next == later
 
 
+def test_what_is_done_can_be_read_while_more_is_done(tmp_path):
+    progress = Progress(written(tmp_path), tmp_path / "p.jsonl", 0)
+    progress.finish(progress.next)
+    read = iter(progress.done.items())  # by another thread, which comes no further for now
+    progress.finish(progress.next, answers={"age": 40})
+    assert [step for step, _ in read] == ["consent"] and len(progress.done) == 2
+
+
 @pytest.mark.parametrize("change", [{"number": 1}, {"study": "another"}, {"seed": 8}])
 def test_a_file_of_another_study_or_participant_is_refused(change, tmp_path):
     study, path = written(tmp_path), tmp_path / "p.jsonl"
