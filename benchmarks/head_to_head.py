@@ -13,13 +13,17 @@ from pathlib import Path
 from typing import Any
 
 from swarm_pz.evaluation.match import paired_difference, play_match
-from swarm_pz.policy import registered
+from swarm_pz.policy import kind_of, registered
 from swarm_pz.training.report import plot_sizes
 
 
 def against_uniform(games: int) -> list[dict[str, Any]]:
-    """Play everybody but the planner against uniform coverage on the same seeds, with differences of share."""
-    names = sorted(name for name, point in registered().items() if point.module != "swarm_pz.policies.planner")
+    """Play all who answer densities, but the planner, against uniform coverage on the same seeds."""
+    names = sorted(
+        name
+        for name, point in registered().items()
+        if point.module != "swarm_pz.policies.planner" and kind_of(name) == "density"
+    )
     matches = {name: play_match(name, "uniform", games=games, threads=2) for name in names}
     rows = []
     for match in matches.values():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,8 @@ _NOISE_CELLS = 5
 """Cells a side on which random log-densities are drawn: as coarse as a swarm can follow."""
 _FEWEST, _MOST = 4, 64
 """Candidates of a round."""
+_ELITES = 0.1
+"""Fraction of a round's candidates that the next round's descend from."""
 
 
 class Lookahead:
@@ -146,6 +150,50 @@ class Lookahead:
             danger = np.where(simulator.teams == side, np.minimum(values, 1.0) ** 2, danger)
         promise = np.where(is_own, -danger, danger).sum(axis=1) / self._config.num_drones
         return np.asarray(worth + self._promise * promise)
+
+
+def search(
+    lookahead: Lookahead,
+    game: Games,
+    team: int,
+    model: Player | None,
+    last: Array | None,
+    generator: np.random.Generator,
+    is_over: Callable[[int], bool] | None = None,
+) -> Array:
+    """Return the best log-density (A, A) that is found for one game.
+
+    The cross-entropy method (Rubinstein, "The cross-entropy method for combinatorial and continuous optimization",
+    1999): of each round's candidates the best have the next round's as offspring, ever closer.
+
+    Parameters
+    ----------
+    lookahead : Lookahead
+    game : Games
+        A snapshot of one game.
+    team : int
+        Whose command is searched for.
+    model : Player, optional
+        What its opponent will do; without one that keeps its command.
+    last : float64 array (A, A), optional
+        The log-density found before.
+    generator : numpy.random.Generator
+    is_over : callable, optional
+        Told after each round how many are done, says whether they are enough; as many as are affordable if not given.
+    """
+    candidates = lookahead.propose(game, team, last, generator)
+    best, highest = np.asarray(candidates[0]), -np.inf
+    elites = max(2, round(_ELITES * lookahead.candidates))
+    done = 0
+    while True:
+        scores = lookahead.try_out(game, team, candidates, model)
+        order = np.argsort(-scores, kind="stable")
+        if scores[order[0]] > highest:
+            best, highest = candidates[order[0]], float(scores[order[0]])
+        done += 1
+        if is_over(done) if is_over is not None else done >= lookahead.rounds:
+            return best
+        candidates = lookahead.breed(candidates[order[:elites]], 0.5 ** min(done - 1, 3), generator)
 
 
 def _clip(logs: Array) -> Array:

@@ -3,8 +3,7 @@
 Privileged: it copies the game's true state, which no side may see. It shows how well the game can be
 played, and is no fair opponent of policies that play from observations.
 
-Every command is searched for by the cross-entropy method (Rubinstein, "The cross-entropy method for
-combinatorial and continuous optimization", 1999) over images of log-densities, each held for a few seconds of a
+Every command is searched for over images of log-densities (`lookahead`), each held for a few seconds of a
 copy of the game; the best is sent for one command period, and the search begins anew. What the opponent
 does meanwhile is what its model would do: keep its last command, play a named policy, or play
 whichever known policy would have given its latest commands.
@@ -24,13 +23,11 @@ from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.config.base import Config, check_count, check_number
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.game import Games
-from swarm_pz.policies.lookahead import Array, Lookahead
+from swarm_pz.policies.lookahead import Array, Lookahead, search
 from swarm_pz.policy import Player, kind_of, load, registered
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.spawn import Seed
 
-_ELITES = 0.1
-"""Fraction of a round's candidates that the next round's descend from."""
 GUESS = "guess"
 """The model that stands for whichever known policy explains the opponent best."""
 _MEMORY = 0.8
@@ -120,7 +117,7 @@ class Planner:
 
     def _bench(self, config: GameConfig) -> _Bench:
         if config not in self._benches:
-            names = [] if self._model is None else _known() if self._model == GUESS else [self._model]
+            names = [] if self._model is None else known_tactics() if self._model == GUESS else [self._model]
             models: list[Player | None] = [load(name, config) for name in names]
             if self._model in (None, GUESS):
                 models.insert(0, None)
@@ -151,21 +148,16 @@ class Planner:
 
     def _search(self, bench: _Bench, game: Games, team: int, row: int, began: float) -> Array:
         """Return the best log-density (A, A) found for one game."""
-        generator, lookahead = self._generators[row], bench.lookahead
         model = bench.models[0] if len(bench.models) == 1 else self._explain(bench, game, team, row)
-        candidates = lookahead.propose(game, team, self._last.get(row), generator)
-        best, highest = np.asarray(candidates[0]), -np.inf
-        elites = max(2, round(_ELITES * lookahead.candidates))
-        done = 0
-        while True:
-            scores = lookahead.try_out(game, team, candidates, model)
-            order = np.argsort(-scores, kind="stable")
-            if scores[order[0]] > highest:
-                best, highest = candidates[order[0]], float(scores[order[0]])
-            done += 1
-            if self._is_over(done, lookahead.rounds, began):
-                return best
-            candidates = lookahead.breed(candidates[order[:elites]], 0.5 ** min(done - 1, 3), generator)
+        return search(
+            bench.lookahead,
+            game,
+            team,
+            model,
+            self._last.get(row),
+            self._generators[row],
+            lambda done: self._is_over(done, bench.lookahead.rounds, began),
+        )
 
     def _is_over(self, rounds: int, affordable: int, began: float) -> bool:
         if self.settings.milliseconds is None:
@@ -192,7 +184,7 @@ class Planner:
         return bench.models[int(errors.argmin())]
 
 
-def _known() -> list[str]:
+def known_tactics() -> list[str]:
     """Return the names of the project's own scripts and learned tactics, best explanations first."""
     modules = ("swarm_pz.policies.zoo", "swarm_pz.policies.scripted")
     known = [name for module in modules for name, point in sorted(registered().items()) if point.module == module]

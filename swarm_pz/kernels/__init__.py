@@ -10,6 +10,7 @@
 `trails`          trails, and what they add to the capture field
 `rng`             random numbers within a game
 `game`            one game's tick in the order of the rules, and a loop over games
+`retracing`       what a game must have been between two looks at its drones
 `observation`     one side's grid observation
 `painting`        strokes of a brush on an image
 `profiling`       parts of a control period, for measuring

@@ -23,6 +23,7 @@ from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRON
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.fourier import make_targets
 from swarm_pz.kernels.game import Games, advance_games
+from swarm_pz.kernels.retracing import retrace_games
 from swarm_pz.simulator.commands import coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
 from swarm_pz.simulator.parameters import rule_parameters, rule_variants
@@ -300,6 +301,35 @@ class Simulator:
                 advance_games(self.games, part, per_game, self._rules, self.controller, self._variants)
 
         self.for_rows(rows, work)
+
+    def retrace(
+        self,
+        ticks: int,
+        positions: NDArray[np.float32],
+        velocities: NDArray[np.float32],
+        teams: NDArray[np.int8],
+        rows: ArrayLike | None = None,
+    ) -> None:
+        """Bring games to where their drones were seen some ticks later, whatever flew them there.
+
+        In between, each drone is taken to follow the cubic with these positions and velocities at its ends (Hermite's),
+        and to change its team, if it has, in the last tick. Trails and capture fields follow from that; what the
+        ergodic controller remembers of the past stays as it was.
+
+        Parameters
+        ----------
+        ticks : int
+            Of 1/30 s.
+        positions, velocities : float32 array (n, N, 2)
+            Map widths, and map widths per second over the speed factor.
+        teams : int8 array (n, N)
+            0 red, 1 blue.
+        rows : sequence of int, optional
+            The n games; all of them if not given.
+        """
+        chosen = self.rows(rows)
+        if len(chosen):
+            retrace_games(self.games, chosen, ticks, positions, velocities, teams, self._rules, self._variants)
 
     def solve(self, team: int, rows: ArrayLike | None = None) -> None:
         """Let a control system of Python's choose a team's accelerations now, where a control period begins.

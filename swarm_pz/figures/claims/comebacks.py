@@ -17,7 +17,7 @@ from swarm_pz.policy import load
 
 GAMES = 100
 PLAYERS = ("ring", "hunter", "champion")
-"""From the weakest to the strongest on the ladder; learned ones need the extra "training"."""
+"""From the weakest to the strongest; learned ones need the extra "training"."""
 HANDICAPS = ((1, 19), (3, 17))
 OPPONENT = "uniform"
 LEAST = 0.05
@@ -130,7 +130,7 @@ FIGURE = Figure(
     quote="One agent, controlled strategically, can be sufficient to build up team size again.",
     paper="The paper's team sizes fluctuate so rapidly that players must reckon with both teams' sizes at every "
     "moment.",
-    rule=f"From both handicaps {PLAYERS[-1]}, the strongest on the ladder, wins more than {100 * LEAST:.0f} % of its "
+    rule=f"From both handicaps {PLAYERS[-1]}, the strongest of these, wins more than {100 * LEAST:.0f} % of its "
     "games, with the whole interval.",
     measure=measure,
     draw=draw,

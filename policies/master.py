@@ -1,0 +1,179 @@
+"""Plays whom it knows by planning, and strangers by what it has learned.
+
+It sees drones, and nothing else. From the first command on it foretells where each of the tactics that it knows would
+fly its drones to; whichever does come there, to the width of a hair, is the opponent. Against that it plans, by the
+search of `planner`, in a game of its own, which is known exactly for as long as it comes as foretold. Whose drones once
+come where nobody's would is a stranger to the game's end, and meets a learned tactic.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import BLUE, RED, GameConfig, ObservationConfig
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.errors import PolicyError
+from swarm_pz.kernels.game import Games
+from swarm_pz.policies.lookahead import Array, Lookahead, search
+from swarm_pz.policies.planner import PlannerConfig, known_tactics
+from swarm_pz.policies.witness import Witness, taken_apart
+from swarm_pz.policy import Player, Policy, PrivilegedPolicy, load, name_of
+from swarm_pz.simulator.spawn import Seed
+
+TACTIC = "veteran"
+"""What strangers meet."""
+_NEAR = 0.004
+"""How far a side's drones may be from where they were foretold, on average: the share of the way that they make from
+rest in a command period, or of half the map. Another tactic's are ten times as far off."""
+
+
+class _Acquaintance:
+    """What is made of one game's opponent."""
+
+    def __init__(self, seed: Seed) -> None:
+        self.generator = np.random.default_rng(seed)
+        self.is_stranger = False
+        self.number: int | None = None
+        """Which of the known ones it is, as far as was seen."""
+        self.foretold: Games | None = None
+        """The game a command period on, one for each of the known ones."""
+        self.last: Array | None = None
+        """The log-density sent last, if it was planned."""
+
+
+class Master:
+    """Recognises the opponent by how its drones fly, and plans against it; plays a learned tactic against strangers.
+
+    Parameters
+    ----------
+    config : GameConfig
+        The games' rules.
+    tactic : str or Policy
+        What strangers meet.
+    known : sequence of str, optional
+        Names of the policies that it recognises; all scripts and learned tactics of this project if not given. Where
+        control systems from outside of the kernels fly, it recognises nobody.
+    settings : PlannerConfig
+        How long and how far it plans.
+
+    Raises
+    ------
+    PolicyError
+        If there is no such tactic, or it is privileged.
+
+    Attributes
+    ----------
+    plays_as : str
+        The name of the learned tactic that strangers meet: whoever searches for its weaknesses may begin there.
+    digest : str
+        A hash of whom it knows, of all learned weights that it plays with, and of how it plans.
+    """
+
+    answers = "density"
+    observation = ObservationConfig(kind="drones")
+
+    def __init__(
+        self,
+        config: GameConfig,
+        tactic: str | Policy = TACTIC,
+        known: Sequence[str] | None = None,
+        settings: PlannerConfig = PlannerConfig(drone_steps=40_000),  # noqa: B008  (frozen)
+    ) -> None:
+        self.name, self.plays_as = "master", tactic if isinstance(tactic, str) else ""
+        is_given = any(not system.kernel for system in config.team_systems)
+        if is_given:
+            config = config.replace(controllers="ergodic")  # any that takes densities: no flight is foretold
+        self._config = config
+        learned = load(tactic, config)
+        if isinstance(learned, PrivilegedPolicy):
+            raise PolicyError(f"strangers must meet a policy that plays by what it sees, got {name_of(learned)}")
+        self._tactic = learned
+        acceleration = config.controller.max_acceleration * config.dynamics.speed_factor
+        self._near = _NEAR * min(0.5 * acceleration * config.command_period**2, 0.5)
+        self._witness = Witness(config)
+        names = [] if is_given else known_tactics() if known is None else known
+        self._known = [load(name, config) for name in names]
+        """Each in step with the games."""
+        self._models: list[Player] = [load(name, config) for name in names]
+        """The same, begun anew with every plan."""
+        learned_parts = [str(getattr(player, "digest", "")) for player in (self._tactic, *self._known)]
+        story = "\n".join([self.name, repr(settings), *names, *learned_parts])
+        self.digest = hashlib.sha256(story.encode()).hexdigest()[:32]
+        self._future = BatchEnv(config, max(len(names), 1))
+        self._lookahead = Lookahead(config, settings.horizon, settings.drone_steps, settings.promise)
+        self._met: dict[int, _Acquaintance] = {}
+
+    def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
+        """Begin new games in some rows, each with a random stream of its own."""
+        self._met |= {row: _Acquaintance(seed) for seed, row in zip(seeds, rows.tolist(), strict=True)}
+        self._witness.forget(rows)
+        self._tactic.reset(seeds, rows)
+        for policy in self._known:
+            policy.reset([0] * len(rows), rows)
+
+    def act(self, observations: NDArray[np.float32], rows: NDArray[np.int64]) -> Array:
+        """Answer observations (n, N, 5) of the games in `rows` with densities (n, A, A)."""
+        env = self._witness.env
+        came = np.array([self._comes_as_foretold(observations[place], row) for place, row in enumerate(rows.tolist())])
+        self._witness.look(observations[~came], rows[~came])
+        densities = np.empty((len(rows), self._config.command_cells, self._config.command_cells))
+        is_known = np.array([self._met[row].number is not None for row in rows.tolist()])
+        if len(others := rows[~is_known]):
+            densities[~is_known] = self._tactic.act(env.observe(self._tactic.observation, RED, others), others)
+        for place in np.flatnonzero(is_known).tolist():
+            densities[place] = np.exp(self._plan(int(rows[place])))
+        flown_by = env.simulator.games.flown_by[rows, RED]
+        commands = env.simulator.control.read(densities, flown_by, self.answers, f"policy {self.name}'s answer")
+        env.simulator.command_checked(RED, commands, rows, holds=True)
+        self._foretell(np.array([row for row in rows.tolist() if not self._met[row].is_stranger], np.int64))
+        return densities
+
+    def _comes_as_foretold(self, drones: NDArray[np.float32], row: int) -> bool:
+        """Find out whose flight a game's drones (N, 5) have followed; return whether it is anybody's who is known."""
+        met = self._met[row]
+        future, met.foretold, met.number = met.foretold, None, None
+        if future is None:
+            return False
+        positions, _, teams = taken_apart(drones)
+        off = np.abs(future.positions - positions)
+        apart = np.max([off[:, teams == side].mean(axis=(1, 2)) for side in (RED, BLUE) if side in teams], axis=0)
+        apart[(future.teams != teams).any(axis=1)] = np.inf
+        nearest = int(apart.argmin())
+        if apart[nearest] > self._near:
+            met.is_stranger = True
+            return False
+        met.number = nearest
+        came: list[Any] = [array[nearest : nearest + 1] for array in future]
+        self._witness.adopt(Games(*came), drones, row)
+        return True
+
+    def _plan(self, row: int) -> Array:
+        """Return the best log-density (A, A) that is found against whom a game's opponent was found to be."""
+        met = self._met[row]
+        assert met.number is not None  # noqa: S101
+        game = self._witness.env.simulator.snapshot([row])
+        met.last = search(self._lookahead, game, RED, self._models[met.number], met.last, met.generator)
+        return met.last
+
+    def _foretell(self, rows: NDArray[np.int64]) -> None:
+        """Play games on for a command period, against each of those who are known."""
+        if not len(rows) or not self._known:
+            return
+        env, future = self._witness.env, self._future.simulator
+        sides, everybody = np.full(len(rows), BLUE), np.arange(len(self._known))
+        answers = np.stack([env.ask(policy, sides, rows) for policy in self._known], axis=1)
+        for row, commands in zip(rows.tolist(), answers, strict=True):
+            future.restore(env.simulator.snapshot([row]))
+            future.command_checked(BLUE, commands, everybody, holds=True)
+            future.advance(self._config.step_ticks)
+            self._met[row].foretold = future.snapshot()
+
+
+def master(config: GameConfig) -> Master:
+    """Recognise the opponent by how its drones fly, and plan against it; play `veteran` against strangers."""
+    return Master(config)

@@ -1,0 +1,75 @@
+"""What can be known of a game by who sees nothing but its drones, once a command period.
+
+Trails and capture fields follow from where drones have been: known at each look, and in between taken to follow cubics.
+A game that was foretold, and came as foretold, is known exactly, with all that controllers remember.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import BLUE, RED, GameConfig
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.kernels.game import Games
+
+_FEWEST = 16
+"""Games for which there is room at first."""
+
+
+class Witness:
+    """Follows games from one side's observations of their drones; that side is red here, whatever it is there.
+
+    Parameters
+    ----------
+    config : GameConfig
+        Their rules.
+
+    Attributes
+    ----------
+    env : BatchEnv
+        The games, as far as they are known: each in the row of its number.
+    """
+
+    def __init__(self, config: GameConfig) -> None:
+        self.env = BatchEnv(config, _FEWEST)
+        self._begun: set[int] = set()
+
+    def forget(self, rows: NDArray[np.int64]) -> None:
+        """Make room for new games in some rows (n,), of which nothing was seen yet."""
+        self._begun -= set(rows.tolist())
+        if (needed := int(rows.max(initial=0)) + 1) > self.env.num_games:
+            old, self.env = self.env, BatchEnv(self.env.config, 2 * needed)
+            self.env.simulator.restore(old.simulator.snapshot(), np.arange(old.num_games))
+
+    def has_seen(self, row: int) -> bool:
+        """Whether a game was looked at before."""
+        return row in self._begun
+
+    def look(self, drones: NDArray[np.float32], rows: NDArray[np.int64]) -> None:
+        """Take in observations of kind `drones`, (n, N, 5), a command period after the last ones of these games."""
+        positions, velocities, teams = taken_apart(drones)
+        is_known = np.array([row in self._begun for row in rows.tolist()], np.bool_)
+        for place in np.flatnonzero(~is_known).tolist():
+            start = {"positions": positions[place], "velocities": velocities[place], "teams": teams[place]}
+            self.env.reset([0], rows[place : place + 1], start)
+            self.env.simulator.games.seeds[rows[place]] = 0  # what will happen by chance is not to be known
+            self._begun.add(int(rows[place]))
+        later = rows[is_known]
+        ticks = self.env.config.step_ticks
+        self.env.simulator.retrace(ticks, positions[is_known], velocities[is_known], teams[is_known], later)
+
+    def adopt(self, game: Games, drones: NDArray[np.float32], row: int) -> None:
+        """Take a game that was foretold for the one that is seen: its drones (N, 5) are where they were said to be."""
+        self.env.simulator.restore(game, [row])
+        positions, velocities, _ = taken_apart(drones)
+        self.env.simulator.games.positions[row] = positions
+        self.env.simulator.games.velocities[row] = velocities
+
+
+def taken_apart(
+    drones: NDArray[np.float32],
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int8]]:
+    """Return positions (..., N, 2), velocities (..., N, 2) and teams (..., N), the own one red, of observed drones."""
+    parts = np.ascontiguousarray(drones[..., :2]), np.ascontiguousarray(drones[..., 2:4])
+    return *parts, np.where(drones[..., 4] > 0.0, RED, BLUE).astype(np.int8)

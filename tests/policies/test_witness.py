@@ -1,0 +1,108 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import BLUE, RED, GameConfig, ObservationConfig, SpawnConfig
+from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.policies.witness import Witness
+
+CONFIG = GameConfig(drones_per_team=4)
+DRONES = ObservationConfig(kind="drones")
+
+
+def games(count=3):
+    env = BatchEnv(CONFIG, count)
+    env.reset(range(count))
+    return env
+
+
+def looks(env, team, witness, rows, steps, chance):
+    """Play, and let a witness look on from a side."""
+    for _ in range(steps):
+        witness.look(env.observe(DRONES, team, rows), rows)
+        env.step(chance.random((env.num_games, 2, 10, 10)) ** 8)
+    witness.look(env.observe(DRONES, team, rows), rows)
+
+
+@pytest.mark.parametrize("team", [RED, BLUE])
+def test_what_one_side_sees_is_kept_with_that_side_as_red(team):
+    env, witness, rows = games(), Witness(CONFIG), np.array([2, 0])
+    witness.forget(rows)
+    assert not witness.has_seen(2)
+    looks(env, team, witness, rows, 4, np.random.default_rng(0))
+    assert witness.has_seen(2) and witness.has_seen(0) and not witness.has_seen(1)
+    true, known = env.simulator, witness.env.simulator
+    np.testing.assert_array_equal(known.positions[rows], true.positions[rows])
+    np.testing.assert_array_equal(known.velocities[rows], true.velocities[rows])
+    np.testing.assert_array_equal(known.teams[rows] == RED, true.teams[rows] == team)
+    assert known.time_s[rows].tolist() == [4.0, 4.0]
+    order = [team, 1 - team]
+    fields, seen = true.capture_field[rows][:, order], known.capture_field[rows]
+    assert np.corrcoef(fields.ravel(), seen.ravel())[0, 1] > 0.9
+    positions = ObservationConfig(channels=("own_positions", "opposing_positions", "own_now", "own_soon"))
+    np.testing.assert_array_equal(witness.env.observe(positions, RED, rows), env.observe(positions, team, rows))
+
+
+def test_a_new_game_owes_nothing_to_the_one_before():
+    rows, env = np.array([1]), games()
+    used, fresh = Witness(CONFIG), Witness(CONFIG)
+    used.forget(rows)
+    looks(env, RED, used, rows, 5, np.random.default_rng(0))
+    for witness in (used, fresh):
+        witness.forget(rows)
+        env.reset([7], rows)
+        looks(env, RED, witness, rows, 3, np.random.default_rng(1))
+    for name, array, other in zip(
+        used.env.simulator.games._fields, used.env.simulator.games, fresh.env.simulator.games, strict=True
+    ):
+        np.testing.assert_array_equal(array[1], other[1], err_msg=name)
+
+
+def test_drones_may_move_already_when_a_game_begins():
+    config = CONFIG.replace(spawn=SpawnConfig(speed=0.2))
+    env, witness, rows = BatchEnv(config), Witness(config), np.zeros(1, int)
+    env.reset([5])
+    witness.look(env.observe(DRONES, RED, rows), rows)
+    np.testing.assert_array_equal(witness.env.simulator.velocities[0], env.simulator.velocities[0])
+
+
+def test_looks_are_a_command_period_apart():
+    config = CONFIG.replace(command_period=0.5)
+    env, witness, rows = BatchEnv(config), Witness(config), np.zeros(1, int)
+    env.reset([0])
+    looks(env, RED, witness, rows, 3, np.random.default_rng(0))
+    assert witness.env.simulator.time_s[0] == 1.5
+
+
+def test_what_will_happen_by_chance_is_not_to_be_known():
+    env, witness, rows = games(1), Witness(CONFIG), np.zeros(1, int)
+    witness.look(env.observe(DRONES, RED, rows), rows)
+    assert witness.env.simulator.games.seeds[0] != env.simulator.games.seeds[0]
+
+
+def test_there_is_room_for_a_game_of_any_number_and_others_stay_as_they_are():
+    witness, env, rows = Witness(CONFIG), games(), np.array([0, 2])
+    witness.forget(rows)
+    looks(env, RED, witness, rows, 2, np.random.default_rng(0))
+    before = witness.env.simulator.snapshot(rows)
+    witness.forget(np.array([700]))
+    assert witness.env.num_games > 700
+    assert witness.has_seen(0) and not witness.has_seen(700)
+    for array, old in zip(witness.env.simulator.snapshot(rows), before, strict=True):
+        np.testing.assert_array_equal(array, old)
+
+
+def test_a_game_that_came_as_foretold_is_taken_over_whole_but_drones_are_where_they_are_seen():
+    witness, env, rows = Witness(CONFIG), games(), np.array([1])
+    witness.forget(rows)
+    looks(env, RED, witness, rows, 1, np.random.default_rng(0))
+    foretold = env.simulator.snapshot(rows)
+    drones = env.observe(DRONES, RED, rows)[0]
+    drones[:, :4] += np.float32(1e-5)
+    witness.adopt(foretold, drones, 1)
+    games_ = witness.env.simulator.games
+    np.testing.assert_array_equal(games_.memory[1], foretold.memory[0])
+    np.testing.assert_array_equal(games_.trails[1], foretold.trails[0])
+    np.testing.assert_array_equal(games_.positions[1], drones[:, :2])
+    np.testing.assert_array_equal(games_.velocities[1], drones[:, 2:4])
