@@ -25,6 +25,8 @@ BITS = (
 
 TOGETHER = ("tests/play/test_page.py", "tests/play/test_page_board.py", "tests/play/test_page", "tests/play/")
 """What waits for browsers and clocks: one process each runs these tests, one after another; the first that fits."""
+SHARING = ("tests/test_docs.py::test_the_site", "tests/standard/test_board.py", "tests/standard/test_running.py")
+"""Tests that need the same long preparation: one process each, too, or each process would prepare it for itself."""
 
 
 def pytest_xdist_make_scheduler(config, log):
@@ -33,7 +35,7 @@ def pytest_xdist_make_scheduler(config, log):
 
     class Scheduling(LoadScopeScheduling):
         def _split_scope(self, nodeid):
-            return next((together for together in TOGETHER if nodeid.startswith(together)), nodeid)
+            return next((together for together in (*TOGETHER, *SHARING) if nodeid.startswith(together)), nodeid)
 
     return Scheduling(config, log)
 

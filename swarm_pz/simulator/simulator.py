@@ -27,10 +27,20 @@ from swarm_pz.kernels.retracing import retrace_games
 from swarm_pz.simulator.commands import coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
 from swarm_pz.simulator.parameters import rule_parameters, rule_variants
-from swarm_pz.simulator.spawn import Seed, check_scenario, check_seed, check_team, random_start, random_velocities
+from swarm_pz.simulator.spawn import (
+    Seed,
+    check_numbers,
+    check_scenario,
+    check_seed,
+    check_team,
+    random_start,
+    random_velocities,
+)
 
 _NEVER = -(10**9)
 _MOST_GAMES = 10**9
+_FASTEST = 1e6
+"""What no drone's velocity comes near to, and nothing that is reckoned from it is infinite."""
 
 
 class Simulator:
@@ -305,9 +315,9 @@ class Simulator:
     def retrace(
         self,
         ticks: int,
-        positions: NDArray[np.float32],
-        velocities: NDArray[np.float32],
-        teams: NDArray[np.int8],
+        positions: ArrayLike,
+        velocities: ArrayLike,
+        teams: ArrayLike,
         rows: ArrayLike | None = None,
     ) -> None:
         """Bring games to where their drones were seen some ticks later, whatever flew them there.
@@ -319,17 +329,28 @@ class Simulator:
         Parameters
         ----------
         ticks : int
-            Of 1/30 s.
-        positions, velocities : float32 array (n, N, 2)
+            Of 1/30 s; at least one.
+        positions, velocities : array (n, N, 2)
             Map widths, and map widths per second over the speed factor.
-        teams : int8 array (n, N)
+        teams : array (n, N)
             0 red, 1 blue.
         rows : sequence of int, optional
             The n games; all of them if not given.
+
+        Raises
+        ------
+        CommandError
+            If anything has another shape, or is nothing that drones can have; no game is changed.
         """
         chosen = self.rows(rows)
+        shape = len(chosen), self.config.num_drones
+        if isinstance(ticks, bool) or not isinstance(ticks, int | np.integer) or ticks < 1:
+            raise CommandError(f"ticks must be a whole number of at least 1, got {ticks!r}")
+        places = check_numbers("seen positions", positions, 0.0, 1.0, (*shape, 2)).astype(np.float32)
+        moving = check_numbers("seen velocities", velocities, -_FASTEST, _FASTEST, (*shape, 2)).astype(np.float32)
+        sides = check_numbers("seen teams", teams, RED, BLUE, shape).astype(np.int8)
         if len(chosen):
-            retrace_games(self.games, chosen, ticks, positions, velocities, teams, self._rules, self._variants)
+            retrace_games(self.games, chosen, int(ticks), places, moving, sides, self._rules, self._variants)
 
     def solve(self, team: int, rows: ArrayLike | None = None) -> None:
         """Let a control system of Python's choose a team's accelerations now, where a control period begins.

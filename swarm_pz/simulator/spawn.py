@@ -104,13 +104,7 @@ def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dic
     start: dict[str, NDArray[Any]] = {}
     for name, low, high in (("positions", 0.0, 1.0), ("velocities", -10.0, 10.0)):
         if name in scenario:
-            expected = f"scenario {name} must be numbers in [{low:g}, {high:g}] of shape {(count, 2)}"
-            values = _as_floats(scenario[name], expected)
-            if values.shape != (count, 2):
-                raise CommandError(f"{expected}, got shape {values.shape}")
-            if not ((values >= low) & (values <= high)).all():
-                raise CommandError(f"{expected}, got {values.tolist()}")
-            start[name] = values
+            start[name] = check_numbers(f"scenario {name}", scenario[name], low, high, (count, 2))
     if "teams" in scenario:
         expected = f"scenario teams must be {count} numbers that are 0 (red) or 1 (blue)"
         values = _as_floats(scenario["teams"], expected)
@@ -120,6 +114,25 @@ def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dic
             raise CommandError(f"{expected}, with at least one of each, got {scenario['teams']!r}")
         start["teams"] = values.astype(np.int8)
     return start
+
+
+def check_numbers(
+    name: str, numbers: ArrayLike, low: float, high: float, shape: tuple[int, ...]
+) -> NDArray[np.float64]:
+    """Return what drones are or have, one row a drone, as an array of some shape.
+
+    Raises
+    ------
+    CommandError
+        If it has another shape, or a number is none from `low` to `high`.
+    """
+    expected = f"{name} must be numbers in [{low:g}, {high:g}] of shape {shape}"
+    values = _as_floats(numbers, expected)
+    if values.shape != shape:
+        raise CommandError(f"{expected}, got shape {values.shape}")
+    if not ((values >= low) & (values <= high)).all():
+        raise CommandError(f"{expected}, got {values.tolist()}")
+    return values
 
 
 def _as_floats(values: ArrayLike, expected: str) -> NDArray[np.float64]:

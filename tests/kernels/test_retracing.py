@@ -7,6 +7,7 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from swarm_pz.config import DynamicsConfig, GameConfig, MemoryConfig
+from swarm_pz.errors import CommandError
 from swarm_pz.simulator import Simulator
 from tests.reference import cell_of, ring_sums
 
@@ -93,6 +94,34 @@ def test_where_drones_really_flew_the_trails_are_nearly_theirs():
     true, taken = (np.stack(np.divmod(one.games.trails.astype(int), 50)) for one in (simulator, seen))
     assert np.abs(true - taken).max(axis=0).mean() < 0.7  # cells
     np.testing.assert_array_equal(seen.games.ticks, simulator.games.ticks)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("ticks", 0, "ticks must be a whole number of at least 1, got 0"),
+        ("ticks", -3, "ticks must be"),
+        ("ticks", 1.5, "ticks must be"),
+        ("ticks", True, "ticks must be"),
+        ("positions", np.full((2, 4, 2), np.nan), r"seen positions must be numbers in \[0, 1\] of shape \(2, 4, 2\)"),
+        ("positions", np.full((2, 4, 2), 1.01), "seen positions"),
+        ("positions", np.zeros((2, 3, 2)), "got shape"),
+        ("positions", "here", "seen positions"),
+        ("velocities", np.full((2, 4, 2), np.inf), "seen velocities"),
+        ("velocities", np.zeros((1, 4, 2)), "got shape"),
+        ("teams", np.full((2, 4), 2), r"seen teams must be numbers in \[0, 1\]"),
+        ("teams", np.zeros((2, 4, 1)), "got shape"),
+        ("rows", [0, 2], "rows must be"),
+    ],
+)
+def test_what_no_drone_can_be_is_refused_and_no_game_is_changed(name, value, said):
+    simulator = under_way(GameConfig(drones_per_team=2))
+    before = simulator.snapshot()
+    seen = {"ticks": 30, "positions": np.zeros((2, 4, 2)), "velocities": np.zeros((2, 4, 2)), "teams": np.eye(2, 4)}
+    with pytest.raises(CommandError, match=said):
+        simulator.retrace(**(seen | {name: value}))
+    for array, old in zip(simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array, old)
 
 
 def test_nobody_seen_changes_nothing():
