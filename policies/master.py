@@ -175,5 +175,5 @@ class Master:
 
 
 def master(config: GameConfig) -> Master:
-    """Recognise the opponent by how its drones fly, and plan against it; play `veteran` against strangers."""
+    """Recognise the opponent by how its drones fly, and plan against it; play as veteran against strangers."""
     return Master(config)

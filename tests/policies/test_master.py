@@ -71,6 +71,7 @@ def test_it_sees_drones_and_no_more():
     assert {"veteran", "champion", "uniform", "corners"} <= set(known_tactics())
     assert len({master.digest, policies.load("master", CONFIG).digest}) == 1
     assert master.digest != Master(CONFIG, load("champion", CONFIG)).digest, "other weights, another player"
+    assert master.digest != Master(CONFIG, settings=SHORT).digest, "other plans, another player"
 
 
 @pytest.mark.parametrize("team", [RED, BLUE])
@@ -167,6 +168,20 @@ def test_a_stranger_is_one_though_few_drones_or_slow_ones_tell(rules):
     master = Master(config, Tactic(), KNOWN, SHORT)
     play(master, load("noise", config), RED, 2, config=config)
     assert master._met[0].is_stranger
+
+
+@pytest.mark.parametrize(
+    ("rules", "way"), [({}, 0.5), ({"command_period": 0.5}, 0.125), ({"command_period": 3.0}, 0.5)]
+)
+def test_how_near_is_near_goes_by_the_way_that_drones_make_in_a_command_period(rules, way):
+    config = CONFIG.replace(**rules)
+    for share, is_stranger in ((0.5, False), (2.0, True)):
+        master, rows = Master(config, Tactic(), KNOWN, SHORT), np.zeros(1, int)
+        env, _ = play(master, load("halo", config), RED, 1, config=config)
+        drones = env.observe(master.observation, RED, rows)
+        drones[:, :, :2] += np.float32(share * 0.004 * way)
+        master.act(drones, rows)
+        assert master._met[0].is_stranger == is_stranger
 
 
 def test_who_has_other_drones_than_foretold_is_a_stranger():
