@@ -3,7 +3,8 @@
 It sees drones, and nothing else. From the first command on it foretells where each of the tactics that it knows would
 fly its drones to; whichever does come there, to the width of a hair, is the opponent. Against that it plans, by the
 search of `planner`, in a game of its own, which is known exactly for as long as it comes as foretold. Whose drones once
-come where nobody's would is a stranger to the game's end, and meets a learned tactic.
+come where nobody's would is a stranger to the game's end, and meets a learned tactic. So are all where commands come
+into force later than they are asked for, as at the table, and where chance flies along: failures, messages lost.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from swarm_pz.errors import PolicyError
 from swarm_pz.kernels.game import Games
 from swarm_pz.policies.lookahead import Array, Lookahead, search
 from swarm_pz.policies.planner import PlannerConfig, known_tactics
-from swarm_pz.policies.witness import Witness, taken_apart
-from swarm_pz.policy import Player, Policy, PrivilegedPolicy, load, name_of
+from swarm_pz.policies.witness import Witness, checked, taken_apart
+from swarm_pz.policy import Player, Policy, PrivilegedPolicy, kind_of, load, name_of
 from swarm_pz.simulator.spawn import Seed
 
 TACTIC = "veteran"
@@ -64,7 +65,8 @@ class Master:
     Raises
     ------
     PolicyError
-        If there is no such tactic, or it is privileged.
+        If there is no such tactic, or it is privileged; if one that is known does not answer densities, or if it were
+        to plan by the clock.
 
     Attributes
     ----------
@@ -89,6 +91,8 @@ class Master:
         if is_given:
             config = config.replace(controllers="ergodic")  # any that takes densities: no flight is foretold
         self._config = config
+        if settings.milliseconds is not None:
+            raise PolicyError(f"a master plans for drone_steps, not for milliseconds, got {settings}")
         learned = load(tactic, config)
         if isinstance(learned, PrivilegedPolicy):
             raise PolicyError(f"strangers must meet a policy that plays by what it sees, got {name_of(learned)}")
@@ -96,13 +100,15 @@ class Master:
         acceleration = config.controller.max_acceleration * config.dynamics.speed_factor
         self._near = _NEAR * min(0.5 * acceleration * config.command_period**2, 0.5)
         self._witness = Witness(config)
-        names = [] if is_given else known_tactics() if known is None else known
+        names = [] if is_given else known_tactics() if known is None else list(known)
+        if isinstance(known, str) or any(kind_of(name) != self.answers for name in names):
+            raise PolicyError(f"known must be names of policies that answer densities, got {known!r}")
         self._known = [load(name, config) for name in names]
         """Each in step with the games."""
         self._models: list[Player] = [load(name, config) for name in names]
         """The same, begun anew with every plan."""
         learned_parts = [str(getattr(player, "digest", "")) for player in (self._tactic, *self._known)]
-        story = "\n".join([self.name, repr(settings), *names, *learned_parts])
+        story = "\n".join([self.name, name_of(self._tactic), repr(settings), *names, *learned_parts])
         self.digest = hashlib.sha256(story.encode()).hexdigest()[:32]
         self._future = BatchEnv(config, max(len(names), 1))
         self._lookahead = Lookahead(config, settings.horizon, settings.drone_steps, settings.promise)
@@ -117,11 +123,20 @@ class Master:
             policy.reset([0] * len(rows), rows)
 
     def act(self, observations: NDArray[np.float32], rows: NDArray[np.int64]) -> Array:
-        """Answer observations (n, N, 5) of the games in `rows` with densities (n, A, A)."""
+        """Answer observations (n, N, 5) of the games in `rows` with densities (n, A, A).
+
+        Raises
+        ------
+        PolicyError
+            If no drones can be as is observed; what is known of games stays as it was.
+        """
+        observations = checked(observations, len(rows), self._config.num_drones)
+        densities = np.empty((len(rows), self._config.command_cells, self._config.command_cells))
+        if not len(rows):
+            return densities
         env = self._witness.env
         came = np.array([self._comes_as_foretold(observations[place], row) for place, row in enumerate(rows.tolist())])
         self._witness.look(observations[~came], rows[~came])
-        densities = np.empty((len(rows), self._config.command_cells, self._config.command_cells))
         is_known = np.array([self._met[row].number is not None for row in rows.tolist()])
         if len(others := rows[~is_known]):
             densities[~is_known] = self._tactic.act(env.observe(self._tactic.observation, RED, others), others)

@@ -2,6 +2,9 @@
 
 Trails and capture fields follow from where drones have been: known at each look, and in between taken to follow cubics.
 A game that was foretold, and came as foretold, is known exactly, with all that controllers remember.
+
+How trails fade by other rules than of time, and drones that fail, are not followed: there and with long command periods
+what is shown of the past is less true.
 """
 
 from __future__ import annotations
@@ -11,7 +14,9 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.errors import PolicyError
 from swarm_pz.kernels.game import Games
+from swarm_pz.simulator.spawn import FASTEST
 
 _FEWEST = 16
 """Games for which there is room at first."""
@@ -65,6 +70,26 @@ class Witness:
         positions, velocities, _ = taken_apart(drones)
         self.env.simulator.games.positions[row] = positions
         self.env.simulator.games.velocities[row] = velocities
+
+
+def checked(drones: NDArray[np.float32], num_games: int, num_drones: int) -> NDArray[np.float32]:
+    """Return observations of kind `drones`, (n, N, 5), if a game can stand as they say.
+
+    Raises
+    ------
+    PolicyError
+        If they are of another shape, or anything in them is no number or nothing that drones can have.
+    """
+    seen, expected = np.asarray(drones, np.float32), (num_games, num_drones, 5)
+    if seen.shape != expected:
+        raise PolicyError(f"observations of drones must be of shape {expected}, got {seen.shape}")
+    positions, velocities, _ = taken_apart(seen)
+    is_inside = (positions >= 0.0) & (positions <= 1.0)
+    if not (np.isfinite(seen).all() and is_inside.all() and (np.abs(velocities) <= FASTEST).all()):
+        raise PolicyError(
+            f"observed drones must be in the square, and what is seen of them numbers, got {seen.tolist()}"
+        )
+    return seen
 
 
 def taken_apart(

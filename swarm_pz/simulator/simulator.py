@@ -28,6 +28,7 @@ from swarm_pz.simulator.commands import coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
 from swarm_pz.simulator.parameters import rule_parameters, rule_variants
 from swarm_pz.simulator.spawn import (
+    FASTEST,
     Seed,
     check_numbers,
     check_scenario,
@@ -39,8 +40,6 @@ from swarm_pz.simulator.spawn import (
 
 _NEVER = -(10**9)
 _MOST_GAMES = 10**9
-_FASTEST = 1e6
-"""What no drone's velocity comes near to, and nothing that is reckoned from it is infinite."""
 
 
 class Simulator:
@@ -323,8 +322,8 @@ class Simulator:
         """Bring games to where their drones were seen some ticks later, whatever flew them there.
 
         In between, each drone is taken to follow the cubic with these positions and velocities at its ends (Hermite's),
-        and to change its team, if it has, in the last tick. Trails and capture fields follow from that; what the
-        ergodic controller remembers of the past stays as it was.
+        and to change its team, if it has, in the last tick. Trails and fields of occupancy follow from that; what the
+        ergodic controller remembers of the past stays as it was, and so do fields that are reconstructed from it.
 
         Parameters
         ----------
@@ -347,10 +346,14 @@ class Simulator:
         if isinstance(ticks, bool) or not isinstance(ticks, int | np.integer) or ticks < 1:
             raise CommandError(f"ticks must be a whole number of at least 1, got {ticks!r}")
         places = check_numbers("seen positions", positions, 0.0, 1.0, (*shape, 2)).astype(np.float32)
-        moving = check_numbers("seen velocities", velocities, -_FASTEST, _FASTEST, (*shape, 2)).astype(np.float32)
-        sides = check_numbers("seen teams", teams, RED, BLUE, shape).astype(np.int8)
+        moving = check_numbers("seen velocities", velocities, -FASTEST, FASTEST, (*shape, 2)).astype(np.float32)
+        sides = check_numbers("seen teams", teams, RED, BLUE, shape)
+        if not np.isin(sides, (RED, BLUE)).all():
+            raise CommandError(f"seen teams must be 0 (red) or 1 (blue), got {sides.tolist()}")
         if len(chosen):
-            retrace_games(self.games, chosen, int(ticks), places, moving, sides, self._rules, self._variants)
+            retrace_games(
+                self.games, chosen, int(ticks), places, moving, sides.astype(np.int8), self._rules, self._variants
+            )
 
     def solve(self, team: int, rows: ArrayLike | None = None) -> None:
         """Let a control system of Python's choose a team's accelerations now, where a control period begins.

@@ -90,6 +90,10 @@ def _in_squares(config: GameConfig, generator: np.random.Generator) -> NDArray[n
     return positions
 
 
+FASTEST = 1e6
+"""What no drone's velocity comes near to, and nothing that is reckoned from it is infinite."""
+
+
 def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dict[str, NDArray[Any]]:
     """Return the parts of a scenario as arrays that fit the game; unknown names are left out.
 

@@ -72,6 +72,7 @@ def test_it_sees_drones_and_no_more():
     assert len({master.digest, policies.load("master", CONFIG).digest}) == 1
     assert master.digest != Master(CONFIG, load("champion", CONFIG)).digest, "other weights, another player"
     assert master.digest != Master(CONFIG, settings=SHORT).digest, "other plans, another player"
+    assert Master(CONFIG, "ring").digest != Master(CONFIG, "halo").digest, "another script, another player"
 
 
 @pytest.mark.parametrize("team", [RED, BLUE])
@@ -262,6 +263,37 @@ def test_strangers_cannot_be_left_to_who_sees_the_simulator():
         Master(CONFIG, "planner:ring")
     with pytest.raises(PolicyError, match="there is no policy 'nobody'"):
         Master(CONFIG, "nobody")
+
+
+@pytest.mark.parametrize("column", range(5))
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
+def test_drones_that_cannot_be_are_refused_and_the_game_is_still_known(column, value):
+    master, rows = a_master(), np.zeros(1, int)
+    env, _ = play(master, load("ring", CONFIG), RED, 3)
+    seen = env.observe(master.observation, RED, rows)
+    wrong = seen.copy()
+    wrong[0, 0, column] = value
+    if (column, value) != (4, 1e30):  # a team is a sign
+        with pytest.raises(PolicyError, match="observed drones must be in the square"):
+            master.act(wrong, rows)
+    for wrong in (seen[:, :-1], seen[..., :4], seen[:0]):
+        with pytest.raises(PolicyError, match=r"must be of shape \(1, 10, 5\), got"):
+            master.act(wrong, rows)
+    master.act(seen, rows)
+    assert recognised(master) == "ring"
+
+
+def test_nobody_asks_and_nobody_is_answered():
+    master = a_master()
+    assert master.act(np.zeros((0, 10, 5), np.float32), np.zeros(0, int)).shape == (0, 10, 10)
+
+
+def test_what_it_cannot_know_or_do_is_refused():
+    for known in ("ring", ("hold",), ("ring", "lead_in")):
+        with pytest.raises(PolicyError, match="known must be names of policies that answer densities"):
+            Master(CONFIG, Tactic(), known, SHORT)
+    with pytest.raises(PolicyError, match="drone_steps, not for milliseconds"):
+        Master(CONFIG, Tactic(), KNOWN, PlannerConfig(milliseconds=5.0))
 
 
 def test_where_systems_fly_that_are_not_of_the_kernels_it_recognises_nobody():
