@@ -108,6 +108,8 @@ def test_where_drones_really_flew_the_trails_are_nearly_theirs():
         ("positions", np.zeros((2, 3, 2)), "got shape"),
         ("positions", "here", "seen positions"),
         ("velocities", np.full((2, 4, 2), np.inf), "seen velocities"),
+        ("velocities", np.full((2, 4, 2), 2e6), "seen velocities"),
+        ("velocities", np.full((2, 4, 2), -2e6), "seen velocities"),
         ("velocities", np.zeros((1, 4, 2)), "got shape"),
         ("teams", np.full((2, 4), 2), r"seen teams must be numbers in \[0, 1\]"),
         ("teams", np.full((2, 4), 0.5), r"seen teams must be 0 \(red\) or 1 \(blue\)"),

@@ -73,6 +73,8 @@ def test_it_sees_drones_and_no_more():
     assert master.digest != Master(CONFIG, load("champion", CONFIG)).digest, "other weights, another player"
     assert master.digest != Master(CONFIG, settings=SHORT).digest, "other plans, another player"
     assert Master(CONFIG, "ring").digest != Master(CONFIG, "halo").digest, "another script, another player"
+    assert a_master(("ring", "uniform")).digest != a_master(("ring", "halo")).digest, "it knows others"
+    assert Master(CONFIG, "champion").plays_as == "champion" and a_master().plays_as == ""
 
 
 @pytest.mark.parametrize("team", [RED, BLUE])
@@ -256,6 +258,34 @@ def test_a_new_game_owes_nothing_to_the_one_before():
     assert recognised(master) == "uniform"
     _, fresh = play(a_master(), load("uniform", CONFIG), RED, 3)
     np.testing.assert_array_equal(again, fresh)
+
+
+def test_a_game_that_begins_anew_leaves_others_as_they_are():
+    master, opponent, one = a_master(), load("ring", CONFIG), np.array([1])
+    env, _ = play(master, opponent, RED, 3, count=2)
+    env.reset([9], one)
+    master.reset([9], one)
+    env.ask(master, np.zeros(2, int), np.arange(2))
+    assert recognised(master, 0) == "ring" and recognised(master, 1) is None
+
+
+@pytest.mark.parametrize(("who", "is_stranger"), [("own", True), ("opposing", True), ("one", False)])
+def test_near_is_on_average_and_of_either_side(who, is_stranger):
+    master, rows = a_master(), np.zeros(1, int)
+    env, _ = play(master, load("halo", CONFIG), RED, 1)
+    drones = env.observe(master.observation, RED, rows)
+    own = drones[0, :, 4] > 0
+    moved = {"own": own, "opposing": ~own, "one": np.arange(len(own)) == 0}[who]
+    drones[0, moved, :2] += np.where(drones[0, moved, :2] > 0.5, -0.004, 0.004).astype(np.float32)  # near is 0.002
+    master.act(drones, rows)
+    assert master._met[0].is_stranger == is_stranger
+
+
+def test_its_settings_reach_the_search(monkeypatch):
+    given = []
+    monkeypatch.setattr(module, "Lookahead", lambda *args: given.append(args))
+    Master(CONFIG, Tactic(), KNOWN, PlannerConfig(drone_steps=7_000, horizon=1.5, promise=0.25))
+    assert given == [(CONFIG, 1.5, 7_000, 0.25)]
 
 
 def test_strangers_cannot_be_left_to_who_sees_the_simulator():

@@ -106,3 +106,14 @@ def test_a_game_that_came_as_foretold_is_taken_over_whole_but_drones_are_where_t
     np.testing.assert_array_equal(games_.trails[1], foretold.trails[0])
     np.testing.assert_array_equal(games_.positions[1], drones[:, :2])
     np.testing.assert_array_equal(games_.velocities[1], drones[:, 2:4])
+
+
+def test_games_may_begin_at_different_times_and_on_different_sides():
+    env, witness, rows = games(2), Witness(CONFIG), np.arange(2)
+    witness.look(env.observe(DRONES, RED, rows[:1]), rows[:1])
+    env.step(np.random.default_rng(0).random((2, 2, 10, 10)) ** 8)
+    witness.look(env.observe(DRONES, np.array([RED, BLUE]), rows), rows)
+    true, known = env.simulator, witness.env.simulator
+    assert known.games.ticks[rows].tolist() == [30, 0]
+    np.testing.assert_array_equal(known.positions[rows], true.positions)
+    np.testing.assert_array_equal(known.teams[rows], [true.teams[0], 1 - true.teams[1]])
