@@ -47,20 +47,17 @@ class Witness:
             old, self.env = self.env, BatchEnv(self.env.config, 2 * needed)
             self.env.simulator.restore(old.simulator.snapshot(), np.arange(old.num_games))
 
-    def has_seen(self, row: int) -> bool:
-        """Whether a game was looked at before."""
-        return row in self._begun
-
     def look(self, drones: NDArray[np.float32], rows: NDArray[np.int64]) -> None:
         """Take in observations of kind `drones`, (n, N, 5), a command period after the last ones of these games."""
         positions, velocities, teams = taken_apart(drones)
         is_known = np.array([row in self._begun for row in rows.tolist()], np.bool_)
-        for place in np.flatnonzero(~is_known).tolist():
-            start = {"positions": positions[place], "velocities": velocities[place], "teams": teams[place]}
-            self.env.reset([0], rows[place : place + 1], start)
-            self.env.simulator.games.seeds[rows[place]] = 0  # what will happen by chance is not to be known
-            self._begun.add(int(rows[place]))
-        later = rows[is_known]
+        later, new, games = rows[is_known], rows[~is_known], self.env.simulator.games
+        self.env.reset([0] * len(new), new)
+        games.seeds[new] = 0  # what will happen by chance is not to be known
+        # Not as a scenario: a game that is first seen in its middle may stand as none begins.
+        for array, seen in ((games.positions, positions), (games.velocities, velocities), (games.teams, teams)):
+            array[new] = seen[~is_known]
+        self._begun |= set(new.tolist())
         ticks = self.env.config.step_ticks
         self.env.simulator.retrace(ticks, positions[is_known], velocities[is_known], teams[is_known], later)
 

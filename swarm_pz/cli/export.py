@@ -30,26 +30,35 @@ def export(
     check_new(out)  # before libraries are imported, which takes seconds
     for module in ("torch", "stable_baselines3"):
         require_extra(module, "training")
-    for module in ("onnx", "onnxruntime", "onnxscript"):
-        require_extra(module, "onnx")
-    from swarm_pz.policies import exporting
     from swarm_pz.policies.learned import LearnedPolicy
     from swarm_pz.policy import load
 
     system = game.team_systems[0]
+    found = None
     if policy.lower().endswith(".zip"):
         if not trust:
             raise CheckpointError(
                 f"{policy} is a pickle, and opening it runs whatever code it holds: if you made it yourself, say "
                 f"--trust; of others take nothing but ONNX files"
             )
-        exporting.export_model(exporting.load_model(Path(policy)), game, system, out, Path(policy).stem)
     else:
         found = load(policy, game, system)
+        if learned := getattr(found, "plays_as", ""):
+            raise PolicyError(
+                f"only networks can be exported, and {policy!r} is more than one: it plans. Export {learned!r} instead, "
+                "which it plays where it does not"
+            )
         if not isinstance(found, LearnedPolicy):
             raise PolicyError(
-                f"only learned policies can be exported, and {policy!r} is none: expected a folder that training "
+                f"only networks can be exported, and {policy!r} is none: expected a folder that training "
                 f"wrote, a learned policy's name, or a file.zip of Stable-Baselines3"
             )
+    for module in ("onnx", "onnxruntime", "onnxscript"):
+        require_extra(module, "onnx")
+    from swarm_pz.policies import exporting
+
+    if found is None:
+        exporting.export_model(exporting.load_model(Path(policy)), game, system, out, Path(policy).stem)
+    else:
         exporting.export_learned(found, game, system, out)
     print(f"wrote {out}; try it: {program()} evaluate {out}")

@@ -79,6 +79,7 @@ def _print_table(rows: list[tuple[str, MatchResult]], who: str, title: str) -> N
 def print_ladder(ladder: dict[str, Any]) -> None:
     """Print the figures of `swarm_pz.evaluation.ladder.make_ladder`."""
     field = ladder["intransitivity"]
+    is_any_planned = any(entry["kind"] == "planned" for entry in ladder["players"])
     lines = []
     for entry in ladder["players"]:
         low, high = entry["rating_ci95"]
@@ -100,7 +101,7 @@ def print_ladder(ladder: dict[str, Any]) -> None:
         title=f"{ladder['games_per_pairing']} games of every two, seed {ladder['seed']}",
         caption=f"{100 * field['cyclic_share']:.0f} % cyclic ({100 * field['cyclic_share_of_a_ladder']:.0f} % for a "
         f"true ladder); {field['cycles']} of {field['decided_triples']} clear "
-        "triples are cycles; planned players see the simulator itself",
+        "triples are cycles" + ("; planned players see the simulator itself" if is_any_planned else ""),
     )
 
 

@@ -201,9 +201,9 @@ class Tournament:
     def __init__(
         self, players: Sequence[str], config: TournamentConfig, folder: Path, loader: Loader, command: str = ""
     ) -> None:
-        self.players = tuple(dict.fromkeys(players))
-        if len(self.players) < 2:
-            raise CommandError(f"a tournament needs at least two different players, got {list(players)}")
+        self.players = tuple(players)
+        if len(players) < 2 or len(set(players)) < len(players):
+            raise CommandError(f"a tournament needs two or more players, each named once, got {list(players)}")
         self.config, self.folder, self._loader, self.command = config, folder, loader, command
         made = {name: loader(name, config.game) for name in self.players}
         self.privileged = {name for name, player in made.items() if isinstance(player, PrivilegedPolicy)}

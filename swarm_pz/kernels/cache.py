@@ -113,6 +113,6 @@ def _tell_that_it_compiles(name: str) -> None:
 @cache
 def _announce_compilation(logger: logging.Logger) -> None:
     logger.warning(
-        "swarm-pz compiles its kernels for this machine: once, in about a minute "
-        "(`swarm-pz warmup` does it ahead of time)"
+        "swarm-pz compiles its kernels for this machine, each once, when it is first needed: some seconds, or a minute "
+        "on a slow machine (`swarm-pz warmup` does it ahead of time)"
     )

@@ -128,7 +128,10 @@ def _reader_of(folder: Path) -> importlib.metadata.EntryPoint:
         if (folder / name).is_file():
             return point
     expected = " or ".join(sorted(readers)) or "a file that some installed package reads"
-    raise CheckpointError(f"{folder} holds no policy: expected {expected} in it")
+    hint = ""
+    if any(folder.glob("checkpoint.*")):
+        hint = f"; a training writes it at its end, and this one stopped before: swarm-pz train --resume --out {folder}"
+    raise CheckpointError(f"{folder} holds no policy: expected {expected} in it{hint}")
 
 
 def _check(made: object, name: str, config: GameConfig, system: ControlSystem) -> Player:

@@ -40,6 +40,8 @@ from swarm_pz.simulator.spawn import (
 
 _NEVER = -(10**9)
 _MOST_GAMES = 10**9
+_MOST_TICKS = 10**6
+"""Between two looks at a game: over nine hours."""
 
 
 class Simulator:
@@ -334,7 +336,7 @@ class Simulator:
         teams : array (n, N)
             0 red, 1 blue.
         rows : sequence of int, optional
-            The n games; all of them if not given.
+            The n games, each once; all of them if not given.
 
         Raises
         ------
@@ -343,8 +345,10 @@ class Simulator:
         """
         chosen = self.rows(rows)
         shape = len(chosen), self.config.num_drones
-        if isinstance(ticks, bool) or not isinstance(ticks, int | np.integer) or ticks < 1:
-            raise CommandError(f"ticks must be a whole number of at least 1, got {ticks!r}")
+        if isinstance(ticks, bool) or not isinstance(ticks, int | np.integer) or not 1 <= ticks <= _MOST_TICKS:
+            raise CommandError(f"ticks must be a whole number from 1 to {_MOST_TICKS:,}, got {ticks!r}")
+        if len(np.unique(chosen)) < len(chosen):
+            raise CommandError(f"rows must be different games, got {chosen.tolist()}")
         places = check_numbers("seen positions", positions, 0.0, 1.0, (*shape, 2)).astype(np.float32)
         moving = check_numbers("seen velocities", velocities, -FASTEST, FASTEST, (*shape, 2)).astype(np.float32)
         sides = check_numbers("seen teams", teams, RED, BLUE, shape)

@@ -131,7 +131,7 @@ class TrackGames(Tournament):
         self._pairings = [(one, name) for one in entries for name in self._trials]
         self._pairings += [(entry_name(number), name) for number, name in attackers]
         config = TournamentConfig(games=track.games, seed=track.seed, budget_ms=protocol.budget_ms, game=protocol.game)
-        players = [*entries, *self._trials, *(name for _, name in attackers)]
+        players = list(dict.fromkeys([*entries, *self._trials, *(name for _, name in attackers)]))
         super().__init__(players, config, folder, cast, command)
 
     def pairings(self) -> list[tuple[str, str]]:

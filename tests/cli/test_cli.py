@@ -272,7 +272,7 @@ def test_league_writes_a_policy(tmp_path, capsys):
         (["evaluate", "ring", "--held-out", "--exploit"], "one at a time"),
         (["evaluate", "ring", "--held-out", "--opponent", "halo"], "left out"),
         (["evaluate", "ring", "--processes", "2"], "processes must be left out without held_out or exploit"),
-        (["tournament", "ring"], "at least two different players"),
+        (["tournament", "ring"], "two or more players, each named once, got ['ring']"),
         (["tournament", "ring", "rign"], "did you mean 'ring'"),
         (["league", "--games", "5"], "games must be an even number"),
         (["league", "--seats", "0"], "seats must be"),

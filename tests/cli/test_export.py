@@ -23,7 +23,8 @@ def test_a_file_is_not_opened_before_it_is_trusted(tmp_path, monkeypatch, capsys
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["ring", "out"], "only learned policies can be exported"),
+        (["ring", "out"], "only networks can be exported, and 'ring' is none"),
+        (["master", "out"], "'master' is more than one: it plans. Export 'veteran' instead"),
         (["champion", "out.onnx"], "expected a folder, got 'out.onnx'"),
         (["champion", "full"], "holds something already"),
         (["nobody", "out"], "there is no policy 'nobody'"),

@@ -499,8 +499,9 @@ def test_a_corrupt_line_is_named(tmp_path):
 
 
 def test_bad_fields_are_refused(tmp_path):
-    with pytest.raises(CommandError, match="at least two different players"):
-        Tournament(("ring", "ring"), CONFIG, tmp_path, load)
+    for players in ((), ("ring",), ("ring", "uniform", "ring")):
+        with pytest.raises(CommandError, match="two or more players, each named once, got"):
+            Tournament(players, CONFIG, tmp_path, load)
     with pytest.raises(PolicyError, match="no policy 'rign'"):
         Tournament(("rign", "uniform"), CONFIG, tmp_path, load)
     for wrong in ({"games": 3}, {"games": 0}, {"seed": -1}, {"budget_ms": 0.0}, {"budget_ms": 2e7}, {"game": None}):

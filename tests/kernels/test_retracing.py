@@ -57,6 +57,9 @@ def test_a_game_comes_to_what_was_seen_by_cubics_and_its_trails_and_fields_with_
     np.testing.assert_array_equal(games.teams[1], teams)
     assert games.ticks[1] == before.ticks[1] + ticks
     np.testing.assert_array_equal(games.captures[1] - before.captures[1], [1, 1])
+    np.testing.assert_array_equal(games.capture_ticks[1, changed], before.ticks[1] + ticks)
+    kept = np.delete(np.arange(n), changed)
+    np.testing.assert_array_equal(games.capture_ticks[1, kept], before.capture_ticks[1, kept])
     assert not games.memory_weight[1, changed].any()
     # Positions in between, from the definition of the cubic.
     speed = config.dynamics.speed_factor
@@ -99,7 +102,8 @@ def test_where_drones_really_flew_the_trails_are_nearly_theirs():
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [
-        ("ticks", 0, "ticks must be a whole number of at least 1, got 0"),
+        ("ticks", 0, "ticks must be a whole number from 1 to 1,000,000, got 0"),
+        ("ticks", 2**70, "ticks must be"),
         ("ticks", -3, "ticks must be"),
         ("ticks", 1.5, "ticks must be"),
         ("ticks", True, "ticks must be"),
@@ -115,6 +119,7 @@ def test_where_drones_really_flew_the_trails_are_nearly_theirs():
         ("teams", np.full((2, 4), 0.5), r"seen teams must be 0 \(red\) or 1 \(blue\)"),
         ("teams", np.zeros((2, 4, 1)), "got shape"),
         ("rows", [0, 2], "rows must be"),
+        ("rows", [1, 1], r"rows must be different games, got \[1, 1\]"),
     ],
 )
 def test_what_no_drone_can_be_is_refused_and_no_game_is_changed(name, value, said):

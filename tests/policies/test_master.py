@@ -25,10 +25,11 @@ class Tactic:
     observation = ObservationConfig(channels=("own_positions", "opposing_positions", "own_target", "time_left"))
 
     def __init__(self):
-        self.shown, self.begun = [], []
+        self.shown, self.begun, self.seeds = [], [], []
 
     def reset(self, seeds, rows):
         self.begun += rows.tolist()
+        self.seeds += seeds
 
     def act(self, observations, rows):
         self.shown.append((observations, rows.tolist()))
@@ -75,6 +76,19 @@ def test_it_sees_drones_and_no_more():
     assert Master(CONFIG, "ring").digest != Master(CONFIG, "halo").digest, "another script, another player"
     assert a_master(("ring", "uniform")).digest != a_master(("ring", "halo")).digest, "it knows others"
     assert Master(CONFIG, "champion").plays_as == "champion" and a_master().plays_as == ""
+
+
+def test_other_weights_of_whom_it_knows_make_another_player(monkeypatch):
+    def loaded(name, config):
+        policy = load(name, config)
+        if name == "hunter":
+            policy.digest = "retrained"
+        return policy
+
+    before = a_master(("ring", "hunter")).digest
+    assert before == a_master(("ring", "hunter")).digest
+    monkeypatch.setattr(module, "load", loaded)
+    assert a_master(("ring", "hunter")).digest != before
 
 
 @pytest.mark.parametrize("team", [RED, BLUE])
@@ -125,7 +139,7 @@ def test_who_flies_as_nobody_known_does_is_a_stranger_to_the_end_and_meets_the_t
 def test_the_tactic_is_shown_what_that_side_sees(team):
     tactic = Tactic()
     play(a_master(known=(), tactic=tactic), load("noise", CONFIG), team, 4, count=2)
-    assert tactic.begun == [0, 1] and [rows for _, rows in tactic.shown] == 4 * [[0, 1]]
+    assert tactic.begun == tactic.seeds == [0, 1] and [rows for _, rows in tactic.shown] == 4 * [[0, 1]]
     shown, rows = tactic.shown[-1][0].astype(int), np.arange(2)
     back = BatchEnv(CONFIG, 2)
     back.reset(range(2))

@@ -120,6 +120,15 @@ def test_the_best_of_all_rounds_is_sent_and_the_best_tenth_of_each_has_offspring
     np.testing.assert_allclose(np.exp(slope.last[1]), sent[0])
 
 
+def test_of_candidates_that_are_worth_the_same_the_first_is_sent(monkeypatch):
+    slope = Slope()
+    tried = slope.try_out
+    monkeypatch.setattr(slope, "try_out", lambda *given: np.zeros_like(tried(*given)))
+    sent, _ = look_through(monkeypatch, slope)
+    for decision, answer in enumerate(sent):
+        np.testing.assert_array_equal(answer, np.exp(slope.tried[6 * decision][0]))
+
+
 @pytest.mark.parametrize(("milliseconds", "rounds"), [(5.0, 1), (29.0, 2), (30.5, 3), (200.5, 20)])
 def test_it_searches_on_as_long_as_another_round_would_fit_and_notes_how_long_it_took(
     monkeypatch, milliseconds, rounds

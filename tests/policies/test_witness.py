@@ -29,9 +29,7 @@ def looks(env, team, witness, rows, steps, chance):
 def test_what_one_side_sees_is_kept_with_that_side_as_red(team):
     env, witness, rows = games(), Witness(CONFIG), np.array([2, 0])
     witness.forget(rows)
-    assert not witness.has_seen(2)
     looks(env, team, witness, rows, 4, np.random.default_rng(0))
-    assert witness.has_seen(2) and witness.has_seen(0) and not witness.has_seen(1)
     true, known = env.simulator, witness.env.simulator
     np.testing.assert_array_equal(known.positions[rows], true.positions[rows])
     np.testing.assert_array_equal(known.velocities[rows], true.velocities[rows])
@@ -67,6 +65,16 @@ def test_drones_may_move_already_when_a_game_begins():
     np.testing.assert_array_equal(witness.env.simulator.velocities[0], env.simulator.velocities[0])
 
 
+@pytest.mark.parametrize("own", [1.0, -1.0])
+def test_a_game_may_be_seen_first_as_none_begins(own):
+    witness, rows = Witness(CONFIG), np.zeros(1, int)
+    drones = np.full((1, 8, 5), 0.5, np.float32)
+    drones[..., 2:4], drones[..., 4] = 40.0, own
+    witness.look(drones, rows)
+    games_ = witness.env.simulator.games
+    assert (games_.velocities[0] == 40.0).all() and (games_.teams[0] == (RED if own > 0 else BLUE)).all()
+
+
 def test_looks_are_a_command_period_apart():
     config = CONFIG.replace(command_period=0.5)
     env, witness, rows = BatchEnv(config), Witness(config), np.zeros(1, int)
@@ -88,7 +96,6 @@ def test_there_is_room_for_a_game_of_any_number_and_others_stay_as_they_are():
     before = witness.env.simulator.snapshot(rows)
     witness.forget(np.array([700]))
     assert witness.env.num_games > 700
-    assert witness.has_seen(0) and not witness.has_seen(700)
     for array, old in zip(witness.env.simulator.snapshot(rows), before, strict=True):
         np.testing.assert_array_equal(array, old)
 

@@ -54,6 +54,9 @@ def test_what_is_neither_name_nor_folder_is_said(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(CheckpointError, match=r"empty holds no policy: expected policy\.json or policy\.onnx in it"):
         load(tmp_path / "empty", config)
+    (tmp_path / "empty" / "checkpoint.safetensors").touch()
+    with pytest.raises(CheckpointError, match=r"this one stopped before: swarm-pz train --resume --out .*/empty$"):
+        load(tmp_path / "empty", config)
     with pytest.raises(PolicyError, match="must have reset"):
         load(42, config)
 
