@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -54,7 +55,7 @@ class Master:
     ----------
     config : GameConfig
         The games' rules.
-    tactic : str or Policy
+    tactic : str, Path or Policy
         What strangers meet.
     known : sequence of str, optional
         Names of the policies that it recognises; all scripts and learned tactics of this project if not given. Where
@@ -82,11 +83,11 @@ class Master:
     def __init__(
         self,
         config: GameConfig,
-        tactic: str | Policy = TACTIC,
+        tactic: str | Path | Policy = TACTIC,
         known: Sequence[str] | None = None,
         settings: PlannerConfig = PlannerConfig(drone_steps=40_000),  # noqa: B008  (frozen)
     ) -> None:
-        self.name, self.plays_as = "master", tactic if isinstance(tactic, str) else ""
+        self.name, self.plays_as = "master", str(tactic) if isinstance(tactic, str | Path) else ""
         is_given = any(not system.kernel for system in config.team_systems)
         if is_given:
             config = config.replace(controllers="ergodic")  # any that takes densities: no flight is foretold

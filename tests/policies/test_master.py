@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import PolicyError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import master as module
+from swarm_pz.policies import zoo
 from swarm_pz.policies.lookahead import Lookahead
 from swarm_pz.policies.master import Master
 from swarm_pz.policies.planner import PlannerConfig, known_tactics
@@ -76,6 +79,8 @@ def test_it_sees_drones_and_no_more():
     assert Master(CONFIG, "ring").digest != Master(CONFIG, "halo").digest, "another script, another player"
     assert a_master(("ring", "uniform")).digest != a_master(("ring", "halo")).digest, "it knows others"
     assert Master(CONFIG, "champion").plays_as == "champion" and a_master().plays_as == ""
+    folder = Path(zoo.__file__).parent / "hunter"
+    assert Master(CONFIG, folder).plays_as == str(folder)
 
 
 def test_other_weights_of_whom_it_knows_make_another_player(monkeypatch):
