@@ -3,8 +3,8 @@
 Trails and capture fields follow from where drones have been: known at each look, and in between taken to follow cubics.
 A game that was foretold, and came as foretold, is known exactly, with all that controllers remember.
 
-How trails fade by other rules than of time, and drones that fail, are not followed: there and with long command periods
-what is shown of the past is less true.
+How trails fade by other rules than of time is not followed: there, where drones fail or return in the middle of a
+command, and with long command periods, what is shown of the past is less true.
 """
 
 from __future__ import annotations

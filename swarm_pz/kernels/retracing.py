@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from swarm_pz.kernels import entry_point, kernel
 from swarm_pz.kernels.capture import Boards, add_up
 from swarm_pz.kernels.game import Games, RuleParameters, RuleVariants, change_team, swarm_of
-from swarm_pz.kernels.trails import extend_trails
+from swarm_pz.kernels.trails import extend_trails, take_back_newest
 
 
 @kernel
@@ -24,6 +24,12 @@ def between(
     ahead = from_position + share * from_velocity + share * share * (to_position - from_position - from_velocity)
     behind = to_position - rest * to_velocity + rest * rest * (from_position - to_position + to_velocity)
     return min(max(rest * ahead + share * behind, np.float32(0.0)), np.float32(1.0))
+
+
+@kernel
+def stands(begun: NDArray[np.float32], position: NDArray[np.float32], velocity: NDArray[np.float32]) -> bool:
+    """Whether a drone is at rest where it was: one at work never is, not to the last bit."""
+    return bool(np.all(position == begun) and np.all(velocity == np.float32(0.0)))
 
 
 @kernel
@@ -43,6 +49,10 @@ def retrace_game(
     boards = Boards(games.fields[e], games.occupancy[e], rules.ring_weights)
     begun, moving = swarm.positions.copy(), swarm.velocities * (rules.drift * np.float32(ticks))
     moved = velocities * (rules.drift * np.float32(ticks))
+    if variants is not None:  # noqa: SIM102  (only a test for None alone is decided when compiling)
+        if variants.can_fail:
+            for i in range(num_drones):
+                games.failed[e, i] = stands(begun[i], positions[i], velocities[i])
     for tick in range(ticks):
         share = np.float32(tick + 1) / np.float32(ticks)
         for i in range(num_drones):
@@ -50,7 +60,11 @@ def retrace_game(
                 swarm.positions[i, axis] = between(
                     begun[i, axis], moving[i, axis], positions[i, axis], moved[i, axis], share
                 )
-        extend_trails(swarm.positions, swarm.teams, games.ticks[e] % trails.shape[0], trails, boards)
+        slot = games.ticks[e] % trails.shape[0]
+        extend_trails(swarm.positions, swarm.teams, slot, trails, boards)
+        if variants is not None:  # noqa: SIM102
+            if variants.can_fail:
+                take_back_newest(games.failed[e], swarm.teams, slot, trails, boards)
         games.ticks[e] += 1
     swarm.positions[:] = positions
     swarm.velocities[:] = velocities

@@ -324,8 +324,9 @@ class Simulator:
         """Bring games to where their drones were seen some ticks later, whatever flew them there.
 
         In between, each drone is taken to follow the cubic with these positions and velocities at its ends (Hermite's),
-        and to change its team, if it has, in the last tick. Trails and fields of occupancy follow from that; what the
-        ergodic controller remembers of the past stays as it was, and so do fields that are reconstructed from it.
+        and to change its team, if it has, in the last tick. Where drones fail, one that is at rest where it was has
+        failed meanwhile. Trails and fields of occupancy follow from that; what the ergodic controller remembers of the
+        past stays as it was, and so do fields that are reconstructed from it.
 
         Parameters
         ----------

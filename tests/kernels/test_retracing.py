@@ -87,6 +87,28 @@ def test_a_game_comes_to_what_was_seen_by_cubics_and_its_trails_and_fields_with_
         np.testing.assert_allclose(simulator.capture_field[1, team], sums / counts, rtol=1e-12)
 
 
+@pytest.mark.parametrize("rate", [0.0, 0.1])
+def test_where_drones_fail_who_is_at_rest_where_it_was_has_failed_and_leaves_no_trail(rate):
+    simulator = under_way(GameConfig(drones_per_team=2, dynamics=DynamicsConfig(failure_rate=rate)))
+    for _ in range(2):  # of whom the last one stands, the second stands for the first look, the first never
+        seen = [array[0].copy() for array in (simulator.positions, simulator.velocities, simulator.teams)]
+        seen[0][0] = 1.0 - seen[0][0]
+        seen[1][3] = 0.0
+        seen[1][1] = 0.0 if simulator.time_s[0] < 4.0 else -0.0625
+        seen[1][2] = [0.0, 0.0625]
+        simulator.retrace(30, *(array[None] for array in seen), [0])
+    games = simulator.games
+    fails = rate > 0.0
+    assert games.failed[0].tolist() == [False, False, False, fails]
+    newest = games.trails[0][(games.ticks[0] - np.arange(60)[::-1] - 1) % simulator.config.trail_ticks]
+    left = (newest >= 0).reshape(2, 30, 4)
+    assert left.all(axis=1).tolist() == [[True, not fails, True, not fails], [True, True, True, not fails]]
+    for team in range(2):
+        cells = games.trails[0][:, games.teams[0] == team]
+        sums, counts = ring_sums(np.bincount(cells[cells >= 0], minlength=2500).reshape(50, 50))
+        np.testing.assert_allclose(simulator.capture_field[0, team], sums / counts, rtol=1e-12)
+
+
 def test_where_drones_really_flew_the_trails_are_nearly_theirs():
     simulator = under_way(GameConfig(), seconds=6)
     seen = Simulator(GameConfig(), 2)
