@@ -437,6 +437,7 @@ def test_a_replay_is_scrubbed_and_taken_over(open_page, table):
     page.locator("#moment").fill("90")
     expect(page.locator("#clock")).to_have_text("0:03 of 0:05")
     page.click("#take-over")
+    expect(page.locator("#ready")).to_be_visible()  # the room has opened: what comes next was true of the replay, too
     expect(page.locator("#ready")).to_have_text("I am ready")
     expect(page.locator("#arena")).to_have_attribute("data-tick", "90")  # the board is in view while one decides
     expect(page.locator("#time")).to_have_text("0:03")
