@@ -487,6 +487,26 @@ def test_a_server_that_falls_silent_is_noticed(own_table, open_page):
     expect(page.locator("#silence")).to_be_empty()
 
 
+LATE = """(() => {
+    const send = WebSocket.prototype.send, way = 400;
+    const say = (socket, data) => socket.readyState === WebSocket.OPEN && send.call(socket, data);
+    WebSocket.prototype.send = function (data) { setTimeout(say, way, this, data); };
+    const handler = Object.getOwnPropertyDescriptor(WebSocket.prototype, "onmessage");
+    const set = function (hear) { handler.set.call(this, (event) => setTimeout(() => hear.call(this, event), way)); };
+    Object.defineProperty(WebSocket.prototype, "onmessage", { ...handler, set });
+})()"""
+
+
+def test_who_is_far_away_sees_the_game_too(own_table, open_page):
+    page = open_page()
+    page.add_init_script(LATE)
+    page.goto(f"http://{own_table.address}/")
+    page.wait_for_selector("#opponent option", state="attached")
+    begin(page)
+    expect(page.locator("#time")).to_have_text("0:03")
+    assert int(page.locator("#arena").get_attribute("data-age")) >= 390
+
+
 def test_sound_is_off_by_one_switch_that_is_remembered(open_page):
     page = open_page()
     made = """() => {

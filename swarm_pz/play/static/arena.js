@@ -4,18 +4,19 @@ import { COLOURS, Ground } from "./ground.js";
 import { Trails } from "./trails.js";
 
 const FULL_RATE = 30; // of frames; with fewer, each is shown as it is until the next
-const OLDEST_MS = 250; // frames older than this are not shown
+const OLDEST_MS = 250; // frames that took this much longer than the link does are not shown
 const AHEAD_MS = 100; // how far a frame is carried on by its velocities at most
 const FLASH_MS = 700, PULSE_MS = 400;
 const JUMP_TICKS = 30; // frames farther apart are not of one motion
 const WARNING_S = 0.4; // how long before it flies into ground that captures it a drone is marked
 
 export class Arena {
-  constructor(ground, drones, now) {
+  constructor(ground, drones, now, onTheWay = () => 0) {
     this.ground = new Ground(ground);
     this.trails = new Trails();
     this.drones = drones;
     this.now = now; // the server's clock
+    this.onTheWay = onTheWay; // how old frames are when they come, in milliseconds: a slow link is no stall
     this.speed = 1; // seconds of game a second
     this.rate = FULL_RATE; // moments that are shown a second
     this.hasTrails = true;
@@ -85,7 +86,7 @@ export class Arena {
       return null;
     }
     const age = this.isLive ? this.now() - frame.serverMs : 0;
-    if (age > OLDEST_MS + (this.rate < FULL_RATE ? 1000 / this.rate : 0)) return null;
+    if (age > OLDEST_MS + this.onTheWay() + (this.rate < FULL_RATE ? 1000 / this.rate : 0)) return null;
     const ahead = this.rate < FULL_RATE ? 0 : AHEAD_MS;
     this.paintDrones(frame, age > 0 ? Math.min(age, ahead) / 1000 * this.speed : 0);
     return frame;

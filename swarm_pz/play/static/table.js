@@ -31,7 +31,7 @@ export class Table {
   constructor(link, { left, begin }) {
     this.link = link;
     this.left = left;
-    this.arena = new Arena(at("ground"), at("drones"), () => link.now());
+    this.arena = new Arena(at("ground"), at("drones"), () => link.now(), () => link.roundTripMs / 2);
     this.chart = new Chart(at("chart"));
     this.sound = new Sound(at("sound"));
     this.news = new News(this.sound);
