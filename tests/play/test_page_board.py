@@ -503,8 +503,9 @@ def test_who_is_far_away_sees_the_game_too(own_table, open_page):
     page.goto(f"http://{own_table.address}/")
     page.wait_for_selector("#opponent option", state="attached")
     begin(page)
-    expect(page.locator("#time")).to_have_text("0:03")
-    assert int(page.locator("#arena").get_attribute("data-age")) >= 390
+    expect(page.locator("#time")).to_have_text(re.compile("[1-9]"))
+    # Not at once: a page that is busy while it loads knows the server's clock from a later answer only.
+    eventually(page, lambda: int(page.locator("#arena").get_attribute("data-age")) >= 390)
 
 
 def test_sound_is_off_by_one_switch_that_is_remembered(open_page):
