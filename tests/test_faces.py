@@ -12,7 +12,7 @@ from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test
 
 import swarm_pz
-from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
+from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig, SpawnConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
@@ -20,6 +20,7 @@ from swarm_pz.envs.parallel_env import CaptureEnv
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.policies.planner import Planner, PlannerConfig
 from swarm_pz.spaces.densities import COMMAND_NAMES
+from swarm_pz.training.drones_vec_env import DronesVecEnv
 from swarm_pz.training.vec_env import SwarmVecEnv
 
 ID = "swarm_pz/Capture-v0"
@@ -82,6 +83,35 @@ def test_a_preset_is_taken_by_name(face):
         face(preset="releasd")
     with pytest.raises(ConfigError, match="not beside a config"):
         face(preset="released", config=GameConfig())
+
+
+PAIR_OF_VIEWS = (ObservationConfig(grid=10, channels=("own_share", "time_left")), ObservationConfig(grid=25))
+
+
+@pytest.mark.parametrize("side", ["red", "blue", "random"])
+@pytest.mark.parametrize("make", [DuelEnv, DuelVectorEnv, SwarmVecEnv, DronesVecEnv])
+def test_every_pair_is_the_learners_and_its_opponents_on_whichever_side_the_learner_sits(make, side):
+    """A learner on blue got red's view, and the drones of whichever side it had."""
+    keywords = {"drones_per_team": (1, 3), "controllers": ("direct", "flocking"), "observation": PAIR_OF_VIEWS}
+    keywords |= {"spawn": SpawnConfig(layout="squares", speed=0.1), "side": side}
+    count = 1 if make is DuelEnv else 8
+    number = {DuelEnv: {}, DronesVecEnv: {"num_games": count}}.get(make, {"num_envs": count})
+    environment = make(**number, **keywords)
+    duel = environment.drones.duel if make is DronesVecEnv else environment.duel
+    sides = set()
+    for seed in range(8 // count if side == "random" else 1):
+        duel.reset(np.random.SeedSequence(seed).spawn(count), np.arange(count))
+        simulator, learners, games = duel.batch.simulator, duel.sides, np.arange(count)
+        sides |= set(learners.tolist())
+        assert (simulator.sizes[games, learners] == 1).all() and (simulator.sizes[games, 1 - learners] == 3).all()
+        for row, learner in enumerate(learners.tolist()):
+            assert [simulator.controller_of(row, team) for team in (learner, 1 - learner)] == ["direct", "flocking"]
+            assert ((simulator.positions[row] < 0.5).all(axis=1) == (simulator.teams[row] == 0)).all()
+            assert ((simulator.velocities[row] > 0.0).all(axis=1) == (simulator.teams[row] == 0)).all()
+        if make is not DronesVecEnv:
+            assert duel.observe().shape == (count, 2, 10, 10) and (duel.observe()[:, 0] == 64).all()
+        assert np.allclose(duel.infos()["share"], 0.25)
+    assert sides == ({0, 1} if side == "random" else {("red", "blue").index(side)})
 
 
 def test_registries_take_the_keywords():

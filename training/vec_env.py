@@ -52,10 +52,8 @@ class SwarmVecEnv(BatchVecEnv):
 
     Parameters
     ----------
-    config : GameConfig, optional
-        `observation` is what the learner sees; opponents say for themselves what they see.
     num_envs : int
-    opponent, side, max_cycles, **overrides
+    config, opponent, side, max_cycles, **overrides
     action, action_cells, flatten_actions, observation_dtype, channels_last
         As of `swarm_pz.envs.gymnasium_env.DuelEnv`; `opponent` may be a sequence, dealt to the games in turn.
     threads : int

@@ -47,11 +47,15 @@ _NOT_RULES = ("observation", "reward")
 class GameConfig(Config):
     """A whole game: rules, controller, observation and reward.
 
+    A pair of values is (red, blue). Where one learner plays against an opponent (Gymnasium, Stable-Baselines3,
+    `drones_env`, training), every pair is (learner, opponent), on whichever side the learner sits. In a match between
+    two policies, each plays both sides, and takes its part of `controllers` alone along: (policy, opponent). A pair of
+    two equal values is the same as that value.
+
     Attributes
     ----------
     drones_per_team : int or (int, int)
-        Drones of each team at the start; a pair (red, blue) makes a handicap. Here and below, a pair of two
-        equal values is the same as that value.
+        Drones of each team at the start; a pair makes a handicap.
     time_limit : float
         Seconds after which the game is a draw; whole control periods.
     command_period : float
@@ -61,11 +65,10 @@ class GameConfig(Config):
     spawn, memory, capture, controller, reward, flocking, dynamics
         The parts of the rules; see their own classes.
     observation : ObservationConfig or (ObservationConfig, ObservationConfig)
-        What the agents see; a pair (red, blue) gives each side its own.
+        What the agents see; a pair gives each its own.
     controllers : str or ControlSystem, or a pair of these
         Who flies the teams: names of control systems (`swarm_pz.systems`), or systems with numbers of their own. A
-        pair (red, blue) gives each team its own. Where players change sides, it goes with the player: the
-        first of the pair flies for the policy, or the learner, and the second for its opponent, on either side.
+        pair gives each team its own.
 
     Examples
     --------

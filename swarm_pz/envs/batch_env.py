@@ -123,9 +123,11 @@ class BatchEnv:
         rows: ArrayLike | None = None,
         scenario: Mapping[str, ArrayLike] | None = None,
         swapped: ArrayLike = False,
+        *,
+        with_sizes: bool = False,
     ) -> None:
         """Start games afresh; arguments as of `Simulator.reset`."""
-        self.simulator.reset(seeds, rows, scenario, swapped)
+        self.simulator.reset(seeds, rows, scenario, swapped, with_sizes=with_sizes)
         self.running[self.simulator.rows(rows)] = True
 
     def step(

@@ -48,7 +48,8 @@ class DronesBatch:
     Parameters
     ----------
     config : GameConfig
-        Of its `controllers` the second flies for the opponent; `command_period` is how long its commands hold.
+        Pairs are (learner, opponent), and (red, blue) where both sides learn. Of its `controllers` one flies for the
+        opponent, or of a pair ("direct", other) the second; `command_period` is how long its commands hold.
     num_games : int
     side : {"random", "red", "blue", "both"}
         Whose drones learn; drawn anew for every game if random.
@@ -94,6 +95,11 @@ class DronesBatch:
         max_cycles: int | None = None,
     ) -> None:
         check_choice(side, "side", ("random", *TEAM_NAMES, "both"))
+        both = config.controllers
+        if isinstance(both, tuple) and config.team_controllers[0] != "direct":
+            raise ConfigError(
+                f"drones that learn are flown by 'direct': give controllers=('direct', other), got {both!r}"
+            )
         own = config.replace(
             command_period=_check_period(config, action_period, is_free=side == "both"),
             controllers="direct" if side == "both" else ("direct", config.team_systems[1]),

@@ -14,7 +14,7 @@ from swarm_pz.envs.batch_env import by_game
 from swarm_pz.envs.drones_batch import DronesBatch, DronesResult, Side
 from swarm_pz.envs.one_game import OneGameEnv
 from swarm_pz.envs.opponents import Opponent
-from swarm_pz.errors import CommandError, GameOverError
+from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.spaces.drones import DroneAction, DroneActions
 
 DronesStep = tuple[
@@ -66,8 +66,9 @@ class DronesEnv(OneGameEnv):
     Parameters
     ----------
     config : GameConfig, optional
-        The rules. Of its `controllers` the second flies for the opponent, `ergodic` if not given; its `command_period`
-        is how long an opponent's command holds.
+        The rules. Pairs are (learner, opponent), and (red, blue) where both sides learn; learners of unequal teams have
+        a `side`. `controllers` flies for the opponent, or of a pair ("direct", other) the second does; its
+        `command_period` is how long an opponent's command holds.
     side : {"random", "red", "blue", "both"}
         Whose drones learn.
     opponent : str, Path, Policy or model, optional
@@ -125,9 +126,15 @@ class DronesEnv(OneGameEnv):
         self.config, self.view = self.drones.config, self.drones.view
         super().__init__(self.drones.batch, render_mode)
         self.metadata = self.metadata | {"name": "swarm_pz_drones_v0"}
+        sizes = self.config.team_sizes
+        if side == "random" and sizes[0] != sizes[1]:
+            raise ConfigError(
+                "agents are named after the side that they begin with, and must be the same in every game: with "
+                f"unequal teams give side='red' or side='blue', got side='random' and drones_per_team={sizes}"
+            )
         self.possible_agents = [
             f"{player}_drone_{number}"
-            for player, size in zip(AGENTS, self.config.team_sizes, strict=True)
+            for player, size in zip(AGENTS, sizes[::-1] if side == "blue" else sizes, strict=True)
             for number in range(size)
         ]
         self._action_spaces: dict[str, spaces.Space[Any]] = {

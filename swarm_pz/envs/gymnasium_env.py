@@ -29,6 +29,7 @@ class DuelEnv(gymnasium.Env[Any, Any]):
     Parameters
     ----------
     config : GameConfig, optional
+        The rules; every pair in it is (learner, opponent).
     opponent : str, Path, Policy or model
         A name that `policies.names()` lists, a folder that training wrote, a policy, or a model with
         `predict` and spaces, as Stable-Baselines3's; see `swarm_pz.policy.load`.

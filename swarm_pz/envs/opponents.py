@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig
+from swarm_pz.config import BLUE, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check_choice
 from swarm_pz.envs.batch_env import BatchEnv, StepResult
 from swarm_pz.errors import ConfigError, GameOverError
@@ -47,11 +47,11 @@ class DuelBatch:
     Parameters
     ----------
     config : GameConfig
-        `observation` of the learner's side is what the learner sees; opponents say for themselves.
+        Every pair in it is (learner, opponent), on either side: `drones_per_team`, `controllers` and `observation`.
+        Opponents say for themselves what they see; for a model, its side's `observation` says which channels it knows.
     num_games : int
     opponent : str, Policy or sequence of these
-        Dealt to the games in turn. Of two different controllers the first of `config.controllers` flies for the
-        learner and the second for the opponents, on either side.
+        Dealt to the games in turn.
     side : {"random", "red", "blue"}
         Where the learner sits; drawn anew for every game if random.
     threads : int
@@ -84,12 +84,7 @@ class DuelBatch:
         check_choice(side, "side", ("random", *TEAM_NAMES))
         self.config = config
         self.batch = BatchEnv(config, num_games, threads=threads, max_cycles=max_cycles)
-        self.format = Format(
-            config,
-            config.observations[RED if side == "random" else TEAM_NAMES.index(side)],
-            config.team_systems[0],
-            **options,
-        )
+        self.format = Format(config, config.observations[0], config.team_systems[0], **options)
         self._side = side
         self._answer_ticks = config.step_ticks if answer_ticks is None else answer_ticks
         self._answers = np.zeros((num_games, *self.batch.command_shape))
@@ -119,8 +114,10 @@ class DuelBatch:
         if not given:
             raise ConfigError("opponent must be a policy, a name or a sequence of these, got none")
         # One object for all games against the same opponent: they are answered together.
-        system = self.config.team_systems[1]
-        loaded = {key: load(policy, self.config, system) for key, policy in {_key(one): one for one in given}.items()}
+        system, theirs = self.config.team_systems[1], self.config
+        if isinstance(theirs.observation, tuple):  # a model's channels are first looked for in its own
+            theirs = theirs.replace(observation=theirs.observation[::-1])
+        loaded = {key: load(policy, theirs, system) for key, policy in {_key(one): one for one in given}.items()}
         called = [name_of(policy) for policy in given] if names is None else list(names)
         self.opponent_names += [name for name in dict.fromkeys(called) if name not in self.opponent_names]
         dealt = [
@@ -148,7 +145,7 @@ class DuelBatch:
             sides = np.array([np.random.default_rng(side).integers(2) for side, _ in streams], np.int64)
         else:
             sides = np.full(len(seeds), TEAM_NAMES.index(self._side))
-        self.batch.reset(seeds, rows, scenario, swapped=sides == BLUE)
+        self.batch.reset(seeds, rows, scenario, swapped=sides == BLUE, with_sizes=True)
         self.sides[rows] = sides
         for row in rows:
             self._playing[row] = self._dealt[row]

@@ -144,6 +144,8 @@ class Simulator:
         rows: ArrayLike | None = None,
         scenario: Mapping[str, ArrayLike] | None = None,
         swapped: ArrayLike = False,
+        *,
+        with_sizes: bool = False,
     ) -> None:
         """Start games afresh, both teams with a uniform target.
 
@@ -159,6 +161,9 @@ class Simulator:
         swapped : bool or array_like of bool (n,)
             Whether red is flown by the controller that the configuration has for blue, and blue by red's, in
             all or in each of the games: players who change sides take their controllers along.
+        with_sizes : bool
+            Whether players take their number of drones along, too: then both pairs, `controllers` and
+            `drones_per_team`, are of red and blue where games are not swapped, and of blue and red where they are.
 
         Raises
         ------
@@ -186,12 +191,17 @@ class Simulator:
         games.coefficients[chosen] = coefficients
         if games.followed.size:
             games.followed[chosen] = uniform
-        games.teams[chosen, self.config.team_sizes[RED] :] = 1
-        for row, generator in zip(chosen, generators, strict=True):
-            games.positions[row], games.altitudes[row] = random_start(self.config, generator)
+        turned = np.broadcast_to(np.asarray(swapped) & with_sizes, len(chosen)).tolist()
+        sizes, other = self.config.drones_per_team, self.config
+        if with_sizes and isinstance(sizes, tuple):
+            other = other.replace(drones_per_team=sizes[::-1])
+        for row, generator, is_turned in zip(chosen, generators, turned, strict=True):
+            config = other if is_turned else self.config
+            games.teams[row, config.team_sizes[RED] :] = 1
+            games.positions[row], games.altitudes[row] = random_start(config, generator)
             games.seeds[row] = generator.integers(2**64, dtype=np.uint64)
-            if self.config.spawn.speed > 0.0:
-                games.velocities[row] = random_velocities(self.config, generator)
+            if config.spawn.speed > 0.0:
+                games.velocities[row] = random_velocities(config, generator)
         for name, values in start.items():
             getattr(games, name)[chosen] = values
         if self.control.is_given:

@@ -29,8 +29,8 @@ VARIANTS = {
     "default": {"drones_per_team": 3},
     "discrete": {"drones_per_team": 2, "action": "discrete", "side": "blue"},
     "both": {"drones_per_team": 3, "side": "both"},
-    "handicap": {"drones_per_team": (1, 4), "opponent": "ring", "action_period": 0.1, "neighbours": 2},
-    "large": {"action_period": 1.0, "grid": 10, "patch": 3, "controllers": ("ergodic", "flocking")},
+    "handicap": {"drones_per_team": (1, 4), "side": "blue", "opponent": "ring", "action_period": 0.1, "neighbours": 2},
+    "large": {"action_period": 1.0, "grid": 10, "patch": 3, "controllers": "flocking"},
 }
 
 
@@ -81,12 +81,14 @@ def test_whole_episodes_are_deterministic_and_every_observation_fits():
 
 
 def test_agents_are_named_after_the_team_that_they_begin_with_and_stay():
-    environment = drones_env(drones_per_team=(1, 2), side="blue")
+    environment = drones_env(drones_per_team=(2, 1), side="blue")
     _, infos = environment.reset(seed=0)
     names = ["red_0_drone_0", "blue_0_drone_0", "blue_0_drone_1"]
     assert environment.possible_agents == environment.agents == names
     assert [infos[name]["flies"] for name in names] == [0, 1, 1]
     assert {infos[name]["side"] for name in names} == {1}
+    with pytest.raises(ConfigError, match=r"give side='red' or side='blue', got side='random' .*\(2, 1\)"):
+        drones_env(drones_per_team=(2, 1))
 
 
 def test_the_learning_side_is_drawn_anew_for_every_game_or_as_asked():
@@ -220,8 +222,11 @@ def test_an_agent_flies_its_drone_and_the_opponents_system_the_others():
 
 def test_the_second_of_the_control_systems_flies_for_the_opponent_on_either_side():
     for side in ("red", "blue"):
-        environment = drones_env(side=side, controllers=("ergodic", "flocking"), drones_per_team=2)
-        assert environment.config.team_controllers == ("direct", "flocking")
+        for controllers in ("flocking", ("direct", "flocking")):
+            environment = drones_env(side=side, controllers=controllers, drones_per_team=2)
+            assert environment.config.team_controllers == ("direct", "flocking")
+    with pytest.raises(ConfigError, match=r"flown by 'direct': give controllers=\('direct', other\), got \('ergodic'"):
+        drones_env(controllers=("ergodic", "flocking"))
 
 
 def test_one_who_comes_over_coasts_until_its_agent_has_seen_something():

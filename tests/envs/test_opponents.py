@@ -63,11 +63,11 @@ def test_a_seed_given_is_not_changed():
 def test_who_sits_where_sees_commands_is_rewarded_and_told_as_its_own_side(side):
     diary = Diary()
     duel = DuelBatch(
-        GameConfig(drones_per_team=(1, 3)), 2, opponent=diary, side=("red", "blue")[side], action="density"
+        GameConfig(drones_per_team=(1, 3)), 2, opponent=diary, side=("red", "blue")[side], action="command"
     )
     begin(duel)
     assert duel.sides.tolist() == [side] * 2
-    share = (0.25, 0.75)[side]
+    share = 0.25
     assert (duel.observe()[:, 7] == round(255 * share)).all()
     infos = duel.infos()
     assert infos["share"].tolist() == [share] * 2 and infos["side"].tolist() == [side] * 2
@@ -105,7 +105,7 @@ def test_some_games_are_seen_and_told_of_alone():
         np.testing.assert_array_equal(some[name], values[rows])
         assert one[name] == values[4]
     assert every["opponent"].tolist() == [0, 1, 0] * 2
-    np.testing.assert_array_equal(every["size"], np.where(duel.sides == 0, 1, 3))
+    np.testing.assert_array_equal(every["size"], 1)
 
 
 def test_one_opponent_of_several_games_is_one_object_asked_once():

@@ -8,6 +8,7 @@ from stable_baselines3 import A2C, DQN, PPO
 from swarm_pz import GameConfig, ObservationConfig
 from swarm_pz.config import CHANNELS
 from swarm_pz.envs.gymnasium_env import DuelEnv
+from swarm_pz.envs.opponents import DuelBatch
 from swarm_pz.errors import PolicyError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.evaluation.rollout import play_games
@@ -133,6 +134,15 @@ def test_channels_follow_from_what_either_side_of_the_game_sees():
         Model(DuelEnv(GAME, observation=ObservationConfig(kind="entities")).observation_space, LOG), GAME
     )
     assert lists.observation == ObservationConfig(kind="entities") and lists.name == "Model"
+
+
+def test_a_model_that_is_an_opponent_is_shown_the_channels_of_its_own_side():
+    """Of two sides with as many channels it was shown the learner's."""
+    views = [ObservationConfig(channels=(channel,)) for channel in ("own_target", "time_left")]
+    duel = DuelBatch(
+        GAME.replace(observation=tuple(views)), 1, opponent=Model(spaces.Box(0, 255, (1, 50, 50), np.uint8), LOG)
+    )
+    assert duel._dealt[0].player.observation == views[1]
 
 
 def test_a_model_may_look_at_lists_of_drones():

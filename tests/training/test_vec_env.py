@@ -197,10 +197,10 @@ def test_all_keywords_at_once_are_kept(monkeypatch):
     seen, batch = env.reset(), env.duel.batch
     assert (batch.max_cycles, batch.simulator.threads, env.num_envs) == (7, 3, 4)
     assert (batch.config.time_limit, batch.config.team_sizes, batch.config.command_cells) == (20, (1, 3), 6)
-    assert [(info["opponent"], info["side"], info["size"]) for info in env.reset_infos] == [(0, 1, 3), (1, 1, 3)] * 2
+    assert [(info["opponent"], info["side"], info["size"]) for info in env.reset_infos] == [(0, 1, 1), (1, 1, 1)] * 2
     assert env.opponent_names == ["ring", "noise"] and env.command_names == ()
     assert seen.shape == (4, 10, 10, 9) and seen.dtype == np.float32
-    np.testing.assert_allclose(seen[..., 7], 0.75, atol=0.003)
+    np.testing.assert_allclose(seen[..., 7], 0.25, atol=0.003)
     env.step(np.tile(np.eye(9, dtype=np.float32)[6], (4, 1)))
     assert batch.simulator.targets[:, 1].reshape(4, 36).argmax(axis=-1).tolist() == [30] * 4
     env.close()
