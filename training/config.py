@@ -107,6 +107,7 @@ class TrainConfig(Config):
     def __post_init__(self) -> None:
         super().__post_init__()
         check(isinstance(self.game, GameConfig), "game", self.game, "a GameConfig")
+        self.game.to_dict()  # refuses what no checkpoint can name
         _check_names(self.opponents, "opponents")
         check(len(self.opponents) > 0, "opponents", self.opponents, "at least one policy's name")
         check(isinstance(self.sizes, tuple), "sizes", self.sizes, "a tuple of numbers of drones")

@@ -89,6 +89,9 @@ class Config:
         """Return what stands before the plain values of one of several kinds, so that who reads them knows which."""
         return {}
 
+    def check_can_be_written(self) -> None:
+        """Refuse to become plain values where nobody could read them again."""
+
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
         """Build the configuration from nested plain dicts, as `to_dict` writes them.
@@ -136,6 +139,7 @@ class Config:
 def _plain(value: Any) -> Any:
     """Return a configuration as plain values, however deep it stands."""
     if isinstance(value, Config):
+        value.check_can_be_written()
         fields = dataclasses.fields(value)  # type: ignore[arg-type]
         return value.tag() | {entry.name: _plain(getattr(value, entry.name)) for entry in fields}
     return tuple(_plain(entry) for entry in value) if isinstance(value, tuple) else value

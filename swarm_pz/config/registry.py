@@ -58,17 +58,29 @@ def system_class(name: str) -> type[ControlSystem]:
         raise ConfigError(f"{said} cannot be imported: {repr_of(error)}") from error
     if not (isinstance(found, type) and issubclass(found, ControlSystem)):
         raise ConfigError(f"{said} must be a subclass of swarm_pz.systems.ControlSystem, got {found!r}")
-    if (called := getattr(found, "name", None)) != name:
-        raise ConfigError(f"{said} must say name = {name!r} as its entry point does, got {called!r}")
+    if found.name != name:
+        raise ConfigError(f"{said} must say name = {name!r} as its entry point does, got {found.name!r}")
     if _NAMES.fullmatch(name) is None:
         raise ConfigError(f"{said} must have a name of letters, digits, _, - and inner dots: it names files")
+    _check_class(found, said, may_have_kernel=is_own(point))
+    return found
+
+
+def _check_class(found: type[ControlSystem], said: str, *, may_have_kernel: bool = False) -> None:
     if "__dataclass_fields__" not in vars(found) or not found.__dataclass_params__.frozen:  # type: ignore[attr-defined]
         raise ConfigError(f"{said} must be a frozen dataclass: put @dataclass(frozen=True, kw_only=True) above it")
-    if found.kernel and not is_own(point):
+    if found.kernel and not may_have_kernel:
         raise ConfigError(f"{said} must fly by its own solve: kernel is for swarm-pz's own, got {found.kernel!r}")
     if not isinstance(getattr(found, "takes", None), str):
         raise ConfigError(f"{said} must say by takes = '...' which kind of commands it takes")
-    return found
+
+
+def is_installed(kind: type[ControlSystem]) -> bool:
+    """Whether a class is the control system that is installed by its name."""
+    try:
+        return kind is system_class(kind.name)
+    except ConfigError:
+        return False
 
 
 def is_our_own(name: str) -> bool:
@@ -97,11 +109,14 @@ def system_of(choice: str | ControlSystem) -> ControlSystem:
     """
     if not isinstance(choice, str):
         return choice
-    found = system_class(choice)
+    return _make(system_class(choice), f"controllers: {_said(_find(choice))}")
+
+
+def _make(kind: type[ControlSystem], said: str) -> ControlSystem:
     try:
-        return found()
+        return kind()
     except FAULTS as error:
-        raise ConfigError(f"controllers: {_said(_find(choice))} cannot be made: {repr_of(error)}") from error
+        raise ConfigError(f"{said} cannot be made: {repr_of(error)}") from error
 
 
 def about(name: str) -> str:
@@ -114,13 +129,15 @@ def read_choice(choice: Any) -> str | ControlSystem:
 
     Parameters
     ----------
-    choice : str, ControlSystem or mapping
-        A name, a control system, or one as plain values: its `name` and those numbers that differ.
+    choice : str, ControlSystem, class or mapping
+        A name; a control system, or its class, installed or not; or one as plain values: its `name` and those numbers
+        that differ.
 
     Raises
     ------
     ConfigError
-        If it is none of these, there is none of that name, or a number is out of range.
+        If it is none of these, there is none of that name, a number is out of range, or another class is installed by
+        its name.
     """
     if isinstance(choice, Mapping):
         if "name" not in choice:
@@ -130,9 +147,17 @@ def read_choice(choice: Any) -> str | ControlSystem:
     if isinstance(choice, str):
         _find(choice)
         return choice
-    if not isinstance(choice, ControlSystem) or type(choice) is not system_class(choice.name):
+    if isinstance(choice, type) and issubclass(choice, ControlSystem):
+        choice = _make(choice, f"controllers: {choice.__qualname__}")
+    if not isinstance(choice, ControlSystem):
         raise ConfigError(
             f"controllers must be the name of a control system, one of them, or a pair of these, got {choice!r}; "
             f"{nearest(str(choice), registered())}"
         )
-    return choice.name if choice == type(choice)() else choice
+    if is_installed(type(choice)):
+        return choice.name if choice == type(choice)() else choice
+    said = f"controllers: {type(choice).__qualname__}"
+    if choice.name in registered():
+        raise ConfigError(f"{said} must have a name of its own: {choice.name!r} is {_said(_find(choice.name))}")
+    _check_class(type(choice), said)
+    return choice

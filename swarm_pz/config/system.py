@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config.base import Config
 from swarm_pz.config.values import check_values
+from swarm_pz.errors import ConfigError
 
 if TYPE_CHECKING:
     from swarm_pz.config.game import GameConfig
@@ -42,19 +43,23 @@ class Flight(NamedTuple):
 class ControlSystem(Config):
     """A way to fly a team: a frozen dataclass whose fields are its numbers.
 
-    A subclass says what commands it takes, and how they become accelerations. Installed under the entry points
-    `swarm_pz.systems`, its name stands in `GameConfig.controllers` like those of swarm-pz's own.
+    A subclass says what commands it takes, and how they become accelerations. It, or an object of it, stands in
+    `GameConfig.controllers`. Installed under the entry points `swarm_pz.systems`, its name does so, too, like those of
+    swarm-pz's own; files name control systems, so one that is not installed is refused there.
 
     Attributes
     ----------
     name : str
-        As of its entry point.
+        As of its entry point; its module and class if it says none.
     takes : str
         The kind of its commands. Policies say which kind they answer; the same word means the same space.
     shares : str
         What each drone tells those that hear it, in words. Talk radius, loss and relays apply to it.
     shapes : tuple of str
         Names of the shapes that its commands may have, for those who choose one by hand.
+    turns : {"", "images", "places", "vectors"}
+        How its commands turn with the square, where what it does turns, too: images (..., A, A), or numbers whose last
+        axis begins with x and y, of a place or of a vector; the family's tests try it. Empty: they do not.
     kernel : str
         The controller of `swarm_pz.kernels.controllers` that flies in the games' own loop in place of `solve`: that is
         "ergodic" alone; empty for none.
@@ -64,11 +69,33 @@ class ControlSystem(Config):
     takes: ClassVar[str]
     shares: ClassVar[str] = "nothing"
     shapes: ClassVar[tuple[str, ...]] = ()
+    turns: ClassVar[str] = ""
     kernel: ClassVar[str] = ""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "name" not in vars(cls):
+            cls.name = f"{cls.__module__}:{cls.__qualname__}"
 
     def tag(self) -> dict[str, str]:
         """Return the name, which stands among a system's plain values."""
         return {"name": self.name}
+
+    def check_can_be_written(self) -> None:
+        """Refuse to become plain values if nobody could read the name.
+
+        Raises
+        ------
+        ConfigError
+            If it is not installed.
+        """
+        from swarm_pz.config.registry import is_installed  # which needs this module
+
+        if not is_installed(type(self)):
+            raise ConfigError(
+                f"controllers: files name control systems, and {self.name} is not installed: register it under the "
+                "entry points swarm_pz.systems, as docs/systems/extending.md shows"
+            )
 
     def space(self, config: GameConfig) -> spaces.Box:
         """Return the space of one command, in its own units."""

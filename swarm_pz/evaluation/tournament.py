@@ -71,6 +71,7 @@ class TournamentConfig(Config):
         check_count(self.seed, "seed", 0, 2**128 - 1)
         check_number(self.budget_ms, "budget_ms", 0.0, 1e7, open_low=True)
         check(isinstance(self.game, GameConfig), "game", self.game, "a GameConfig")
+        self.game.to_dict()  # refuses what the folder cannot name
 
 
 # --- playing ----------------------------------------------------------------------------------------

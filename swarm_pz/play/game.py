@@ -59,6 +59,7 @@ class TableConfig(Config):
     def __post_init__(self) -> None:
         super().__post_init__()
         check(isinstance(self.game, GameConfig), "game", self.game, "a GameConfig")
+        self.game.to_dict()  # refuses what no recording can name
         check_number(self.min_command_interval, "min_command_interval", 0.0, 60.0)
         is_known = isinstance(self.mapping, str) and self.mapping in MAPPINGS
         check(is_known, "mapping", self.mapping, f"one of {', '.join(MAPPINGS)}")

@@ -23,6 +23,7 @@ class Direct(ControlSystem):
 
     name: ClassVar[str] = "direct"
     takes: ClassVar[str] = "accelerations"
+    turns: ClassVar[str] = "vectors"
 
     def space(self, config: GameConfig) -> spaces.Box:
         """Return the accelerations (N, 2), each number in [-1, 1]; a vector longer than 1 counts as one of length 1."""

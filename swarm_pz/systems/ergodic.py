@@ -23,6 +23,7 @@ class Densities(ControlSystem):
     """What the systems have in common that take densities."""
 
     takes: ClassVar[str] = "density"
+    turns: ClassVar[str] = "images"
 
     def space(self, config: GameConfig) -> spaces.Box:
         """Return the images (A, A), `[row = y, column = x]`; only their shape counts."""

@@ -50,6 +50,7 @@ class Flocking(ControlSystem):
 
     name: ClassVar[str] = "flocking"
     takes: ClassVar[str] = "attractors"
+    turns: ClassVar[str] = "places"
     shares: ClassVar[str] = "its position and velocity"
 
     def space(self, config: GameConfig) -> spaces.Box:

@@ -68,6 +68,7 @@ class LeaderFollower(ControlSystem):
 
     name: ClassVar[str] = "leader_follower"
     takes: ClassVar[str] = "leaders"
+    turns: ClassVar[str] = "places"
     shares: ClassVar[str] = "its position and velocity"
 
     leaders: int = 2

@@ -43,6 +43,7 @@ class PotentialField(ControlSystem):
 
     name: ClassVar[str] = "potential_field"
     takes: ClassVar[str] = "attraction"
+    turns: ClassVar[str] = "images"
     shares: ClassVar[str] = "its position"
 
     strength: float = 0.1

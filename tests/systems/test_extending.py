@@ -4,17 +4,27 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import re
 import subprocess
 import sys
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
+import gymnasium
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import check_env
 
 from swarm_pz.config import GameConfig
+from swarm_pz.errors import ConfigError
+from swarm_pz.evaluation.tournament import TournamentConfig
+from swarm_pz.play.game import TableConfig
 from swarm_pz.simulator import Simulator
+from swarm_pz.systems import ControlSystem
+from swarm_pz.training.config import TrainConfig
 from tests.systems_of_tests import install
 
 ROOT = Path(__file__).parents[2]
@@ -62,6 +72,44 @@ def test_it_is_found_and_plays_a_match_from_the_command_line(package, tmp_path):
     assert done.returncode == 0, done.stderr
     assert "against uniform" in done.stdout and "forfeit" not in done.stdout
     assert json.loads(file.read_text())["games"] == 2
+
+
+def test_it_is_tried_without_being_installed(package):
+    """Only what was installed could fly, so that nothing could be tried."""
+    (package / "swarm_orbit-1.0.dist-info" / "entry_points.txt").unlink()
+    from swarm_orbit import Orbit
+
+    exec(re.findall(r"^```py\n(.*?)^```", PAGE, re.M | re.S)[1].replace("games=10", "games=2"), {})  # noqa: S102
+    config = GameConfig(controllers=(Orbit(speed=0.3), "ergodic"), time_limit=3.0)
+    assert config.replace(time_limit=4.0).team_controllers == ("orbit", "ergodic")
+    assert GameConfig(controllers=(Orbit, "ergodic")) == GameConfig(controllers=(Orbit(), "ergodic"))
+    assert config.hash != config.replace(controllers=(Orbit(), "ergodic")).hash
+    assert pickle.loads(pickle.dumps(config)) == config  # noqa: S301
+    environment = gymnasium.make("swarm_pz/Capture-v0", config=config, side="blue")
+    check_env(environment.unwrapped, skip_render_check=True)
+    assert environment.action_space.shape == (3,)
+
+    @dataclass(frozen=True, kw_only=True)
+    class Wide(Orbit):
+        """Says no name."""
+
+    assert GameConfig(controllers=Wide).team_controllers[0].startswith(f"{__name__}:test_it_is_tried_")
+    named = r"files name control systems, and orbit is not installed: register it under the entry points"
+    for writes in (TableConfig, TrainConfig, TournamentConfig):
+        with pytest.raises(ConfigError, match=named):
+            writes(game=config)
+
+    @dataclass(frozen=True, kw_only=True)
+    class Taken(Orbit):
+        """Has another's name."""
+
+        name: ClassVar[str] = "flocking"
+
+    with pytest.raises(ConfigError, match="Taken must have a name of its own: 'flocking' is control system 'flocking'"):
+        GameConfig(controllers=Taken())
+    for bad, said in ((type("Plain", (Orbit,), {}), "must be a frozen dataclass"), (ControlSystem, "cannot be|frozen")):
+        with pytest.raises(ConfigError, match=said):
+            GameConfig(controllers=bad)
 
 
 def test_it_does_what_it_says_alone_and_among_others(package, monkeypatch):

@@ -30,8 +30,6 @@ from swarm_pz.training.vec_env import SwarmVecEnv
 from tests.systems.flights import SOFT, State, find_not_finite, game_of, put, random_states, sampled, solve
 
 SYSTEMS = sorted(registered())
-OWN = [name for name in SYSTEMS if registered()[name].dist.name == "swarm-pz"]
-"""Those of this project; of others we do not know how their commands turn."""
 
 
 @pytest.fixture(params=SYSTEMS)
@@ -228,34 +226,23 @@ def turn_images(images, symmetry):
     return np.swapaxes(turned, -1, -2) if exchanged else turned
 
 
-def turn_rows(rows, symmetry):
-    """Turn rows (..., 3) of x, y and something else."""
-    return np.concatenate([turn_vectors(rows[..., :2], symmetry, 0.5), rows[..., 2:]], axis=-1)
-
-
-TURNED = {
-    "density": turn_images,
-    "attraction": turn_images,
-    "accelerations": turn_vectors,
-    "attractors": turn_rows,
-    "leaders": lambda places, symmetry: turn_vectors(places, symmetry, 0.5),
-}
-"""By kind: how commands turn with the square, where all that they are does."""
-NOT_TURNED = {"formation"}
-"""Kinds of whose commands some have no mirror image; their own tests say which do."""
+def turn_commands(commands, turns, symmetry):
+    """Turn a system's commands, as its `turns` says."""
+    if turns == "images":
+        return turn_images(commands, symmetry)
+    middle = {"places": 0.5, "vectors": 0.0}[turns]
+    return np.concatenate([turn_vectors(commands[..., :2], symmetry, middle), commands[..., 2:]], axis=-1)
 
 
 @SYMMETRIES
 def test_symmetries_of_the_square(scene, name, symmetry):
     state, commands, solve = scene
-    takes = system_of(name).takes
-    if name not in OWN and takes not in TURNED:
-        pytest.skip(f"nobody has said here how commands of kind {takes} turn")
-    if takes in NOT_TURNED:
-        pytest.skip("not all commands have a mirror image")
+    turns = system_of(name).turns
+    if not turns:  # for formations, whose commands need no mirror image, their own tests say which have one
+        pytest.skip(f"{name} does not say by turns how its commands turn with the square")
     turned = State(turn_vectors(state.positions, symmetry, 0.5), turn_vectors(state.velocities, symmetry), state.teams)
     one = turn_vectors(solve(state, commands, controller=SOFT), symmetry)
-    other = solve(turned, [TURNED[takes](command, symmetry) for command in commands], controller=SOFT)
+    other = solve(turned, [turn_commands(command, turns, symmetry) for command in commands], controller=SOFT)
     np.testing.assert_allclose(one, other, atol=1e-3 * np.abs(one).max())
 
 
