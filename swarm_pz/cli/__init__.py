@@ -15,6 +15,7 @@ import swarm_pz
 from swarm_pz.config import PRESETS, GameConfig
 from swarm_pz.errors import CommandError, MissingExtraError, Stopped, SwarmError, nearest, require_extra
 from swarm_pz.files import explain
+from swarm_pz.policy import allow_files
 from swarm_pz.training.config import RECIPES
 
 try:
@@ -70,6 +71,7 @@ def main(arguments: list[str] | None = None) -> None:
         print(f"swarm-pz {swarm_pz.__version__}")
         return
     report.arguments.set(arguments)
+    allow_files(arguments)
     config = (tyro.conf.AvoidSubcommands,)
     try:
         recipe, rest = recipe_option.take(arguments)

@@ -40,7 +40,7 @@ def render(
     With the same players, seed and rules it is that game of swarm-pz evaluate.
 
     Args:
-        policy: Name of a policy, or a folder that training wrote.
+        policy: Name of a policy, a folder that training wrote, or FILE.py:NAME, a tactic in a file.
         opponent: Name of a policy, or a folder that training wrote.
         out: File to write: .gif or .mp4, or .png for a picture.
         seed: Seed of the match.
@@ -93,7 +93,7 @@ def diagnose(
     With the same players, seed and rules it is that game of swarm-pz evaluate.
 
     Args:
-        policy: Name of a policy, or a folder that training wrote.
+        policy: Name of a policy, a folder that training wrote, or FILE.py:NAME, a tactic in a file.
         opponent: Name of a policy, or a folder that training wrote.
         out: File to write, .png, .pdf or .svg.
         json: Write the curves to this file, too.

@@ -44,8 +44,8 @@ def play(
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
 
     Args:
-        opponent: Go straight into a game against this policy, or a folder that training wrote; "none" is a
-            practice arena without opponents.
+        opponent: Go straight into a game against this policy, a folder that training wrote, or FILE.py:NAME, a tactic
+            in a file; "none" is a practice arena without opponents.
         host: Where to listen; 0.0.0.0 lets the local network in.
         port: Port to listen at; 0 takes any that is free.
         allowed_hosts: Names by which a proxy or tunnel is reached that leads here, such as play.example.org.

@@ -4,14 +4,23 @@ Names resolve through the entry-point group `swarm_pz.policies`, so that other p
 their own: each entry point is a callable that takes the game's `GameConfig` and returns a policy.
 Folders resolve through the group `swarm_pz.policy_folders`: each entry point is named as a file that such
 a folder holds, and is a callable that takes the folder and the `GameConfig`.
+A tactic in a file of Python is named FILE.py:NAME. Such a file runs code, so `load` takes those alone that the command
+line named: see `allow_files`.
 """
 
 from __future__ import annotations
 
 import copy
 import importlib.metadata
+import importlib.util
+import os
+import re
+import sys
+import traceback
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -23,6 +32,68 @@ from swarm_pz.policy.model_policy import Model, ModelPolicy
 from swarm_pz.policy.protocol import ANY, Player, Policy, PrivilegedPolicy, answers_of
 
 GROUP, FOLDERS = "swarm_pz.policies", "swarm_pz.policy_folders"
+_ALLOWED = "SWARM_PZ_FILES"
+"""Environment variable with the allowed names in files, one a line: processes that this one starts have it, too."""
+_FACTORY = "a tactic (its function stands below @tactic), or a callable from a GameConfig to a policy"
+_IN_FILE = re.compile(r"(?:--[\w.-]+=)?(.+\.py:\w+)")
+
+
+def allow_files(words: Sequence[str]) -> None:
+    """Allow, from now on, those names in files alone that stand on a command line."""
+    os.environ[_ALLOWED] = "\n".join(found[1] for word in words if (found := _IN_FILE.fullmatch(word)))
+
+
+@dataclass(frozen=True)
+class _InFile:
+    """What stands for an entry point where a name is FILE.py:NAME."""
+
+    value: str
+
+    def load(self) -> Any:
+        """Return what the file calls by that name."""
+        file, name = self.value.rsplit(":", 1)
+        if self.value not in os.environ.get(_ALLOWED, "").split("\n"):
+            raise PolicyError(
+                f"{self.value!r} is in a file, and files run code: the command line alone may name one; in Python, "
+                "import it"
+            )
+        module = _module_of(file)
+        if not hasattr(module, name):
+            own = [key for key, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__]
+            raise PolicyError(f"{file} has no {name!r}; {nearest(name, own)}")
+        factory = getattr(module, name)
+        if not callable(factory):
+            raise PolicyError(f"{name!r} of {file} must be {_FACTORY}, got {factory!r}")
+        return factory
+
+
+def _module_of(file: str) -> Any:
+    """Return the module of a file, which is run once in a process."""
+    path = Path(file).resolve()
+    if str(path) in sys.modules:
+        return sys.modules[str(path)]
+    if not path.is_file():
+        raise PolicyError(f"there is no file {file!r}")
+    spec = importlib.util.spec_from_file_location(str(path), path)
+    if spec is None or spec.loader is None:
+        raise PolicyError(f"{file} is no file of Python")
+    module = sys.modules[str(path)] = importlib.util.module_from_spec(spec)
+    sys.path.append(str(path.parent))  # what lies beside it can be imported
+    try:
+        spec.loader.exec_module(module)
+    except FAULTS as error:
+        del sys.modules[str(path)]
+        lines = [entry.lineno for entry in traceback.extract_tb(error.__traceback__) if entry.filename == str(path)]
+        where = f", line {lines[-1]}," if lines else ""
+        raise PolicyError(f"{file}{where} cannot be imported: {error!r}") from error
+    finally:
+        sys.path.remove(str(path.parent))
+    return module
+
+
+def _point_of(name: str) -> importlib.metadata.EntryPoint | _InFile | None:
+    """Return what makes the policy of a name; None where there is no such name."""
+    return registered().get(name.split(":", 1)[0]) or (_InFile(name) if _IN_FILE.fullmatch(name) else None)
 
 
 def registered() -> dict[str, importlib.metadata.EntryPoint]:
@@ -52,8 +123,8 @@ def faults() -> dict[str, str]:
 
 def about(name: str) -> str:
     """Return a line about an installed policy, from the first of its factory's docstring; nothing about others."""
-    point = registered().get(name.split(":", 1)[0])
     try:
+        point = _point_of(name)
         text = (getattr(point.load(), "__doc__", None) or "").strip() if point is not None else ""
     except FAULTS:  # `faults` says it
         return ""
@@ -62,8 +133,8 @@ def about(name: str) -> str:
 
 def kind_of(name: str) -> str:
     """Return the kind of commands that an installed policy answers, as its factory says; densities of others."""
-    point = registered().get(name.split(":", 1)[0])
     try:
+        point = _point_of(name)
         return str(getattr(point.load(), "answers", "density")) if point is not None else "density"
     except FAULTS:  # `faults` says it
         return "density"
@@ -101,12 +172,14 @@ def load(policy: str | Path | Player | Model, config: GameConfig, system: Contro
 def _make(policy: str, config: GameConfig) -> object:
     points = registered()
     name, *argument = policy.split(":", 1)
-    if name in points:
-        point, arguments = points[name], (config, *argument)
+    arguments: tuple[object, ...] = (config, *argument)
+    if (point := _point_of(policy)) is not None:
+        arguments = (config,) if isinstance(point, _InFile) else arguments
     elif Path(policy).is_dir():
         point, arguments = _reader_of(Path(policy)), (Path(policy), config)
     elif Path(policy).exists():
-        raise PolicyError(f"expected a policy or a folder that training wrote, got the file {policy!r}")
+        hint = f"; name the tactic in it, too: {policy}:NAME" if policy.endswith(".py") else ""
+        raise PolicyError(f"expected a policy or a folder that training wrote, got the file {policy!r}{hint}")
     elif Path(policy).name != policy:
         raise PolicyError(
             f"there is no folder {policy!r}, nor a policy of that name; there are {', '.join(sorted(points))}"
@@ -118,7 +191,8 @@ def _make(policy: str, config: GameConfig) -> object:
     except SwarmError:
         raise
     except FAULTS as error:
-        raise PolicyError(f"policy {policy!r} ({point.value}) cannot be made: {error!r}") from error
+        expected = f"; expected {_FACTORY}" if isinstance(point, _InFile) else ""
+        raise PolicyError(f"policy {policy!r} ({point.value}) cannot be made: {error!r}{expected}") from error
 
 
 def _reader_of(folder: Path) -> importlib.metadata.EntryPoint:

@@ -10,8 +10,10 @@ from pathlib import Path
 import minari
 import pytest
 
+from swarm_pz import policy
 from swarm_pz.cli import learn, main, preset_option
 from swarm_pz.config import GameConfig
+from swarm_pz.errors import PolicyError
 from swarm_pz.training.config import TrainConfig
 from tests.play.recordings.test_format import record
 
@@ -259,6 +261,71 @@ def test_league_writes_a_policy(tmp_path, capsys):
     assert "against the scripts" in capsys.readouterr().out
     card = json.loads((tmp_path / "policy.json").read_text())
     assert card["results"]["ring"]["games"] > 0
+
+
+TACTIC = """
+from swarm_pz.policies.scripted import tactic
+
+@tactic
+def surround(view):
+    return view.every(view.x)
+
+def bare(view):
+    return view.x
+
+number = 3
+"""
+
+
+@pytest.fixture
+def tactics(tmp_path, monkeypatch):
+    """A folder to be in, with a tactic in a file, and another file that cannot be run."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(TACTIC)
+    (tmp_path / "broken.py").write_text("\nimport nothing_of_this_name\n")
+
+
+@pytest.mark.usefixtures("tactics")
+@pytest.mark.parametrize(
+    "words",
+    [
+        "evaluate mine.py:surround --games 2",
+        "evaluate uniform --opponent=mine.py:surround --games 2",
+        "tournament mine.py:surround ring --games 2 --processes 2",  # others load it by its name
+        "render ring mine.py:surround --out surround.png --seconds 1",
+        "dataset mine.py:surround ring --games 2 --out surround",
+    ],
+)
+def test_a_tactic_in_a_file_plays_where_a_player_is_named(words, capsys):
+    main([*words.split(), *SHORT])
+    assert "surr" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("tactics")
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("none.py:surround", "there is no file 'none.py'\n"),
+        ("mine.py:suround", "mine.py has no 'suround'; did you mean 'surround'? Known: bare, surround\n"),
+        ("broken.py:surround", "broken.py, line 2, cannot be imported: ModuleNotFoundError"),
+        ("mine.py:number", "'number' of mine.py must be a tactic (its function stands below @tactic), or a callable"),
+        ("mine.py:bare", "has no attribute 'x'\"); expected a tactic (its function stands below @tactic)"),
+        ("mine.py", "got the file 'mine.py'; name the tactic in it, too: mine.py:NAME\n"),
+    ],
+)
+def test_a_file_without_the_tactic_is_refused_in_words(name, message, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(["evaluate", name])
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("tactics")
+def test_a_file_that_the_command_line_does_not_name_is_not_run():
+    """A recording, a report or a study may name a file; so may a client at the table, whom the lobby refuses, too."""
+    main(["policies"])
+    with pytest.raises(PolicyError, match="the command line alone may name one"):
+        policy.load("broken.py:surround", GameConfig())
+    assert policy.about("broken.py:surround") == "" and policy.kind_of("broken.py:surround") == "density"
 
 
 @pytest.mark.parametrize(

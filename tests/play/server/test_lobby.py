@@ -204,6 +204,8 @@ def test_policies_and_recordings_that_are_not_here_are_refused(lobby):
     assert [policy.name for policy in lobby.welcome().policies] == ["uniform"]
     with pytest.raises(RefusedError, match="no policy 'ring' here"):
         lobby.check_policy("ring")
+    with pytest.raises(RefusedError, match=r"no policy 'mine\.py:ring' here"):  # files run code
+        lobby.check_policy("mine.py:ring")
     for name in ("none.jsonl", "../none.jsonl"):
         with pytest.raises(RecordingError):
             lobby.find_recording(name)
