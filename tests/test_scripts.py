@@ -23,8 +23,11 @@ def setup(tmp_path):
     def run(extras):
         (tmp_path / "said").write_text("")
         environment = os.environ | {"VENV": str(tmp_path)}
-        subprocess.run([ROOT / "scripts/setup", extras], check=True, env=environment, capture_output=True)  # noqa: S603
-        return re.findall(r"--editable [.]\[(.*)\]", (tmp_path / "said").read_text())
+        script = [ROOT / "scripts/setup", extras]
+        done = subprocess.run(script, check=True, env=environment, capture_output=True, text=True)  # noqa: S603
+        installed = re.findall(r"--editable [.]\[(.*)\]", (tmp_path / "said").read_text())
+        assert ("a minute or a few" in done.stdout) is bool(installed)  # who waits is told how long
+        return installed
 
     return run
 

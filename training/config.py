@@ -43,7 +43,8 @@ class TrainConfig(Config):
     width : int
         Channels of the network's hidden layers, a multiple of eight.
     total_steps : int
-        Environment steps in all, each one command of one game.
+        Environment steps in all, each one command of one game; after 200,000 a tactic cannot be told from an
+        untrained one yet.
     num_envs : int
         Games played at once.
     rollout : int

@@ -6,6 +6,7 @@ The one place that knows every part of the project; each command imports what it
 
 from __future__ import annotations
 
+import inspect
 import os
 import sys
 from collections.abc import Callable
@@ -83,8 +84,11 @@ def main(arguments: list[str] | None = None) -> None:
         if rest[:1] == ["study"]:
             _study(rest[1:], preset)
             return
-        if rest and rest[0] in commands:  # so that what is wrong is said of this command alone
+        if rest and not rest[0].startswith("-"):  # so that what is wrong is said of this command alone
             name, *rest = rest
+            if name not in commands:
+                raise CommandError(f"there is no command {name!r}; {nearest(name, commands)}")
+            _check_positional(name, commands[name], rest)
             tyro.cli(commands[name], prog=f"swarm-pz {name}", args=rest, config=config, registry=REGISTRY)
             return
         tyro.extras.subcommand_cli_from_dict(
@@ -110,6 +114,17 @@ def main(arguments: list[str] | None = None) -> None:
         where = f": {interrupt}" if isinstance(interrupt, Stopped) else ""
         print(f"\nswarm-pz: stopped{where}", file=sys.stderr)
         sys.exit(130)
+
+
+def _check_positional(name: str, function: Callable[..., None], words: list[str]) -> None:
+    """Say how what stands by its place is written, if it is written as an option."""
+    for parameter in inspect.signature(function).parameters.values():
+        option = "--" + parameter.name.replace("_", "-")
+        is_given = any(word == option or word.startswith(option + "=") for word in words)
+        if parameter.kind is inspect.Parameter.POSITIONAL_ONLY and is_given:
+            raise CommandError(
+                f"{parameter.name} is written without {option}, as in: swarm-pz {name} {option[2:].upper()}"
+            )
 
 
 def _study(arguments: list[str], preset: GameConfig | None) -> None:

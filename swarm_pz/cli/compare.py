@@ -85,7 +85,6 @@ def evaluate(
         check_file(json)
     games = games if games is not None else 1000 if exploit else 200
     processes = processes if processes is not None else 2 if exploit else 1
-    print_rules(game)
     if held_out:
         with open_pool(processes, ray) as pool:
             _evaluate_held_out(policy, games, seed, json, threads, game, pool)
@@ -103,6 +102,7 @@ def evaluate(
             threads=threads,
             progress=show,
         )
+    print_rules(game)
     tables.print_matches([match])
     if match.lost:
         _print_lost(match, policy, opponent)
@@ -142,6 +142,7 @@ def _evaluate_held_out(
     with progress() as show:
         suites = play_suites(policy, game, games=games, seed=seed, threads=threads, progress=show, pool=pool)
     figures = suites.to_dict()
+    print_rules(game)
     tables.print_opponents(suites.known, f"{policy} against the scripts: score {figures['in_suite_score']:.3f}")
     tables.print_opponents(
         suites.held_out, f"{policy} against the held-out suite: score {figures['held_out_score']:.3f}"
@@ -186,6 +187,7 @@ def _evaluate_exploit(
                 command=command(),
             )
         found = exploitability.measure(policy, attackers, config, game, threads=threads, show=show)
+    print_rules(game)
     tables.print_exploitability(found, policy, config.steps)
     figures = exploitability.figures(policy, attackers, found, config, game)
     for place in (out / exploitability.FIGURES, *([json] if json is not None else [])):
@@ -227,7 +229,6 @@ def tournament(
     config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
     check_folder(out)
     field = Tournament(players or able(game), config, out, policies.load, command())
-    print_rules(game)
     with (
         goes_on_with(command()),
         open_pool(processes, ray) as pool,
@@ -235,6 +236,7 @@ def tournament(
         stops_at_safe_points() as asked,
     ):
         field.play(progress=show, asked=asked, pool=pool)
+    print_rules(game)
     figures = ladder.make_ladder(field)
     (out / "ladder.json").write_text(json_module.dumps(figures, indent=2) + "\n")
     (out / "ladder.md").write_text(ladder.to_markdown(figures, "ladder.png"))

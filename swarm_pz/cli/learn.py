@@ -13,6 +13,7 @@ from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_poin
 from swarm_pz.cli.report import command, filming, print_rules, program
 from swarm_pz.config.base import check
 from swarm_pz.errors import require_extra
+from swarm_pz.files import check_folder
 from swarm_pz.training.config import LeagueConfig, TrainConfig
 
 
@@ -99,11 +100,12 @@ def sweep(
 
     check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
     check(config.seed == TrainConfig().seed, "seed", config.seed, "left out: --seeds names them")
-    print_rules(config.game)
+    check_folder(out)
     with goes_on_with(command()), open_pool(processes, ray) as pool:
         with stops_at_safe_points() as asked:
             say = functools.partial(print, flush=True)
             trained = train_all(config, seeds, out, pool, asked=asked, say=say, command=command())
+        print_rules(config.game)
         tables.print_matches([play_match(policy, "uniform", games=games, config=config.game) for policy in trained])
     folders = " ".join(str(out / f"seed-{seed}") for seed in seeds)
     print(f"policies: {folders}  (try: {program()} benchmark {folders} --name {out.name})")

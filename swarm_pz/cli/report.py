@@ -39,7 +39,7 @@ def program() -> str:
 
 
 def print_rules(game: GameConfig, note: str = "") -> None:
-    """Say which rules were played: results may be compared where they are the same."""
+    """Say which rules were played, once they were: results may be compared where they are the same."""
     print(f"rules: {game.rules_hash} {note}".rstrip())
 
 
@@ -47,14 +47,16 @@ def print_rules(game: GameConfig, note: str = "") -> None:
 def progress(what: str = "games", doing: str = "playing") -> Iterator[Callable[[float, float], None]]:
     """Show a bar while games are played, or a line now and then in a log; give the function that moves it."""
     library = require_extra("rich.progress", "cli")
-    with library.Progress(transient=True, refresh_per_second=4) as bar:
+    bar = library.Progress(transient=True, refresh_per_second=4)
+    bar.disable = not bar.console.is_terminal
+    with bar:
         task = bar.add_task(doing, total=None)
         said = time.monotonic()
 
         def move(done: float, total: float) -> None:
             nonlocal said
             bar.update(task, completed=done, total=total)
-            if not bar.console.is_terminal and time.monotonic() - said > QUIET:
+            if bar.disable and time.monotonic() - said > QUIET:
                 said = time.monotonic()
                 print(f"{done:,.0f} of {total:,.0f} {what}", flush=True)
 

@@ -69,8 +69,6 @@ def benchmark(
     if quick:
         protocol = protocol.quick()
     entry = Entry(policies=policies, name=name or Path(policies[0]).name)
-    print(f"protocol: {protocol.version}, {protocol.digest}")
-    print_rules(protocol.game)
     with (
         goes_on_with(command()),
         open_pool(processes, ray) as pool,
@@ -88,6 +86,8 @@ def benchmark(
             say=functools.partial(print, flush=True),
             command=command(),
         )
+    print(f"protocol: {protocol.version}, {protocol.digest}")
+    print_rules(protocol.game)
     _print(report, out)
 
 

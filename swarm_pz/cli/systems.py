@@ -62,7 +62,6 @@ def systems(
     out = folder if out is None else out
     for one in (folder, out):
         check_folder(one)
-    print_rules(game)
     with (
         goes_on_with(command()),
         open_pool(processes, ray) as pool,
@@ -78,6 +77,7 @@ def systems(
             asked=asked,
             command=command(),
         )
+    print_rules(game)
     for row in results["standings"]:
         low, high = row["win_rate_ci95"]
         soon = f"{row['time_to_win']['mean']:.0f} s to a win" if row["wins"] else "no win"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from swarm_pz.cli.player_options import known
-from swarm_pz.cli.report import filming, in_seconds, print_rules
+from swarm_pz.cli.report import filming, in_seconds
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check, check_count, check_number
 from swarm_pz.errors import CommandError, SwarmError, require_extra
@@ -95,7 +95,6 @@ def play(
     markers = Markers(*lsl) if lsl is not None else None
     say = functools.partial(print, flush=True)
     beside = _beside(host, rosbridge, ros_opponent, table, say)
-    print_rules(game, "(rules_hash of rooms as they are set at first; games of the same rules have the same)")
     serve(
         policies.load,
         installed,
@@ -113,6 +112,7 @@ def play(
         markers=markers,
         levels=out / "levels" if ladder else None,
         embedders=embed,
+        greeting=f"rules: {game.rules_hash} (rules_hash of rooms as they are set at first)",
         beside=beside,
     )
 

@@ -361,6 +361,18 @@ def test_a_file_that_the_command_line_does_not_name_is_not_run():
         (["bench", "--plot", "/"], "expected the name of a file to write, got the folder"),
         (["evaluate", "ring", "--game.drones-per-team", "0"], "Error parsing game: drones_per_team must be"),
         (["evaluate", "ring", "--gaems", "2"], "--games {None}|INT"),
+        (["trian"], "there is no command 'trian'; did you mean 'train'? Known: "),
+        (["trian", "--help"], "there is no command 'trian'; did you mean 'train'? Known: "),
+        (["evaluate", "--policy", "ring"], "policy is written without --policy, as in: swarm-pz evaluate POLICY"),
+        (["tournament", "--players=ring"], "players is written without --players, as in: swarm-pz tournament PLAYERS"),
+        (
+            ["evaluate", str(Path(__file__).parent)],
+            "give the folder of a run that is finished, or a name that swarm-pz",
+        ),
+        (["benchmark", "rign"], "did you mean 'ring'"),
+        (["sweep", "--out", __file__, "--total-steps", "64"], "is a file, not a folder"),
+        (["systems", "--only", "flocknig"], "did you mean 'flocking'"),
+        (["play", "--embed", "lab"], "--embed takes the origin of a page"),
         (["render", "--overlay", "potential", "--overlay-team", "both"], "one team at a time"),
     ],
 )
@@ -368,7 +380,8 @@ def test_errors_are_one_line_and_status_2(arguments, message, capsys):
     with pytest.raises(SystemExit) as stopped:
         main(arguments)
     assert stopped.value.code == 2
-    assert message in capsys.readouterr().err
+    said = capsys.readouterr()
+    assert message in said.err and not said.out  # nothing is said before all is checked
 
 
 def test_bench_measures_every_face(tmp_path, capsys, monkeypatch):
@@ -394,8 +407,8 @@ def test_warmup_says_how_long_it_took(capsys):
 def test_help_teaches(capsys):
     with pytest.raises(SystemExit):
         main(["train", "--help"])
-    printed = capsys.readouterr().out
-    assert "Environment steps in all" in printed
+    printed = " ".join(capsys.readouterr().out.replace("│", "").split())
+    assert "Environment steps in all" in printed and "after 200,000 a tactic" in printed
     assert "stable_baselines3" not in sys.modules or "swarm_pz.training" in sys.modules
 
 

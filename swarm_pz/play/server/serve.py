@@ -157,6 +157,7 @@ def serve(
     levels: Path | None = None,
     embedders: Sequence[str] = (),
     beside: Callable[[str], AbstractContextManager[None]] = lambda _: contextlib.nullcontext(),
+    greeting: str = "",
 ) -> None:
     """Serve the table until the process is told to end.
 
@@ -199,6 +200,8 @@ def serve(
         Origins of the pages that may hold this one in a frame.
     beside : callable
         From host and port by which this machine reaches the table to what is entered while it serves.
+    greeting : str
+        Said first, once it is sure that it can serve.
 
     Raises
     ------
@@ -245,6 +248,8 @@ def serve(
     shown = f"[{shown}]" if ":" in shown else shown
     here = f"http://{shown}:{port}/"
     address = f"{here}study" if study is not None else here + (f"#{page}" if page else "")
+    if greeting:
+        say(greeting)
     say("the page is not up yet: its address follows, after up to two minutes where the game must be compiled first")
     _warm_up(table)  # before the address is shown, so that who follows it is answered
     say(f"swarm-pz is at {address}")

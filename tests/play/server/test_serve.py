@@ -78,10 +78,12 @@ def test_who_follows_the_address_finds_the_table_that_was_asked_for(started, tmp
     said = []
     table = TableConfig(game=GameConfig(command_cells=6), min_command_interval=0.75)
     serve(
-        load, {"ring": "rings"}, port=0, folder=tmp_path, page="play=ring", table=table, say=said.append, draw_code=str
-    )
+        load, {"ring": "rings"}, port=0, folder=tmp_path, page="play=ring", table=table, say=said.append,
+        draw_code=str, greeting="hello",
+    )  # fmt: skip
     (config,) = started
-    early, address, told = said
+    greeting, early, address, told = said
+    assert greeting == "hello"
     assert early.startswith("the page is not up yet") and "compiled" in early
     assert address.startswith("swarm-pz is at http://127.0.0.1:") and address.endswith("/#play=ring")
     assert str(tmp_path) in told
@@ -123,9 +125,10 @@ def test_a_place_where_nobody_can_listen_is_an_error(started, tmp_path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
+        said = []
         with pytest.raises(CommandError, match=r"cannot listen at 127.0.0.1.*try another --port"):
-            serve(load, {}, port=taken.getsockname()[1], folder=tmp_path)
-    assert not started
+            serve(load, {}, port=taken.getsockname()[1], folder=tmp_path, say=said.append, greeting="hello")
+    assert not started and not said  # nothing is said before that is sure
 
 
 def test_a_server_is_known_by_its_names_and_no_others(monkeypatch):
