@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.config.base import Config, check, check_count, check_number, later
@@ -11,6 +12,9 @@ from swarm_pz.policies import scripted
 SCRIPTS = tuple(script.__name__ for script in scripted.SCRIPTS)
 FIELD = (*["uniform"] * 2, *SCRIPTS, "centre", "evade", "evade", "halo", "lasso", "wavefront")
 """Whom a run meets: all scripts, and more often those that are measured against or hard to beat."""
+
+MAY_CHANGE: dict[str, Any] = {"total_steps": 1, "threads": 1, "evaluate_every": 1, "checkpoint_every": 1}
+"""What a run may change when it is taken up, and what counts instead where settings must be the same."""
 
 
 def _check_names(names: object, field: str) -> None:

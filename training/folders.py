@@ -12,6 +12,8 @@ from swarm_pz.policies.learned import CARD
 from swarm_pz.training.checkpoint import CHECKPOINT, read_story
 
 OLD_CHECKPOINT, LEAGUE, LEARNER, SEARCH = "checkpoint.pt", "league.json", "main", "search.json"
+SETTINGS = "config.json"
+"""Of a run or a league, which go on by them."""
 
 
 def held_by(folder: Path) -> str | None:

@@ -34,9 +34,9 @@ from swarm_pz.training.callbacks import (
     Progress,
 )
 from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Arrays, Story, of, read, read_old, under, write
-from swarm_pz.training.config import TrainConfig
+from swarm_pz.training.config import MAY_CHANGE, TrainConfig
 from swarm_pz.training.flight import InFlight, Opponent
-from swarm_pz.training.folders import OLD_CHECKPOINT, check_folder
+from swarm_pz.training.folders import OLD_CHECKPOINT, SETTINGS, check_folder
 from swarm_pz.training.learner import Learner
 from swarm_pz.training.networks import DronesPolicy, GridPolicy, as_policy, policy_class
 from swarm_pz.training.run_state import History, RunState
@@ -142,7 +142,7 @@ class Training:
         else:  # nothing of an earlier run may be taken for this one's
             clear(folder)
             self.save_checkpoint()
-        with draft_of(folder / "config.json") as draft:
+        with draft_of(folder / SETTINGS) as draft:
             draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
 
     def _learning_rate(self) -> float:
@@ -346,7 +346,7 @@ class Training:
     def _check_identity(self, config_hash: object, path: Path) -> None:
         if not self._identity.fits(config_hash):
             raise CheckpointError(
-                f"{path} belongs to another configuration: give the settings in {self.folder / 'config.json'}, "
+                f"{path} belongs to another configuration: give the settings in {self.folder / SETTINGS}, "
                 "another folder (--out), or --overwrite to replace the run"
             )
 
@@ -387,7 +387,7 @@ class _Identity:
     """
 
     def __init__(self, config: TrainConfig, opponents: Sequence[Player]) -> None:
-        self._settings = config.replace(total_steps=1, threads=1, evaluate_every=1, checkpoint_every=1)
+        self._settings = config.replace(**MAY_CHANGE)
         digests = sorted({player.digest for player in opponents if isinstance(player, LearnedPolicy)})
         self._opponents = [digest[:16] for digest in digests]
 

@@ -31,11 +31,11 @@ from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.policy import Player
 from swarm_pz.training.callbacks import Checkpoint
-from swarm_pz.training.config import LeagueConfig
+from swarm_pz.training.config import MAY_CHANGE, LeagueConfig
 from swarm_pz.training.exploit import respond
 from swarm_pz.training.flight import Opponent
 from swarm_pz.training.folders import LEAGUE as STATE
-from swarm_pz.training.folders import LEARNER, check_folder
+from swarm_pz.training.folders import LEARNER, SETTINGS, check_folder
 from swarm_pz.training.pool import Member, Pool
 from swarm_pz.training.ppo import Training
 from swarm_pz.training.rating import Rating
@@ -63,9 +63,9 @@ class _Scores(BaseCallback):
 class League:
     """One league in a folder, begun afresh or taken up where it was.
 
-    The folder holds ``league.json`` (the pool, for readers), ``main/`` (the learner's run, whose checkpoint holds
-    the pool, too), ``pool/`` (snapshots), ``exploiters/``, and ``ratings/``, a tournament of the latest of
-    them. As with `Training`, a league that is taken up is the league that never stopped.
+    The folder holds ``config.json`` (its settings), ``league.json`` (the pool, for readers), ``main/`` (the learner's
+    run, whose checkpoint holds the pool, too), ``pool/`` (snapshots), ``exploiters/``, and ``ratings/``, a tournament
+    of the latest of them. As with `Training`, a league that is taken up is the league that never stopped.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ class League:
             command=command,
             load_opponent=self._partner,
         )
-        settings = config.replace(learner=config.learner.replace(total_steps=1, threads=1))
+        settings = config.replace(learner=config.learner.replace(**MAY_CHANGE))
         if resume:
             self.pool = self._read_pool()
             if not settings.has_hash(self.pool.config_hash):
@@ -130,6 +130,8 @@ class League:
             invited += [Member(name, name, "rival") for name in config.rivals]
             self.pool = Pool(invited, config_hash=settings.hash)
             self._snapshot()
+        with draft_of(folder / SETTINGS) as draft:
+            draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
 
     def _read_pool(self) -> Pool:
         """Return the pool as of the learner's checkpoint; leagues of an earlier version have it beside."""

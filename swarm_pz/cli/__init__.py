@@ -36,6 +36,7 @@ from swarm_pz.cli import (
     preset_option,
     recipe_option,
     report,
+    resume_option,
     standard,
     studies,
     systems,
@@ -89,6 +90,8 @@ def main(arguments: list[str] | None = None) -> None:
             if name not in commands:
                 raise CommandError(f"there is no command {name!r}; {nearest(name, commands)}")
             _check_positional(name, commands[name], rest)
+            if name in learn.RUNS and "--resume" in rest:
+                commands[name] = resume_option.begin_with(commands[name], learn.RUNS[name], rest)
             tyro.cli(commands[name], prog=f"swarm-pz {name}", args=rest, config=config, registry=REGISTRY)
             return
         tyro.extras.subcommand_cli_from_dict(

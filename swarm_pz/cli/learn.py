@@ -16,6 +16,9 @@ from swarm_pz.errors import require_extra
 from swarm_pz.files import check_folder
 from swarm_pz.training.config import LeagueConfig, TrainConfig
 
+RUNS = {"train": Path("runs/first"), "league": Path("runs/league")}
+"""Where a run goes if no folder is given."""
+
 
 def train(
     config: Annotated[TrainConfig, tyro.conf.arg(name="")] = TrainConfig(),  # noqa: B008  (frozen)
@@ -29,7 +32,7 @@ def train(
     Args:
         config: The training run.
         out: Folder of the run; runs/first if none is given, or the next free of runs/first-2, runs/first-3, ...
-        resume: Go on from the folder's last checkpoint; without a folder, of the latest such run.
+        resume: Go on from the folder's last checkpoint, by the run's own settings; without a folder, of the latest run.
         overwrite: Replace the run that the folder holds.
         games: Games of the evaluation at the end, even.
     """
@@ -41,7 +44,7 @@ def train(
     from swarm_pz.training.report import compare, plot_learning_curve
 
     check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
-    out = folders.choose(out, Path("runs/first"), resume=resume, overwrite=overwrite)
+    out = folders.choose(out, RUNS["train"], resume=resume, overwrite=overwrite)
     say = functools.partial(print, flush=True)
     run = Training(config, out, resume=resume, overwrite=overwrite, say=say, command=command())
     print_rules(config.game)
@@ -125,7 +128,7 @@ def league(
     Args:
         config: The league.
         out: Folder of the league; runs/league if none is given, or the next free of runs/league-2, ...
-        resume: Go on from where the folder's league is; without a folder, with the latest.
+        resume: Go on from where the folder's league is, by its own settings; without a folder, with the latest.
         overwrite: Replace the league that the folder holds.
         games: Games against each script at the end, even.
         processes: With more than 1, so many train exploiters and play for ratings while the learner goes on.
@@ -141,7 +144,7 @@ def league(
     from swarm_pz.training.selfplay import League
 
     check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
-    out = folders.choose(out, Path("runs/league"), resume=resume, overwrite=overwrite)
+    out = folders.choose(out, RUNS["league"], resume=resume, overwrite=overwrite)
     say = functools.partial(print, flush=True)
     learner = config.learner
     with goes_on_with(resuming(out)), open_pool(processes, ray) as pool:

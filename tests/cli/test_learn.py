@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -154,23 +155,75 @@ def test_who_has_others_work_for_a_league_is_told_that_the_learner_need_not_wait
         assert (hint in capsys.readouterr().out) is is_told
 
 
-def test_without_settings_the_defaults_are_played(given, monkeypatch):
-    class EnoughError(Exception):
-        pass
+class EnoughError(Exception):
+    """A run has begun."""
+
+
+@pytest.fixture
+def begins(given, monkeypatch):
+    """Note what runs begin with, and end them at once."""
 
     def begin(*args, **options):
         given["begun"] = args
         raise EnoughError
 
     monkeypatch.setattr("swarm_pz.training.ppo.Training", begin)
+    monkeypatch.setattr("swarm_pz.training.selfplay.League", begin)
+
+
+@pytest.mark.usefixtures("begins")
+def test_without_settings_the_defaults_are_played(given):
     with pytest.raises(EnoughError):
         main(["train"])
     assert given["begun"] == (TrainConfig(), Path("runs/first"))
-    monkeypatch.setattr("swarm_pz.training.selfplay.League", begin)
     with pytest.raises(EnoughError):
         main(["league"])
     assert given["begun"] == (LeagueConfig(), Path("runs/league"))
     assert TrainConfig().game == GameConfig(observation=TrainConfig().game.observation)
+
+
+SHORT = RECIPES["long"].replace(total_steps=200_000, seed=4, game=TrainConfig().game.replace(time_limit=5.0))
+
+
+@pytest.mark.usefixtures("begins")
+@pytest.mark.parametrize(
+    ("words", "kept", "changed"),
+    [
+        ("train --resume", SHORT, {}),
+        ("train --resume --seed 4 --recipe long", SHORT, {}),
+        (
+            "train --resume --preset paper --total-steps 300000 --threads 1",
+            SHORT,
+            {"total_steps": 300_000, "threads": 1},
+        ),
+        ("league --resume --learner.seed 4", LeagueConfig(learner=SHORT, seats=8), {}),
+    ],
+)
+def test_a_run_goes_on_by_its_own_settings(given, words, kept, changed):
+    """Without them a run of 200,000 steps trained for 2,400,000 when it was taken up."""
+    OUT.mkdir(parents=True)
+    (OUT / "config.json").write_text(json.dumps(kept.to_dict()))
+    with pytest.raises(EnoughError):
+        main([*words.split(), "--out", str(OUT)])
+    assert given["begun"] == (kept.replace(**changed), OUT)
+
+
+@pytest.mark.usefixtures("begins")
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("train --seed 0", "was begun with seed 4, and this line says --seed 0: leave that out"),
+        ("train --game.time-limit 6", "begun with game.time_limit 5.0, and this line says --game.time-limit 6.0"),
+        ("train --recipe quick --rollout 8", "begun with rollout 64, and this line says --rollout 8"),
+        ("train --preset released", "begun with game.spawn.layout 'corners', and this line says --game.spawn.layout"),
+    ],
+)
+def test_options_that_contradict_the_run_are_named(words, message, capsys):
+    OUT.mkdir(parents=True)
+    (OUT / "config.json").write_text(json.dumps(SHORT.to_dict()))
+    with pytest.raises(SystemExit, match="2"):
+        main([*words.split(), "--resume", "--out", str(OUT)])
+    assert message in capsys.readouterr().err
 
 
 def test_sweep_passes_on_what_it_was_asked_for(given, monkeypatch, capsys):

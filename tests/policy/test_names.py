@@ -57,6 +57,9 @@ def test_what_is_neither_name_nor_folder_is_said(tmp_path):
     (tmp_path / "empty" / "checkpoint.safetensors").touch()
     with pytest.raises(CheckpointError, match=r"this one stopped before: swarm-pz train --resume --out .*/empty$"):
         load(tmp_path / "empty", config)
+    (tmp_path / "empty" / "league.json").touch()
+    with pytest.raises(CheckpointError, match=r"this one stopped before: swarm-pz league --resume --out .*/empty$"):
+        load(tmp_path / "empty", config)
     with pytest.raises(PolicyError, match="must have reset"):
         load(42, config)
 

@@ -242,6 +242,7 @@ def test_an_exploiter_of_something_else_is_not_taken_up(tmp_path):
 
 def test_pure_self_play_meets_only_itself(tmp_path):
     league = League(TINY.replace(scripts=(), exploiter_steps=0), tmp_path, say=quiet)
+    assert LeagueConfig.from_dict(json.loads((tmp_path / "config.json").read_text())) == league.config  # to go on by
     league.run()
     assert {member.kind for member in league.pool.members} == {"snapshot"}
 
