@@ -167,9 +167,10 @@ def print_study(rows: Sequence[Any]) -> None:
 def print_status(title: str, rows: Sequence[dict[str, Any]]) -> None:
     """Print how far each participant of a study is: rows of `StudyFolder.summary`."""
     _print(
-        ("code", "step", "block", "won", "done"),
+        ("name", "code", "step", "block", "won", "done"),
         [
             (
+                row["name"],
                 row["code"],
                 row.get("fault") or row["step"],
                 row["block"],
@@ -178,7 +179,7 @@ def print_status(title: str, rows: Sequence[dict[str, Any]]) -> None:
             )
             for row in rows
         ],
-        texts=3,
+        texts=4,
         title=title,
     )
 

@@ -48,7 +48,7 @@ def run(
     from swarm_pz.play.lsl import Markers
     from swarm_pz.play.server.serve import serve
     from swarm_pz.play.studies.design import Study
-    from swarm_pz.play.studies.folder import StudyFolder
+    from swarm_pz.play.studies.folder import CODES, StudyFolder
 
     check_count(port, "port", 0, 65535)
     check_number(countdown, "countdown", 0.0, 60.0)
@@ -57,7 +57,13 @@ def run(
     opened = StudyFolder.begin(study, folder)
     say = functools.partial(print, flush=True)
     plan = opened.study
-    say(f"study: {plan.title}; codes {', '.join(plan.codes[:12])}{', ...' if len(plan.codes) > 12 else ''}")
+    say(f"study: {plan.title}; the participants' codes are in {folder / CODES}")
+    if plan.has_guessable_codes:
+        print(
+            f"warning: the codes in {study} are easy to guess, and who guesses one can answer and play as that "
+            "participant; without the field codes, they are drawn at random",
+            file=sys.stderr,
+        )
     try:
         serve(
             policies.load,
@@ -105,7 +111,7 @@ def status(folder: Annotated[Path, tyro.conf.Positional], /) -> None:
 
     opened = StudyFolder(folder)
     study = opened.study
-    rows = [opened.summary(number) for number in range(study.participants)]
+    rows = [opened.summary(number) | {"code": opened.codes[number]} for number in range(study.participants)]
     printing.print_status(study.title, rows)
     done = sum(row["step"] == "all done" for row in rows)
     print(f"{done} of {study.participants} participants have done all")

@@ -34,9 +34,14 @@ def test_a_study_is_served_from_its_folder(served, tmp_path, capsys):
     assert loader is load and how["study"].study.title == "Two interfaces"
     assert (how["folder"], how["host"], how["countdown_s"]) == (tmp_path / "data" / "games", "127.0.0.2", 1.0)
     assert not how["record_labels"]
-    assert "study: Two interfaces; codes P01, P02, P03, P04" in capsys.readouterr().out
+    told = capsys.readouterr()
+    assert f"study: Two interfaces; the participants' codes are in {tmp_path / 'data' / 'codes.txt'}" in told.out
+    assert "warning" not in told.err
     main(arguments)  # the folder was let go of
     assert len(served) == 2
+    written(tmp_path, PLAIN.replace("games = 2", 'games = 2\ncodes = ["A1", "A2", "A3", "A4"]'))
+    main([*arguments[:4], str(tmp_path / "guessable")])
+    assert "are easy to guess" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -90,9 +90,9 @@ class StudyTable:
             return error.code, json.loads(text) if "json" in error.headers["content-type"] else text
 
     def monitor(self):
-        """Return the monitor's rows, by code."""
+        """Return the monitor's rows, by name."""
         _, told = self.ask("/study/monitor/data", authorization=f"Bearer {self.token}")
-        return {row["code"]: row for row in told["rows"]}
+        return {row["name"]: row for row in told["rows"]}
 
     @property
     def kept(self):

@@ -22,6 +22,7 @@ HOLD = """window.setTimeout = ((later) => (act, ms, ...more) =>
 PLAN = """
 title = "Two interfaces"
 participants = 8
+codes = ["P01", "P02", "P03", "P04", "P05", "P06", "P07", "P08"]
 games = 1
 break_s = 1.5
 consent = "consent.md"
@@ -250,7 +251,7 @@ def test_who_is_nobody_is_told_so(visit):
 
 def test_the_monitor_follows_by_itself(visit, study):
     page = visit(f"study/monitor#{study.token}", 1280, 800)
-    row = page.locator("tr[data-code=P05]")
+    row = page.locator("tr[data-name=P05]")
     expect(row).to_contain_text("has not come")
     Participant(study, "P05").say("state")
     expect(row).to_contain_text("consent")

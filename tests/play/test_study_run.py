@@ -45,7 +45,7 @@ def test_the_example_is_a_study_of_two_interfaces_in_balanced_order():
 def test_a_study_that_is_killed_three_times_ends_with_exactly_what_was_planned(tmp_path):
     with StudyTable(shortened(tmp_path / "plan"), tmp_path / "data") as table:
         study = table.kept.study
-        participants = [Participant(table, code) for code in study.codes]
+        participants = [Participant(table, code) for code in table.kept.codes]
         walk_all(participants, lambda: fail(table, tmp_path / "data"))
         assert "Traceback" not in table.end()
 

@@ -203,7 +203,7 @@ class RoomGames:
         self._is_called_for = False
         for seat in self._seats:
             seat.ready = seat.kind == "policy"
-            if seat.token and self.session is not None:
+            if seat.token and self.session is not None and self._hosted is None:  # a host's games lead nobody back
                 self._context.seat_index.note(seat.token, self.session.recorder.path.name)
         self._changed()
 

@@ -12,11 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, RedirectResponse, Response
 from starlette.routing import Route
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError, SwarmError
+from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.study_games import StudyGames
 from swarm_pz.play.studies.folder import StudyFolder
@@ -26,6 +28,8 @@ from swarm_pz.play.studies.texts import html_of
 STATIC = Path(__file__).parents[1] / "static"
 LEASE_S = 8.0
 """Seconds for which a window that says nothing is still the participant's: pages say something every two."""
+MOST_WRONG_CODES, _WRONG_CODES_PER_SECOND = 20, 0.2
+"""Of an address: a class behind one mistypes some, and who guesses tries millions."""
 _MOST_BYTES = 2**20
 """Of what a page says."""
 _HEADINGS = {"consent": "Do you want to take part?", "text": "Please read", "break": "Time for a rest"}
@@ -84,6 +88,8 @@ class StudyHost:
         self.games = StudyGames(folder, lobby)
         self.token = secrets.token_urlsafe(12)
         self._visitors = [Visitor() for _ in range(self.study.participants)]
+        self._guesses: dict[str, Budget] = {}
+        """Wrong codes, by the address that they came from."""
         self._turns = [asyncio.Lock() for _ in self._visitors[::2]]
         """Of two who may meet: one at a time, or what is left of a game would be looked for in a new one."""
 
@@ -115,11 +121,14 @@ class StudyHost:
     ) -> Callable[[Request], Awaitable[Response]]:
         async def answer(request: Request) -> Response:
             try:
-                number = self.study.number_of(request.path_params["code"])
                 said = await _read(request)
+                address = request.client.host if request.client is not None else ""
+                number = self._number_of(request.path_params["code"], said.get("window"), address)
                 return JSONResponse(await self._obey(number, said, act))
             except ConfigError as error:
-                return JSONResponse({"fault": str(error)}, 404)
+                return JSONResponse({"fault": str(error)}, 400)
+            except HTTPException as error:
+                return JSONResponse({"fault": error.detail}, error.status_code)
             except RecordingError as error:
                 log.error("%s", error)
                 told = "what you have done so far cannot be read here: please tell whoever runs the study"
@@ -134,6 +143,34 @@ class StudyHost:
 
         return answer
 
+    def _number_of(self, code: str, window: Any, address: str) -> int:
+        """Return whose code it is.
+
+        After too many wrong ones an address opens no session, with a right one neither: else it would go on guessing.
+        Whoever is known by their window goes on.
+
+        Raises
+        ------
+        HTTPException
+            If it is nobody's, or may not be said.
+        """
+        try:
+            number, fault = self.folder.number_of(code), ""
+        except ConfigError as error:
+            number, fault = -1, str(error)
+        if number >= 0 and window and window == self._visitors[number].window:
+            return number
+        now = time.monotonic()
+        guesses = self._guesses.get(address, Budget(MOST_WRONG_CODES, _WRONG_CODES_PER_SECOND, now))
+        if guesses.left(now) < 1.0:
+            raise HTTPException(429, "too many wrong codes came from your network: wait for a minute, and try again")
+        if number < 0:
+            guesses.take(1.0, now)
+            others = {where: budget for where, budget in self._guesses.items() if not budget.is_full(now)}
+            self._guesses = others | {address: guesses}
+            raise HTTPException(404, fault)
+        return number
+
     async def _obey(
         self, number: int, said: dict[str, Any], act: Callable[[int, dict[str, Any]], Awaitable[dict[str, Any]]]
     ) -> dict[str, Any]:
@@ -147,7 +184,7 @@ class StudyHost:
                 is_busy=self.games.is_played_by(number),
             )
             if not is_here:
-                return {"code": self.study.codes[number], "title": self.study.title, "elsewhere": True}
+                return {"code": self.folder.codes[number], "title": self.study.title, "elsewhere": True}
             more = await act(number, said)
             return await self._state(number) | more
 
@@ -218,7 +255,7 @@ class StudyHost:
         progress = await self._progress(number)
         step, steps = progress.next, progress.steps
         told: dict[str, Any] = {
-            "code": self.study.codes[number],
+            "code": self.folder.codes[number],
             "title": self.study.title,
             "done": len(progress.done),
             "of": max(len(steps), len(progress.done) + (step is not None)),

@@ -19,7 +19,7 @@ function show({ title, games, rows }) {
   at("heading").textContent = document.title = title;
   at("rows").replaceChildren(...rows.map((row) => {
     const line = document.createElement("tr");
-    const cells = [row.code, row.where, seen(row.seen_s), row.step, row.block, row.order.join(", "),
+    const cells = [row.name, row.where, seen(row.seen_s), row.step, row.block, row.order.join(", "),
       `${row.won} of ${row.played}`, row.of ? `${row.done} of ${row.of}` : ""];
     cells.forEach((text, place) => {
       const cell = document.createElement(place ? "td" : "th");
@@ -32,7 +32,7 @@ function show({ title, games, rows }) {
       cell.textContent = row.fault;
       cell.className = "fault";
     }
-    line.dataset.code = row.code;
+    line.dataset.name = row.name;
     return line;
   }));
   at("rows").dataset.games = games;

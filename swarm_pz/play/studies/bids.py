@@ -43,7 +43,6 @@ TYPES = {
 def write_bids(data: StudyData, folder: Path) -> None:
     """Write a study's games as a BIDS data set, into a new folder."""
     folder.mkdir()
-    people = labels((one.participant for one in data.participants), "participant")
     tasks = labels((one.title for one in data.study.conditions), "condition")
     description = {
         "Name": data.study.title,
@@ -53,13 +52,13 @@ def write_bids(data: StudyData, folder: Path) -> None:
     }
     _write_json(description, folder / "dataset_description.json")
     (folder / "README").write_text(_readme(data), encoding="utf-8")
-    _write_people(data.participants, people, folder)
+    _write_people(data.participants, folder)
     happened: dict[tuple[str, str], list[CommandRow | CaptureRow]] = {}
     rows: list[CommandRow | CaptureRow] = [*data.commands, *data.captures]
     for row in rows:
         happened.setdefault((row.participant, row.step), []).append(row)
     for game in data.games:
-        parts = [f"sub-{people[game.participant]}", f"task-{tasks[game.condition]}"]
+        parts = [f"sub-{game.participant}", f"task-{tasks[game.condition]}"]
         parts += ["acq-practice"] if game.practice else []
         stem = "_".join([*parts, f"run-{game.game}", "events"])
         beside = folder / parts[0] / "beh"
@@ -111,14 +110,12 @@ def _sidecar(game: GameRow) -> dict[str, Any]:
     }
 
 
-def _write_people(rows: Iterable[ParticipantRow], people: dict[str, str], folder: Path) -> None:
+def _write_people(rows: Iterable[ParticipantRow], folder: Path) -> None:
     names = ["number", "order", "finished", "games", "practice_games", "wins"]
-    lines = [
-        [f"sub-{people[row.participant]}", row.participant, *(getattr(row, name) for name in names)] for row in rows
-    ]
-    _write_tsv([["participant_id", "code", *names], *lines], folder / "participants.tsv")
+    lines = [[f"sub-{row.participant}", *(getattr(row, name) for name in names)] for row in rows]
+    _write_tsv([["participant_id", *names], *lines], folder / "participants.tsv")
     known = codebook()["participants"]["columns"]
-    told = {"code": known["participant"]["about"]} | {name: known[name]["about"] for name in names}
+    told = {name: known[name]["about"] for name in names}
     _write_json({name: {"Description": about} for name, about in told.items()}, folder / "participants.json")
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import re
+import secrets
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any, Literal
@@ -30,6 +31,10 @@ _STUDY = 21
 _MOST_TEXT = 200_000
 _MOST_CONDITIONS = 50
 _CODE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,31}")
+_SIGNS = "BCDFGHJKMNPQRSTVWXYZ23456789"
+"""Of codes that are drawn: none looks like another one, and without vowels they make no words."""
+_SIGNS_OF_CODE = 10
+"""Of 28 signs each: 48 bits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,7 +149,8 @@ class Study(Config):
     seed : int
         Of the games' starts.
     codes : tuple of str
-        Of the participants, by number; if none are given, P01, P02 and so on.
+        Of the participants, by number: who types one is that participant. If none are given, they are drawn when the
+        study begins.
     folder : Path
         Where the texts are.
     """
@@ -185,15 +191,21 @@ class Study(Config):
             self.text(name)
 
     def _check_codes(self) -> None:
-        if not self.codes:
-            digits = max(2, len(str(self.participants)))
-            own = tuple(f"P{number:0{digits}d}" for number in range(1, self.participants + 1))
-            object.__setattr__(self, "codes", own)
         for code in self.codes:
             check_code(code)
         count = f"{self.participants} different ones, one a participant; upper and lower case count as the same"
         fits = len({code.upper() for code in self.codes}) == len(self.codes) == self.participants
-        check(fits, "codes", self.codes, count)
+        check(fits or self.codes == (), "codes", self.codes, count)
+
+    @property
+    def has_guessable_codes(self) -> bool:
+        """Whether codes of its own are short, or count up: who knows one guesses others."""
+        stems = {re.sub(r"[0-9]{1,4}(?![0-9])", "", code.upper()) for code in self.codes}
+        return len(stems) < len(self.codes) or any(len(code) < _SIGNS_OF_CODE - 2 for code in self.codes)
+
+    def name_of(self, number: int) -> str:
+        """Return what files and tables call a participant, counted from 0: P01, P02, ...; no name opens anything."""
+        return f"P{number + 1:0{max(2, len(str(self.participants)))}d}"
 
     @property
     def texts(self) -> tuple[str, ...]:
@@ -295,19 +307,6 @@ class Study(Config):
             return tuple(self.conditions[which] for which in rows[place % len(rows)])
         return tuple(by_title[title] for title in self.order[place % len(self.order)])
 
-    def number_of(self, code: str) -> int:
-        """Return the number of the participant of a code, upper or lower case.
-
-        Raises
-        ------
-        ConfigError
-            If nobody has it.
-        """
-        known = [one.upper() for one in self.codes]
-        if check_code(code).upper() not in known:
-            raise ConfigError(f"nobody in this study has the code {code}: look whether it is typed right")
-        return known.index(code.upper())
-
     def seed_of(self, game: int, *, practice: bool = False) -> int:
         """Return the seed of a block's game, counted from 0: the same in all conditions and for everybody."""
         sequence = np.random.SeedSequence(self.seed, spawn_key=(_STUDY, int(practice), game))
@@ -320,11 +319,19 @@ def check_code(code: str) -> str:
     Raises
     ------
     ConfigError
-        If it is not made of letters, digits, _ and -, or the monitor's address: codes name files and pages.
+        If it is not made of letters, digits, _ and -, or the monitor's address: codes name pages.
     """
     fits = isinstance(code, str) and _CODE.fullmatch(code) is not None and code.lower() != "monitor"
     check(fits, "code", code, "1 to 32 letters, digits, _ or -, the first no sign, and not 'monitor'")
     return code
+
+
+def draw_codes(count: int) -> tuple[str, ...]:
+    """Return so many different codes, by chance: nobody can guess one, whatever they know of the study."""
+    drawn: set[str] = set()
+    while len(drawn) < count:
+        drawn.add("".join(secrets.choice(_SIGNS) for _ in range(_SIGNS_OF_CODE)))
+    return tuple(drawn)
 
 
 @functools.lru_cache(maxsize=8)

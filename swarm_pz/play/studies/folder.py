@@ -2,10 +2,13 @@
 
 ====================================  ================================================================
 `study/`                              its file and texts, as they were when it began
-`participants/CODE.jsonl`             what a participant has done; see `progress`
-`games/CODE.STEP.jsonl`               the recording of each game; that of two stands under the first's code
-`interrupted/CODE.STEP.N.jsonl`       recordings of games that were broken off, and played again
+`codes.txt`                           a line for each participant: name and code
+`participants/NAME.jsonl`             what a participant has done; see `progress`
+`games/NAME.STEP.jsonl`               the recording of each game; that of two has the first one's name
+`interrupted/NAME.STEP.N.jsonl`       recordings of games that were broken off, and played again
 ====================================  ================================================================
+
+A name, such as P01, stands in all that others may see; a code opens its participant's session, and stands nowhere else.
 """
 
 from __future__ import annotations
@@ -22,13 +25,13 @@ import msgspec
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
-from swarm_pz.files import check_folder, explain
+from swarm_pz.files import check_folder, draft_of, explain, read_text
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.recorder import sync_folder
-from swarm_pz.play.studies.design import Study
+from swarm_pz.play.studies.design import Study, check_code, draw_codes
 from swarm_pz.play.studies.progress import Progress, Step
 
-FROZEN, FILE = "study", "study.toml"
+FROZEN, FILE, CODES = "study", "study.toml", "codes.txt"
 _GAME = re.compile(r"block\d+\.game\d+")
 
 
@@ -46,12 +49,14 @@ class StudyFolder:
     ----------
     study : Study
         As it was when it began.
+    codes : tuple of str
+        Of the participants, by number.
     path : Path
 
     Raises
     ------
     ConfigError
-        If there is none.
+        If there is none, or its codes cannot be read.
     """
 
     def __init__(self, path: Path, *, only_read: bool = True) -> None:
@@ -59,6 +64,8 @@ class StudyFolder:
         if not file.is_file():
             raise ConfigError(f"no study has run in {path}: expected the file {file}; begin one by study run")
         self.path, self.study = path, Study.read(file)
+        self.codes = _read_codes(path / CODES, self.study)
+        self._numbers = {code.upper(): number for number, code in enumerate(self.codes)}
         self._only_read = only_read
         self._progress: dict[int, Progress] = {}
         self._reading = threading.Lock()
@@ -79,6 +86,7 @@ class StudyFolder:
         files = [(file, FILE), *((study.folder / name, name) for name in study.texts)]
         check_folder(path)
         if not frozen.exists():
+            _keep_codes(study, path / CODES)
             _freeze(files, frozen)
         for source, name in files:
             kept = frozen / name
@@ -98,6 +106,23 @@ class StudyFolder:
 
     # --- participants -----------------------------------------------------------------------------
 
+    def number_of(self, code: str) -> int:
+        """Return the number of the participant of a code, upper or lower case.
+
+        Raises
+        ------
+        ConfigError
+            If nobody has it.
+        """
+        number = self._numbers.get(check_code(code).upper())
+        if number is None:
+            raise ConfigError(f"nobody in this study has the code {code}: look whether it is typed right")
+        return number
+
+    def file_of(self, number: int) -> Path:
+        """Return the file of what a participant has done."""
+        return self.path / "participants" / f"{self.study.name_of(number)}.jsonl"
+
     def progress(self, number: int) -> Progress:
         """Return what a participant has done; it is made when they come first.
 
@@ -108,7 +133,7 @@ class StudyFolder:
         """
         with self._reading:  # threads share what there is
             if number not in self._progress:
-                path = self.path / "participants" / f"{self.study.codes[number]}.jsonl"
+                path = self.file_of(number)
                 try:
                     self._progress[number] = Progress(self.study, path, number, only_read=self._only_read)
                     sync_folder(path.parent)
@@ -118,11 +143,11 @@ class StudyFolder:
 
     def has_come(self, number: int) -> bool:
         """Whether a participant has ever come."""
-        return (self.path / "participants" / f"{self.study.codes[number]}.jsonl").exists()
+        return self.file_of(number).exists()
 
     def summary(self, number: int) -> dict[str, Any]:
         """Return how far a participant is, for those who look on."""
-        told = {"code": self.study.codes[number], "order": [one.title for one in self.study.order_of(number)]}
+        told = {"name": self.study.name_of(number), "order": [one.title for one in self.study.order_of(number)]}
         if not self.has_come(number):
             return told | {"step": "has not come", "block": "", "played": 0, "won": 0, "done": 0, "of": 0}
         try:
@@ -158,7 +183,7 @@ class StudyFolder:
 
     def recording(self, number: int, step: Step) -> Path:
         """Return the file of a game."""
-        return self.path / "games" / f"{self.study.codes[self.players(number, step)[0]]}.{step.id}.jsonl"
+        return self.path / "games" / f"{self.study.name_of(self.players(number, step)[0])}.{step.id}.jsonl"
 
     def seed_of(self, step: Step) -> int:
         """Return the seed of a game."""
@@ -248,6 +273,37 @@ def _locked(path: Path) -> IO[bytes] | None:
     return file
 
 
+def _keep_codes(study: Study, path: Path) -> None:
+    """Write the study's codes down, for nobody else on this machine to read; they are drawn if it names none."""
+    codes = study.codes or draw_codes(study.participants)
+    lines = [f"{study.name_of(number)} {code}\n" for number, code in enumerate(codes)]
+    try:
+        with draft_of(path) as draft:
+            _write(draft, "".join(lines).encode(), mode=0o600)
+    except OSError as error:
+        raise OutputError(f"the codes cannot be kept in {path}: {explain(error)}") from error
+
+
+def _read_codes(path: Path, study: Study) -> tuple[str, ...]:
+    try:
+        words = read_text(path).split()
+        codes = tuple(check_code(code) for code in words[1::2])
+    except ConfigError as error:
+        raise ConfigError(f"the codes of the study, {path}: {error}") from error
+    if words[::2] != [study.name_of(number) for number in range(study.participants)] or len(codes) != len(words) / 2:
+        lines = f"{study.participants} lines, each with a participant's name and code"
+        raise ConfigError(f"the codes of the study, {path}: expected {lines}, got something else; restore the file")
+    return codes
+
+
+def _write(path: Path, data: bytes, mode: int = 0o666) -> None:
+    """Write a file, onto the disk."""
+    with open(path, "wb", opener=lambda name, flags: os.open(name, flags, mode)) as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+
+
 def _freeze(files: list[tuple[Path, str]], frozen: Path) -> None:
     """Copy a study's files, all of them or none."""
     draft = frozen.with_name(f".{frozen.name}.draft")
@@ -257,10 +313,7 @@ def _freeze(files: list[tuple[Path, str]], frozen: Path) -> None:
         for source, name in files:
             copy = draft / name
             copy.parent.mkdir(parents=True, exist_ok=True)
-            with copy.open("wb") as file:
-                file.write(source.read_bytes())
-                file.flush()
-                os.fsync(file.fileno())
+            _write(copy, source.read_bytes())
         draft.rename(frozen)
         sync_folder(frozen.parent)
     except OSError as error:

@@ -75,19 +75,19 @@ def read_study(folder: Path, progress: Callable[[float, float], None] | None = N
         If nobody has taken part.
     """
     data = StudyData(study=StudyFolder(folder).study)
-    known: dict[str, tuple[int, list[dict[str, Any]]]] = {}
+    known: dict[int, list[dict[str, Any]]] = {}
     for path in sorted((folder / "participants").glob("*.jsonl")):
         try:
-            known[path.stem] = _lines_of(path, data.study)
+            number, lines = _lines_of(path, data.study)
+            known[number] = lines
         except (RecordingError, OSError) as error:
             data.faults.append(str(error) if isinstance(error, RecordingError) else explain(error))
     if not known:
         raise RecordingError("\n  ".join([f"nobody has taken part in the study of {folder}", *data.faults]))
-    people = sorted(known.items(), key=lambda one: (one[1][0], one[0]))
-    for done, (code, (number, lines)) in enumerate(people, 1):
-        _Person(data, folder, code, number, lines).read()
+    for done, (number, lines) in enumerate(sorted(known.items()), 1):
+        _Person(data, folder, number, lines).read()
         if progress is not None:
-            progress(done, len(people))
+            progress(done, len(known))
     return data
 
 
@@ -96,8 +96,9 @@ def _lines_of(path: Path, study: Study) -> tuple[int, list[dict[str, Any]]]:
     lines, _ = read_lines(path)
     if not lines:
         raise RecordingError(f"{path} is empty")
-    number = lines[0].get("number")
-    if lines[0].get("study") != study.title or type(number) is not int or number < 0:
+    number: Any = lines[0].get("number")
+    is_number = type(number) is int and number >= 0
+    if lines[0].get("study") != study.title or not is_number or path.stem != study.name_of(number):
         raise RecordingError(f"{path} is no participant of {study.title!r}: its first line is {lines[0]}")
     return number, lines[1:]
 
@@ -105,8 +106,8 @@ def _lines_of(path: Path, study: Study) -> tuple[int, list[dict[str, Any]]]:
 class _Person:
     """One participant, on the way into the tables."""
 
-    def __init__(self, data: StudyData, folder: Path, code: str, number: int, lines: Sequence[dict[str, Any]]) -> None:
-        self.data, self.folder, self.code, self.number = data, folder, code, number
+    def __init__(self, data: StudyData, folder: Path, number: int, lines: Sequence[dict[str, Any]]) -> None:
+        self.data, self.folder, self.number, self.who = data, folder, number, data.study.name_of(number)
         self.names = [str(line["step"]) for line in lines]
         self.done = dict(zip(self.names, lines, strict=True))
         places = [match for name in self.done if (match := _STEP.fullmatch(name))]
@@ -116,12 +117,12 @@ class _Person:
     def read(self) -> None:
         known = {step.id for step in self.steps}
         self.data.faults.extend(
-            f"{self.code}: {name} is no step of the study" for name in self.done if name not in known
+            f"{self.who}: {name} is no step of the study" for name in self.done if name not in known
         )
         due = [step.id for step in self.steps][: len(self.names)]
         if known.issuperset(self.names) and self.names != due:
             wrong = next(name for name, other in zip(self.names, due, strict=False) if name != other)
-            self.data.faults.append(f"{self.code}: {wrong} does not stand in its turn, or twice; the last one counts")
+            self.data.faults.append(f"{self.who}: {wrong} does not stand in its turn, or twice; the last one counts")
         games = [self._game(step) for step in self.steps if step.id in self.done and step.kind in ("game", "practice")]
         for step in self.steps:
             if step.id in self.done and step.form is not None:
@@ -130,7 +131,7 @@ class _Person:
         counted = [game for game in games if not game.practice]
         self.data.participants.append(
             ParticipantRow(
-                participant=self.code,
+                participant=self.who,
                 number=self.number,
                 order=" > ".join(condition.title for condition in self.data.study.order_of(self.number)),
                 finished=all(step.id in self.done for step in self.steps),
@@ -162,7 +163,7 @@ class _Person:
         told = {name: getattr(seat, name) for name in _OF_SEATS} if seat is not None else {}
         row = {one.name: None if str(one.type).endswith("None") else "" for one in fields(GameRow)} | told
         row |= {
-            "participant": self.code,
+            "participant": self.who,
             "step": step.id,
             "block": int(place[1]),
             "game": int(place[3]),
@@ -198,14 +199,14 @@ class _Person:
                 raise RecordingError(f"its recording {path} is not in the study's folder")
             return Recording.read(path)
         except RecordingError as error:
-            self.data.faults.append(f"{self.code}: {step.id}: {error}")
+            self.data.faults.append(f"{self.who}: {step.id}: {error}")
             return None
 
     def _check(self, step: Step, line: Mapping[str, Any], seat: SeatRow | None) -> None:
         told = seat.outcome if seat is not None else "nothing of that side"
         if line.get("outcome", told) != told:
             self.data.faults.append(
-                f"{self.code}: {step.id}: the outcome was {line['outcome']!r}, its recording says {told!r}"
+                f"{self.who}: {step.id}: the outcome was {line['outcome']!r}, its recording says {told!r}"
             )
 
     def _commands(self, step: Step, recording: Recording, own: int) -> None:
@@ -215,7 +216,7 @@ class _Person:
             picture = reader.picture(command)
             self.data.commands.append(
                 CommandRow(
-                    participant=self.code,
+                    participant=self.who,
                     step=step.id,
                     condition=step.condition.title,
                     side=TEAM_NAMES[line.team],
@@ -244,7 +245,7 @@ class _Person:
             sizes[1 - line.team] -= 1
             self.data.captures.append(
                 CaptureRow(
-                    participant=self.code,
+                    participant=self.who,
                     step=step.id,
                     condition=step.condition.title,
                     tick=line.tick,
@@ -271,7 +272,7 @@ class _Person:
         told += [(name, "score", "", value) for name, value in scores.items()]
         return [
             FormRow(
-                participant=self.code,
+                participant=self.who,
                 step=step.id,
                 block=int(block[1]) if block is not None else None,
                 condition=step.condition.title if step.condition is not None else "",
@@ -290,10 +291,10 @@ class _Person:
         try:
             due = form.scores(form.read(answers))
         except ConfigError as error:
-            self.data.faults.append(f"{self.code}: {step.id}: {error}")
+            self.data.faults.append(f"{self.who}: {step.id}: {error}")
             return
         if due != scores:
-            self.data.faults.append(f"{self.code}: {step.id}: the answers come to {due}, but {scores} stands there")
+            self.data.faults.append(f"{self.who}: {step.id}: the answers come to {due}, but {scores} stands there")
 
 
 @dataclass

@@ -18,7 +18,7 @@ def column(about: str, unit: str = "") -> Any:
 class ParticipantRow:
     """A participant."""
 
-    participant: str = column("code of the participant")
+    participant: str = column("name of the participant, such as P01, by number; it is not the code")
     number: int = column("number of the participant, from 0; it decides the order")
     order: str = column("titles of the conditions in the order in which they were met, with > between them")
     finished: bool = column("whether all steps of the study are done")
@@ -34,7 +34,7 @@ class ParticipantRow:
 class GameRow:
     """A game, as one participant played it."""
 
-    participant: str = column("code of the participant")
+    participant: str = column("name of the participant")
     step: str = column("name of the step, such as block1.game2; with the participant the key of a game")
     block: int = column("number of the block in the participant's order, from 1")
     game: int = column("number of the game in its block, from 1; games of one number have the same start")
@@ -89,7 +89,7 @@ class GameRow:
 class CommandRow:
     """A command of either side, in a game of a participant."""
 
-    participant: str = column("code of the participant")
+    participant: str = column("name of the participant")
     step: str = column("name of the step; with the participant the key of the game")
     condition: str = column("title of the condition")
     side: str = column("side that was commanded: red or blue")
@@ -113,7 +113,7 @@ class CommandRow:
 class CaptureRow:
     """A drone that one side took from the other, in a game of a participant."""
 
-    participant: str = column("code of the participant")
+    participant: str = column("name of the participant")
     step: str = column("name of the step; with the participant the key of the game")
     condition: str = column("title of the condition")
     tick: int = column("tick at which it was taken", "1/30 s of game")
@@ -129,7 +129,7 @@ class CaptureRow:
 class FormRow:
     """An answer to one question of a form, or a score of the form."""
 
-    participant: str = column("code of the participant")
+    participant: str = column("name of the participant")
     step: str = column("name of the step, such as block1.form.sus")
     block: int | None = column("number of the block after which it was asked; empty if asked once")
     condition: str = column("title of the condition of that block; empty if asked once")

@@ -12,6 +12,7 @@ from tests.play.studying import NearStudyTable, Participant, walk_all
 PLAN = """
 title = "All that there is"
 participants = 8
+codes = ["P01", "P02", "P03", "P04", "P05", "P06", "P07", "P08"]
 games = 1
 seed = 3
 consent = "consent.md"
@@ -102,6 +103,7 @@ def test_two_participants_meet_and_each_has_their_line(study):
     assert [of["block2.game1"]["seed"] for of in lines] == [game["seed"] for game in games]
     assert all(one.say("state").get("step") is None for one in pair)
     assert second.done == first.done
+    assert not (study.folder / "games" / ".seats").exists(), "no token of a seat leads anywhere after its game"
     rows = study.monitor()
     assert [rows[one.code]["step"] for one in pair] == ["all done"] * 2 and rows["P03"]["played"] == 2
 
@@ -149,6 +151,7 @@ def test_who_goes_before_the_game_begins_comes_back_to_it(study):
     ("path", "said"),
     [
         ("/study/P99/state", "nobody in this study has the code P99"),
+        ("/study/Monitor/state", "letters, digits"),
         ("/study/..%2F..%2Fetc/state", None),
         ("/study/a.b/state", "letters, digits"),
         ("/study/%2e%2e/state", None),
@@ -163,7 +166,7 @@ def test_who_is_nobody_is_told_so(path, said, study):
 @pytest.mark.parametrize("said", [b"", b"[]", b"{", b"[" * 100_000, b'"' + b"x" * 2**21])
 def test_what_no_page_says_is_refused(said, study):
     status, told = study.ask("/study/P07/state", said)
-    assert status == 404 and ("the page said" in told["fault"] or "a page may say" in told["fault"])
+    assert status == 400 and ("the page said" in told["fault"] or "a page may say" in told["fault"])
     assert study.ask("/study/P07/done", {"step": 7, "answers": [1], "window": [], "loaded": "x"})[0] == 200
     assert study.ask("/study/P07/state", {"window": "w", "loaded": 10**400})[0] == 200
 

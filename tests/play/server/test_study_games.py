@@ -6,6 +6,7 @@ import json
 import time
 from types import SimpleNamespace
 
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
 from swarm_pz.play.factors import Factors
@@ -179,6 +180,31 @@ def test_what_one_of_two_asks_waits_for_the_other(tmp_path, monkeypatch):
     folder.close()
 
 
+def test_who_guesses_codes_is_stopped_and_others_go_on(tmp_path, monkeypatch):
+    """Without a limit of wrong codes whoever tries many finds a session, and takes it over."""
+    now = [1000.0]
+    monkeypatch.setattr(studies, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    with contextlib.closing(StudyFolder.begin(planned(tmp_path / "plan"), tmp_path / "data")) as folder:
+        host = StudyHost(folder, Rooms())
+        host._visitors[1].window = "known"
+
+        def status(code, window, address):
+            try:
+                return host._number_of(code, window, address)
+            except HTTPException as error:
+                return error.status_code
+
+        tries = [status(f"X{guess}", "w", "there") for guess in range(studies.MOST_WRONG_CODES + 2)]
+        assert tries == [404] * studies.MOST_WRONG_CODES + [429] * 2
+        assert status("P02", "w", "there") == 429, "else a right guess is told from a wrong one"
+        assert status("P01", "", "there") == 429, "a window without a name is nobody's"
+        assert status("P02", "known", "there") == 1 and status("P02", "w", "elsewhere") == 1
+        now[0] += 6.0
+        assert status("P02", "w", "there") == 1
+        now[0] += 1000.0
+        assert status("X", "w", "elsewhere") == 404 and list(host._guesses) == ["elsewhere"], "what is over goes"
+
+
 def test_whatever_goes_wrong_a_page_hears_words(caplog):
     async def nothing():
         yield b"{}"
@@ -186,8 +212,8 @@ def test_whatever_goes_wrong_a_page_hears_words(caplog):
     async def fail(number, said, act):
         raise ZeroDivisionError
 
-    host = SimpleNamespace(study=SimpleNamespace(number_of=lambda code: 0), _obey=fail)
-    request = SimpleNamespace(path_params={"code": "P01"}, stream=nothing)
+    host = SimpleNamespace(_number_of=lambda *_: 0, _obey=fail)
+    request = SimpleNamespace(path_params={"code": "P01"}, stream=nothing, client=None)
     answer = asyncio.run(StudyHost._answer(host, None)(request))
     assert answer.status_code == 500 and "please tell whoever runs the study" in json.loads(answer.body)["fault"]
     assert "ZeroDivisionError" in caplog.text

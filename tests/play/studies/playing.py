@@ -70,7 +70,9 @@ def begin(folder, text=TEXT):
     (folder / "study").mkdir(parents=True)
     (folder / "study" / "consent.md").write_text("# Will you?")
     (folder / "study" / "study.toml").write_text(text)
-    return Study.read(folder / "study" / "study.toml")
+    study = Study.read(folder / "study" / "study.toml")
+    (folder / "codes.txt").write_text("".join(f"{study.name_of(n)} CODE{n}\n" for n in range(study.participants)))
+    return study
 
 
 def play(path, config, seed, side):
@@ -128,9 +130,9 @@ def play(path, config, seed, side):
 
 
 def run(folder, study, number, until=None):
-    """Let a participant do all steps of a study, or all up to one, and return the participant's code."""
-    code = f"P{number + 1:02d}"
-    progress = Progress(study, folder / "participants" / f"{code}.jsonl", number)
+    """Let a participant do all steps of a study, or all up to one, and return the participant's name."""
+    own = study.name_of(number)
+    progress = Progress(study, folder / "participants" / f"{own}.jsonl", number)
     while (step := progress.next) is not None and step.id != until:
         told = {}
         if step.form is not None:
@@ -138,7 +140,7 @@ def run(folder, study, number, until=None):
         elif step.kind in ("practice", "game"):
             condition = step.condition
             seed = study.seed_of(step.game, practice=step.kind == "practice")
-            name = f"games/{code}.{step.id}.jsonl"
+            name = f"games/{own}.{step.id}.jsonl"
             config = TableConfig(game=condition.game(study.rules), speed=condition.speed)
             game = play(folder / name, config, seed, condition.side)
             told = {
@@ -154,7 +156,7 @@ def run(folder, study, number, until=None):
                 "delays": {"command": {"asked_ms": condition.command_delay_ms, "got_ms": 301.5, "count": 3}},
             }
         progress.finish(step, **told)
-    return code
+    return own
 
 
 def simulate(folder, study, gain, seed):
@@ -171,5 +173,5 @@ def simulate(folder, study, gain, seed):
                 seconds = float(np.clip(chance.exponential(60.0 if won else 200.0), 1.0, 300.0))
                 outcome = "draw" if seconds == 300.0 else "win" if won else "loss"
                 lines.append({"step": f"block{block}.game{game}", "outcome": outcome, "seconds": seconds})
-        path = folder / "participants" / f"P{number}.jsonl"
+        path = folder / "participants" / f"{study.name_of(number)}.jsonl"
         path.write_text("".join(json.dumps(line) + "\n" for line in lines))

@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 
 from swarm_pz.errors import ConfigError
-from swarm_pz.play.studies.design import Condition, Study, balanced_order, check_code
+from swarm_pz.play.studies.design import Condition, Study, balanced_order, check_code, draw_codes
 
 PLAIN = """
 title = "Two interfaces"
@@ -140,16 +140,37 @@ def test_a_code_is_no_path(code):
         check_code(code)
 
 
-def test_codes_are_given_or_chosen_and_found_in_either_case(tmp_path):
+def test_codes_that_are_given_differ_and_are_no_paths(tmp_path):
     study = written(tmp_path)
-    assert study.codes == ("P01", "P02", "P03", "P04") and study.number_of("p03") == 2
-    own = study.replace(codes=("ann", "b-1", "C", "d"))
-    assert own.number_of("Ann") == 0
-    with pytest.raises(ConfigError, match="nobody in this study has the code P01"):
-        own.number_of("P01")
+    assert study.codes == () and study.name_of(2) == "P03" and study.replace(participants=1000).name_of(2) == "P0003"
     for codes, said in ((("a", "b"), "4 different"), (("a", "A", "b", "c"), "4 different"), (("../x",) * 4, "letters")):
         with pytest.raises(ConfigError, match=said):
             study.replace(codes=codes)
+
+
+@pytest.mark.parametrize(
+    ("codes", "is_guessable"),
+    [
+        (("P01", "P02"), True),
+        (("participant-01", "participant-02"), True),
+        (("01-of-the-study", "02-of-the-study"), True),
+        (("00000001", "00000002"), True),
+        (("X7", "KQ7F2MPD4X"), True),
+        (("48213977", "90315526"), False),
+        (("5f3a9c1d2b7e", "61c04ee7a8d1"), False),
+        ((), False),
+    ],
+)
+def test_codes_that_are_short_or_count_up_are_guessable(codes, is_guessable, tmp_path):
+    """Else a lab is not warned that participants can take each other's sessions over."""
+    assert written(tmp_path).replace(participants=2, codes=codes).has_guessable_codes == is_guessable
+
+
+def test_codes_that_are_drawn_differ_and_are_long_whatever_the_studys_seed():
+    """Codes that follow from the study's file are known to who has read it."""
+    first, second = draw_codes(1000), draw_codes(1000)
+    assert len({*first, *second}) == 2000
+    assert all(check_code(code) and len(code) == 10 and not set(code) & set("01OILAEU") for code in first)
 
 
 def test_two_who_meet_go_the_same_way(tmp_path):

@@ -1,6 +1,7 @@
 """A study's folder: what it keeps, and what it takes up after an interruption."""
 
 import contextlib
+import os
 
 import pytest
 
@@ -55,6 +56,28 @@ def test_a_study_is_what_it_was_when_it_began(folder, tmp_path):
         StudyFolder.begin(file, tmp_path / "data")
     with pytest.raises(ConfigError, match="no study has run in"):
         StudyFolder(tmp_path / "plan")
+
+
+def test_codes_are_drawn_once_and_open_what_has_another_name(folder, tmp_path):
+    """Codes by number let anybody take sessions over; other codes after a restart keep everybody out."""
+    file, path = tmp_path / "plan" / "study.toml", tmp_path / "data"
+    codes = folder.codes
+    assert [folder.number_of(code.lower()) for code in codes] == [0, 1, 2, 3] and not {*codes} & {"P01", "P02"}
+    with pytest.raises(ConfigError, match="nobody in this study has the code P01"):
+        folder.number_of("P01")
+    assert (path / "codes.txt").read_text().split()[::2] == ["P01", "P02", "P03", "P04"]
+    assert os.name == "nt" or (path / "codes.txt").stat().st_mode & 0o077 == 0, "others on this machine may not read it"
+    to_first_game(folder)
+    assert not [one for one in path.rglob("*") for code in codes if code in one.name]
+    folder.close()
+    with contextlib.closing(StudyFolder.begin(file, path)) as again:
+        assert again.codes == codes
+    with contextlib.closing(StudyFolder.begin(file, tmp_path / "other")) as other:
+        assert not {*other.codes} & {*codes}
+    for text in ("P01 A\n", (path / "codes.txt").read_text() + "P05\n", "P02 A\nP01 B\nP03 C\nP04 D\n"):
+        (path / "codes.txt").write_text(text)
+        with pytest.raises(ConfigError, match=r"codes\.txt: expected 4 lines"):
+            StudyFolder(path)
 
 
 def test_a_link_in_the_place_of_the_draft_is_not_written_through(tmp_path):
