@@ -30,7 +30,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").r
 COMMANDS = {
     learn: ("train", "sweep", "league"),
     compare: ("evaluate", "tournament", "list_policies"),
-    studies: ("run", "status", "tables", "export"),
+    studies: ("run", "status", "withdraw", "tables", "export"),
     table: ("play", "replay"),
     machine: ("render", "diagnose", "bench", "warmup"),
     data: ("dataset",),

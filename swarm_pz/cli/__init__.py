@@ -135,6 +135,7 @@ def _study(arguments: list[str], preset: GameConfig | None) -> None:
     commands: dict[str, Callable[..., None]] = {
         "run": studies.run,
         "status": studies.status,
+        "withdraw": studies.withdraw,
         "tables": studies.tables,
         "export": studies.export,
     }

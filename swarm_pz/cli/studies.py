@@ -1,4 +1,4 @@
-"""Commands of studies: ``study run``, ``study status``, ``study tables`` and ``study export``."""
+"""Commands of studies: ``study run``, ``study status``, ``study withdraw``, ``study tables`` and ``study export``."""
 
 from __future__ import annotations
 
@@ -117,6 +117,23 @@ def status(folder: Annotated[Path, tyro.conf.Positional], /) -> None:
     print(f"{done} of {study.participants} participants have done all")
 
 
+def withdraw(code: Annotated[str, tyro.conf.Positional], /, folder: Path = Path("runs/study")) -> None:
+    """Delete all that a participant did who withdraws, and say what the study lacks then; see docs/studies.md.
+
+    Args:
+        code: The participant's code.
+        folder: Folder of the study's data; no server may run it meanwhile.
+    """
+    need_play()
+    from swarm_pz.play.studies.withdrawal import withdraw as delete
+
+    done = delete(folder, code)
+    print(f"{done.name} has withdrawn: deleted are their answers, times and results, and {done.recordings} recordings")
+    for lack in done.lacks:
+        print(printing.printable(lack))
+    print("an export that was made before still has them: make it again with --overwrite")
+
+
 def tables(
     folder: Annotated[Path, tyro.conf.Positional],
     /,
@@ -171,5 +188,5 @@ def export(
     for fault in written.data.faults:
         print(f"left out: {printing.printable(fault)}", file=sys.stderr)
     data = written.data
-    print(f"{len(data.participants)} participants, {len(data.games)} games, {len(data.forms)} answers and scores")
+    print(f"{len(data.remaining)} participants, {len(data.games)} games, {len(data.forms)} answers and scores")
     print(f"what was found: {out / 'report.md'}")

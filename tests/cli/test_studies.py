@@ -89,6 +89,21 @@ def test_what_a_study_found_is_exported_where_it_was_asked(tmp_path, capsys):
     main([*export, "--overwrite"])
 
 
+def test_who_withdraws_is_named_with_what_the_study_lacks(tmp_path, capsys):
+    written(tmp_path)
+    opened = StudyFolder.begin(tmp_path / "study.toml", tmp_path / "data")
+    opened.progress(2).finish(opened.progress(2).next)
+    call = ["study", "withdraw", opened.codes[2].lower(), "--folder", str(tmp_path / "data")]
+    assert "may be in session" in refused(capsys, *call)
+    opened.close()
+    main(call)
+    printed = capsys.readouterr().out
+    assert "P03 has withdrawn: deleted are their answers, times and results, and 0 recordings" in printed
+    assert "the order drawing > late has 1 of 2 participants; it lacks P03" in printed
+    main(["study", "status", str(tmp_path / "data")])
+    assert "withdrawn" in capsys.readouterr().out
+
+
 def test_commands_of_studies_are_named(tmp_path, capsys):
     said = refused(capsys, "study", "rum")
     assert "there is no command study 'rum'; did you mean 'run'" in said

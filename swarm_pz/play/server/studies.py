@@ -152,7 +152,7 @@ class StudyHost:
         Raises
         ------
         HTTPException
-            If it is nobody's, or may not be said.
+            If it is nobody's, or of somebody who has withdrawn, or may not be said.
         """
         try:
             number, fault = self.folder.number_of(code), ""
@@ -169,6 +169,8 @@ class StudyHost:
             others = {where: budget for where, budget in self._guesses.items() if not budget.is_full(now)}
             self._guesses = others | {address: guesses}
             raise HTTPException(404, fault)
+        if number in self.folder.withdrawn:
+            raise HTTPException(410, "who had this code has withdrawn from the study, and nothing of theirs is kept")
         return number
 
     async def _obey(

@@ -52,7 +52,7 @@ def write_bids(data: StudyData, folder: Path) -> None:
     }
     _write_json(description, folder / "dataset_description.json")
     (folder / "README").write_text(_readme(data), encoding="utf-8")
-    _write_people(data.participants, folder)
+    _write_people(data.remaining, folder)
     happened: dict[tuple[str, str], list[CommandRow | CaptureRow]] = {}
     rows: list[CommandRow | CaptureRow] = [*data.commands, *data.captures]
     for row in rows:

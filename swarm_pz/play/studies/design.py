@@ -6,6 +6,7 @@ A study is one TOML file, beside the texts that it names; see `docs/studies.md`.
 from __future__ import annotations
 
 import functools
+import hashlib
 import re
 import secrets
 from dataclasses import dataclass, field
@@ -146,6 +147,8 @@ class Study(Config):
     forms : tuple of Asked
     consent, welcome : str
         Files of what is read, in Markdown; a participant has to agree to the first.
+    consent_version : str
+        What the ethics board calls that text, such as "2026-03".
     seed : int
         Of the games' starts.
     codes : tuple of str
@@ -165,6 +168,7 @@ class Study(Config):
     break_s: float = 0.0
     forms: tuple[Asked, ...] = ()
     consent: str = ""
+    consent_version: str = ""
     welcome: str = ""
     seed: int = 0
     codes: tuple[str, ...] = ()
@@ -177,6 +181,7 @@ class Study(Config):
         check_count(self.participants, "participants", 1, 10_000)
         check_count(self.games, "games", 1, 1000)
         check_number(self.break_s, "break_s", 0.0, 86_400.0)
+        check_words(self.consent_version, "consent_version", may_be_empty=True)
         check_count(self.seed, "seed", 0, 2**63)
         titles = [condition.title for condition in self.conditions]
         check(0 < len(titles) <= _MOST_CONDITIONS, "conditions", titles, f"1 to {_MOST_CONDITIONS} [[conditions]]")
@@ -212,6 +217,11 @@ class Study(Config):
         """Names of the files of texts."""
         names = (self.consent, self.welcome, *(condition.text for condition in self.conditions))
         return tuple(dict.fromkeys(filter(None, names)))
+
+    def consented(self) -> dict[str, str]:
+        """Return what is kept of the text that somebody agrees to: its version, and the SHA-256 of its file."""
+        digest = hashlib.sha256((self.folder / self.consent).read_bytes()).hexdigest()
+        return {"consent_version": self.consent_version, "consent_sha256": digest}
 
     @property
     def is_of_pairs(self) -> bool:

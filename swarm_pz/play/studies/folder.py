@@ -13,6 +13,7 @@ A name, such as P01, stands in all that others may see; a code opens its partici
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -26,6 +27,7 @@ import msgspec
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.files import check_folder, draft_of, explain, read_text
+from swarm_pz.play.recordings.folder import read_ends
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.recorder import sync_folder
 from swarm_pz.play.studies.design import Study, check_code, draw_codes
@@ -51,6 +53,8 @@ class StudyFolder:
         As it was when it began.
     codes : tuple of str
         Of the participants, by number.
+    withdrawn : set of int
+        Numbers of those of whom nothing is kept any more; see `withdrawal`.
     path : Path
 
     Raises
@@ -70,6 +74,7 @@ class StudyFolder:
         self._progress: dict[int, Progress] = {}
         self._reading = threading.Lock()
         self._lock = None if only_read else _locked(path)
+        self.withdrawn = {number for number in range(self.study.participants) if self._has_withdrawn(number)}
 
     @classmethod
     def begin(cls, file: Path, path: Path) -> StudyFolder:
@@ -135,7 +140,8 @@ class StudyFolder:
             if number not in self._progress:
                 path = self.file_of(number)
                 try:
-                    self._progress[number] = Progress(self.study, path, number, only_read=self._only_read)
+                    how = {"only_read": self._only_read, "is_alone": self.is_alone(number)}
+                    self._progress[number] = Progress(self.study, path, number, **how)
                     sync_folder(path.parent)
                 except OSError as error:
                     raise RecordingError(f"{path} cannot be used: {explain(error)}") from error
@@ -145,23 +151,27 @@ class StudyFolder:
         """Whether a participant has ever come."""
         return self.file_of(number).exists()
 
+    def _has_withdrawn(self, number: int) -> bool:
+        try:
+            first = json.loads(read_ends(self.file_of(number), 4096)[0].split(b"\n")[0])
+        except (RecordingError, ValueError, RecursionError):
+            return False
+        return isinstance(first, dict) and "withdrawn" in first
+
+    def is_alone(self, number: int) -> bool:
+        """Whether who was to play against a participant has withdrawn."""
+        return self.study.is_of_pairs and number ^ 1 in self.withdrawn
+
     def summary(self, number: int) -> dict[str, Any]:
         """Return how far a participant is, for those who look on."""
         told = {"name": self.study.name_of(number), "order": [one.title for one in self.study.order_of(number)]}
-        if not self.has_come(number):
-            return told | {"step": "has not come", "block": "", "played": 0, "won": 0, "done": 0, "of": 0}
+        nothing = told | {"block": "", "played": 0, "won": 0, "done": 0, "of": 0}
+        if number in self.withdrawn or not self.has_come(number):
+            return nothing | {"step": "withdrawn" if number in self.withdrawn else "has not come"}
         try:
             progress = self.progress(number)
         except RecordingError as error:
-            return told | {
-                "step": "corrupt",
-                "block": "",
-                "played": 0,
-                "won": 0,
-                "done": 0,
-                "of": 0,
-                "fault": str(error),
-            }
+            return nothing | {"step": "corrupt", "fault": str(error)}
         step, games = progress.next, [line for name, line in progress.done.items() if _GAME.fullmatch(name)]
         return told | {
             "step": step.id if step is not None else "all done",
@@ -180,6 +190,12 @@ class StudyFolder:
         if step.kind == "practice" or not step.condition.is_of_two:
             return (number,)
         return number // 2 * 2, number // 2 * 2 + 1
+
+    def side_of(self, number: int, step: Step) -> str:
+        """Return the side of a participant in a game."""
+        assert step.condition is not None  # noqa: S101
+        first = TEAM_NAMES.index(step.condition.side)
+        return TEAM_NAMES[first if number == self.players(number, step)[0] else 1 - first]
 
     def recording(self, number: int, step: Step) -> Path:
         """Return the file of a game."""
@@ -204,10 +220,8 @@ class StudyFolder:
             return None
         if end is None or end.outcome == "stopped":
             return None
-        first = TEAM_NAMES.index(condition.side)
-        team = first if number == self.players(number, step)[0] else 1 - first
-        own = TEAM_NAMES[team]
-        delays = {} if end.delays is None else {"delays": msgspec.to_builtins(end.delays[team])}
+        own = self.side_of(number, step)
+        delays = {} if end.delays is None else {"delays": msgspec.to_builtins(end.delays[TEAM_NAMES.index(own)])}
         return {
             "condition": condition.title,
             "system": condition.system,
@@ -279,7 +293,7 @@ def _keep_codes(study: Study, path: Path) -> None:
     lines = [f"{study.name_of(number)} {code}\n" for number, code in enumerate(codes)]
     try:
         with draft_of(path) as draft:
-            _write(draft, "".join(lines).encode(), mode=0o600)
+            write_down(draft, "".join(lines).encode(), mode=0o600)
     except OSError as error:
         raise OutputError(f"the codes cannot be kept in {path}: {explain(error)}") from error
 
@@ -296,7 +310,7 @@ def _read_codes(path: Path, study: Study) -> tuple[str, ...]:
     return codes
 
 
-def _write(path: Path, data: bytes, mode: int = 0o666) -> None:
+def write_down(path: Path, data: bytes, mode: int = 0o666) -> None:
     """Write a file, onto the disk."""
     with open(path, "wb", opener=lambda name, flags: os.open(name, flags, mode)) as file:
         file.write(data)
@@ -313,7 +327,7 @@ def _freeze(files: list[tuple[Path, str]], frozen: Path) -> None:
         for source, name in files:
             copy = draft / name
             copy.parent.mkdir(parents=True, exist_ok=True)
-            _write(copy, source.read_bytes())
+            write_down(copy, source.read_bytes())
         draft.rename(frozen)
         sync_folder(frozen.parent)
     except OSError as error:

@@ -10,6 +10,7 @@ import errno
 import json
 import os
 import time
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -44,6 +45,8 @@ class _Line(msgspec.Struct):
     ended_by: str | None = None
     recording: str = ""
     delays: dict[str, dict[str, float | None]] = {}
+    consent_version: str = ""
+    consent_sha256: str = ""
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,12 @@ class Step:
     game: int = 0
 
 
-def steps_of(study: Study, participant: int, practised: dict[str, int] | None = None) -> list[Step]:
+def steps_of(
+    study: Study,
+    participant: int,
+    practised: dict[str, int] | None = None,
+    done_alone: Collection[str] | None = None,
+) -> list[Step]:
     """Return all that a participant does, in turn.
 
     Parameters
@@ -82,6 +90,8 @@ def steps_of(study: Study, participant: int, practised: dict[str, int] | None = 
         Number, from 0.
     practised : mapping of str to int
         Practice games of a condition's block, as far as they are over: how many there are depends on how they go.
+    done_alone : collection of str, optional
+        Of somebody whose partner has withdrawn, the steps that are done: blocks of two have no others any more.
     """
     steps = [Step("consent", "consent", text=study.consent)] if study.consent else []
     steps += _forms(study, "start", "start")
@@ -102,12 +112,19 @@ def steps_of(study: Study, participant: int, practised: dict[str, int] | None = 
             for asked in study.forms
             if asked.when == "block"
         ]
+    if done_alone is not None:
+        steps = [one for one in steps if one.condition is None or not one.condition.is_of_two or one.id in done_alone]
     return steps + _forms(study, "end", "end")
 
 
 def _forms(study: Study, when: str, name: str) -> list[Step]:
     asked = [one.form for one in study.forms if one.when == when]
     return [Step(f"{name}.form.{form.name}", "form", form=form) for form in asked]
+
+
+def first_line(study: Study, participant: int) -> dict[str, Any]:
+    """Return the first line of a participant's file: whose it is."""
+    return {"type": "participant", "number": participant, "study": study.title, "seed": study.seed}
 
 
 def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
@@ -152,6 +169,8 @@ class Progress:
         Number, from 0, which decides the order.
     only_read : bool
         Another program may be writing the file: it is left as it is.
+    is_alone : bool
+        Whether who was to play against them has withdrawn.
 
     Raises
     ------
@@ -159,12 +178,14 @@ class Progress:
         If the file is of another study or participant, or corrupt.
     """
 
-    def __init__(self, study: Study, path: Path, participant: int, *, only_read: bool = False) -> None:
+    def __init__(
+        self, study: Study, path: Path, participant: int, *, only_read: bool = False, is_alone: bool = False
+    ) -> None:
         self.study, self.participant, self._path = study, participant, path
-        self._only_read = only_read
+        self._only_read, self._is_alone = only_read, is_alone
         self.done: dict[str, dict[str, Any]] = {}
         """What is known of each step that is done, by its id; never changed, but replaced: other threads read it."""
-        first = {"type": "participant", "number": participant, "study": study.title, "seed": study.seed}
+        first = first_line(study, participant)
         if path.exists():
             self._read(first)
         else:
@@ -202,7 +223,8 @@ class Progress:
     @property
     def steps(self) -> list[Step]:
         """All steps, those of practice as far as they have come."""
-        return steps_of(self.study, self.participant, {name: len(games) for name, games in self._practised().items()})
+        practised = {name: len(games) for name, games in self._practised().items()}
+        return steps_of(self.study, self.participant, practised, self.done if self._is_alone else None)
 
     def _practised(self) -> dict[str, list[dict[str, Any]]]:
         """Return the practice games of each block that are over, by its name."""
@@ -248,6 +270,8 @@ class Progress:
         if step.form is not None:
             told["answers"] = step.form.read(told.get("answers", {}))
             told["scores"] = step.form.scores(told["answers"])
+        if step.kind == "consent":
+            told |= self.study.consented()
         line = {"step": step.id, "at": time.time(), **told}
         self._write(line)
         self.done = self.done | {step.id: line}

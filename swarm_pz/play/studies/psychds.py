@@ -23,7 +23,7 @@ def write_psychds(data: StudyData, folder: Path) -> None:
         write_csv(data.table(name), kind, folder / "data" / f"study-{study}_description-{name}_data.csv")
     conditions = ", ".join(one.title for one in data.study.conditions)
     about = (
-        f"Games of two swarms of drones, played by {len(data.participants)} participants under the conditions "
+        f"Games of two swarms of drones, played by {len(data.remaining)} participants under the conditions "
         f"{conditions}: what each of them commanded, took and answered. Written by swarm-pz from the recordings."
     )
     description = {

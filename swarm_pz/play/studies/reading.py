@@ -22,9 +22,10 @@ from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.forms import Form
 from swarm_pz.play.studies.progress import Step, read_lines, steps_of
-from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, ParticipantRow, Row
+from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, InterruptedRow, ParticipantRow, Row
 
 _STEP = re.compile(r"block(\d+)\.(practice|game)(\d+)")
+_ASIDE = re.compile(rf"(P\d+)\.({_STEP.pattern})\.(\d+)\.jsonl")
 _OF_SEATS = sorted(
     {one.name for one in fields(GameRow)} & {one.name for one in fields(SeatRow)} - {"seconds", "outcome"}
 )
@@ -38,7 +39,7 @@ class StudyData:
     Attributes
     ----------
     study : Study
-    participants, games, commands, captures, forms : list
+    participants, games, interrupted, commands, captures, forms : list
         In the order of the participants' numbers, and of what they did.
     faults : list of str
         What could not be read, or does not fit, and why.
@@ -47,10 +48,16 @@ class StudyData:
     study: Study
     participants: list[ParticipantRow] = field(default_factory=list)
     games: list[GameRow] = field(default_factory=list)
+    interrupted: list[InterruptedRow] = field(default_factory=list)
     commands: list[CommandRow] = field(default_factory=list)
     captures: list[CaptureRow] = field(default_factory=list)
     forms: list[FormRow] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)
+
+    @property
+    def remaining(self) -> list[ParticipantRow]:
+        """The participants who have not withdrawn."""
+        return [one for one in self.participants if not one.withdrawn]
 
     def table(self, name: str) -> list[Row]:
         """Return the rows of a table."""
@@ -74,7 +81,8 @@ def read_study(folder: Path, progress: Callable[[float, float], None] | None = N
     RecordingError
         If nobody has taken part.
     """
-    data = StudyData(study=StudyFolder(folder).study)
+    opened = StudyFolder(folder)
+    data = StudyData(study=opened.study)
     known: dict[int, list[dict[str, Any]]] = {}
     for path in sorted((folder / "participants").glob("*.jsonl")):
         try:
@@ -85,7 +93,7 @@ def read_study(folder: Path, progress: Callable[[float, float], None] | None = N
     if not known:
         raise RecordingError("\n  ".join([f"nobody has taken part in the study of {folder}", *data.faults]))
     for done, (number, lines) in enumerate(sorted(known.items()), 1):
-        _Person(data, folder, number, lines).read()
+        _Person(data, opened, number, lines).read()
         if progress is not None:
             progress(done, len(known))
     return data
@@ -106,13 +114,14 @@ def _lines_of(path: Path, study: Study) -> tuple[int, list[dict[str, Any]]]:
 class _Person:
     """One participant, on the way into the tables."""
 
-    def __init__(self, data: StudyData, folder: Path, number: int, lines: Sequence[dict[str, Any]]) -> None:
+    def __init__(self, data: StudyData, folder: StudyFolder, number: int, lines: Sequence[dict[str, Any]]) -> None:
         self.data, self.folder, self.number, self.who = data, folder, number, data.study.name_of(number)
         self.names = [str(line["step"]) for line in lines]
         self.done = dict(zip(self.names, lines, strict=True))
         places = [match for name in self.done if (match := _STEP.fullmatch(name))]
         practised = Counter(f"block{match[1]}" for match in places if match[2] == "practice")
-        self.steps = steps_of(data.study, number, dict(practised))
+        self.is_alone = folder.is_alone(number)
+        self.steps = steps_of(data.study, number, dict(practised), self.done if self.is_alone else None)
 
     def read(self) -> None:
         known = {step.id for step in self.steps}
@@ -127,18 +136,25 @@ class _Person:
         for step in self.steps:
             if step.id in self.done and step.form is not None:
                 self.data.forms.extend(self._form(step))
+        self.data.interrupted.extend(self._interrupted())
+        consent = self.done.get("consent", {})
         times = [float(line["at"]) for line in self.done.values() if "at" in line]
+        withdrawn = self.number in self.folder.withdrawn
         counted = [game for game in games if not game.practice]
         self.data.participants.append(
             ParticipantRow(
                 participant=self.who,
                 number=self.number,
                 order=" > ".join(condition.title for condition in self.data.study.order_of(self.number)),
+                withdrawn=withdrawn,
                 finished=all(step.id in self.done for step in self.steps),
-                steps=len(self.done),
-                games=len(counted),
-                practice_games=len(games) - len(counted),
-                wins=sum(game.won for game in counted),
+                consent_version=consent.get("consent_version"),
+                consent_at=consent.get("at"),
+                consent_sha256=consent.get("consent_sha256"),
+                steps=None if withdrawn else len(self.done),
+                games=None if withdrawn else len(counted),
+                practice_games=None if withdrawn else len(games) - len(counted),
+                wins=None if withdrawn else sum(game.won for game in counted),
                 began_at=min(times, default=None),
                 ended_at=max(times, default=None),
             )
@@ -160,8 +176,11 @@ class _Person:
         sizes = recording.config.game.team_sizes if recording is not None else None
         own = TEAM_NAMES.index(side)
         outcome = str(line.get("outcome", seat.outcome if seat is not None else ""))
-        told = {name: getattr(seat, name) for name in _OF_SEATS} if seat is not None else {}
-        row = {one.name: None if str(one.type).endswith("None") else "" for one in fields(GameRow)} | told
+        told: dict[str, Any] = {name: getattr(seat, name) for name in _OF_SEATS} if seat is not None else {}
+        row: dict[str, Any] = {one.name: None if str(one.type).endswith("None") else "" for one in fields(GameRow)}
+        if recording is None and self.is_alone and condition.is_of_two:
+            told = {"left_out": "partner withdrew", "ended_by": str(line.get("ended_by") or "")}
+        row |= told
         row |= {
             "participant": self.who,
             "step": step.id,
@@ -190,13 +209,54 @@ class _Person:
         self.data.games.append(GameRow(**row))
         return self.data.games[-1]
 
+    def _interrupted(self) -> list[InterruptedRow]:
+        """Return the participant's games that were broken off; of a corrupt recording what its name says."""
+        rows, order = [], self.data.study.order_of(self.number)
+        for path in (self.folder.path / "interrupted").glob("*.jsonl"):
+            match = _ASIDE.fullmatch(path.name)
+            if match is None or not 0 < int(match[3]) <= len(order):
+                continue
+            owner, name, block, kind, game, attempt = match.groups()
+            condition = order[int(block) - 1]
+            step = Step(name, "game" if kind == "game" else "practice", condition, game=int(game) - 1)
+            if owner != self.data.study.name_of(self.folder.players(self.number, step)[0]):
+                continue
+            side, seat = self.folder.side_of(self.number, step), None
+            try:
+                seat = next((row for row in seat_rows(Recording.read(path)) if row.side == side), None)
+            except RecordingError as error:
+                self.data.faults.append(f"{self.who}: {name}, broken off: {error}")
+            rows.append(
+                InterruptedRow(
+                    participant=self.who,
+                    step=name,
+                    attempt=int(attempt),
+                    block=int(block),
+                    game=int(game),
+                    practice=kind == "practice",
+                    condition=condition.title,
+                    opponent=self.folder.opponent_of(step),
+                    side=side,
+                    started=seat.started if seat is not None else None,
+                    seconds=seat.seconds if seat is not None else None,
+                    ended_by=seat.ended_by if seat is not None else None,
+                    commands=seat.commands if seat is not None else None,
+                    disconnections=seat.disconnections if seat is not None else None,
+                    recording=f"interrupted/{path.name}",
+                )
+            )
+        return sorted(rows, key=lambda row: (row.block, not row.practice, row.game, row.attempt))
+
     def _recording(self, step: Step, line: Mapping[str, Any]) -> Recording | None:
+        assert step.condition is not None  # noqa: S101
         try:
             if "recording" not in line:
                 raise RecordingError("it has no recording")
-            path = (self.folder / str(line["recording"])).resolve()
-            if not path.is_relative_to(self.folder.resolve()):
+            path = (self.folder.path / str(line["recording"])).resolve()
+            if not path.is_relative_to(self.folder.path.resolve()):
                 raise RecordingError(f"its recording {path} is not in the study's folder")
+            if self.is_alone and step.condition.is_of_two and not path.exists():
+                return None  # it was deleted with what their partner did
             return Recording.read(path)
         except RecordingError as error:
             self.data.faults.append(f"{self.who}: {step.id}: {error}")

@@ -120,13 +120,16 @@ _METHODS = """\
 
 
 def _summary(data: StudyData, counted: int) -> str:
-    finished = sum(one.finished for one in data.participants)
+    finished = sum(one.finished for one in data.remaining)
     practice = sum(game.practice for game in data.games)
     reasons = Counter(game.left_out for game in data.games if game.left_out and not game.practice)
     told = (
-        f"{len(data.participants)} of {data.study.participants} participants, of whom {finished} did all of it; "
+        f"{len(data.remaining)} of {data.study.participants} participants, of whom {finished} did all of it; "
         f"{counted} games count, and {practice} of practice do not."
     )
+    gone = ", ".join(one.participant for one in data.participants if one.withdrawn)
+    if gone:
+        told += f" Withdrawn, and deleted: {gone}."
     if reasons:
         told += " Of all but practice: " + ", ".join(f"{count} {reason}" for reason, count in reasons.items()) + "."
     return told

@@ -21,11 +21,15 @@ class ParticipantRow:
     participant: str = column("name of the participant, such as P01, by number; it is not the code")
     number: int = column("number of the participant, from 0; it decides the order")
     order: str = column("titles of the conditions in the order in which they were met, with > between them")
+    withdrawn: bool = column("whether the participant withdrew: then nothing else is known of them")
     finished: bool = column("whether all steps of the study are done")
-    steps: int = column("steps that are done: texts, forms, games and breaks", "count")
-    games: int = column("games that count, as far as they were played", "count")
-    practice_games: int = column("games of practice", "count")
-    wins: int = column("games that count and were won", "count")
+    consent_version: str | None = column("version of the consent that was agreed to, as the study names it")
+    consent_at: float | None = column("when it was agreed to, on the server's clock", "s since 1970-01-01 UTC")
+    consent_sha256: str | None = column("SHA-256 of the file of its text")
+    steps: int | None = column("steps that are done: texts, forms, games and breaks", "count")
+    games: int | None = column("games that count, as far as they were played", "count")
+    practice_games: int | None = column("games of practice", "count")
+    wins: int | None = column("games that count and were won", "count")
     began_at: float | None = column("when the first step was done, on the server's clock", "s since 1970-01-01 UTC")
     ended_at: float | None = column("when the last step was done, on the server's clock", "s since 1970-01-01 UTC")
 
@@ -52,9 +56,9 @@ class GameRow:
     at: float | None = column("when it was over, on the server's clock", "s since 1970-01-01 UTC")
     recording: str = column("file of the recording, in the study's folder")
     left_out: str = column(
-        "why a summary of recordings would leave the game out (left, no command, forfeit, ...); empty if it would "
-        "not. The comparison of the report counts all but those that a fault of the server or of a control system "
-        "ended"
+        "why a summary of recordings would leave the game out (left, no command, forfeit, ...), or partner withdrew: "
+        "then its recording is deleted; empty if it would not. The comparison of the report counts all but those that "
+        "a fault of the server or of a control system ended"
     )
     ended_by: str = column("capture, time, left (a client was away at the end), server or forfeit")
     drones: int | None = column("drones of the participant at the start", "count")
@@ -83,6 +87,27 @@ class GameRow:
     display_delay_count: int | None = column("moments whose delay was measured", "count")
     rules_hash: str = column("of the rules of the game: games of the same rules have the same")
     config_hash: str = column("of the configuration of the table, the rules among it")
+
+
+@dataclass(frozen=True, kw_only=True)
+class InterruptedRow:
+    """A game that was broken off: it counts nowhere, and was played again from its start."""
+
+    participant: str = column("name of the participant")
+    step: str = column("name of the step, such as block1.game2; the game that counts has the same")
+    attempt: int = column("which of the step's games that were broken off, from 1")
+    block: int = column("number of the block in the participant's order, from 1")
+    game: int = column("number of the game in its block, from 1")
+    practice: bool = column("whether it was practice")
+    condition: str = column("title of the condition")
+    opponent: str = column('policy that was played against; "person" for another participant')
+    side: str = column("side of the participant: red or blue")
+    started: str | None = column("when it began, on the server's clock, as ISO 8601")
+    seconds: float | None = column("how far it came", "s of game")
+    ended_by: str | None = column("left (a client was away), server (it was told to end), or empty: it was killed")
+    commands: int | None = column("commands that the participant gave", "count")
+    disconnections: int | None = column("how often the participant's connection was lost", "count")
+    recording: str = column("file of the recording, in the study's folder")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,9 +167,10 @@ class FormRow:
     at: float | None = column("when the form was handed in, on the server's clock", "s since 1970-01-01 UTC")
 
 
-Row = ParticipantRow | GameRow | CommandRow | CaptureRow | FormRow
+Row = ParticipantRow | GameRow | InterruptedRow | CommandRow | CaptureRow | FormRow
 TABLES: dict[str, type[Row]] = {
     "games": GameRow,
+    "interrupted": InterruptedRow,
     "commands": CommandRow,
     "captures": CaptureRow,
     "forms": FormRow,

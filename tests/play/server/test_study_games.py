@@ -18,6 +18,7 @@ from swarm_pz.play.server.study_games import AWAY_S, UNUSED_S, StudyGames
 from swarm_pz.play.studies import progress
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step
+from swarm_pz.play.studies.withdrawal import withdraw
 from tests.play.server.test_studies import PLAN, planned
 
 
@@ -63,6 +64,10 @@ def answer_of(host, act, **said):
 
 async def asked(host, act, code, **said):
     """Return what a study tells a participant's page."""
+    return json.loads((await posted(host, act, code, **said)).body)
+
+
+async def posted(host, act, code, **said):
     data = json.dumps({"window": "w", **said}).encode()
 
     async def receive():
@@ -70,7 +75,7 @@ async def asked(host, act, code, **said):
 
     scope = {"type": "http", "method": "POST", "headers": [], "path_params": {"code": code}}
     route = next(route for route in host.routes() if route.path == f"/study/{{code}}/{act}")
-    return json.loads((await route.endpoint(Request(scope, receive))).body)
+    return await route.endpoint(Request(scope, receive))
 
 
 def test_a_break_begins_when_what_came_before_was_done_and_cannot_be_cut_short(tmp_path, monkeypatch):
@@ -203,6 +208,19 @@ def test_who_guesses_codes_is_stopped_and_others_go_on(tmp_path, monkeypatch):
         assert status("P02", "w", "there") == 1
         now[0] += 1000.0
         assert status("X", "w", "elsewhere") == 404 and list(host._guesses) == ["elsewhere"], "what is over goes"
+
+
+def test_who_has_withdrawn_is_told_so_and_the_partner_is_asked_no_game_of_two(tmp_path):
+    """Else a code that is still in a mail begins the study anew, and the partner waits for ever."""
+    file = planned(tmp_path / "plan")
+    StudyFolder.begin(file, tmp_path / "data").close()
+    withdraw(tmp_path / "data", "P01")
+    with contextlib.closing(StudyFolder.begin(file, tmp_path / "data")) as folder:
+        host = StudyHost(folder, Rooms())
+        answer = asyncio.run(posted(host, "state", "P01"))
+        assert answer.status_code == 410 and "has withdrawn" in json.loads(answer.body)["fault"]
+        assert host._row(0)["step"] == "withdrawn"
+        assert "block2.game1" not in [step.id for step in folder.progress(1).steps]
 
 
 def test_whatever_goes_wrong_a_page_hears_words(caplog):

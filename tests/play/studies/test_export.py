@@ -1,6 +1,7 @@
 """What is published of a study: tables, data sets of two standards, a report; whole or not at all."""
 
 import csv
+import hashlib
 import io
 import json
 import re
@@ -23,6 +24,7 @@ from swarm_pz.play.studies.reading import read_study
 from swarm_pz.play.studies.report import counted_games, write_report
 from swarm_pz.play.studies.rows import TABLES, codebook
 from swarm_pz.play.studies.tables import labels
+from tests.play.recordings.test_format import record
 from tests.play.studies import playing
 
 
@@ -35,6 +37,12 @@ def ran(tmp_path_factory):
     playing.run(folder, study, 1, until="block2.game1")
     with (folder / "participants" / "P02.jsonl").open("ab") as file:
         file.write(b'{"step": "block2.ga')  # it is being written
+    aside = folder / "interrupted"
+    aside.mkdir()
+    for attempt in (1, 2):
+        record(aside / f"P02.block2.game1.{attempt}.jsonl", ticks=90, outcome="stopped")
+    whole = (aside / "P02.block2.game1.2.jsonl").read_bytes().splitlines(keepends=True)
+    (aside / "P02.block2.game1.2.jsonl").write_bytes(b"".join(whole[:-20]) + b"{")  # the power went
     return folder
 
 
@@ -80,6 +88,32 @@ def test_tables_hold_a_row_for_each_thing_that_happened(ran, out):
     by_start = {(game["condition"], game["practice"], game["game"]): game["seed"] for game in games}
     assert len(set(by_start.values())) == 3  # the same in each condition
     assert {row["finished"] for row in table(out, "participants")} == {"true", "false"}
+
+
+def test_games_that_were_broken_off_have_a_table_of_their_own(ran, out):
+    """Else nobody who reads the data knows that a participant has seen a start before."""
+    rows = table(out, "interrupted")
+    assert [(row["participant"], row["step"], row["attempt"]) for row in rows] == [
+        ("P02", "block2.game1", "1"),
+        ("P02", "block2.game1", "2"),
+    ]
+    assert {(row["block"], row["game"], row["practice"], row["condition"]) for row in rows} == {
+        ("2", "1", "false", "drawing")
+    }
+    assert {(row["side"], row["opponent"]) for row in rows} == {("red", "uniform")}
+    assert [(row["ended_by"], row["commands"]) for row in rows] == [("server", "2"), ("", "1")]
+    assert float(rows[1]["seconds"]) < float(rows[0]["seconds"]) == 3.0
+    assert all((ran / row["recording"]).exists() and row["started"] for row in rows)
+    assert "block2.game1" not in {game["step"] for game in table(out, "games") if game["participant"] == "P02"}
+
+
+def test_a_participant_has_the_consent_that_they_gave(ran, out):
+    """A board asks who agreed to which text, and when."""
+    lines = [json.loads(line) for line in (ran / "participants" / "P01.jsonl").read_text().splitlines()]
+    row = table(out, "participants")[0]
+    assert row["consent_sha256"] == hashlib.sha256((ran / "study" / "consent.md").read_bytes()).hexdigest()
+    assert row["consent_version"] == "2026-03"
+    assert lines[1]["step"] == "consent" and float(row["consent_at"]) == pytest.approx(lines[1]["at"], abs=1e-6)
 
 
 def test_a_command_tells_when_it_was_followed_and_where_it_points(out):

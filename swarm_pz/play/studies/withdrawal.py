@@ -1,0 +1,152 @@
+"""A participant withdraws: what they did is deleted, and what the study lacks then is named.
+
+All that they did stands in their own file and in recordings. Their file goes first, in one step: in its place stands
+that they have withdrawn. So whoever is stopped on the way has published nothing of them, and does the rest when called
+again. A recording of two shows both, and is deleted; how the game ended stands in the other one's file, and stays.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from swarm_pz.errors import ConfigError, OutputError, RecordingError
+from swarm_pz.files import draft_of, explain
+from swarm_pz.play.recordings.recorder import sync_folder
+from swarm_pz.play.studies.folder import CODES, StudyFolder, write_down
+from swarm_pz.play.studies.progress import first_line
+
+
+@dataclass(frozen=True, kw_only=True)
+class Withdrawal:
+    """Who withdrew, and what the study lacks without them.
+
+    Attributes
+    ----------
+    name : str
+    recordings : int
+        That were deleted.
+    lacks : list of str
+        A sentence for each thing that is out of balance now.
+    """
+
+    name: str
+    recordings: int
+    lacks: list[str]
+
+
+def withdraw(path: Path, code: str) -> Withdrawal:
+    """Delete all that a participant of a study did.
+
+    Parameters
+    ----------
+    path : Path
+        The study's folder, in which no server may be at work.
+    code : str
+
+    Raises
+    ------
+    ConfigError
+        If no study ran there, nobody has the code, or nothing of who has it is left.
+    OutputError
+        If a server runs the study, in which they may be in session, or a file cannot be deleted.
+    """
+    StudyFolder(path)
+    try:
+        opened = StudyFolder(path, only_read=False)
+    except OutputError as error:
+        raise OutputError(
+            f"{path} is being served, so the participant may be in session: end the server (Ctrl-C), call this again, "
+            "and start the server again; everybody goes on where they were"
+        ) from error
+    with contextlib.closing(opened):
+        number = _number_of(opened, code)
+        left = _recordings(opened, number)
+        name = opened.study.name_of(number)
+        if number in opened.withdrawn and not left:
+            raise ConfigError(f"{name}, who had the code {code}, has withdrawn already: nothing of theirs is left")
+        try:
+            if number not in opened.withdrawn:
+                _settle_partner(opened, number)
+                _mark(opened, number)
+            left = _recordings(opened, number)  # the partner's game may have been set aside
+            for file in left:
+                file.unlink()
+            for folder in {file.parent for file in left}:
+                sync_folder(folder)
+        except OSError as error:
+            raise OutputError(
+                f"not all of {name} is deleted: {explain(error)}; call this again when that is mended"
+            ) from error
+        return Withdrawal(name=name, recordings=len(left), lacks=_lacks(opened, number))
+
+
+def _number_of(opened: StudyFolder, code: str) -> int:
+    try:
+        return opened.number_of(code)
+    except ConfigError as error:
+        close = difflib.get_close_matches(code.upper(), [one.upper() for one in opened.codes], 1)
+        hint = f"did you mean {close[0]}? " if close else ""
+        raise ConfigError(f"{error}; {hint}All codes are in {opened.path / CODES}") from error
+
+
+def _recordings(opened: StudyFolder, number: int) -> list[Path]:
+    """Return the recordings that show a participant, whole games and broken ones."""
+    study = opened.study
+    patterns = [f"{study.name_of(number)}.*.jsonl"]
+    if study.is_of_pairs and number % 2:  # those of two have the first one's name
+        first = study.name_of(number - 1)
+        blocks = [block for block, one in enumerate(study.order_of(number), 1) if one.is_of_two]
+        patterns += [f"{first}.block{block}.game*.jsonl" for block in blocks]
+    folders = [opened.path / name for name in ("games", "interrupted")]
+    return sorted(file for folder in folders for pattern in patterns for file in folder.glob(pattern))
+
+
+def _settle_partner(opened: StudyFolder, number: int) -> None:
+    """Write down how a game of two ended, if only its recording tells so: it is the partner's, too."""
+    partner = number ^ 1
+    if opened.study.is_of_pairs and partner not in opened.withdrawn and opened.has_come(partner):
+        with contextlib.suppress(RecordingError):  # a corrupt file is kept as it is
+            opened.settle(partner)
+
+
+def _mark(opened: StudyFolder, number: int) -> None:
+    """Put that a participant has withdrawn in the place of what they did."""
+    file = opened.file_of(number)
+    line = first_line(opened.study, number) | {"withdrawn": time.time()}
+    with draft_of(file) as draft:
+        write_down(draft, json.dumps(line).encode() + b"\n")
+    sync_folder(file.parent)
+    opened.withdrawn.add(number)
+
+
+def _lacks(opened: StudyFolder, number: int) -> list[str]:
+    """Return which order of conditions lacks whom, and what a partner cannot play any more."""
+    study = opened.study
+
+    def order_of(one: int) -> str:
+        return " > ".join(condition.title for condition in study.order_of(one))
+
+    order = order_of(number)
+    planned = [one for one in range(study.participants) if order_of(one) == order]
+    gone = [study.name_of(one) for one in planned if one in opened.withdrawn]
+    told = [
+        f"the order {order} has {len(planned) - len(gone)} of {len(planned)} participants; it lacks {', '.join(gone)}"
+    ]
+    partner = number ^ 1
+    if study.is_of_pairs and partner not in opened.withdrawn:
+        done: set[str] = set()
+        with contextlib.suppress(RecordingError):
+            done = {*opened.progress(partner).done} if opened.has_come(partner) else done
+        for block, condition in enumerate(study.order_of(partner), 1):
+            if condition.is_of_two:
+                played = sum(f"block{block}.game{game + 1}" in done for game in range(study.games))
+                told.append(
+                    f"their partner {study.name_of(partner)} has {played} of {study.games} games under "
+                    f"{condition.title}, and goes on without the rest of that block"
+                )
+    return told

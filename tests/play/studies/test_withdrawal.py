@@ -1,0 +1,192 @@
+"""Who withdraws leaves nothing behind, and nobody else loses what is theirs."""
+
+import contextlib
+import itertools
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from swarm_pz.errors import ConfigError, OutputError
+from swarm_pz.play.studies.folder import StudyFolder
+from swarm_pz.play.studies.reading import read_study
+from swarm_pz.play.studies.report import counted_games
+from swarm_pz.play.studies.withdrawal import withdraw
+from tests.play.recordings.test_format import record
+from tests.play.studies.test_folder import SUS
+
+PLAN = """
+title = "Two of two"
+participants = 4
+codes = ["ann", "bob", "cid", "dot"]
+games = 2
+practice = { wins = 1, most = 1 }
+
+[[conditions]]
+title = "together"
+opponent = "person"
+
+[[conditions]]
+title = "alone"
+
+[[forms]]
+name = "sus"
+"""
+
+
+def begin(path, plan=PLAN):
+    """Begin a study, or go on with it."""
+    path.mkdir(exist_ok=True)
+    (path / "study.toml").write_text(plan)
+    return contextlib.closing(StudyFolder.begin(path / "study.toml", path / "data"))
+
+
+def walk(folder, number, until=None):
+    """Do what a participant is asked, up to a step; games are won by red."""
+    progress = folder.progress(number)
+    while (step := progress.next) is not None and step.id != until:
+        if step.kind == "form":
+            progress.finish(step, answers=SUS)
+            continue
+        if not folder.recording(number, step).exists():
+            record(folder.recording(number, step), ticks=30, outcome="red")
+        folder.settle(number)
+
+
+def tree(path):
+    """Return all files of a study's folder, but when somebody withdrew."""
+    files = {str(one.relative_to(path)): one.read_bytes() for one in path.rglob("*") if one.is_file()}
+    for name, content in files.items():
+        first = json.loads(content.split(b"\n")[0]) if name.startswith("participants/P") else {}
+        if "withdrawn" in first:
+            files[name] = sorted(first), content.count(b"\n")
+    return files
+
+
+@pytest.fixture
+def ran(tmp_path):
+    """Give the folder of a study in which a pair is in the middle of its games, and another one has done all."""
+    with begin(tmp_path) as folder:
+        for number in (0, 1):
+            walk(folder, number, until="block1.game2")
+        record(tmp_path / "data" / "interrupted" / "P01.block1.game2.1.jsonl", ticks=30, outcome="stopped")
+        record(tmp_path / "data" / "interrupted" / "P01.block1.practice1.1.jsonl", ticks=30, outcome="stopped")
+        for number in (2, 3):
+            walk(folder, number)
+    return tmp_path / "data"
+
+
+@pytest.mark.parametrize(("code", "own", "other"), [("ann", "P01", "P02"), ("BOB", "P02", "P01")])
+def test_of_a_pair_one_withdraws_and_the_other_keeps_what_is_theirs(code, own, other, ran):
+    """A recording that stays shows who withdrew; a line that goes, or a partner who waits for ever, costs the other."""
+    before = tree(ran)
+    done = withdraw(ran, code)
+    assert done.name == own
+    assert done.lacks == [
+        f"the order together > alone has 1 of 2 participants; it lacks {own}",
+        f"their partner {other} has 1 of 2 games under together, and goes on without the rest of that block",
+    ]
+    after = tree(ran)
+    gone = {name for name in before if name not in after}
+    both = {"games/P01.block1.game1.jsonl", "interrupted/P01.block1.game2.1.jsonl"}
+    aside = {"interrupted/P01.block1.practice1.1.jsonl"} if own == "P01" else set()
+    assert gone == both | aside | {f"games/{own}.block1.practice1.jsonl"} and done.recordings == len(gone)
+    kept = {name: content for name, content in after.items() if name != f"participants/{own}.jsonl"}
+    assert all(before[name] == content for name, content in kept.items())
+    assert after[f"participants/{own}.jsonl"] == (["number", "seed", "study", "type", "withdrawn"], 1)
+
+    data = read_study(ran)
+    assert data.faults == []
+    row = next(one for one in data.participants if one.participant == own)
+    assert row.withdrawn and (row.games, row.wins, row.began_at, row.finished) == (None, None, None, False)
+    assert [one.participant for one in data.remaining] == [name for name in ("P01", "P02", "P03", "P04") if name != own]
+    rows = [data.table(name) for name in ("games", "interrupted", "commands", "captures", "forms")]
+    assert own not in {one.participant for table in rows for one in table}
+    (game,) = [one for one in data.games if one.participant == other and not one.practice]
+    assert (game.won, game.outcome) == ((False, "loss") if other == "P02" else (True, "win"))
+    assert (game.left_out, game.commands, game.ended_by) == ("partner withdrew", None, "capture")
+    assert other in {one.participant for one in counted_games(data)}, "how it ended is the partner's, too"
+
+    with begin(ran.parent) as folder:
+        number = int(other[1:]) - 1
+        walk(folder, number)
+        steps = [*folder.progress(number).done]
+        assert folder.summary(number)["step"] == "all done" and folder.summary(number ^ 1)["step"] == "withdrawn"
+    assert steps[:2] == ["block1.practice1", "block1.game1"] and steps[2].startswith("block2.") and len(steps) == 6
+    assert next(one for one in read_study(ran).participants if one.participant == other).finished
+    with pytest.raises(ConfigError, match=f"{own}, who had the code {code}, has withdrawn already"):
+        withdraw(ran, code)
+
+
+def test_a_game_of_two_that_was_over_is_written_down_for_the_other_before_it_goes(tmp_path):
+    """After a power failure the recording alone knows how the partner's game ended."""
+    with begin(tmp_path) as folder:
+        walk(folder, 0, until="block1.game2")
+        walk(folder, 1, until="block1.game1")
+    withdraw(tmp_path / "data", "ann")
+    with begin(tmp_path) as folder:
+        assert folder.progress(1).done["block1.game1"]["outcome"] == "loss"
+
+
+def test_who_never_came_can_withdraw_so_that_the_other_goes_on(tmp_path):
+    with begin(tmp_path) as folder:
+        walk(folder, 0, until="block1.game1")
+    done = withdraw(tmp_path / "data", "bob")
+    assert (done.name, done.recordings) == ("P02", 0)
+    with begin(tmp_path) as folder:
+        assert folder.progress(0).next.id == "block2.practice1"
+
+
+def test_who_is_not_there_or_may_be_in_session_is_refused(ran):
+    with pytest.raises(
+        ConfigError, match=r"nobody .* the code bobb.*; did you mean BOB\? All codes are in .*codes\.txt"
+    ):
+        withdraw(ran, "bobb")
+    with pytest.raises(ConfigError, match="code must be"):
+        withdraw(ran, "../P01")
+    with pytest.raises(ConfigError, match="no study has run in"):
+        withdraw(ran / "games", "ann")
+    before = tree(ran)
+    with begin(ran.parent), pytest.raises(OutputError, match=r"may be in session: end the server .*, call this again"):
+        withdraw(ran, "ann")
+    assert tree(ran) == before
+
+
+class Killed(BaseException):
+    """The process ends here."""
+
+
+def kill_at(patch, step):
+    """Let the process end before a file is removed or replaced for the n-th time, and do nothing more."""
+    count = itertools.count()
+
+    def counted(act):
+        def one(*given, **more):
+            if next(count) >= step:
+                raise Killed
+            return act(*given, **more)
+
+        return one
+
+    for name in ("unlink", "replace"):
+        patch.setattr(Path, name, counted(getattr(Path, name)))
+
+
+def test_a_withdrawal_that_is_killed_anywhere_is_done_by_calling_it_again(ran, monkeypatch):
+    """Else something of who withdrew stays for ever, as it is no part of the study any more."""
+    whole = ran.with_name("whole")
+    shutil.copytree(ran, whole)
+    lacks, goal = withdraw(ran, "ann").lacks, tree(ran)
+    for step in range(100):
+        shutil.rmtree(ran)
+        shutil.copytree(whole, ran)
+        with monkeypatch.context() as patch, contextlib.suppress(Killed):
+            kill_at(patch, step)
+            withdraw(ran, "ann")
+            break
+        if (ran / "participants" / "P01.jsonl").read_bytes().count(b"\n") == 1:
+            assert [one.participant for one in read_study(ran).remaining] == ["P02", "P03", "P04"]
+        assert withdraw(ran, "ann").lacks == lacks
+        assert tree(ran) == goal
+    assert step > 4, "the file, and every recording"
