@@ -140,26 +140,30 @@ def replay(
     """
     need_play()
     from swarm_pz import policies
+    from swarm_pz.play.recordings import playback
     from swarm_pz.play.recordings.folder import checked_name
-    from swarm_pz.play.recordings.format import Recording
-    from swarm_pz.play.recordings.playback import Playback
+    from swarm_pz.play.recordings.sandbox import Sandbox
     from swarm_pz.play.server.serve import serve
 
     check(speed > 0, "speed", speed, "above 0")
     check_count(port, "port", 0, 65535)
-    playback = Playback(Recording.read(recording))
-    if film is not None:
-        with filming() as show:
-            playback.film(film, speed, show)
-        print(f"film: {film}")
-    if mcap is not None:
-        from swarm_pz.play.ros.mcap import write
+    with Sandbox() as sandbox:
+        if film is not None:
+            with filming() as show:
+                sandbox.do(recording, playback.film, recording, film, speed, progress=show)
+            print(f"film: {film}")
+        if mcap is not None:
+            require_extra("mcap_ros2.writer", "lab")
+            from swarm_pz.play.ros.mcap import write
 
-        with in_seconds("writing messages") as show:
-            count = write(playback.recording, mcap, show)
-        print(f"{count} messages: {mcap}")
+            with in_seconds("writing messages") as show:
+                count = sandbox.do(recording, write, recording, mcap, progress=show)
+            print(f"{count} messages: {mcap}")
+        if verify:
+            result, link = sandbox.do(recording, playback.verify, recording)
+        elif film is None and mcap is None:
+            sandbox.do(recording, playback.check, recording)  # before anybody waits for it
     if verify:
-        result = playback.verify()
         faults = list(result.faults)
         if result.first_difference is not None:
             faults.append(
@@ -172,7 +176,6 @@ def replay(
             faults.append("it shows nothing that could be compared")
         if faults:
             raise SwarmError("\n  ".join([f"{recording} does not verify:", *faults]))
-        link = playback.recording.link
         chain = f"the chain of its lines ends with {link}" if link else "its lines have no chain, as of version 1"
         print(f"verified: {result.frames} frames of {recording} come out as recorded; {chain}")
     if film is None and mcap is None and not verify:

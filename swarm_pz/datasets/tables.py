@@ -7,13 +7,14 @@ done in it is the command that the team followed when it ended.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import TEAM_NAMES, ObservationConfig
+from swarm_pz.config import TEAM_NAMES, GameConfig, ObservationConfig
 from swarm_pz.datasets.folder import Episode, Target, name_for, new_dataset
 from swarm_pz.datasets.matches import OUTCOMES
 from swarm_pz.envs.batch_env import BatchEnv, StepResult
@@ -23,6 +24,7 @@ from swarm_pz.play.commands import Command
 from swarm_pz.play.recordings.folder import SUFFIX, is_regular
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.sandbox import Sandbox
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 from swarm_pz.spaces.formats import Format, FormatOptions
 from swarm_pz.spaces.observation import of_game
@@ -81,29 +83,30 @@ def record_table(
     observation = observation if observation is not None else ObservationConfig()
     say = left_out if left_out is not None else lambda _: None
     found = _chosen(_files(recordings), player, say)
-    config = found[0][0].config.game.replace(observation=observation)
-    systems = [config.team_systems[TEAM_NAMES.index(row.side)] for _, row in found]
+    config = found[0].config.replace(observation=observation)
+    systems = [config.team_systems[TEAM_NAMES.index(view.row.side)] for view in found]
     forms = [Format(config, observation, system, **options) for system in systems]
     other = next((at for at, form in enumerate(forms) if form.action_space != forms[0].action_space), None)
     if other is not None:
         raise RecordingError(
-            f"the views of one dataset must be of the same control system, got {found[0][1].system} in "
-            f"{found[0][0].name} and {found[other][1].system} in {found[other][0].name}: record them apart"
+            f"the views of one dataset must be of the same control system, got {found[0].row.system} in "
+            f"{found[0].row.recording} and {found[other].row.system} in {found[other].row.recording}: record them apart"
         )
-    opponents = list(dict.fromkeys(row.opponent or row.opponent_kind for _, row in found))
+    opponents = list(dict.fromkeys(view.opponent for view in found))
     told = {
         "algorithm_name": player,
         "description": f"games of a table as seen by {player}: observations, actions, rewards",
         "source": "recordings",
         "player": player,
         "opponents": opponents,
-        "recordings": {recording.name: recording.link for recording, _ in found},
-        "software": sorted({recording.header.software for recording, _ in found}),
-        "seeds": [recording.header.seed for recording, _ in found],
+        "recordings": {view.row.recording: view.link for view in found},
+        "software": sorted({view.software for view in found}),
+        "seeds": [view.seed for view in found],
     }
-    with new_dataset(target, forms[0], config, {}, options, told, command) as writer:
-        for done, ((recording, row), form) in enumerate(zip(found, forms, strict=True), 1):
-            writer.add([_episode(recording, row, form, opponents.index(row.opponent or row.opponent_kind))])
+    with Sandbox() as sandbox, new_dataset(target, forms[0], config, {}, options, told, command) as writer:
+        for done, (view, form) in enumerate(zip(found, forms, strict=True), 1):
+            number = opponents.index(view.opponent)
+            writer.add([sandbox.do(view.path, _episode, view.path, view.row, form, number)])
             if progress is not None:
                 progress(done, len(found))
     return target.folder
@@ -127,26 +130,64 @@ def _named(paths: Sequence[Path]) -> str:
     return ", ".join(map(str, paths)) or "nothing: name a file or a folder"
 
 
-def _chosen(files: Sequence[Path], player: str, say: Callable[[str], None]) -> list[tuple[Recording, SeatRow]]:
-    """Return the seats whose views are asked for, all of one game's rules; each game has been played again."""
-    found: list[tuple[Recording, SeatRow]] = []
-    for path in files:
-        recording = Recording.read(path)
-        rows = [row for row in seat_rows(recording) if player in (row.kind, row.player)]
-        if rows and rows[0].left_out:
-            say(f"{recording.name}: {rows[0].left_out}")
-            continue
-        if rows:
-            _check(recording)
-        if rows and found and rows[0].rules_hash != found[0][1].rules_hash:
-            raise RecordingError(
-                f"the games of one dataset must have the same rules, got rules {found[0][1].rules_hash} in "
-                f"{found[0][0].name} and {rows[0].rules_hash} in {recording.name}: record them apart"
-            )
-        found += [(recording, row) for row in rows]
+@dataclass(frozen=True, kw_only=True)
+class _View:
+    """A seat whose views are asked for, of a game that was played again."""
+
+    path: Path
+    link: str
+    software: str
+    seed: int
+    config: GameConfig
+    row: SeatRow
+
+    @property
+    def opponent(self) -> str:
+        return self.row.opponent or self.row.opponent_kind
+
+
+def _chosen(files: Sequence[Path], player: str, say: Callable[[str], None]) -> list[_View]:
+    """Return the seats whose views are asked for, all of one game's rules."""
+    found: list[_View] = []
+    with Sandbox() as sandbox:
+        for path in files:
+            views = sandbox.do(path, _views, path, player)
+            row = views[0].row if views else None
+            if row is not None and row.left_out:
+                say(f"{row.recording}: {row.left_out}")
+                continue
+            if row is not None and found and row.rules_hash != found[0].row.rules_hash:
+                raise RecordingError(
+                    f"the games of one dataset must have the same rules, got rules {found[0].row.rules_hash} in "
+                    f"{found[0].row.recording} and {row.rules_hash} in {row.recording}: record them apart"
+                )
+            found += views
     if not found:
         raise RecordingError(f"no recorded game that counts has a seat of {player!r}: a person, a program or a name")
     return found
+
+
+# --- in a process of its own ----------------------------------------------------------------------
+
+
+def _views(path: Path, player: str) -> list[_View]:
+    """Return the seats of a game whose views are asked for; it is played again if it counts."""
+    recording = Recording.read(path)
+    rows = [row for row in seat_rows(recording) if player in (row.kind, row.player)]
+    if rows and not rows[0].left_out:
+        _check(recording)
+    told = recording.header
+    return [
+        _View(
+            path=path,
+            link=recording.link,
+            software=told.software,
+            seed=told.seed,
+            config=recording.config.game,
+            row=row,
+        )
+        for row in rows
+    ]
 
 
 def _check(recording: Recording) -> None:
@@ -160,8 +201,9 @@ def _check(recording: Recording) -> None:
         )
 
 
-def _episode(recording: Recording, row: SeatRow, form: Format, opponent: int) -> Episode:
+def _episode(path: Path, row: SeatRow, form: Format, opponent: int) -> Episode:
     """Play a recorded game again, step by step, as one seat saw it."""
+    recording = Recording.read(path)
     playback, team = Playback(recording), TEAM_NAMES.index(row.side)
     game, config = playback.game, recording.config.game
     batch = BatchEnv(config)

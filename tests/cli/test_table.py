@@ -7,8 +7,9 @@ import pytest
 
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
+from swarm_pz.play.recordings import playback
 from swarm_pz.play.recordings.format import Recording
-from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.sandbox import Sandbox
 from swarm_pz.play.server import serve as module
 from swarm_pz.policies import load
 from swarm_pz.policy import about
@@ -104,7 +105,12 @@ def test_a_recording_is_written_as_messages_of_ros_if_that_is_asked(served, tmp_
 
 def test_a_recording_is_only_verified_or_filmed_if_that_is_asked(served, tmp_path, capsys, monkeypatch):
     filmed = []
-    monkeypatch.setattr(Playback, "film", lambda _, path, speed, show: filmed.append((path, speed)))
+    do = Sandbox.do
+
+    def noted(sandbox, name, work, *given, **how):
+        return filmed.append(given[1:]) if work is playback.film else do(sandbox, name, work, *given, **how)
+
+    monkeypatch.setattr(Sandbox, "do", noted)
     record(tmp_path / "a.jsonl", ticks=30)
     main(["replay", str(tmp_path / "a.jsonl"), "--verify"])
     said = capsys.readouterr().out

@@ -13,6 +13,7 @@ from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import OutputError, RecordingError
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.recordings.sandbox import Sandbox
 from tests.play.recordings.test_format import CONFIG, record
 
 SMALL = ObservationConfig(grid=10)
@@ -134,5 +135,6 @@ def test_a_recording_that_plays_differently_here_is_refused(tmp_path, monkeypatc
     record(tmp_path / "a.jsonl", ticks=1000)
     found = SimpleNamespace(faults=(), verified=False, first_difference=7)
     monkeypatch.setattr(Playback, "verify", lambda playback: found)
+    monkeypatch.setattr(Sandbox, "do", lambda _, path, work, *given: work(*given))
     with pytest.raises(RecordingError, match=r"a.jsonl plays differently here from tick 7 on"):
         record_table([tmp_path], root=tmp_path / "out")

@@ -189,3 +189,19 @@ class Playback:
             and frame.altitudes is None  # recordings hold neither
             and frame.fields is None
         )
+
+
+def check(path: Path) -> None:
+    """Refuse a file that is no recorded game."""
+    Recording.read(path)
+
+
+def verify(path: Path) -> tuple[Verification, str]:
+    """Return how a file's game compares with what was recorded, and the last link of the file's chain."""
+    recording = Recording.read(path)
+    return Playback(recording).verify(), recording.link
+
+
+def film(recording: Path, path: Path, speed: float, progress: Callable[[float, float], None] | None = None) -> None:
+    """Write a file's game as a film; see `Playback.film`."""
+    Playback(Recording.read(recording)).film(path, speed, progress)

@@ -61,12 +61,12 @@ def _of_simulation(playback: Playback, tick: int) -> Iterator[Told]:
         yield tick, f"/{name}_team_target_dist", messages.target(simulator.targets[0, team], tick)
 
 
-def write(recording: Recording, path: Path, progress: Callable[[float, float], None] | None = None) -> int:
+def write(recording: Path, path: Path, progress: Callable[[float, float], None] | None = None) -> int:
     """Write a recorded game as MCAP and return the number of messages.
 
     Parameters
     ----------
-    recording : Recording
+    recording : Path
     path : Path
         Where to; replaced when all is written.
     progress : callable, optional
@@ -76,6 +76,8 @@ def write(recording: Recording, path: Path, progress: Callable[[float, float], N
     ------
     MissingExtraError
         If the extra `lab` is not installed.
+    RecordingError
+        If it is no recorded game.
     OutputError
         If the file cannot be written.
     """
@@ -83,9 +85,10 @@ def write(recording: Recording, path: Path, progress: Callable[[float, float], N
     if path.suffix != ".mcap":
         raise OutputError(f"an MCAP file's name ends with .mcap, got {path}")
     check_file(path)
+    read = Recording.read(recording)
     try:
         with draft_of(path) as draft, draft.open("wb") as file:
-            return _write(recording, writer_of(file), progress)
+            return _write(read, writer_of(file), progress)
     except OSError as error:
         raise OutputError(f"cannot write {str(path)!r}: {explain(error)}") from error
 

@@ -155,12 +155,16 @@ class ClientHandler:
     async def _open(self, name: str) -> None:
         """Show a recorded game, once it has been played through to see that it comes out as recorded."""
         try:
-            loaded = await self._lobby.read(name)
+            replayed = await self._lobby.read(name)
         except RecordingError as error:
             raise RefusedError("unknown", str(error).replace(f"{self._lobby.context.folder}/", "")) from error
-        self._lobby.check_replays(self._replay)
+        try:
+            self._lobby.check_replays(self._replay)
+        except RefusedError:
+            replayed.drop()
+            raise
         self._leave()
-        self._replay = ReplaySession(loaded, self._connection, self._lobby.replaying)
+        self._replay = ReplaySession(replayed, self._connection)
         self._lobby.watched.add(self._replay)
 
     def _watched(self) -> ReplaySession:
@@ -172,12 +176,11 @@ class ClientHandler:
         replay = self._watched()
         opponent = message.opponent
         if opponent is None:
-            header = replay.recording.header
-            other = header.blue if message.seat == "red" else header.red
-            opponent = other.policy or None
+            other = replay.state.blue if message.seat == "red" else replay.state.red
+            opponent = other.name or None
         if opponent is not None:
             self._lobby.check_policy(opponent)
-        if not replay.is_verified:
+        if not replay.state.verified:
             raise RefusedError("not_valid", "this game plays differently on this machine, and cannot be gone on with")
 
         async def go_on() -> None:

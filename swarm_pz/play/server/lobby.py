@@ -11,7 +11,7 @@ import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play import protocol
@@ -26,7 +26,8 @@ from swarm_pz.play.server.climbing import Climbing
 from swarm_pz.play.server.games_folder import check_folder
 from swarm_pz.play.server.painter import Painter
 from swarm_pz.play.server.refusal import RefusedError
-from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
+from swarm_pz.play.server.replay_session import ReplaySession
+from swarm_pz.play.server.replays import Replayed, Replays
 from swarm_pz.play.server.room import AWAY_S, Room
 from swarm_pz.play.server.room_settings import Hosted, settings_of
 from swarm_pz.play.server.seat import Seat
@@ -74,8 +75,6 @@ class Lobby:
         By code.
     watched : set of ReplaySession
         Recorded games that somebody watches.
-    replaying : Executor
-        The thread in which they are simulated.
     painter : Painter
         Where commands are made that take long, off the event loop.
     """
@@ -96,13 +95,10 @@ class Lobby:
         self.rooms: dict[str, Room] = {}
         self._openings: dict[str, Budget] = {}
         self.watched: set[ReplaySession] = set()
-        # Of one thread each, so that what is asked for waits in line, and is no more than a core's work in all. A
-        # thread reads on when nobody waits any more; the next one begins after it.
-        self._reading = ThreadPoolExecutor(1, "reading")
-        self._listing = ThreadPoolExecutor(1, "listing")  # apart from it, since a game may take long to read
+        self._replays = Replays()
+        self._listing = ThreadPoolExecutor(1, "listing")
         self._summaries = Summaries()
         self._systems = installed_systems(context.table.game)
-        self.replaying = ThreadPoolExecutor(1, "replaying")
         self.painter = Painter()
         known = cards if cards is not None else {}
         self._policies = [
@@ -207,8 +203,8 @@ class Lobby:
             self.climbing.close()
         self.context.workers.close()
         self.painter.close()
-        for thread in (self._reading, self._listing, self.replaying):
-            thread.shutdown(wait=False, cancel_futures=True)
+        self._listing.shutdown(wait=False, cancel_futures=True)
+        self._replays.close()
 
     def seat_of(self, token: str) -> tuple[Room, Seat] | None:
         """Return the seat that a token opens."""
@@ -256,8 +252,7 @@ class Lobby:
         RecordingError
             If there is none of that name, or it cannot be read.
         """
-        path = self.find_recording(name)
-        return await asyncio.get_running_loop().run_in_executor(self._listing, _trial_of, path)
+        return cast("list[dict[str, Any]]", await self._replays.work(self.find_recording(name), _trial_of))
 
     def _running(self) -> set[Path]:
         """Return the files of games that are not over, or not wholly written; any thread may ask."""
@@ -273,16 +268,15 @@ class Lobby:
         if sum(replay.size for replay in self.watched if replay is not own) >= MOST_REPLAY_BYTES:
             raise RefusedError("full", "too many recorded games are watched here; try again later")
 
-    async def read(self, name: str) -> LoadedRecording:
-        """Return a recorded game, played through; one at a time, since it takes a core.
+    async def read(self, name: str) -> Replayed:
+        """Return a recorded game, played through.
 
         Raises
         ------
         RecordingError
             If there is none of that name, or it cannot be read.
         """
-        path = self.find_recording(name)
-        return await asyncio.get_running_loop().run_in_executor(self._reading, LoadedRecording.read, path)
+        return await self._replays.read(self.find_recording(name))
 
 
 def _trial_of(path: Path) -> list[dict[str, Any]]:

@@ -24,7 +24,7 @@ def read(tmp_path_factory):
     folder = tmp_path_factory.mktemp("mcap")
     record(folder / "a.jsonl", ticks=600, seed=3)
     recording = Recording.read(folder / "a.jsonl")
-    count = mcap.write(recording, folder / "a.mcap")
+    count = mcap.write(folder / "a.jsonl", folder / "a.mcap")
     found = defaultdict(list)
     with (folder / "a.mcap").open("rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
@@ -107,10 +107,9 @@ def test_fields_say_where_they_capture_and_targets_where_to(read):
 
 def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):
     record(tmp_path / "a.jsonl", ticks=30)
-    recording = Recording.read(tmp_path / "a.jsonl")
     with pytest.raises(OutputError, match=r"name ends with \.mcap"):
-        mcap.write(recording, tmp_path / "a.bag")
+        mcap.write(tmp_path / "a.jsonl", tmp_path / "a.bag")
     monkeypatch.setattr(mcap, "told", lambda _: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        mcap.write(recording, tmp_path / "a.mcap")
+        mcap.write(tmp_path / "a.jsonl", tmp_path / "a.mcap")
     assert [path.name for path in tmp_path.iterdir()] == ["a.jsonl"]

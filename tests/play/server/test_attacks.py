@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import pytest
 
 from swarm_pz.play import protocol
-from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.server import connection, orders, replay_session
+from swarm_pz.play.recordings.sandbox import Sandbox
+from swarm_pz.play.server import connection, orders, replays
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.client_handler import HELLO_S, ClientHandler
 from swarm_pz.play.server.connection import Connection
@@ -69,9 +69,13 @@ def elsewhere(monkeypatch):
         monkeypatch.setattr(place, name, noted)
 
     note(orders, "density_of")
-    note(Playback, "seek")
-    note(Playback, "fork")
-    note(replay_session.Recording, "read")
+    do = Sandbox.do
+
+    def noted(sandbox, name, work, *given):
+        threads.setdefault(given[1] if work is replays._ask else work.__name__, []).append(threading.current_thread())
+        return do(sandbox, name, work, *given)
+
+    monkeypatch.setattr(Sandbox, "do", noted)
     return threads
 
 
@@ -119,23 +123,23 @@ def test_floods_of_openings_seeks_and_take_overs_are_one_at_a_time_and_not_where
             for _ in range(3):
                 attacker.say(protocol.OpenReplay("a.jsonl"))
         await until(lambda: len(hall.watched) == 5)
-        assert len(elsewhere["read"]) <= 2 * 5, "who asks again is read for once, and what had begun ends"
+        assert len(elsewhere["_load"]) <= 2 * 5, "who asks again is read for once, and what had begun ends"
         await asyncio.sleep(0.1)
-        elsewhere["seek"].clear()
+        elsewhere["picture"].clear()
         for attacker in attackers:
             attacker.say(protocol.Pace(0.0))
             for tick in range(10):
                 attacker.say(protocol.Seek(20 * tick))
-        await until(lambda: len(elsewhere["seek"]) >= 5)
+        await until(lambda: len(elsewhere["picture"]) >= 5)
         await asyncio.sleep(0.2)
-        assert len(elsewhere["seek"]) <= 2 * 5, "of ten"
+        assert len(elsewhere["picture"]) <= 2 * 5, "of ten"
         for attacker in attackers:
             for _ in range(5):
                 attacker.say(protocol.TakeOver("red", "uniform"))
         await until(lambda: len(hall.rooms) == 6)
         await asyncio.sleep(0.1)
         assert len(hall.rooms) == 6 and not hall.watched
-        for kind in ("read", "seek", "fork"):
+        for kind in ("_load", "picture", "moment"):
             assert len(set(elsewhere[kind])) == 1 and threading.current_thread() not in elsewhere[kind], kind
         assert await plays_on(guest)
 

@@ -18,10 +18,10 @@ from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.server.room_settings import settings_of
 from swarm_pz.policies import load
 from tests.play.recordings.test_format import record
-from tests.play.server.test_replay_session import THREAD
 from tests.play.server.test_room import (
     CALM,
     Client,
+    Here,
     Workers,
     code_of,
     give,
@@ -309,7 +309,7 @@ def test_a_game_that_goes_on_from_a_moment_counts_down_to_it_and_says_its_speed(
     record(tmp_path / "old.jsonl", ticks=90, config=CALM.replace(speed=2.0))
 
     async def play():
-        replay = ReplaySession(LoadedRecording.read(tmp_path / "old.jsonl"), Client(), THREAD)
+        replay = ReplaySession(Here(LoadedRecording.read(tmp_path / "old.jsonl")), Client())
         replay.seek(46)
         moment = await replay.moment()
         replay.close()

@@ -16,7 +16,7 @@ from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.server.server_context import ServerContext
 from tests.play.recordings.test_format import record
 from tests.play.recordings.test_playback import CALM
-from tests.play.server.test_room import Client, Workers, playing, read, until
+from tests.play.server.test_room import Client, Here, Workers, playing, read, until
 
 
 class Guest(Client):
@@ -178,7 +178,7 @@ def test_a_take_over_is_against_whoever_sat_there(tmp_path):
     visiting(tmp_path, script)
 
 
-def test_what_cannot_be_gone_on_with_is_refused(tmp_path, monkeypatch):
+def test_what_cannot_be_gone_on_with_is_refused(tmp_path):
     record(tmp_path / "gone.jsonl", ticks=30, config=CALM, player="somebody gone")
     short = CALM.replace(game=CALM.game.replace(time_limit=1.0))
     record(tmp_path / "over.jsonl", ticks=30, config=short)
@@ -193,8 +193,7 @@ def test_what_cannot_be_gone_on_with_is_refused(tmp_path, monkeypatch):
         assert guest.say(protocol.TakeOver("red")) is None
         await until(lambda: guest.heard(protocol.Refused))
         assert "over at this moment" in guest.heard(protocol.Refused)[-1].reason
-        monkeypatch.setattr("swarm_pz.play.recordings.playback.Verification.verified", False)
-        await guest_watches(guest, "over.jsonl")
+        guest.handler._replay.state.verified = False
         assert guest.say(protocol.TakeOver("red")) == "not_valid"
         assert "differently on this machine" in guest.heard(protocol.Refused)[-1].reason
         assert not hall.rooms
@@ -217,7 +216,7 @@ def test_of_games_that_are_opened_only_the_last_is_shown(tmp_path, monkeypatch):
         async def slowly(name):
             begun.append(name)
             await gate.wait()
-            loaded[name] = LoadedRecording.read(tmp_path / name)
+            loaded[name] = Here(LoadedRecording.read(tmp_path / name))
             return loaded[name]
 
         monkeypatch.setattr(hall, "read", slowly)

@@ -11,6 +11,7 @@ from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings import summary
 from swarm_pz.play.server import lobby as module
+from swarm_pz.play.server import replays
 from swarm_pz.play.server.lobby import (
     EMPTY_S,
     MOST_EMPTY_ROOMS_OF_ADDRESS,
@@ -158,14 +159,18 @@ def test_a_recording_that_nobody_waits_for_any_more_is_read_to_its_end_before_th
         (tmp_path / f"{name}.jsonl").touch()
     gate, reading, most, read = threading.Event(), [], [], []
 
-    def slowly(path):
+    def slowly(_, name, work, *given):
+        if work is not replays._load:
+            return None
+        (path,) = given
         reading.append(path)
         most.append(len(reading))
         gate.wait(60)
         reading.remove(path)
         read.append(path.stem)
+        return None, b""
 
-    monkeypatch.setattr(module.LoadedRecording, "read", slowly)
+    monkeypatch.setattr(replays.Sandbox, "do", slowly)
 
     async def visit():
         first, second, third = (asyncio.create_task(lobby.read(f"{name}.jsonl")) for name in "abc")
@@ -190,7 +195,7 @@ def test_recorded_games_are_listed_while_one_is_read_and_off_the_event_loop(lobb
     monkeypatch.setattr(
         summary, "summary_of", lambda path: threads.append(threading.current_thread()) or summary_of(path)
     )
-    lobby._reading.submit(may_end.wait)
+    lobby._replays._reading.submit(may_end.wait)
     try:
         listed = asyncio.run(asyncio.wait_for(lobby.recordings(), 30))
     finally:

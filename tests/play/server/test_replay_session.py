@@ -18,7 +18,7 @@ from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession, 
 from swarm_pz.play.server.room_settings import settings_of
 from tests.play.recordings.test_format import plain_lines, record, write_chained
 from tests.play.recordings.test_playback import CALM
-from tests.play.server.test_room import THREAD, Client, until
+from tests.play.server.test_room import Client, Here, until
 
 
 @pytest.mark.parametrize("tick", [0, 59, 60, 75])
@@ -27,7 +27,7 @@ def test_what_is_taken_over_has_the_sizes_of_the_whole_seconds_that_were_played(
     record(path, ticks=120)
 
     async def watch():
-        replay = ReplaySession(LoadedRecording.read(path), Client(), THREAD)
+        replay = ReplaySession(Here(LoadedRecording.read(path)), Client())
         replay.seek(tick)
         moment = await replay.moment()
         replay.close()
@@ -52,7 +52,7 @@ def test_what_broke_off_is_taken_over_from_its_last_frame(tmp_path):
     async def watch():
         loaded = LoadedRecording.read(tmp_path / "a.jsonl")
         assert loaded.is_verified and loaded.recording.last_tick == 60 and loaded.frames[-1].tick == 57
-        replay = ReplaySession(loaded, Client(), THREAD)
+        replay = ReplaySession(Here(loaded), Client())
         replay.seek(60)
         moment = await replay.moment()
         replay.close()
@@ -69,7 +69,7 @@ def watch(path, script, is_verified=True):
         client = Client()
         loaded = LoadedRecording.read(path)
         assert loaded.is_verified
-        replay = ReplaySession(replace(loaded, is_verified=is_verified), client, THREAD)
+        replay = ReplaySession(Here(replace(loaded, is_verified=is_verified)), client)
         replay.pace(0.0)
         await until(lambda: client.frames)  # the start is shown first
         await script(replay, client)
@@ -143,7 +143,9 @@ def test_a_moment_is_shown_with_fields_and_targets_and_none_lies_beyond_the_end(
         for asked, tick in ((70, 70), (1_000_000, 100), (4, 4)):
             frame = await see(replay, client, asked)
             assert frame.tick == tick and frame.fields is not None
-            np.testing.assert_allclose(frame.altitudes, replay._playback.game.simulator.altitudes[0], atol=1 / 255)
+            np.testing.assert_allclose(
+                frame.altitudes, replay._replayed.loaded.playback.game.simulator.altitudes[0], atol=1 / 255
+            )
             assert told(client) == [(0, 0), (1, 0)]
             moment = await replay.moment()
             assert moment.game.tick == tick
@@ -184,7 +186,7 @@ def test_a_recorded_game_goes_on_at_its_pace_to_its_end(speed, tmp_path, monkeyp
         monkeypatch.setattr(module.asyncio, "sleep", sleep)
         client.frames.clear()
         client.bytes.clear()
-        replay = ReplaySession(LoadedRecording.read(tmp_path / "a.jsonl"), client, AtOnce())
+        replay = ReplaySession(Here(LoadedRecording.read(tmp_path / "a.jsonl"), AtOnce()), client)
         replay.pace(speed)
         for _ in range(500):
             await nap(0)
@@ -206,7 +208,7 @@ def test_of_moments_that_are_sought_meanwhile_the_latest_is_shown(tmp_path):
     async def script(replay, client):
         replay.close()
         thread = AtOnce()
-        replay = ReplaySession(LoadedRecording.read(tmp_path / "a.jsonl"), client, thread)
+        replay = ReplaySession(Here(LoadedRecording.read(tmp_path / "a.jsonl"), thread), client)
         replay.pace(0.0)
         for tick in range(90):
             replay.seek(tick)
@@ -251,7 +253,7 @@ def test_a_game_that_cannot_be_shown_any_further_says_so(shown_before, tmp_path)
 
     async def play():
         client = Client()
-        replay = ReplaySession(LoadedRecording.read(tmp_path / "a.jsonl"), client, THREAD)
+        replay = ReplaySession(Here(LoadedRecording.read(tmp_path / "a.jsonl")), client)
         await until(lambda: len(client.frames) >= shown_before)
         client.show = None
         await until(lambda: client.heard(protocol.Notice))

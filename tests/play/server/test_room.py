@@ -54,7 +54,21 @@ def context(tmp_path):
     return ServerContext(folder=tmp_path, workers=PolicyWorkers(loader), countdown_s=0.0)
 
 
-THREAD = ThreadPoolExecutor(1)
+class Here:
+    """A recorded game that somebody watches, played again by a thread of this process."""
+
+    thread = ThreadPoolExecutor(1)
+
+    def __init__(self, loaded, thread=thread):
+        self.loaded, self.state, self.thread, self.size = loaded, loaded.state, thread, 1
+
+    async def ask(self, what, *given):
+        return await asyncio.get_running_loop().run_in_executor(self.thread, getattr(self.loaded, what), *given)
+
+    def drop(self):
+        pass
+
+
 """In which recorded games are simulated."""
 CALM = TableConfig(game=GameConfig(capture=CaptureConfig(enabled=False)))
 
@@ -277,7 +291,7 @@ def test_a_rematch_after_a_take_over_is_a_game_of_its_own(tmp_path):
 
     async def play():
         shared, client = context(tmp_path), Client()
-        replay = ReplaySession(LoadedRecording.read(old), client, THREAD)
+        replay = ReplaySession(Here(LoadedRecording.read(old)), client)
         replay.seek(60)
         moment = await replay.moment()
         replay.close()
@@ -562,7 +576,7 @@ def test_a_room_that_goes_on_from_a_moment_has_its_table(tmp_path):
     recording = Recording.read(tmp_path / "old.jsonl")
 
     async def play():
-        replay = ReplaySession(LoadedRecording.read(tmp_path / "old.jsonl"), Client(), THREAD)
+        replay = ReplaySession(Here(LoadedRecording.read(tmp_path / "old.jsonl")), Client())
         replay.seek(45)
         moment = await replay.moment()
         replay.close()

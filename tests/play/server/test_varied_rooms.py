@@ -20,8 +20,8 @@ from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.shared import mixture
 from tests.play.server.test_room import (
     CALM,
-    THREAD,
     Client,
+    Here,
     Workers,
     code_of,
     give,
@@ -133,7 +133,7 @@ def test_a_game_that_is_taken_over_is_played_without_them_but_by_its_clock(tmp_p
             await until(lambda: room.session.game.tick > 9)
             room.stop()
             path = room.session.recorder.path
-        replay = ReplaySession(LoadedRecording.read(path), Client(), THREAD)
+        replay = ReplaySession(Here(LoadedRecording.read(path)), Client())
         moment = await replay.moment()
         replay.close()
         assert isinstance(moment, Moment)

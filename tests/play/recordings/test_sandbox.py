@@ -1,0 +1,63 @@
+"""A process of its own for files of strangers: its death is an error, and nobody else's."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import pytest
+
+from swarm_pz.errors import OutputError, RecordingError
+from swarm_pz.play.recordings import sandbox as module
+from swarm_pz.play.recordings.sandbox import Sandbox
+
+
+def die(how):
+    os.kill(os.getpid(), how)
+
+
+def spin():
+    signal.setitimer(signal.ITIMER_PROF, 0.05)
+    while True:
+        pass
+
+
+def refuse():
+    raise OutputError("the disk is full")
+
+
+def count(upto, tell):
+    for number in range(upto):
+        tell(number)
+    return os.getpid()
+
+
+@pytest.mark.parametrize(
+    ("work", "given", "error", "said"),
+    [
+        (die, (signal.SIGSEGV,), RecordingError, r"game\.jsonl ended the process .*\(SIGSEGV\).*[Aa]sk for it again"),
+        (spin, (), RecordingError, r"game\.jsonl was given up: .* processor time"),
+        (bytearray, (2 * module.MEMORY,), RecordingError, r"game\.jsonl .* takes more than 4 GiB of memory"),
+        (int, ("x",), RecordingError, r"game\.jsonl cannot be played again: ValueError: invalid literal"),
+        (refuse, (), OutputError, "the disk is full"),
+    ],
+)
+def test_whatever_becomes_of_the_process_is_an_error_that_names_the_file_and_the_next_one_is_well(
+    work, given, error, said
+):
+    with Sandbox() as sandbox:
+        with pytest.raises(error, match=said):
+            sandbox.do("game.jsonl", work, *given)
+        assert sandbox.do("next.jsonl", len, "abc") == 3
+
+
+def test_one_process_does_all_work_tells_how_far_it_is_and_ends_with_its_context():
+    told = []
+    with Sandbox() as sandbox:
+        sandbox.start()
+        process = sandbox.do("a.jsonl", count, 3, progress=told.append)
+        assert told == [0, 1, 2] and process == sandbox.do("b.jsonl", os.getpid) != os.getpid()
+    with pytest.raises(ProcessLookupError):
+        os.kill(process, 0)
+    with pytest.raises(RecordingError, match="ending"):
+        sandbox.do("c.jsonl", os.getpid)
