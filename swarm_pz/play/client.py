@@ -12,7 +12,7 @@ And one whose drones it flies itself:
 
     >>> def brake(frame, team):                                # doctest: +SKIP
     ...     return np.clip(-frame.velocities, -1, 1)
-    >>> play("127.0.0.1:8000", brake, opponent="ring", system="direct", answers="accelerations")  # doctest: +SKIP
+    >>> play("127.0.0.1:8000", brake, opponent="ring", red_system="direct", answers="accelerations")  # doctest: +SKIP
     'blue'
 """
 
@@ -21,12 +21,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import msgspec
 import numpy as np
 from websockets import Subprotocol
 from websockets.sync.client import connect
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
-from swarm_pz.errors import PolicyError
+from swarm_pz.errors import ConfigError, PolicyError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, Frame, decode_frame
 
@@ -39,8 +40,9 @@ def play(
     opponent: str | None = None,
     seat: protocol.Side = "red",
     period: float = 1.0,
-    system: str | None = None,
     answers: str = "density",
+    seed: int | None = None,
+    **settings: Any,
 ) -> str:
     """Play one game and return who won it: "red", "blue" or "draw".
 
@@ -58,16 +60,25 @@ def play(
     seat : {"red", "blue"}
     period : float
         Seconds of game between two commands.
-    system : str, optional
-        The control system that flies the own seat of a room that is opened; the table's if not given.
     answers : str
         The kind of the tactic's commands.
+    seed : int, optional
+        Of the start of the game in a room that is opened; any if not given.
+    **settings
+        Of a room that is opened, as `swarm_pz.play.protocol.Settings` has them: `red` and `blue` (drones),
+        `time_limit` (seconds of game), `speed` (of these a second), `red_system`, `blue_system` (control systems),
+        `mapping`.
 
     Raises
     ------
+    ConfigError
+        If there are no such settings, or they are given with a room that is joined.
     PolicyError
         If the table refuses something, hangs up, or the seat's control system does not take such commands.
     """
+    if room is not None and (settings or seed is not None):
+        raise ConfigError(f"expected no settings and no seed for room {room!r}, which has its own: leave them out")
+    opening = _opening(seat, opponent, seed, settings)
     spoken = [Subprotocol(name) for name in protocol.VERSIONS]
     with connect(f"ws://{address}/socket", subprotocols=spoken, max_size=None) as socket:
 
@@ -75,7 +86,7 @@ def play(
             socket.send(protocol.encode(message))
 
         say(protocol.Hello(kind="program"))
-        say(protocol.Join(room, seat) if room is not None else _opening(seat, opponent, system))
+        say(protocol.Join(room, seat) if room is not None else opening)
         say(protocol.Ready())
         team, number, next_tick, frames, has_begun = TEAM_NAMES.index(seat), 0, 0, 0, False
         for data in socket:
@@ -104,9 +115,13 @@ def play(
     raise PolicyError("the table closed the connection")
 
 
-def _opening(seat: protocol.Side, opponent: str | None, system: str | None) -> protocol.Create:
-    settings = protocol.Settings(red_system=system) if seat == "red" else protocol.Settings(blue_system=system)
-    return protocol.Create(settings=settings, seat=seat, opponent=opponent)
+def _opening(seat: protocol.Side, opponent: str | None, seed: int | None, settings: dict[str, Any]) -> protocol.Create:
+    try:
+        given = {"seat": seat, "opponent": opponent, "seed": seed, "settings": settings}
+        return msgspec.convert(given, protocol.Create)
+    except msgspec.ValidationError as error:
+        known = ", ".join(protocol.Settings.__struct_fields__)
+        raise ConfigError(f"no room can be opened so: {error}; settings are {known}") from error
 
 
 def _check_kind(commands: protocol.Commands | None, answers: str) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from websockets.sync.server import serve
 
-from swarm_pz.errors import PolicyError
+from swarm_pz.errors import ConfigError, PolicyError
 from swarm_pz.play import protocol
 from swarm_pz.play.client import play
 from swarm_pz.play.frames import Frame, encode_frame, encode_target
@@ -92,6 +92,29 @@ def test_a_program_joins_the_room_that_it_is_told():
     assert said[1] == protocol.Join("WXYZ", "blue")
 
 
+def test_a_program_chooses_its_room_s_settings_and_seed_as_the_page_can():
+    asked = {"red": 5, "blue": 8, "time_limit": 60.0, "speed": 2.0, "blue_system": "flocking"}
+    with stand_in(room("playing"), room("over", "red")) as (address, said, heard_all):
+        assert play(address, None, opponent="ring", seed=7, **asked) == "red"
+        assert heard_all.wait(30)
+    assert said[1] == protocol.Create(settings=protocol.Settings(**asked), opponent="ring", seed=7)
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"drones": 5}, r"unknown field `drones` - at `\$.settings`; settings are red, blue, time_limit"),
+        ({"red": 1000}, r"`int` <= 200 - at `\$.settings.red`"),
+        ({"seed": -1}, r"`int` >= 0 - at `\$.seed`"),
+        ({"room": "ABCD", "red": 5}, "expected no settings and no seed for room 'ABCD'"),
+        ({"room": "ABCD", "seed": 5}, "expected no settings and no seed for room 'ABCD'"),
+    ],
+)
+def test_settings_that_no_room_has_are_refused_before_anybody_is_asked(asked, said):
+    with pytest.raises(ConfigError, match=said):
+        play("127.0.0.1:1", None, **asked)
+
+
 def test_a_table_that_hangs_up_is_an_error():
     with stand_in(room("playing")) as (address, _, _), pytest.raises(PolicyError, match="closed the connection"):
         play(address, None)
@@ -115,7 +138,7 @@ def seated(system, takes, serves):
 def test_a_program_commands_in_the_kind_that_it_answers(command, written):
     answers = [seated("formation", "formation", serves=False), room("playing"), frame(0), room("over", "red")]
     with stand_in(*answers) as (address, said, heard_all):
-        assert play(address, lambda frame, team: command, system="formation", answers="formation") == "red"
+        assert play(address, lambda frame, team: command, red_system="formation", answers="formation") == "red"
         assert heard_all.wait(30)
     assert said[1] == protocol.Create(settings=protocol.Settings(red_system="formation"), seat="red")
     (given,) = [message for message in said if isinstance(message, protocol.CommandMessage)]
