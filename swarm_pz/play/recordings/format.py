@@ -27,6 +27,7 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import ClientInfo, StrokeMessage, Timing
 from swarm_pz.play.recordings.chain import START, followed
 from swarm_pz.play.recordings.folder import read_regular
+from swarm_pz.simulator.spawn import check_seed
 
 VERSION = 2
 FRAME_TICKS = 3
@@ -216,16 +217,18 @@ class Recording:
         self.link = START
         try:
             self.config = TableConfig.from_dict(header.table)
+            check_seed(header.seed)
         except (SwarmError, RecursionError) as error:
-            raise RecordingError(f"{name} was played by rules that are not known here: {error}") from error
+            reason = str(error)[:1000]
+            raise RecordingError(f"{name} was played by rules that are not known here: {reason}") from error
         is_known = header.rules_hash in ("", self.config.game.rules_hash)
         if not is_known or not self.config.has_hash(header.config_hash):
             raise RecordingError(f"{name} says other rules than those whose hash it holds; it was changed")
         self._check_order()
 
     def _check_order(self) -> None:
-        """Check that drones are the game's, that ticks follow each other, and that nothing follows the end."""
-        latest, drones = 0, self.config.game.num_drones
+        """Check that drones and ticks are the game's, that ticks follow each other, and that the end comes last."""
+        latest, drones, limit = 0, self.config.game.num_drones, self.config.game.limit_ticks
         for number, line in enumerate(self.events, 2):
             where = f"line {number} of {self.name}"
             if number > 2 and isinstance(self.events[number - 3], EndLine):
@@ -235,6 +238,8 @@ class Recording:
             tick = line.tick if not isinstance(line, PaintedLine | SeatLine | ClockLine) else None
             if tick is not None and tick < latest:
                 raise RecordingError(f"{where}: tick must be {latest} or later, as before it, got {tick}")
+            if tick is not None and tick > limit:
+                raise RecordingError(f"{where}: tick must be at most {limit}, the game's time limit, got {tick}")
             latest = latest if tick is None else tick
         origin = self.header.origin
         if origin is not None and not 0 <= origin.lines <= len(self.events):
@@ -257,7 +262,10 @@ class Recording:
             try:
                 decoded = _decoder.decode(line)
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-                raise RecordingError(f"line {number} of {path} is not one of a recorded game: {error}") from error
+                # What is wrong may be quoted, however long it is.
+                raise RecordingError(
+                    f"line {number} of {path} is not one of a recorded game: {str(error)[:300]}"
+                ) from error
             if isinstance(decoded, Header) != (header is None):
                 raise RecordingError(f"{path} is not one recorded game: its first line alone must be of type 'game'")
             if isinstance(decoded, Header):

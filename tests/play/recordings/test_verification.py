@@ -292,7 +292,7 @@ def as_another_seat(lines):
         (given("end", ended_by="left"), "ended by 'time', not by 'left'"),
         (given("end", ended_by=None), "ended by 'time'"),
         (given("end", sizes=[6, 0]), "3 to 3"),
-        (given("end", tick=91), "differs at 91"),
+        (given("end", tick=91), "tick must be at most 90"),
         (given("game", seed=1), "differs at 0"),
         (given("game", config_hash="0" * 16), "hash"),
         (given("game", rules_hash="0" * 16), "hash"),
