@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from safetensors.numpy import load_file, save
+from safetensors.numpy import load, save
 from torch import Tensor
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.config.system import ControlSystem
-from swarm_pz.errors import CheckpointError, KindError, SwarmError
-from swarm_pz.files import draft_of
+from swarm_pz.errors import CheckpointError, ConfigError, KindError, SwarmError
+from swarm_pz.files import MOST_TEXT_BYTES, draft_of, read_bytes
 from swarm_pz.policies.drones_network import DronesActor
 from swarm_pz.policies.network import Actor
 from swarm_pz.simulator.spawn import Seed
@@ -29,6 +29,8 @@ from swarm_pz.spaces.actions import command_from_action, make_actions
 
 WEIGHTS, CARD = "policy.safetensors", "policy.json"
 FORMAT = 3
+MOST_BYTES = 64 * 2**20
+"""Of the weights."""
 _ROWS = 32
 
 
@@ -125,14 +127,18 @@ class LearnedPolicy:
         Raises
         ------
         CheckpointError
-            If files are missing, corrupt or foreign.
+            If files are missing, too large, corrupt or foreign.
         """
-        for name in (WEIGHTS, CARD):
-            if not (folder / name).is_file():
+        files = []
+        for name, most in ((WEIGHTS, MOST_BYTES), (CARD, MOST_TEXT_BYTES)):
+            if not (folder / name).exists():
                 raise CheckpointError(f"{folder} must hold {WEIGHTS} and {CARD}, {name} is missing")
+            try:
+                files.append(read_bytes(folder / name, most))
+            except ConfigError as error:
+                raise CheckpointError(f"{folder / name} {error}") from error
         try:
-            card = json.loads((folder / CARD).read_text())
-            weights = load_file(folder / WEIGHTS)
+            weights, card = load(files[0]), json.loads(files[1])
         except Exception as error:  # safetensors raises its own kinds, none of them public
             raise CheckpointError(f"{folder} holds a corrupt or foreign policy: {error}") from error
         if not isinstance(card, dict):

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import stat
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,8 +13,8 @@ from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.config.base import Config, check, check_choice, check_count
 from swarm_pz.config.constants import GRID_CELLS
 from swarm_pz.config.system import ControlSystem
-from swarm_pz.errors import CheckpointError, SwarmError
-from swarm_pz.files import draft_of, explain
+from swarm_pz.errors import CheckpointError, ConfigError, SwarmError
+from swarm_pz.files import draft_of, read_bytes
 from swarm_pz.policies.onnx_checks import MOST_BYTES
 from swarm_pz.spaces.actions import ActionKind
 from swarm_pz.spaces.formats import Dtype, Format
@@ -158,20 +156,11 @@ def write_files(folder: Path, card: OnnxCard, model: bytes) -> None:
 
 def _read(path: Path, most: int) -> bytes:
     """Return what stands in a file itself, and not where a link leads."""
-    flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-    try:
-        if path.is_symlink():
-            raise CheckpointError(f"{path} is a link: expected a file; copy what it leads to")
-        with os.fdopen(os.open(path, flags), "rb") as file:
-            status = os.fstat(file.fileno())
-            if not stat.S_ISREG(status.st_mode):
-                raise CheckpointError(f"{path} is no file: expected one, got a folder, a pipe or a device")
-            if status.st_size > most:
-                raise CheckpointError(f"{path} is too large: expected {most:,} bytes or fewer, got {status.st_size:,}")
-            return file.read(most + 1)
-    except FileNotFoundError as error:
+    if not (path.exists() or path.is_symlink()):
         others = sorted(one.name for one in path.parent.glob("*.onnx")) if path.name == MODEL else []
         hint = f"; it holds {', '.join(others[:3])}: a model must be called {MODEL}" if others else ""
-        raise CheckpointError(f"{path.parent} must hold {MODEL} and {CARD}, {path.name} is missing{hint}") from error
-    except OSError as error:
-        raise CheckpointError(f"{path} cannot be read: {explain(error)}") from error
+        raise CheckpointError(f"{path.parent} must hold {MODEL} and {CARD}, {path.name} is missing{hint}")
+    try:
+        return read_bytes(path, most, links=False)
+    except ConfigError as error:
+        raise CheckpointError(f"{path} {error}") from error

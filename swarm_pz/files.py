@@ -8,12 +8,59 @@ import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from swarm_pz.errors import ConfigError, OutputError
 
 MOST_TEXT_BYTES = 2**20
 """Of a file that people have written."""
+
+
+@contextmanager
+def opened(path: Path, *, links: bool = True) -> Iterator[tuple[BinaryIO, int]]:
+    """Give a file, perhaps a stranger's, to read from, and its bytes.
+
+    Parameters
+    ----------
+    path : Path
+    links : bool
+        Whether it may be a link, which may lead to what is nobody's business.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be read, or is no regular file (who opens a pipe waits for its writer): words that follow the
+        file's name.
+    """
+    other = f"cannot be read: expected a regular file, got {'' if links else 'a link, '}a folder, a pipe or a device"
+    flags = os.O_RDONLY
+    for name in ("O_NONBLOCK", "O_CLOEXEC", "O_BINARY", *([] if links else ["O_NOFOLLOW"])):
+        flags |= getattr(os, name, 0)  # not every system has them all
+    try:
+        if not stat.S_ISREG((path.stat() if links else path.lstat()).st_mode):
+            raise ConfigError(other)
+        with os.fdopen(os.open(path, flags), "rb") as file:
+            status = os.fstat(file.fileno())
+            if not stat.S_ISREG(status.st_mode):  # a pipe that has come since
+                raise ConfigError(other)
+            yield file, status.st_size
+    except OSError as error:
+        raise ConfigError(f"cannot be read: {explain(OSError(error.errno, error.strerror))}") from error
+
+
+def read_bytes(path: Path, most: int, *, links: bool = True) -> bytes:
+    """Return what stands in a file, perhaps a stranger's, if it is no more than so many bytes.
+
+    Raises
+    ------
+    ConfigError
+        As of `opened`, or if it is too large.
+    """
+    with opened(path, links=links) as (file, size):
+        data = file.read(most + 1) if size <= most else b""  # it may be growing
+        if (size := max(size, len(data))) > most:
+            raise ConfigError(f"is too large: expected {most:,} bytes or fewer, got {size:,}")
+        return data
 
 
 def read_text(path: Path) -> str:
@@ -22,20 +69,10 @@ def read_text(path: Path) -> str:
     Raises
     ------
     ConfigError
-        If it cannot be read, is no regular file (who opens a pipe waits for its writer), or too large: words that
-        follow the file's name.
+        As of `read_bytes`.
     """
     try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            raise ConfigError("cannot be read: expected a file, got a folder, a pipe or a device")
-        if status.st_size > MOST_TEXT_BYTES:
-            raise ConfigError(f"is too large: expected {MOST_TEXT_BYTES} bytes or fewer, got {status.st_size}")
-        data = path.read_bytes()
-    except OSError as error:
-        raise ConfigError(f"cannot be read: {explain(OSError(error.errno, error.strerror))}") from error
-    try:
-        return data.decode("utf-8-sig")
+        return read_bytes(path, MOST_TEXT_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise ConfigError(f"cannot be read: {error}") from error
 

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from swarm_pz.errors import ResultsError
-from swarm_pz.files import draft_of
+from swarm_pz.errors import ConfigError, ResultsError
+from swarm_pz.files import draft_of, read_bytes
 from swarm_pz.standard.games import Line
 
 REPORT, GAMES, PAGE = "report.json", "games.jsonl", "index.html"
@@ -91,15 +91,12 @@ def read(folder: Path) -> tuple[dict[str, Any], list[Line]]:
 
 
 def _bytes(path: Path) -> bytes:
+    if not path.is_file():
+        raise ResultsError(f"there is no report in {path.parent}: {path.name} is missing")
     try:
-        if not path.is_file():
-            raise ResultsError(f"there is no report in {path.parent}: {path.name} is missing")
-        size = path.stat().st_size
-        if size > _MOST[path.name]:
-            raise ResultsError(f"{path} is too large: expected {_MOST[path.name]} bytes or fewer, got {size}")
-        return path.read_bytes()
-    except OSError as error:
-        raise ResultsError(f"{path} cannot be read: {error}") from error
+        return read_bytes(path, _MOST[path.name])
+    except ConfigError as error:
+        raise ResultsError(f"{path} {error}") from error
 
 
 def _parse(data: bytes, path: Path) -> Any:

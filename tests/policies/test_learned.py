@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import os
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +10,10 @@ import torch
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
+from swarm_pz.errors import CheckpointError
 from swarm_pz.files import draft_of
 from swarm_pz.policies import learned, zoo
-from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.policies.network import Actor
 from swarm_pz.spaces.actions import command_from_action
 
@@ -83,3 +86,13 @@ def test_a_card_never_stands_without_its_weights(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="no space"):
         LearnedPolicy.read(CHAMPION, GameConfig()).write(tmp_path / "new")
     assert not list((tmp_path / "new").iterdir())
+
+
+@pytest.mark.parametrize(("name", "most"), [(CARD, "1,048,576"), (WEIGHTS, "67,108,864")])
+def test_a_file_that_is_too_large_is_refused_by_its_size_and_not_read(name, most, tmp_path):
+    shutil.copytree(CHAMPION, tmp_path / "large")
+    os.truncate(tmp_path / "large" / name, 8 * 2**30)  # it takes no room: nothing is written
+    with pytest.raises(
+        CheckpointError, match=rf"{name} is too large: expected {most} bytes or fewer, got 8,589,934,592"
+    ):
+        LearnedPolicy.read(tmp_path / "large", GameConfig())

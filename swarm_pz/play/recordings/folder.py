@@ -5,24 +5,16 @@ A link may lead to what is nobody's business, and who opens a pipe waits for its
 
 from __future__ import annotations
 
-import contextlib
-import os
 import re
 import stat
-from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO
 
-from swarm_pz.errors import RecordingError
-from swarm_pz.files import explain
+from swarm_pz.errors import ConfigError, RecordingError
+from swarm_pz.files import opened, read_bytes
 
 SUFFIX = ".jsonl"
 MOST_BYTES = 256 * 2**20
 """Of a recording that is read."""
-# Not every system has them all.
-_FLAGS = os.O_RDONLY
-for _flag in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_BINARY"):
-    _FLAGS |= getattr(os, _flag, 0)
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.jsonl")
 
 
@@ -55,10 +47,10 @@ def read_regular(path: Path) -> bytes:
     RecordingError
         If it cannot be read, is no regular file (a link, a folder, a pipe, a device) or is larger than `MOST_BYTES`.
     """
-    with _opened(path) as (file, size):
-        if size > MOST_BYTES:
-            raise RecordingError(f"{path} is not read: a recording may have {MOST_BYTES} bytes, it has {size}")
-        return file.read(MOST_BYTES + 1)  # it may be growing
+    try:
+        return read_bytes(path, MOST_BYTES, links=False)
+    except ConfigError as error:
+        raise RecordingError(f"{path} {error}") from error
 
 
 def read_ends(path: Path, count: int) -> tuple[bytes, bytes]:
@@ -69,27 +61,10 @@ def read_ends(path: Path, count: int) -> tuple[bytes, bytes]:
     RecordingError
         If it cannot be read, or is no regular file.
     """
-    with _opened(path) as (file, size):
-        first = file.read(count)
-        file.seek(max(size - count, 0))
-        return first, file.read(count)
-
-
-@contextlib.contextmanager
-def _opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
-    """Give a regular file that was opened, and its size."""
-    other = f"{path} is not read: expected a regular file, got a link, a folder, a pipe or a device"
     try:
-        if not stat.S_ISREG(path.lstat().st_mode):
-            raise RecordingError(other)
-        file = os.open(path, _FLAGS)  # a pipe that has come since opens at once, and is refused
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be read: {explain(OSError(error.errno, error.strerror))}") from error
-    with os.fdopen(file, "rb") as opened:
-        status = os.fstat(file)
-        if not stat.S_ISREG(status.st_mode):
-            raise RecordingError(other)
-        try:
-            yield opened, status.st_size
-        except OSError as error:
-            raise RecordingError(f"{path} cannot be read: {explain(error)}") from error
+        with opened(path, links=False) as (file, size):
+            first = file.read(count)
+            file.seek(max(size - count, 0))
+            return first, file.read(count)
+    except ConfigError as error:
+        raise RecordingError(f"{path} {error}") from error

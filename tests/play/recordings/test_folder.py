@@ -41,7 +41,7 @@ def others(tmp_path):
 def test_only_regular_files_are_read_and_nothing_is_waited_for(tmp_path):
     for path in others(tmp_path).values():
         assert not is_regular(path)
-        with pytest.raises(RecordingError, match=rf"{path.name} is not read: expected a regular file"):
+        with pytest.raises(RecordingError, match=rf"{path.name} cannot be read: expected a regular file"):
             read_regular(path)
     assert read_regular(tmp_path / "secret") == b"secret" and is_regular(tmp_path / "secret")
     assert not is_regular(tmp_path / "none")
@@ -61,5 +61,5 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
     (tmp_path / "a.jsonl").write_bytes(b"x" * 10)
     assert len(read_regular(tmp_path / "a.jsonl")) == 10
     (tmp_path / "a.jsonl").write_bytes(b"x" * 11)
-    with pytest.raises(RecordingError, match="may have 10 bytes, it has 11"):
+    with pytest.raises(RecordingError, match="is too large: expected 10 bytes or fewer, got 11"):
         read_regular(tmp_path / "a.jsonl")

@@ -226,10 +226,10 @@ def test_a_study_of_windows_begins_with_its_mark_of_bytes(tmp_path):
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
 def test_a_pipe_in_the_place_of_a_study_or_a_text_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(ConfigError, match="expected a file, got a folder, a pipe or a device"):
+    with pytest.raises(ConfigError, match="expected a regular file, got a folder, a pipe or a device"):
         Study.read(tmp_path / "pipe")
     (tmp_path / "study.toml").write_text('welcome = "pipe"\n' + ONE)
-    with pytest.raises(ConfigError, match="expected a file, got a folder, a pipe or a device"):
+    with pytest.raises(ConfigError, match="expected a regular file, got a folder, a pipe or a device"):
         Study.read(tmp_path / "study.toml")
 
 
