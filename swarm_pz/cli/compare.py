@@ -250,10 +250,9 @@ def list_policies() -> None:
 
     A policy for which no kind of commands is named answers densities.
     """
-    for name, line in known().items():
-        kind = kind_of(name)
-        answers = "" if kind == "density" else f"answers {kind}: "
-        print(f"{name:<12} {answers}{line}".rstrip())
+    lines = known()
+    for name, kind in ((name, kind_of(name)) for name in lines):
+        lines[name] = lines[name] if kind == "density" else f"answers {kind}: {lines[name]}"
+    tables.print_named(lines)
     print("\ncontrol systems, by --game.controllers:")
-    for name, line in able_to_fly().items():
-        print(f"{name:<16} {line}")
+    tables.print_named(able_to_fly())

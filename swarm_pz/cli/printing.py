@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from swarm_pz.errors import require_extra
@@ -184,6 +185,28 @@ def print_status(title: str, rows: Sequence[dict[str, Any]]) -> None:
     )
 
 
+def print_systems(rows: Sequence[dict[str, Any]]) -> None:
+    """Print how control systems stand: rows of the standings of `swarm_pz.figures.systems.making.make`."""
+    lines = []
+    for row in rows:
+        low, high = row["win_rate_ci95"]
+        soon = f"{row['time_to_win']['mean']:.0f}" if row["wins"] else "no win"
+        counts = (str(row[name]) for name in ("wins", "draws", "losses"))
+        lines.append((row["entrant"], *counts, f"{100 * low:.0f} to {100 * high:.0f} %", soon))
+    headings = ("entrant", "won", "drawn", "lost", "won 95 %", "s to a win")
+    _print(headings, lines, title="control systems against the same adversary")
+
+
+def print_named(lines: Mapping[str, str]) -> None:
+    """Print a line about each name; on a terminal, lines that are too long go on below themselves."""
+    console = require_extra("rich.console", "cli").Console()
+    indent = max(map(len, lines), default=0) + 2
+    for name, text in lines.items():
+        line = f"{name:<{indent}}{printable(text)}".rstrip()
+        wrapped = textwrap.fill(line, max(console.width, 2 * indent), subsequent_indent=" " * indent)
+        print(wrapped if console.is_terminal else line)
+
+
 def printable(text: str) -> str:
     """Return a text whose control characters are written out: none of them reaches a terminal."""
     return "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text)
@@ -192,13 +215,15 @@ def printable(text: str) -> str:
 def _print(
     headings: Sequence[str], rows: Sequence[Sequence[str]], *, title: str, caption: str = "", texts: int = 1
 ) -> None:
-    """Print a table; where it is too wide for the terminal its first columns, the texts, are cut, never a number."""
+    """Print a table; where it is too wide for a terminal its first columns, the texts, are cut, never a number."""
     rows = [[printable(cell) for cell in row] for row in rows]
     cell_len, console_class = require_extra("rich.cells", "cli").cell_len, require_extra("rich.console", "cli").Console
-    width = console_class().width
+    console = console_class()
     widths = [
         max(map(cell_len, [*heading.split("\n"), *column])) for heading, *column in zip(headings, *rows, strict=True)
     ]
+    # What reads a pipe or a file wants all of a name.
+    width = console.width if console.is_terminal else sum(widths) + 2 * len(widths)
     # Two spaces between columns, where there is room for them.
     padding = 1 if sum(widths[texts:]) + 8 * texts + 2 * (len(widths) - 1) <= width else 0
     gaps = (padding + 1) * (len(widths) - 1)

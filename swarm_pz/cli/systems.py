@@ -7,6 +7,7 @@ from typing import Annotated
 
 import tyro
 
+from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
 from swarm_pz.cli.report import command, print_rules, progress
 from swarm_pz.config import GameConfig
@@ -78,11 +79,5 @@ def systems(
             command=command(),
         )
     print_rules(game)
-    for row in results["standings"]:
-        low, high = row["win_rate_ci95"]
-        soon = f"{row['time_to_win']['mean']:.0f} s to a win" if row["wins"] else "no win"
-        print(
-            f"{row['entrant']:<32} won {row['wins']:>3} drawn {row['draws']:>3} lost {row['losses']:>3} "
-            f"({100 * low:.0f} to {100 * high:.0f} %), {soon}"
-        )
+    tables.print_systems(results["standings"])
     print(f"systems: {out / 'systems.md'}")

@@ -23,9 +23,9 @@ SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
 def test_policies_are_listed(capsys):
     main(["policies"])
     printed = capsys.readouterr().out
-    assert "ring         Make a ring around the opponents' mean position." in printed
-    assert "prowl        answers attractors: Circle the largest cluster, and come closer." in printed
-    assert "hold         answers any: Send what the control system does by itself" in printed
+    assert "ring        Make a ring around the opponents' mean position." in printed
+    assert "prowl       answers attractors: Circle the largest cluster, and come closer." in printed
+    assert "hold        answers any: Send what the control system does by itself" in printed
     _, _, systems = printed.partition("control systems, by --game.controllers:\n")
     assert "flocking         takes attractors: Everybody flies to one place" in systems
 

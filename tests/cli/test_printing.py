@@ -26,6 +26,10 @@ STUDY = SimpleNamespace(
     median_s=1234.0, restricted_mean_s=5678.0, commands_per_minute=98.7, min_command_interval=0.5,
     config_hash="0123456789abcdef", both_seats=False,
 )  # fmt: skip
+SYSTEM = {
+    "entrant": LONG, "wins": 123, "draws": 456, "losses": 789, "win_rate_ci95": (0.1, 1.0),
+    "time_to_win": {"mean": 1234.0},
+}  # fmt: skip
 SPEEDS = {
     "machine": {"cpu": "some"},
     "speeds": [
@@ -34,6 +38,17 @@ SPEEDS = {
     "phases_ns_per_drone_step": {"solve": 1234.0},
     "bytes_per_game": 40960,
 }
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """Give what makes a terminal of so many columns of what is printed to."""
+
+    def of(columns):
+        for name, value in {"TTY_COMPATIBLE": 1, "TERM": "dumb", "COLUMNS": columns, "LINES": 25}.items():
+            monkeypatch.setenv(name, str(value))
+
+    return of
 
 
 def match():
@@ -65,8 +80,8 @@ def match():
         (lambda: tables.print_speeds(SPEEDS), ("1024", "1000", "16", "123.45 M", "1,234,567")),
     ],
 )
-def test_names_are_cut_and_numbers_never(columns, show, numbers, capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", str(columns))
+def test_names_are_cut_and_numbers_never(columns, show, numbers, capsys, terminal):
+    terminal(columns)
     show()
     printed = capsys.readouterr().out
     row = next(line for line in printed.splitlines() if line.startswith("runs/"))
@@ -76,14 +91,26 @@ def test_names_are_cut_and_numbers_never(columns, show, numbers, capsys, monkeyp
 
 
 @pytest.mark.parametrize("columns", [80, 120])
-def test_a_ladder_fits_the_terminal(columns, capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", str(columns))
+def test_a_ladder_and_lists_fit_the_terminal(columns, capsys, terminal):
+    terminal(columns)
     tables.print_ladder(LADDER)
-    assert max(map(len, capsys.readouterr().out.splitlines())) <= columns
+    tables.print_systems([SYSTEM])
+    tables.print_named({"ring": "a word " * 40, "uniform": "even"})
+    printed = capsys.readouterr().out
+    assert max(map(len, printed.splitlines())) <= columns
+    assert "\nring     a word" in printed and "\n         " in printed and "\nuniform  even\n" in printed
 
 
-def test_every_number_stands_under_its_heading(capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "200")
+def test_a_pipe_gets_whole_names(capsys, monkeypatch):
+    """Names were cut at 80 columns where nobody looks on, so scripts could not read them."""
+    monkeypatch.setenv("COLUMNS", "60")
+    tables.print_ladder(LADDER)
+    tables.print_named({"ring": "a word " * 40})
+    printed = capsys.readouterr().out
+    assert LONG in printed and "…" not in printed and "a word " * 39 in printed
+
+
+def test_every_number_stands_under_its_heading(capsys):
     one = SimpleNamespace(
         policy="one", opponent="other", privileged=["other"], seed=7, limit_s=300.0, forfeits=[], games=[],
         summary=lambda: SUMMARY,
