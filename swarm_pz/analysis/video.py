@@ -43,7 +43,7 @@ def film_game(
 ) -> str:
     """Play one game of a match and write it as a film, or the board at one moment as a picture.
 
-    Both players are named, and lines in their colours show what each of them asks its drones to cover. The
+    Both players are named, and dots in their colours show what each of them asks its drones to cover. The
     file is there when it is complete; where something fails nothing is left.
 
     Parameters

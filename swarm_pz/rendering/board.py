@@ -1,4 +1,4 @@
-"""What a picture of the board is made of: a canvas, ground, contours of targets and texts.
+"""What a picture of the board is made of: a canvas, ground, dots of targets and texts.
 
 Every layer is a mask, laid with a colour over three planes of a byte a pixel: Pillow does that several
 times faster than over one image of three bytes a pixel. Row 0 of every grid is at the bottom.
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import GRID_CELLS, RED
+from swarm_pz.config import BLUE, GRID_CELLS, RED
 from swarm_pz.errors import require_extra
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.ergodicity import reconstruct
@@ -28,6 +28,8 @@ LEVELS = (0.5, 1.2, 2.0, 4.0, 8.0)
 """Densities at which shades change and lines run, in multiples of uniform coverage; uniform coverage is between two."""
 _FAINT, _PLAIN, _HATCHED = 89, 178, 242
 """Strengths, of 255: of ground just below capture, and between and on the lines of ground that captures."""
+_DOTTED, _APART = 0.4, 12
+"""Strength of a target's dots, and the pixels from one to the next."""
 _FINE = 2
 """Trails and arrows are drawn so many times as large and averaged, which smooths edges."""
 
@@ -137,13 +139,23 @@ def hatched(team: int, width: int, height: int) -> Any:
     return _image().fromarray(np.where(lines, np.uint8(_HATCHED), np.uint8(_PLAIN)))
 
 
-# --- lines of equal height ------------------------------------------------------------------------
+# --- targets and lines of equal height ------------------------------------------------------------------------
 
 
-def contours(coefficients: NDArray[np.floating[Any]], side: int) -> Any:
-    """Return a mask of lines where a target is so dense as `LEVELS` say, wider where denser."""
-    density = reconstruct(coefficients, side // 2, smooth=True)
-    return mask_of(0.5 * lines(density, LEVELS, (0.5, 0.6, 0.8, 1.0, 1.2)), side)
+def dots(team: int, coefficients: NDArray[np.floating[Any]], side: int) -> Any:
+    """Return a mask of dots that are the larger the denser a target is: trails are lines, and these are none.
+
+    Discs of red and diamonds of blue lie between one another, so that both teams' targets can be seen.
+    """
+    return mask_of(_DOTTED * dotted(team, reconstruct(coefficients, side, smooth=True)), side)
+
+
+def dotted(team: int, density: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return dots in [0, 1] for densities (cells, cells), in multiples of uniform coverage."""
+    rows, columns = (np.indices(density.shape) + 0.5 + _APART / 2 * (team == BLUE)) % _APART - _APART / 2
+    away = np.hypot(rows, columns) if team == RED else np.abs(rows) + np.abs(columns)
+    radius = np.minimum(_APART / 7 * np.sqrt(np.maximum(density, 0.0)), 0.45 * _APART)
+    return np.asarray(np.clip(radius - away + 0.5, 0.0, 1.0) * (density > LEVELS[0] / 2))
 
 
 def lines(image: NDArray[np.float64], levels: ArrayLike, widths: ArrayLike) -> NDArray[np.float64]:

@@ -31,7 +31,8 @@ from swarm_pz.rendering.board import (
     TEAM_COLOURS,
     Canvas,
     blank,
-    contours,
+    dots,
+    dotted,
     hatched,
     paint_captures,
     paint_fields,
@@ -74,10 +75,12 @@ class Layout:
 
 
 PICTURE = Layout(arena=600, margin=20, header=56, footer=20, text=20, small=13.5)
-FILM = Layout(arena=480, margin=16, header=44, footer=36, text=17, small=12)
+FILM = Layout(arena=480, margin=16, header=44, footer=16, text=17, small=12)
 ARENA, MARGIN, HEADER = PICTURE.arena, PICTURE.margin, PICTURE.header
 ENTRY_WIDTH, ENTRY_HEIGHT = ARENA // 2, 28
 """Pixels that an overlay's entry in the legend has."""
+_LINE = 22
+"""Pixels of a team's line in the legend of signs."""
 
 
 class Overlay(Protocol):
@@ -98,12 +101,12 @@ class Painter:
     names : (str, str), optional
         Who plays red and blue.
     targets : bool
-        Show what both teams were asked for, as light lines of equal density in place of shades of the fields,
+        Show what both teams were asked for, as dots, the larger the denser, in place of shades of the fields,
         and explain the signs below.
     overlays : sequence of Overlay, optional
         What to show on the ground, the lowest first, in place of targets and of the ground where teams capture.
     layout : Layout
-        `PICTURE`, or `FILM`, which is smaller and whose legend has room for targets alone.
+        `PICTURE`, or `FILM`, which is smaller.
 
     Raises
     ------
@@ -147,12 +150,12 @@ class Painter:
         return picture.array()
 
     def _ground_of(self, simulator: Simulator, row: int) -> Canvas:
-        """Return the ground with the contours of both targets, which are drawn when one changes."""
+        """Return the ground with the dots of both targets, which are drawn when one changes."""
         if self._targets and self._shown != (shown := simulator.games.coefficients[row].tobytes()):
             side = self._layout.arena
             self._ground, self._shown = blank(side, side), shown
             for team, colour in enumerate(TEAM_COLOURS):
-                self._ground.lay(colour, contours(simulator.target_coefficients[row, team], side))
+                self._ground.lay(colour, dots(team, simulator.target_coefficients[row, team], side))
         return self._ground
 
     def _draw_frame(self) -> Canvas:
@@ -160,7 +163,7 @@ class Painter:
         layout = self._layout
         left, top, side = layout.margin, layout.header, layout.arena
         entries = -(-len(self._overlays) // 2) * ENTRY_HEIGHT
-        size = (side + 2 * left, top + side + layout.footer + entries)
+        size = (side + 2 * left, top + side + layout.footer + entries + 2 * _LINE * self._targets)
         drawn = require_extra("PIL.Image", "render").new("RGB", size, "white")
         for number, overlay in enumerate(self._overlays):
             line, column = divmod(number, 2)
@@ -169,22 +172,24 @@ class Painter:
         picture.fill(INK, (left - 1, top - 1, left + side + 1, top + side + 1))
         if self._targets:
             for team in (RED, BLUE):
-                self._explain(picture, team, left + team * side // 2)
+                self._explain(picture, team, left, top + side + 8 + _LINE * team + _LINE // 2)
         return picture
 
-    def _explain(self, picture: Canvas, team: int, x: int) -> None:
-        """Explain a team's contours and its hatched ground below the arena."""
-        layout = self._layout
-        middle = layout.header + layout.arena + layout.footer // 2
-        for number, ink in enumerate((90, 125, 165)):
-            red, green, blue = (255 - (255 - value) * ink // 255 for value in TEAM_COLOURS[team])
-            picture.fill(
-                (red, green, blue), (x, middle - 5 + 4 * number, x + 22, middle - 4 + 4 * number + number // 2)
-            )
-        picture.write(f"{TEAM_NAMES[team]}'s target", (x + 28, middle), layout.small, INK)
-        x += layout.arena // 4
-        picture.lay(SHADE_COLOURS[team], hatched(team, 22, 14), (x, middle - 7))
-        picture.write(f"{TEAM_NAMES[team]} captures", (x + 28, middle), layout.small, INK)
+    def _explain(self, picture: Canvas, team: int, left: int, middle: int) -> None:
+        """Explain a team's signs in a line below the arena."""
+        layout, name, colour = self._layout, TEAM_NAMES[team], TEAM_COLOURS[team]
+        image, corner = require_extra("PIL.Image", "render").fromarray, middle - 6
+        fading = np.zeros((12, 22), np.uint8)
+        fading[5:7] = np.linspace(40, 150, 22)
+        first = 6 * team  # so that whole dots are shown
+        sample = dotted(team, np.full((24, 36), 2.0))[first : first + 12, first : first + 24]
+        lefts = [left + number * layout.arena // 4 for number in range(4)]
+        put_drone(picture, team, lefts[0] + 12, middle, layout.arena)
+        picture.lay(colour, image(fading), (lefts[1], corner))
+        picture.lay(colour, image(np.round(150 * sample).astype(np.uint8)), (lefts[2], corner))
+        picture.lay(SHADE_COLOURS[team], hatched(team, 22, 14), (lefts[3], corner - 1))
+        for x, text in zip(lefts, (f"{name} drone", "its trail", f"{name}'s target", f"{name} captures"), strict=True):
+            picture.write(text, (x + 28, middle), layout.small, INK)
 
     def _write_header(self, picture: Canvas, simulator: Simulator, row: int) -> None:
         layout, size = self._layout, self._layout.text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from swarm_pz.config import BLUE, RED, CaptureConfig, GameConfig
 from swarm_pz.rendering import board
@@ -23,15 +24,23 @@ def test_of_a_picture_a_copy_is_another_picture():
     assert (one.array() == 255).all() and (other.array() == [1, 2, 3]).all()
 
 
-def test_denser_lines_are_wider():
+def test_dots_of_a_target_are_larger_where_it_is_denser():
     command = np.zeros((10, 10))
     command[:, 9] = 1.0
     simulator = Simulator()
     simulator.command(RED, command[None])
-    mask = np.asarray(board.contours(simulator.games.coefficients[0, RED], 600))[300].astype(float)
-    lines = np.split(mask, np.flatnonzero(mask[1:] * mask[:-1] == 0) + 1)
-    ink = [line.sum() for line in lines if line.sum() > 60]
-    assert len(ink) >= 3 and ink == sorted(ink) and ink[-1] > 1.2 * ink[0]
+    mask = np.asarray(board.dots(RED, simulator.games.coefficients[0, RED], 600)).astype(float)
+    ink = [mask[:, first : first + 120].sum() for first in range(0, 600, 120)]
+    assert ink[-1] > 2 * ink[0] and ink[3:] == sorted(ink[3:])
+
+
+@pytest.mark.parametrize("team", [RED, BLUE])
+def test_targets_are_dots_and_no_lines(team):
+    """A target was drawn as lines, as trails are."""
+    ink = board.dotted(team, np.full((120, 120), 8.0)) > 0.5
+    assert ink.any() and not ink.all(axis=0).any() and not ink.all(axis=1).any()
+    assert not (ink & (board.dotted(1 - team, np.ones((120, 120))) > 0.5)).all()
+    assert not board.dotted(team, np.zeros((24, 24))).any()
 
 
 def test_fields_are_as_dark_as_they_are_near_to_capturing():

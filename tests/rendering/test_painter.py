@@ -97,13 +97,26 @@ def test_films_are_written(tmp_path, suffix):
     assert imageio.get_reader(path).get_data(0).ndim == 3
 
 
+def test_the_legend_explains_every_sign_of_both_teams(monkeypatch):
+    """Trails and drones were not in it."""
+    written = []
+    monkeypatch.setattr(board.Canvas, "write", lambda _, text, *__: written.append(text))
+    Painter(targets=True, layout=FILM)
+    assert written == [
+        sign
+        for team in ("red", "blue")
+        for sign in (f"{team} drone", "its trail", f"{team}'s target", f"{team} captures")
+    ]
+
+
 def test_a_still_shows_the_board_at_its_moment(tmp_path):
     from PIL import Image
 
     path = tmp_path / "stills" / "game.png"
     assert "(1.5 s" in film_game("ring", "uniform", path, seconds=1.5)
     with Image.open(path) as picture:
-        assert picture.size == draw(Simulator()).shape[1::-1]
+        height, width, _ = draw(Simulator()).shape
+        assert picture.width == width and picture.height > height  # by a legend
     end = film_game("ring", "uniform", path, config=GameConfig(time_limit=2.0))
     assert end.startswith("a draw (2.0 s")
 
@@ -350,13 +363,11 @@ def test_the_bar_and_the_numbers_above_the_board_are_each_teams_own():
         assert ((now_left != left).any(), (now_right != right).any()) == (same is not left, same is not right)
 
 
-def test_the_legend_below_explains_each_teams_signs_on_its_side():
+def test_the_legend_has_a_line_for_each_team_in_its_colour():
     picture = Painter(targets=True).draw(Simulator(GameConfig(drones_per_team=1))).astype(int)
-    legend = picture[HEADER + ARENA + 4 :]
-    redder = legend[..., 0] - legend[..., 2]
-    middle = legend.shape[1] // 2
-    assert redder[:, : middle - 10].max() > 30 and redder[:, : middle - 10].min() > -10
-    assert redder[:, middle + 10 :].min() < -30
+    for team, redder in enumerate(np.split((picture[..., 0] - picture[..., 2])[HEADER + ARENA + 8 :][:44], 2)):
+        signs = [redder[:, MARGIN + column * ARENA // 4 :][:, :24] * (-1) ** team for column in range(4)]
+        assert all(sign.max() > 30 and sign.min() > -10 for sign in signs)
 
 
 def test_text_tells_ground_and_crowds():
