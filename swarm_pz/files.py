@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import shutil
 import stat
 import tomllib
 from collections.abc import Iterator
@@ -14,6 +16,9 @@ from swarm_pz.errors import ConfigError, OutputError
 
 MOST_TEXT_BYTES = 2**20
 """Of a file that people have written."""
+
+FULL = (errno.ENOSPC, errno.EDQUOT)
+"""Numbers of the system's errors where there is no room left."""
 
 
 @contextmanager
@@ -146,10 +151,40 @@ def draft_of(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise OutputError(f"cannot write {str(path)!r}: {explain(error)}") from error
     try:
-        yield draft
-        draft.replace(path)
+        with named_if_full(path, draft):
+            yield draft
+            draft.replace(path)
     finally:
         draft.unlink(missing_ok=True)
+
+
+@contextmanager
+def named_if_full(path: Path, written: Path) -> Iterator[None]:
+    """Say which file could not be written, and what to do, where there is no room for it.
+
+    Parameters
+    ----------
+    path : Path
+        What errors call it.
+    written : Path
+        What is written: the file, or a draft of it.
+
+    Raises
+    ------
+    OutputError
+        If the disk, or what this user may have of it, is full.
+    """
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in FULL:
+            raise
+        size = written.stat().st_size if written.exists() else 0
+        free = shutil.disk_usage(path.parent).free
+        raise OutputError(
+            f"cannot write {str(path)!r}: the disk is full, with {size:,} bytes of the file written and {free:,} bytes "
+            "free; what was finished before is kept: make room, and run the command again"
+        ) from error
 
 
 def explain(error: OSError) -> str:

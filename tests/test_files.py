@@ -1,15 +1,21 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from swarm_pz.errors import OutputError
 from swarm_pz.files import check_file, check_folder, draft_of, explain
 
 
-def write_and_fail(path):
+def write_and_fail(path, fail):
     with draft_of(path) as draft:
         draft.write_text("half")
-        raise KeyboardInterrupt
+        fail()
+
+
+def interrupt():
+    raise KeyboardInterrupt
 
 
 def test_a_file_is_whole_or_not_there(tmp_path):
@@ -20,9 +26,19 @@ def test_a_file_is_whole_or_not_there(tmp_path):
         assert draft.suffix == ".txt"
     assert path.read_text() == "first"
     with pytest.raises(KeyboardInterrupt):
-        write_and_fail(path)
+        write_and_fail(path, interrupt)
     assert path.read_text() == "first"
     assert [file.name for file in path.parent.iterdir()] == ["a.txt"]
+
+
+def test_a_full_disk_is_named_with_the_file_and_nothing_is_lost(tmp_path):
+    """The system says neither which file it was nor what became of the one before."""
+    path = tmp_path / "a.txt"
+    path.write_text("first")
+    said = r"cannot write '.*/a\.txt': the disk is full, with 4 bytes of the file written and [\d,]+ bytes free"
+    with pytest.raises(OutputError, match=said):
+        write_and_fail(path, lambda: Path("/dev/full").write_text("the other half"))
+    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("a.txt", "first")]
 
 
 def test_a_link_in_the_place_of_a_draft_is_not_written_through(tmp_path):

@@ -15,7 +15,7 @@ from pathlib import Path
 import swarm_pz
 from swarm_pz.config import PRESETS, GameConfig
 from swarm_pz.errors import CommandError, MissingExtraError, Stopped, SwarmError, nearest, require_extra
-from swarm_pz.files import explain
+from swarm_pz.files import FULL, explain
 from swarm_pz.policy import allow_files
 from swarm_pz.training.config import RECIPES
 
@@ -111,7 +111,8 @@ def main(arguments: list[str] | None = None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
     except OSError as error:
-        print(f"swarm-pz: {explain(error)}", file=sys.stderr)
+        hint = "; what was finished before is kept: make room, and run it again" if error.errno in FULL else ""
+        print(f"swarm-pz: {explain(error)}{hint}", file=sys.stderr)
         sys.exit(2)
     except KeyboardInterrupt as interrupt:
         where = f": {interrupt}" if isinstance(interrupt, Stopped) else ""

@@ -15,7 +15,7 @@ from swarm_pz.cli.report import arguments, command, print_rules, program, progre
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check
 from swarm_pz.errors import require_extra
-from swarm_pz.files import check_file, check_folder
+from swarm_pz.files import check_file, check_folder, draft_of
 from swarm_pz.policy import kind_of
 
 if TYPE_CHECKING:
@@ -238,9 +238,12 @@ def tournament(
         field.play(progress=show, asked=asked, pool=pool)
     print_rules(game)
     figures = ladder.make_ladder(field)
-    (out / "ladder.json").write_text(json_module.dumps(figures, indent=2) + "\n")
-    (out / "ladder.md").write_text(ladder.to_markdown(figures, "ladder.png"))
-    ladder.plot(figures, out / "ladder.png")
+    with draft_of(out / "ladder.json") as draft:
+        draft.write_text(json_module.dumps(figures, indent=2) + "\n")
+    with draft_of(out / "ladder.md") as draft:
+        draft.write_text(ladder.to_markdown(figures, "ladder.png"))
+    with draft_of(out / "ladder.png") as draft:
+        ladder.plot(figures, draft)
     tables.print_ladder(figures)
     print(f"ladder: {out / 'ladder.md'}, {out / 'ladder.json'}, {out / 'ladder.png'}")
 

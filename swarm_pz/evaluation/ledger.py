@@ -14,7 +14,7 @@ from pathlib import Path
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError, require_extra
 from swarm_pz.evaluation.provenance import provenance
-from swarm_pz.files import draft_of
+from swarm_pz.files import draft_of, named_if_full
 
 SETTINGS, GAMES = "tournament.json", "games.jsonl"
 _NOT_MADE = " cannot be made: "
@@ -193,7 +193,8 @@ class Ledger:
     def append(self, games: Iterable[PlayedGame]) -> None:
         """Add finished games, so that even a system that crashes keeps them."""
         lines = "".join(json.dumps(dataclasses.asdict(game)) + "\n" for game in games)
-        with (self.folder / GAMES).open("ab") as file:
+        path = self.folder / GAMES
+        with named_if_full(path, path), path.open("ab") as file:
             file.write(lines.encode())
             file.flush()
             os.fsync(file.fileno())

@@ -20,6 +20,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.evaluation.intervals import middle, wilson
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.evaluation.rollout import Game, play_or_forfeit
+from swarm_pz.files import draft_of
 from swarm_pz.policy import Player, PrivilegedPolicy, load_players, name_of
 
 _BATCH = 256
@@ -162,8 +163,8 @@ class MatchResult:
             | ({"forfeits": forfeits} if forfeits else {})
             | provenance(self.config, command)
         )
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(figures, indent=2) + "\n")
+        with draft_of(path) as draft:
+            draft.write_text(json.dumps(figures, indent=2) + "\n")
 
 
 def play_match(

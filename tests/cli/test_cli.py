@@ -1,7 +1,9 @@
 from __future__ import annotations
 
+import errno
 import inspect
 import json
+import os
 import shlex
 import subprocess
 import sys
@@ -438,7 +440,25 @@ def test_errors_of_the_system_are_words(capsys, monkeypatch):
     monkeypatch.setattr("swarm_pz.bench.batch_env_face", fail)
     with pytest.raises(SystemExit, match="2"):
         main(["warmup"])
-    assert capsys.readouterr().err == "swarm-pz: no space left on device: 'runs/a'\n"
+    said = "no space left on device: 'runs/a'; what was finished before is kept: make room, and run it again"
+    assert capsys.readouterr().err == f"swarm-pz: {said}\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "file"),
+    [("evaluate ring --json e.json", "e.json"), ("tournament ring uniform --out . --processes 1", "games.jsonl")],
+)
+def test_a_full_disk_is_an_error_that_names_the_file(words, file, tmp_path, monkeypatch, capsys):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(os, "fsync", full)
+    write = Path.write_text
+    monkeypatch.setattr(Path, "write_text", lambda path, text: full() if "e.draft" in path.name else write(path, text))
+    with pytest.raises(SystemExit, match="2"):
+        main([*words.split(), "--games", "2", *SHORT])
+    assert f"cannot write '{file}': the disk is full, with " in capsys.readouterr().err
 
 
 def test_a_reader_that_has_seen_enough_gets_no_error():

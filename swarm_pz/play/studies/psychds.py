@@ -12,7 +12,7 @@ from typing import Any
 
 from swarm_pz.play.studies.reading import StudyData
 from swarm_pz.play.studies.rows import TABLES, codebook
-from swarm_pz.play.studies.tables import labels, write_csv
+from swarm_pz.play.studies.tables import labels, markdown, write_csv
 
 
 def write_psychds(data: StudyData, folder: Path) -> None:
@@ -36,7 +36,7 @@ def write_psychds(data: StudyData, folder: Path) -> None:
     }
     text = json.dumps(description, indent=2, ensure_ascii=False) + "\n"
     (folder / "dataset_description.json").write_text(text, encoding="utf-8")
-    (folder / "README.md").write_text(f"# {data.study.title}\n\n{about}\n", encoding="utf-8")
+    (folder / "README.md").write_text(f"# {markdown(data.study.title)}\n\n{markdown(about)}\n", encoding="utf-8")
 
 
 def _variables() -> list[dict[str, Any]]:

@@ -21,6 +21,7 @@ from swarm_pz.play.studies.analysis import (
     conditions,
 )
 from swarm_pz.play.studies.reading import StudyData
+from swarm_pz.play.studies.tables import markdown
 
 PICTURE = "comparison.png"
 _FAULTS = ("server", "forfeit")
@@ -85,7 +86,7 @@ def write_report(data: StudyData, folder: Path, command: str = "") -> list[Compa
     games = counted_games(data)
     comparisons = compare(games)
     scores = compare_scores(data)
-    parts = [f"# {data.study.title}\n", _summary(data, len(games)), "\n## Conditions\n"]
+    parts = [f"# {markdown(data.study.title)}\n", _summary(data, len(games)), "\n## Conditions\n"]
     parts += [_conditions(conditions(games)) if games else "No game that counts is over yet."]
     if games:
         parts.append(f"\n![shares won and lengths of games, by condition]({PICTURE})")
@@ -97,7 +98,7 @@ def write_report(data: StudyData, folder: Path, command: str = "") -> list[Compa
         comparisons = comparisons + [pair for row in scores for pair in row.pairs]
     parts += ["\n## How\n", _METHODS.format(count=len(comparisons))]
     if data.faults:
-        parts += ["\n## What could not be read\n", *(f"- {fault}" for fault in data.faults)]
+        parts += ["\n## What could not be read\n", *(f"- {markdown(fault)}" for fault in data.faults)]
     if command:
         parts.append(f"\nWritten by `{command}`.")
     (folder / "report.md").write_text("\n".join(parts) + "\n", encoding="utf-8")
@@ -141,7 +142,7 @@ def _conditions(rows: Sequence[ConditionRow]) -> str:
     for row in rows:
         median = f"{row.median_s:.1f} s" if row.median_s is not None else "longer than all"
         lines.append(
-            f"| {_cell(row.condition)} | {row.participants} | {row.games} | {100 * row.win_rate:.0f} % "
+            f"| {markdown(row.condition)} | {row.participants} | {row.games} | {100 * row.win_rate:.0f} % "
             f"| {100 * row.low:.0f} to {100 * row.high:.0f} % | {median} | {row.restricted_mean_s:.1f} s |"
         )
     return "\n".join(lines)
@@ -155,7 +156,7 @@ def _comparisons(rows: Sequence[Comparison]) -> str:
         within = f"{ends[0]} to {ends[1]}{unit}" if ends != ["any", "any"] else "any: too few participants"
         p = "< 0.001" if row.p < 0.001 else f"{row.p:.3f}"
         lines.append(
-            f"| {name} | {_cell(row.first)} less {_cell(row.second)} | {row.participants} "
+            f"| {name} | {markdown(row.first)} less {markdown(row.second)} | {row.participants} "
             f"| {scale * row.difference:+.1f}{unit} | {within} | {p} |"
         )
     return "\n".join(lines)
@@ -163,16 +164,11 @@ def _comparisons(rows: Sequence[Comparison]) -> str:
 
 def _scores(rows: Sequence[ScoreRow]) -> str:
     lines = [
-        f"- `{row.score}`: " + ", ".join(f"{_cell(name)} {mean:.1f}" for name, mean in row.means.items())
+        f"- `{row.score}`: " + ", ".join(f"{markdown(name)} {mean:.1f}" for name, mean in row.means.items())
         for row in rows
     ]
     pairs = [pair for row in rows for pair in row.pairs]
     return "\n".join([*lines, "", _comparisons(pairs)] if pairs else lines)
-
-
-def _cell(text: str) -> str:
-    """Return a text as a cell of a table of Markdown."""
-    return " ".join(text.split()).replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;")
 
 
 def _draw(games: Sequence[StudyGame], path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple
@@ -50,9 +51,14 @@ def write_parquet(rows: Sequence[Row], kind: type[Row], path: Path) -> None:
     require_extra("pyarrow.parquet", "lab").write_table(arrow.table(values, schema=schema), path)
 
 
+def markdown(text: str) -> str:
+    """Return a line of somebody's text as Markdown shows it: no sign of it makes a link, a table's edge or HTML."""
+    return re.sub(r"([\\`*_{}\[\]<>#|!~&])", r"\\\1", " ".join(text.split()))
+
+
 def codebook_text(title: str) -> str:
     """Return the codebook in Markdown."""
-    parts = [f"# Codebook: {title}\n", *(f"- {note}" for note in NOTES.values())]
+    parts = [f"# Codebook: {markdown(title)}\n", *(f"- {note}" for note in NOTES.values())]
     for name, table in codebook().items():
         parts += [f"\n## {name}\n", f"A row is: {table['row'][0].lower()}{table['row'][1:]}.\n"]
         parts += ["| column | type | unit | what it is |", "|---|---|---|---|"]

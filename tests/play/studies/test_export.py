@@ -2,6 +2,7 @@
 
 import csv
 import hashlib
+import html
 import io
 import json
 import re
@@ -12,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet
 import pytest
+from markdown_it import MarkdownIt
 
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.errors import ConfigError, MissingExtraError, OutputError, RecordingError
@@ -20,10 +22,11 @@ from swarm_pz.play.studies import export as module
 from swarm_pz.play.studies.analysis import compare, conditions
 from swarm_pz.play.studies.bids import TYPES
 from swarm_pz.play.studies.export import export
+from swarm_pz.play.studies.psychds import write_psychds
 from swarm_pz.play.studies.reading import read_study
 from swarm_pz.play.studies.report import counted_games, write_report
 from swarm_pz.play.studies.rows import TABLES, codebook
-from swarm_pz.play.studies.tables import labels
+from swarm_pz.play.studies.tables import codebook_text, labels, markdown
 from tests.play.recordings.test_format import record
 from tests.play.studies import playing
 
@@ -271,6 +274,24 @@ def test_the_report_compares_and_shows(out):
     assert (out / "comparison.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize("sign", ["<b>a</b>", "[a](b)", "a|b", "*a*", "`a`", "&amp;", "# a", "![a](b)", "a_b_"])
+def test_a_title_is_text_and_neither_markdown_nor_html(sign):
+    """Titles stood in report.md as they were."""
+    page = MarkdownIt("commonmark").enable("table")
+    assert page.render(f"# {markdown(sign)}\n") == f"<h1>{html.escape(sign)}</h1>\n"
+    assert f"<td>{html.escape(sign)}</td>" in page.render(f"| a |\n|---|\n| {markdown(sign)} |\n")
+
+
+def test_titles_are_escaped_wherever_they_stand(ran, tmp_path):
+    data = read_study(ran)
+    data = replace(data, study=data.study.replace(title="<b>"), faults=["a <b>"])
+    write_report(data, tmp_path)
+    write_psychds(data, tmp_path / "psychds")
+    texts = [(tmp_path / name).read_text() for name in ("report.md", "psychds/README.md")]
+    for text in (*texts, codebook_text("<b>")):
+        assert "\\<b\\>" in text and "<b" not in text.replace("\\<b", "")
+
+
 def test_the_report_tells_what_was_found_in_percent_and_seconds(ran, out):
     text, data = (out / "report.md").read_text(), read_study(ran)
     assert "2 of 2 participants, of whom 1 did all of it; 6 games count, and 4 of practice do not." in text
@@ -368,7 +389,7 @@ def test_what_is_corrupt_is_left_out_and_told(tmp_path):
     assert "is not in the study's folder" in told
     assert "P01: block9.game1 is no step of the study" in told
     assert [game.commands is None for game in found.data.games] == [False, True, True]
-    assert all(fault in (tmp_path / "out" / "report.md").read_text() for fault in found.data.faults)
+    assert all(markdown(fault) in (tmp_path / "out" / "report.md").read_text() for fault in found.data.faults)
 
 
 def test_an_outcome_that_its_recording_contradicts_is_told(tmp_path):
