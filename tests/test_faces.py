@@ -14,10 +14,12 @@ from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test
 import swarm_pz
 from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig, SpawnConfig
 from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.envs.drones_env import DronesEnv
 from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
 from swarm_pz.envs.parallel_env import CaptureEnv
 from swarm_pz.errors import CommandError, ConfigError
+from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies.planner import Planner, PlannerConfig
 from swarm_pz.spaces.densities import COMMAND_NAMES
 from swarm_pz.training.drones_vec_env import DronesVecEnv
@@ -112,6 +114,55 @@ def test_every_pair_is_the_learners_and_its_opponents_on_whichever_side_the_lear
             assert duel.observe().shape == (count, 2, 10, 10) and (duel.observe()[:, 0] == 64).all()
         assert np.allclose(duel.infos()["share"], 0.25)
     assert sides == ({0, 1} if side == "random" else {("red", "blue").index(side)})
+
+
+@pytest.mark.parametrize("whole", [np.int64, np.uint8])
+def test_numbers_of_numpy_are_numbers(whole):
+    """Those that come out of an array were refused in places."""
+    three, ten, real = whole(3), whole(10), np.float32
+    game = GameConfig(drones_per_team=(three, whole(4)), time_limit=real(3.0), observation=ObservationConfig(grid=ten))
+    assert game == GameConfig(drones_per_team=(3, 4), time_limit=3.0, observation=ObservationConfig(grid=10))
+    made = [
+        CaptureEnv(game, max_cycles=three),
+        DuelEnv(game, max_cycles=three, action_cells=three, flatten_actions=np.True_),
+        DuelVectorEnv(three, game, max_cycles=three, threads=whole(1)),
+        SwarmVecEnv(game, three, max_cycles=three, threads=whole(1), seed=three),
+        DronesVecEnv(game, three, action_period=real(0.5), neighbours=three, grid=ten, patch=three, seed=three),
+    ]
+    for environment in made[:3]:
+        environment.reset(seed=three)
+    for environment in made[3:]:
+        environment.seed(three)
+        assert environment.reset().shape[0] in (3, 21)
+    assert len(play_match("uniform", "uniform", games=whole(2), seed=three, config=game).games) == 2
+
+
+@pytest.mark.parametrize(
+    "make", [CaptureEnv, DronesEnv, DuelEnv, FACES["vector"]], ids=["parallel", "drones", "gymnasium", "vector"]
+)
+@pytest.mark.parametrize("seed", [None, 9])
+def test_a_reset_that_is_refused_leaves_game_and_seeds_as_they_were(make, seed):
+    """Refused options had reseeded already, and misspelt ones did nothing, without a word."""
+    environment, other = make(drones_per_team=1), make(drones_per_team=1)
+    for one in (environment, other):
+        one.reset(seed=5)
+    for options, said in (
+        ({"positions": [[2.0, 0.5], [0.5, 0.5]]}, "scenario positions"),
+        ({"position": [[0.2, 0.5], [0.5, 0.5]]}, "no option 'position': did you mean 'positions'"),
+        ({"velocity": 0.0}, "did you mean 'velocities'"),
+    ):
+        with pytest.raises(CommandError, match=said):
+            environment.reset(seed=seed, options=options)
+    with pytest.warns(UserWarning, match="the option 'curriculum' means nothing to this environment: known are positi"):
+        environment.reset(options={"curriculum": 3})
+    other.reset()
+    for one, same in zip(*(batch_of(one).simulator.games for one in (environment, other)), strict=True):
+        np.testing.assert_array_equal(one, same)
+    assert environment.np_random_seed == other.np_random_seed
+
+
+def batch_of(environment):
+    return environment.batch if hasattr(environment, "batch") else environment.duel.batch
 
 
 def test_registries_take_the_keywords():

@@ -35,19 +35,21 @@ def _shown(value: object) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def check_number(value: object, name: str, low: float, high: float, *, open_low: bool = False) -> None:
-    """Check that a value is a finite real number in [low, high], or (low, high] if `open_low`."""
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+def check_number(value: Any, name: str, low: float, high: float, *, open_low: bool = False) -> float:
+    """Return a finite real number in [low, high], or (low, high] if `open_low`; one of NumPy as Python's."""
+    is_number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
     # Compared as they are: a whole number may be too large for a float. NaN is in no range.
-    holds = is_number and (low < value if open_low else low <= value) and value <= high  # type: ignore[operator]
+    holds = is_number and (low < value if open_low else low <= value) and value <= high
     bracket = "(" if open_low else "["
     check(holds, name, value, f"a number in {bracket}{low:g}, {high:g}]")
+    return float(value)
 
 
-def check_count(value: object, name: str, low: int, high: int) -> None:
-    """Check that a value is a whole number in [low, high]."""
-    holds = isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
-    check(holds, name, value, f"a whole number in [{low}, {high}]")
+def check_count(value: Any, name: str, low: int, high: int) -> int:
+    """Return a whole number in [low, high]; one of NumPy as Python's."""
+    holds = isinstance(value, (int, np.integer)) and not isinstance(value, bool) and low <= value <= high
+    check(bool(holds), name, value, f"a whole number in [{low}, {high}]")
+    return int(value)
 
 
 def check_choice(value: object, name: str, choices: tuple[str, ...]) -> None:

@@ -78,8 +78,8 @@ def record_match(
         If the name, an option, the folder or a policy is not one that can be had; nothing is written.
     """
     config = config if config is not None else GameConfig()
-    check_count(games, "games", 1, 10**7)
-    check_count(seed, "seed", 0, 2**63 - games)
+    games = check_count(games, "games", 1, 10**7)
+    seed = check_count(seed, "seed", 0, 2**63 - games)
     check(len(opponents) > 0, "opponents", tuple(opponents), "at least one policy's name")
     called = name_of(player)
     target = Target(name=name if name is not None else name_for(called), root=root)

@@ -22,6 +22,7 @@ from swarm_pz.config import (
     GameConfig,
     ObservationConfig,
 )
+from swarm_pz.config.base import check_count
 from swarm_pz.config.values import check_densities
 from swarm_pz.envs.reward import red_rewards
 from swarm_pz.errors import CommandError, GameOverError, PolicyError
@@ -86,8 +87,8 @@ class BatchEnv:
     ) -> None:
         self.config = config if config is not None else GameConfig()
         self.simulator = Simulator(self.config, num_games, threads)
-        self.num_games = num_games
-        self.running = np.zeros(num_games, np.bool_)
+        self.num_games = self.simulator.num_games
+        self.running = np.zeros(self.num_games, np.bool_)
         self._limit_ticks = self.config.limit_ticks
         if max_cycles is not None:
             self.max_cycles = max_cycles
@@ -99,9 +100,7 @@ class BatchEnv:
 
     @max_cycles.setter
     def max_cycles(self, cycles: int) -> None:
-        if not isinstance(cycles, int) or isinstance(cycles, bool) or not 1 <= cycles <= _LONGEST:
-            raise CommandError(f"max_cycles must be a whole number from 1 to {_LONGEST:,}, got {cycles!r}")
-        self._limit_ticks = cycles * self.config.step_ticks
+        self._limit_ticks = check_count(cycles, "max_cycles", 1, _LONGEST) * self.config.step_ticks
 
     @property
     def limit_s(self) -> float:

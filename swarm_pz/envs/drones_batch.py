@@ -199,7 +199,7 @@ class DronesBatch:
 
 def _check_period(config: GameConfig, period: float, *, is_free: bool) -> float:
     """Return the seconds of a step, if opponents' commands can hold for a whole number of steps."""
-    check_number(period, "action_period", CONTROL_PERIOD, 1e6)
+    period = check_number(period, "action_period", CONTROL_PERIOD, 1e6)
     periods = period / CONTROL_PERIOD
     is_whole = abs(periods - round(periods)) < 1e-6
     check(is_whole, "action_period", period, "a whole number of control periods of 0.1 s")

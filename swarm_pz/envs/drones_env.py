@@ -153,7 +153,8 @@ class DronesEnv(OneGameEnv):
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[str, NDArray[np.float32]], dict[str, dict[str, Any]]]:
         """Start a game; arguments as of `CaptureEnv.reset`."""
-        self.drones.reset([self._seed_of_game(seed)], np.zeros(1, np.int64), options)
+        game_seed, scenario = self._asked(seed, options)
+        self.drones.reset([game_seed], np.zeros(1, np.int64), scenario)
         self._began(seed, self.possible_agents)
         return self._observations(), self._infos(None)
 

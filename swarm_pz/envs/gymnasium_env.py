@@ -12,7 +12,7 @@ from swarm_pz.config import GameConfig, resolve
 from swarm_pz.envs.batch_env import plain
 from swarm_pz.envs.opponents import DuelBatch, Opponent
 from swarm_pz.rendering.painter import METADATA, Screen
-from swarm_pz.simulator.spawn import check_seed, next_seed
+from swarm_pz.simulator.spawn import check_scenario, check_seed, next_seed
 from swarm_pz.spaces.actions import ActionKind
 from swarm_pz.spaces.formats import Dtype
 from swarm_pz.spaces.observation import Observations, of_game
@@ -110,12 +110,13 @@ class DuelEnv(gymnasium.Env[Any, Any]):
 
         Without a seed it is the next game of the sequence that the last seed began: `np_random`'s.
         """
+        scenario = check_scenario(options or {}, self.duel.config)  # what is refused leaves the seeds as they are
         if seed is not None:
             check_seed(seed)
             seed = int(seed)
         super().reset(seed=seed)
         game_seed = next_seed(self.np_random) if seed is None else np.random.SeedSequence(seed)
-        self.duel.reset([game_seed], np.zeros(1, np.int64), options)
+        self.duel.reset([game_seed], np.zeros(1, np.int64), scenario)
         self.screen.begin()
         return of_game(self.duel.observe(), 0), plain(self.duel.infos(None, 0))
 

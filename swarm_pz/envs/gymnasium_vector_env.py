@@ -15,7 +15,7 @@ from swarm_pz.config import GameConfig, resolve
 from swarm_pz.envs.opponents import DuelBatch, DuelResult, Opponents
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.rendering.painter import METADATA, Screen
-from swarm_pz.simulator.spawn import check_seed, next_seed, seeds_of
+from swarm_pz.simulator.spawn import check_scenario, check_seed, next_seed, seeds_of
 from swarm_pz.spaces.actions import ActionKind
 from swarm_pz.spaces.formats import Dtype
 from swarm_pz.spaces.observation import Observations, of_game
@@ -140,7 +140,7 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         options = dict(options or {})
         mask = _check_mask(options.pop("reset_mask", None), self.num_envs)
         rows = np.flatnonzero(mask)
-        seeds = self._check_seeds(seed)
+        seeds, scenario = self._check_seeds(seed), check_scenario(options, self.duel.config)
         for row in rows.tolist():
             if seeds[row] is not None:
                 self._generators[row] = seeding.np_random(seeds[row])[0]
@@ -149,7 +149,7 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
             next_seed(self._generators[row]) if number is None else np.random.SeedSequence(number)
             for row, number in zip(rows.tolist(), given, strict=True)
         ]
-        self._start(games, rows, options)
+        self._start(games, rows, scenario)
         return self.duel.observe(), _masked(self.duel.infos(), mask)
 
     def _check_seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:

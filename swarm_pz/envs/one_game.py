@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from pettingzoo import ParallelEnv
 from swarm_pz.config import BLUE, CHANNELS, GRID_CELLS, RED, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.rendering.painter import METADATA, Screen
-from swarm_pz.simulator.spawn import check_seed, next_seed, seeds_of
+from swarm_pz.simulator.spawn import check_scenario, check_seed, next_seed, seeds_of
 
 STATE_CHANNELS = (
     "red_positions",
@@ -66,9 +67,15 @@ class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped b
         """What `np_random` was seeded with."""
         return seeds_of(self.np_random).entropy
 
-    def _seed_of_game(self, seed: int | None) -> np.random.SeedSequence:
-        """Return the seed that a reset asks for: its own, or the next of the sequence that the last one began."""
-        return check_seed(seed) if seed is not None else next_seed(self.np_random)
+    def _asked(
+        self, seed: int | None, options: Mapping[str, Any] | None
+    ) -> tuple[np.random.SeedSequence, dict[str, NDArray[Any]]]:
+        """Return the seed that a reset asks for, or the next of the sequence that the last one began; and the scenario.
+
+        If one of them is refused, nothing has changed.
+        """
+        scenario = check_scenario(options or {}, self.batch.config)
+        return check_seed(seed) if seed is not None else next_seed(self.np_random), scenario
 
     def _began(self, seed: int | None, agents: list[str]) -> None:
         """Note that a game has begun."""

@@ -70,7 +70,7 @@ class CaptureEnv(OneGameEnv):
     has lost, 0 as long as the game goes on and for a draw.
 
     **Reset options.** ``positions`` (N, 2), ``velocities`` (N, 2), ``teams`` (N,) set up a
-    scenario; other options are ignored.
+    scenario. A misspelt option is an error; any other causes a warning.
 
     Parameters
     ----------
@@ -158,13 +158,19 @@ class CaptureEnv(OneGameEnv):
         seed : int, optional
             The game's seed; without one the next of the sequence that the last seed began.
         options : mapping, optional
-            A scenario: positions, velocities, teams. Unknown options are ignored.
+            A scenario: positions, velocities, teams.
 
         Returns
         -------
         observations, infos : dict by agent
+
+        Raises
+        ------
+        CommandError
+            If seed or options do not fit; nothing is changed.
         """
-        self.batch.reset([self._seed_of_game(seed)], scenario=options)
+        game_seed, scenario = self._asked(seed, options)
+        self.batch.reset([game_seed], scenario=scenario)
         self._began(seed, self.possible_agents)
         return self._observations(), self._infos(None)
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
+from swarm_pz.config.base import check, check_count
 from swarm_pz.errors import CommandError
 from swarm_pz.evaluation.intervals import middle, wilson
 from swarm_pz.evaluation.provenance import provenance
@@ -196,13 +197,13 @@ def play_match(
 
     Raises
     ------
-    CommandError
+    ConfigError
         If `games` is odd or below 2.
     PolicyError
         If a policy is unknown or answers nonsense.
     """
-    if not isinstance(games, int) or isinstance(games, bool) or games < 2 or games % 2:
-        raise CommandError(f"games must be an even number of at least 2, half for each side, got {games!r}")
+    games = check_count(games, "games", 2, 10**9)
+    check(games % 2 == 0, "games", games, "an even number, half for each side")
     config = config if config is not None else GameConfig()
     players = load_players(policy, opponent, config)
     played: list[Game] = []

@@ -18,6 +18,7 @@ from swarm_pz.config import (
     TICKS_PER_SECOND,
     GameConfig,
 )
+from swarm_pz.config.base import check_count
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
@@ -71,11 +72,8 @@ class Simulator:
 
     def __init__(self, config: GameConfig | None = None, num_games: int = 1, threads: int = 1) -> None:
         self.config = config if config is not None else GameConfig()
-        for name, value in (("num_games", num_games), ("threads", threads)):
-            if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= _MOST_GAMES:
-                raise CommandError(f"{name} must be a whole number from 1 to {_MOST_GAMES:,}, got {value!r}")
-        self.num_games = num_games
-        self.threads = min(threads, os.cpu_count() or 1, num_games)
+        self.num_games = check_count(num_games, "num_games", 1, _MOST_GAMES)
+        self.threads = min(check_count(threads, "threads", 1, _MOST_GAMES), os.cpu_count() or 1, self.num_games)
         self._pool = self._make_pool()
         self._rules, self._variants = rule_parameters(self.config), rule_variants(self.config)
         self.control = Control(self.config)

@@ -70,8 +70,7 @@ class _Images:
 
     def __init__(self, config: GameConfig, cells: int | None, *, is_log: bool, flat: bool) -> None:
         self._cells = config.command_cells
-        self._side = self._cells if cells is None else cells
-        check_count(self._side, "action_cells", 2, self._cells)
+        self._side = check_count(self._cells if cells is None else cells, "action_cells", 2, self._cells)
         self._is_log, self._low = is_log, -1.0 if is_log else 0.0
         self._shape = (self._side**2,) if flat else (self._side, self._side)
         self.space: spaces.Space[Any] = spaces.Box(self._low, 1.0, self._shape, np.float32)

@@ -79,10 +79,10 @@ class DroneView:
     """
 
     def __init__(self, config: GameConfig, *, neighbours: int = 5, grid: int = 10, patch: int = 5) -> None:
-        check_count(neighbours, "neighbours", 1, 10_000)
-        check_count(grid, "grid", 1, GRID_CELLS)
+        neighbours = check_count(neighbours, "neighbours", 1, 10_000)
+        grid = check_count(grid, "grid", 1, GRID_CELLS)
         check(GRID_CELLS % grid == 0, "grid", grid, f"a divisor of {GRID_CELLS}")
-        check_count(patch, "patch", 1, 2 * GRID_CELLS + 1)
+        patch = check_count(patch, "patch", 1, 2 * GRID_CELLS + 1)
         check(patch % 2 == 1, "patch", patch, "odd, so that the drone's own cell is in the middle")
         self._neighbours, self._patch = neighbours, patch
         self._images = ObservationConfig(grid=grid, channels=GROUND)

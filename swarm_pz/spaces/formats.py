@@ -89,7 +89,7 @@ class Format:
     ) -> None:
         check_choice(observation_dtype, "observation_dtype", get_args(Dtype))
         for name, value in (("flatten_actions", flatten_actions), ("channels_last", channels_last)):
-            check(isinstance(value, bool), name, value, "True or False")
+            check(isinstance(value, (bool, np.bool_)), name, value, "True or False")
         self.observation = observation
         system = config.team_systems[0] if system is None else system
         self._actions = make_actions(config, system, action, action_cells, flat=flatten_actions)

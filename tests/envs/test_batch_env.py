@@ -5,7 +5,7 @@ import pytest
 
 from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig, RewardConfig
 from swarm_pz.envs.batch_env import BatchEnv, by_game, plain
-from swarm_pz.errors import CommandError, GameOverError, PolicyError
+from swarm_pz.errors import CommandError, ConfigError, GameOverError, PolicyError
 from swarm_pz.policy import load
 
 
@@ -112,7 +112,7 @@ def test_an_outcome_is_asked_of_one_game(row):
     ],
 )
 def test_what_no_number_can_hold_is_refused_by_name(ask_for):
-    with pytest.raises(CommandError, match="must be"):
+    with pytest.raises((CommandError, ConfigError), match="must be"):
         ask_for()
 
 
@@ -171,7 +171,7 @@ def test_max_cycles_follows_from_the_time_limit_and_may_be_assigned():
     for _ in range(3):
         result = batch.step(np.ones((1, 2, 10, 10)))
     assert result.truncated.all()
-    with pytest.raises(CommandError, match="max_cycles must be a whole number"):
+    with pytest.raises(ConfigError, match="max_cycles must be a whole number"):
         batch.max_cycles = 0
 
 
@@ -260,7 +260,7 @@ def test_a_last_step_may_be_a_part_of_one():
     assert (batch.max_cycles, batch.limit_s) == (3, 2.5)
     batch.max_cycles = 4
     assert (batch.max_cycles, batch.limit_s) == (4, 4.0)
-    with pytest.raises(CommandError, match="max_cycles must be a whole number from 1 to 1,000,000,000,000, got"):
+    with pytest.raises(ConfigError, match=r"max_cycles must be a whole number in \[1, 1000000000000\], got"):
         batch.max_cycles = 10**12 + 1
     batch.max_cycles = 10**12
     batch.reset([0, 1])

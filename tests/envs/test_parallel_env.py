@@ -181,7 +181,7 @@ def test_infos_tell_size_captures_time_and_outcome():
 def test_options_set_up_a_scenario():
     positions = np.random.default_rng(0).random((20, 2)).astype(np.float32)
     environment = parallel_env()
-    environment.reset(seed=0, options={"positions": positions, "weather": "fine"})
+    environment.reset(seed=0, options={"positions": positions})
     np.testing.assert_array_equal(environment.batch.simulator.positions[0], positions)
     environment.reset(options={"positions": positions[::-1]})
     np.testing.assert_array_equal(environment.batch.simulator.positions[0], positions[::-1])

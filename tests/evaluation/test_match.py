@@ -10,7 +10,7 @@ from scipy.stats import binomtest
 from swarm_pz import policies
 from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.errors import CommandError, PolicyError
+from swarm_pz.errors import CommandError, ConfigError, PolicyError
 from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
 from swarm_pz.evaluation.rollout import _MATCH, Game
 from tests.envs.test_gymnasium_env import Nonsense
@@ -268,7 +268,7 @@ def test_differences_are_paired_where_the_rules_are_the_same_and_refused_where_n
 
 @pytest.mark.parametrize("games", [0, 3, -2, 2.0, True])
 def test_bad_numbers_of_games_are_refused(games):
-    with pytest.raises(CommandError, match="even number"):
+    with pytest.raises(ConfigError, match="games must be"):
         play_match("ring", "uniform", games=games)
 
 

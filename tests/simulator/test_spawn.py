@@ -94,7 +94,7 @@ def test_a_scenario_takes_the_place_of_what_it_names_and_of_nothing_else():
         ({"velocities": velocities}, {"velocities": velocities}),
         ({"teams": [1, 0, 0, 1]}, {"teams": [1, 0, 0, 1]}),
         ({"teams": np.array([True, False, True, True])}, {"teams": [1, 0, 1, 1]}),
-        ({"positions": np.tile([0.0, 1.0], (4, 1)), "weather": "fine"}, {"positions": np.tile([0.0, 1.0], (4, 1))}),
+        ({"positions": np.tile([0.0, 1.0], (4, 1))}, {"positions": np.tile([0.0, 1.0], (4, 1))}),
     ):
         simulator.reset([3, 4], scenario=scenario)
         for name, array, then in zip(drawn._fields, simulator.games, drawn, strict=True):
