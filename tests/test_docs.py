@@ -217,7 +217,7 @@ def test_every_python_snippet_is_run(monkeypatch, capsys):
     """Doctests run by themselves; the others are programs at a table, which is played by a stand-in here.
 
     Those of docs/data.md read an export, which tests/play/studies/test_export.py makes for them; that of docs/ros.md
-    plays in tests/play/ros/test_process.py.
+    plays in tests/play/ros/test_process.py, and that of docs/studies.md in tests/play/server/test_studies.py.
     """
 
     def stand_in(address, tactic, **how):
@@ -232,7 +232,9 @@ def test_every_python_snippet_is_run(monkeypatch, capsys):
 
     monkeypatch.setattr(swarm_pz.play.client, "play", stand_in)
     programs = [(page, text) for page, text in snippets("python") if ">>>" not in text and "--8<--" not in text]
-    programs = [(page, text) for page, text in programs if page not in ("docs/data.md", "docs/ros.md")]
+    programs = [
+        (page, text) for page, text in programs if page not in ("docs/data.md", "docs/ros.md", "docs/studies.md")
+    ]
     for page, text in programs:
         assert "swarm_pz.play.client" in text, f"a snippet of {page} is run by no test: make it a doctest"
         exec(compile(text, page, "exec"), {})  # noqa: S102  (our own pages)

@@ -1,11 +1,18 @@
 """A study as participants' pages and its monitor meet it: who is let in, and what is kept."""
 
+import contextlib
 import json
+import re
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from swarm_pz.play import protocol
-from swarm_pz.play.server.studies import Visitor
+from swarm_pz.play.server.app import Server
+from swarm_pz.play.server.studies import StudyHost, Visitor
+from swarm_pz.play.studies.folder import StudyFolder
 from tests.play.conftest import Client
 from tests.play.studying import NearStudyTable, Participant, walk_all
 
@@ -45,6 +52,36 @@ def planned(folder, text=PLAN):
     (folder / "consent.md").write_text("# Will you?\n\nYou *may* stop.")
     (folder / "study.toml").write_text(text)
     return folder / "study.toml"
+
+
+PAGE = (Path(__file__).parents[3] / "docs" / "studies.md").read_text().split("## A program as a participant")[1]
+PILOT = """
+title = "A pilot"
+participants = 2
+games = 1
+break_s = 0.01
+consent = "consent.md"
+order = [["alone", "together"]]
+practice = { wins = 1, most = 1 }
+rules = { time_limit = 1.0, drones_per_team = 3 }
+
+[[conditions]]
+title = "alone"
+
+[[conditions]]
+title = "together"
+opponent = "person"
+text = "consent.md"
+
+[[forms]]
+name = "hand"
+title = "About you"
+when = "start"
+items = [{ id = "hand", text = "Your hand?", kind = "choice", choices = ["left", "right"] }]
+
+[[forms]]
+name = "nasa-tlx"
+"""
 
 
 @pytest.fixture(scope="module")
@@ -186,6 +223,46 @@ def test_the_monitor_opens_with_its_token_alone(study):
     assert "<title>Monitor</title>" in study.ask("/study/monitor")[1]
     assert sorted(study.monitor()) == [f"P0{number}" for number in range(1, 9)]
     assert study.monitor()["P06"]["seen_s"] is None
+
+
+def test_the_page_names_every_request_that_a_studys_server_answers(tmp_path):
+    """A lab that scripts a study knows only what the page says."""
+    named = re.findall(r"`(GET|POST) (/[^` ]*)`", "\n".join(re.findall(r"^\| `[GP].*", PAGE, re.M)))
+    with contextlib.closing(StudyFolder.begin(planned(tmp_path / "plan"), tmp_path / "data")) as folder:
+        server = Server(SimpleNamespace(embedders=()), StudyHost(folder, None))
+        routes = server.app(["localhost"])._app.routes
+    there = [
+        (method, route.path.replace("{code}", "CODE"))
+        for route in routes
+        for method in (getattr(route, "methods", None) or {"GET"}) - {"HEAD"}
+    ]
+    assert sorted(named) == sorted(there)
+
+
+def shape(value):
+    """Return what kinds of values an answer holds, and the values of short texts."""
+    if isinstance(value, dict):
+        return {name: shape(one) for name, one in value.items() if name not in ("token", "room", "html")}
+    return [shape(one) for one in value] if isinstance(value, list) else value
+
+
+def test_who_knows_the_page_alone_takes_part(tmp_path):
+    """The page's transcript is what is said, and its program does all of a study, beside another one."""
+    table = NearStudyTable(planned(tmp_path / "plan", PILOT), tmp_path / "data")
+    codes = table.kept.codes
+    transcript = re.findall(r"^> POST (\S+) (.*)\n< (\d+) (.*)", PAGE.replace("KQ7F2MPD4X", codes[0]), re.M)
+    assert len(transcript) == 7
+    for path, said, status, told in transcript:
+        answer = table.ask(path, json.loads(said))
+        assert (answer[0], shape(answer[1])) == (int(status), shape(json.loads(told)))
+    space = {}
+    exec(re.search(r"^```python\n(.*?)^```", PAGE, re.M | re.S)[1], space)  # noqa: S102  (our own page)
+    with ThreadPoolExecutor() as pool:
+        told = [*pool.map(space["take_part"], [table.address] * 2, codes)]
+    for number, steps in enumerate(told):
+        kept = [line["step"] for line in lines_of(table, f"P0{number + 1}")[1:]]
+        assert steps == kept[2 if number == 0 else 0 :] and kept[-1] == "block2.form.nasa-tlx" and len(kept) == 10
+    assert "Traceback" not in table.end()
 
 
 def test_there_is_nothing_here_but_the_study(study):
