@@ -4,6 +4,7 @@
 `design`       what a study is: conditions, orders, blocks, forms
 `forms`        questionnaires as data, and their scores
 `progress`     what a person has done already, line by line, and what is next
+`withdrawal`   what a participant did, deleted
 `reading`      a study's folder as rows, which `rows` describes
 `analysis`     conditions compared within participants
 `export`       all that is published: `tables`, `bids`, `psychds`, and a `report`
