@@ -122,8 +122,9 @@ def test_of_a_pair_one_withdraws_and_the_other_keeps_what_is_theirs(code, own, o
 def test_a_game_of_two_that_was_over_is_written_down_for_the_other_before_it_goes(tmp_path):
     """After a power failure the recording alone knows how the partner's game ended."""
     with begin(tmp_path) as folder:
-        walk(folder, 0, until="block1.game2")
         walk(folder, 1, until="block1.game1")
+        walk(folder, 0, until="block1.game2")
+        assert "block1.game1" not in folder.progress(1).done
     withdraw(tmp_path / "data", "ann")
     with begin(tmp_path) as folder:
         assert folder.progress(1).done["block1.game1"]["outcome"] == "loss"
