@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import tempfile
 from collections.abc import Callable, Sequence
@@ -14,7 +15,7 @@ from swarm_pz.evaluation.parcels import Parcel
 from swarm_pz.evaluation.workers import Errands, never, silent
 from swarm_pz.policies.learned import CARD, LearnedPolicy
 from swarm_pz.policy import folder_of
-from swarm_pz.training.checkpoint import CHECKPOINT
+from swarm_pz.training.checkpoint import CHECKPOINT, read_story
 from swarm_pz.training.config import TrainConfig
 from swarm_pz.training.ppo import HISTORY, Training
 
@@ -29,6 +30,7 @@ def sweep(
     *,
     asked: Callable[[], bool] = never,
     say: Say = print,
+    show: Callable[[float, float], None] = lambda *_: None,
     command: str = "",
 ) -> list[LearnedPolicy]:
     """Train a policy with each seed; what was stopped goes on where it was, and what is trained stays.
@@ -46,6 +48,8 @@ def sweep(
         Called now and then: whether to stop there.
     say : callable, optional
         Where lines of progress go.
+    show : callable, optional
+        Called now and then with the steps that all runs have had, as their checkpoints say, and those that there are.
     command : str
         What was called.
 
@@ -71,10 +75,15 @@ def sweep(
         if errands.is_elsewhere:
             _check_players(config)
         left = [place for place, one in runs.items() if not _is_trained(place, one)]
+        total = config.total_steps * len(runs)
         watch = _Watch(left if not errands.is_here else [], say)
 
-        def look_and_ask() -> bool:
+        def look() -> None:
             watch.look()
+            show(min(sum(map(_steps_of, runs)), total), total)
+
+        def look_and_ask() -> bool:
+            look()
             return asked()
 
         for place in left:
@@ -82,7 +91,7 @@ def sweep(
             errands.send(str(place), train_one, runs[place], None if errands.is_elsewhere else place, command, *told)
         for place in left:
             parcel = errands.fetch(str(place), look_and_ask)
-            watch.look()
+            look()
             if parcel is not None:
                 parcel.unpack(folder)
             say(f"{place}: trained")
@@ -122,6 +131,20 @@ def _check_players(config: TrainConfig) -> None:
                 f"opponents and start_from of a sweep on other machines must be installed there, got the folder "
                 f"{name!r}: name policies, or train with --processes"
             )
+
+
+def _steps_of(place: Path) -> int:
+    """Return how many steps a run has had at its latest checkpoint; 0 where there is none yet."""
+    path = place / CHECKPOINT
+    try:
+        return _steps_at(path, path.stat().st_mtime_ns)
+    except (CheckpointError, LookupError, OSError):
+        return 0
+
+
+@functools.lru_cache(maxsize=1024)  # it is asked for again and again, and seldom changes
+def _steps_at(path: Path, _: int) -> int:
+    return int(read_story(path)["learner"]["steps"])
 
 
 def _is_trained(place: Path, config: TrainConfig) -> bool:

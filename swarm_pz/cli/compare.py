@@ -228,7 +228,8 @@ def tournament(
 
     config = TournamentConfig(games=games, seed=seed, budget_ms=budget_ms, game=game)
     check_folder(out)
-    field = Tournament(players or able(game), config, out, policies.load, command())
+    with progress("players", "loading players"):
+        field = Tournament(players or able(game), config, out, policies.load, command())
     with (
         goes_on_with(command()),
         open_pool(processes, ray) as pool,
@@ -237,7 +238,8 @@ def tournament(
     ):
         field.play(progress=show, asked=asked, pool=pool)
     print_rules(game)
-    figures = ladder.make_ladder(field)
+    with progress("players", "rating players"):
+        figures = ladder.make_ladder(field)
     with draft_of(out / "ladder.json") as draft:
         draft.write_text(json_module.dumps(figures, indent=2) + "\n")
     with draft_of(out / "ladder.md") as draft:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from swarm_pz.cli.player_options import Player
-from swarm_pz.cli.report import program
+from swarm_pz.cli.report import program, progress
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError, PolicyError, require_extra
 
@@ -40,15 +40,16 @@ def export(
             f"{policy} is a pickle, and opening it runs whatever code it holds: if you made it yourself, say "
             f"--trust; of others take nothing but ONNX files"
         )
-    learned = None if is_model else _learned(policy, game)
-    for module in ("onnx", "onnxruntime", "onnxscript"):
-        require_extra(module, "onnx")
-    from swarm_pz.policies import exporting
+    with progress("files", "exporting"):
+        learned = None if is_model else _learned(policy, game)
+        for module in ("onnx", "onnxruntime", "onnxscript"):
+            require_extra(module, "onnx")
+        from swarm_pz.policies import exporting
 
-    if learned is None:
-        exporting.export_model(exporting.load_model(Path(policy)), game, system, out, Path(policy).stem)
-    else:
-        exporting.export_learned(learned, game, system, out)
+        if learned is None:
+            exporting.export_model(exporting.load_model(Path(policy)), game, system, out, Path(policy).stem)
+        else:
+            exporting.export_learned(learned, game, system, out)
     print(f"wrote {out}; try it: {program()} evaluate {out}")
 
 

@@ -10,7 +10,7 @@ import tyro
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
-from swarm_pz.cli.report import command, filming, print_rules, program
+from swarm_pz.cli.report import command, filming, print_rules, program, progress
 from swarm_pz.config.base import check
 from swarm_pz.errors import require_extra
 from swarm_pz.files import check_folder
@@ -105,9 +105,9 @@ def sweep(
     check(config.seed == TrainConfig().seed, "seed", config.seed, "left out: --seeds names them")
     check_folder(out)
     with goes_on_with(command()), open_pool(processes, ray) as pool:
-        with stops_at_safe_points() as asked:
+        with progress("steps", "training") as show, stops_at_safe_points() as asked:
             say = functools.partial(print, flush=True)
-            trained = train_all(config, seeds, out, pool, asked=asked, say=say, command=command())
+            trained = train_all(config, seeds, out, pool, asked=asked, say=say, show=show, command=command())
         print_rules(config.game)
         tables.print_matches([play_match(policy, "uniform", games=games, config=config.game) for policy in trained])
     folders = " ".join(str(out / f"seed-{seed}") for seed in seeds)

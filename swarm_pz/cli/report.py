@@ -19,6 +19,7 @@ from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import draft_of
 
+Move = Callable[..., None]
 QUIET = 60.0
 """Seconds without a word that a log may have."""
 arguments: ContextVar[list[str]] = ContextVar("arguments")
@@ -44,8 +45,11 @@ def print_rules(game: GameConfig, note: str = "") -> None:
 
 
 @contextmanager
-def progress(what: str = "games", doing: str = "playing") -> Iterator[Callable[[float, float], None]]:
-    """Show a bar while games are played, or a line now and then in a log; give the function that moves it."""
+def progress(what: str = "games", doing: str = "playing") -> Iterator[Move]:
+    """Show a bar while games are played, or a line now and then in a log; give the function that moves it.
+
+    That takes how much is done, how much there is, and of what, if that is something else.
+    """
     library = require_extra("rich.progress", "cli")
     bar = library.Progress(transient=True, refresh_per_second=4)
     bar.disable = not bar.console.is_terminal
@@ -53,25 +57,25 @@ def progress(what: str = "games", doing: str = "playing") -> Iterator[Callable[[
         task = bar.add_task(doing, total=None)
         said = time.monotonic()
 
-        def move(done: float, total: float) -> None:
+        def move(done: float, total: float, of: str = what) -> None:
             nonlocal said
-            bar.update(task, completed=done, total=total)
+            bar.update(task, completed=done, total=total, description=doing if of == what else of)
             if bar.disable and time.monotonic() - said > QUIET:
                 said = time.monotonic()
-                print(f"{done:,.0f} of {total:,.0f} {what}", flush=True)
+                print(f"{done:,.0f} of {total:,.0f} {of}", flush=True)
 
         yield move
 
 
 @contextmanager
-def filming() -> Iterator[Callable[[float, float], None]]:
+def filming() -> Iterator[Move]:
     """As `progress`, while a film is drawn."""
     with in_seconds("filming") as move:
         yield move
 
 
 @contextmanager
-def in_seconds(what: str) -> Iterator[Callable[[float, float], None]]:
+def in_seconds(what: str) -> Iterator[Move]:
     """As `progress`, while something goes through a game from its beginning to its end."""
     with progress("seconds of game at most", what) as move:
         yield move

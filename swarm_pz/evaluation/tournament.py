@@ -281,6 +281,8 @@ class Tournament:
             if progress is not None:
                 progress(done, total)
 
+        if progress is not None:
+            progress(0, total)
         is_elsewhere = getattr(pool, "elsewhere", False)
         share(
             pool,

@@ -23,7 +23,7 @@ from swarm_pz.standard.siege import search
 if TYPE_CHECKING:
     from swarm_pz.policies.learned import LearnedPolicy
 
-Show = Callable[[float, float], None]
+Show = Callable[..., None]
 
 
 def learn(

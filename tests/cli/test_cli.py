@@ -218,7 +218,8 @@ def test_dataset_says_in_a_line_what_is_wrong_and_writes_nothing(words, message,
 def test_a_log_says_how_far_a_tournament_is(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("swarm_pz.cli.report.QUIET", 0.0)
     main(["tournament", "ring", "uniform", "--processes", "1", "--out", str(tmp_path), "--games", "2", *SHORT])
-    assert "2 of 2 games" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "0 of 2 games" in said and "2 of 2 games" in said
 
 
 def test_tournament_writes_the_ladder_and_goes_on(tmp_path, capsys):
@@ -242,12 +243,14 @@ def test_evaluate_held_out_reports_how_a_policy_generalises(tmp_path, capsys):
 
 
 def test_evaluate_exploit_trains_best_responses(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("swarm_pz.cli.report.QUIET", 0.0)
     monkeypatch.setitem(sys.modules, "cma", None)  # whose search plays for longer
     small = ["--exploit-steps", "64", "--exploiters", "2", "--games", "2", "--threads", "1", "--processes", "1"]
     rules = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
     out = tmp_path / "run"
     main(["evaluate", "centre", "--exploit", *small, *rules, "--out", str(out), "--json", str(tmp_path / "e.json")])
     said = capsys.readouterr().out
+    assert "128 of 128 steps of training" in said  # nothing was said of them
     assert "the search that does not learn is left out" in said and "an exploiter of centre" in said
     assert "exploitability: " in said.splitlines()[-3] and " % of 2 games" in said.splitlines()[-3]
     figures = json.loads((tmp_path / "e.json").read_text())

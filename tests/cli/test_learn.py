@@ -229,6 +229,7 @@ def test_options_that_contradict_the_run_are_named(words, message, capsys):
 def test_sweep_passes_on_what_it_was_asked_for(given, monkeypatch, capsys):
     def train(*args, **options):
         assert options.pop("say").func is print and not options.pop("asked")()
+        options.pop("show")(1, 2)
         given["begun"] = (args[:3], args[3].count, options)
         return [SimpleNamespace(name=f"seed-{seed}") for seed in args[1]]
 
