@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, GRID_CELLS, TICKS_PER_CONTROL_PERIOD, GameConfig
-from swarm_pz.config.values import check_densities
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.kernels.game import Games
 from swarm_pz.policy import Player
@@ -117,9 +116,9 @@ class Lookahead:
         simulator = self._trials.simulator
         simulator.restore(game)
         rows = np.arange(len(candidates))
-        shape = (len(rows), self._config.command_cells, self._config.command_cells)
-        densities = check_densities(np.exp(candidates), shape, "candidates")
-        simulator.command_checked(team, densities, rows, holds=True)  # as a step will
+        flown_by = simulator.games.flown_by[:, team]
+        commands = simulator.control.read(np.exp(candidates), flown_by, "density", "candidates")
+        simulator.command_checked(team, commands, rows, holds=True)  # as a step will
         if model is None:
             simulator.advance(self._ticks)
         else:

@@ -178,7 +178,9 @@ class Planner:
         for model in bench.models[1:]:
             assert model is not None  # noqa: S101  (only the first is)
             model.reset([0], only)
-            density = bench.present.ask(model, side, only)[0]
+            answer = bench.present.ask(model, side, only)
+            simulator = bench.present.simulator
+            density = simulator.control.pictures(simulator.games, answer, only, 1 - team)[0]
             expected.append(density / max(density.sum(), 1e-12))
         self._guesses[row] = _Guess(np.stack(expected), errors)
         return bench.models[int(errors.argmin())]

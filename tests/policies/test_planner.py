@@ -227,6 +227,15 @@ def test_other_sizes_and_cells_work():
     assert play_match(planner, "uniform", games=2, config=config).summary()["games"] == 2
 
 
+@pytest.mark.parametrize("controllers", ["flocking", ("ergodic", "direct")], ids=str)
+def test_it_plays_with_other_control_systems_and_against_them(controllers):
+    """Its trials sent densities as they are, which flocks and numbers beside them do not take."""
+    config = GameConfig(drones_per_team=2, time_limit=2.0, controllers=controllers)
+    model = "guess" if controllers == "flocking" else None
+    planner = Planner(config, model, SMALL.replace(drone_steps=500))
+    assert len(play_match(planner, "hold", games=2, config=config).games) == 2
+
+
 @pytest.mark.parametrize("model", [None, "guess", "ring"])
 @pytest.mark.parametrize("sizes", [(4, 0), (0, 4)])
 def test_it_plays_against_nobody_and_for_nobody(sizes, model):
