@@ -61,7 +61,7 @@ class PlannerConfig(Config):
         super().__post_init__()
         check_count(self.drone_steps, "drone_steps", 1, 10**12)
         if self.milliseconds is not None:
-            check_number(self.milliseconds, "milliseconds", 0.0, 1e6, open_low=True)
+            check_number(self.milliseconds, "milliseconds", 1e-3, 1e6)
         check_number(self.horizon, "horizon", CONTROL_PERIOD, 1e4)
         check_number(self.promise, "promise", 0.0, 1e6)
 

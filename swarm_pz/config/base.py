@@ -35,13 +35,11 @@ def _shown(value: object) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def check_number(value: Any, name: str, low: float, high: float, *, open_low: bool = False) -> float:
-    """Return a finite real number in [low, high], or (low, high] if `open_low`; one of NumPy as Python's."""
+def check_number(value: Any, name: str, low: float, high: float) -> float:
+    """Return a finite real number in [low, high]; one of NumPy as Python's."""
     is_number = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
     # Compared as they are: a whole number may be too large for a float. NaN is in no range.
-    holds = is_number and (low < value if open_low else low <= value) and value <= high
-    bracket = "(" if open_low else "["
-    check(holds, name, value, f"a number in {bracket}{low:g}, {high:g}]")
+    check(bool(is_number and low <= value <= high), name, value, f"a number in [{low:g}, {high:g}]")
     return float(value)
 
 

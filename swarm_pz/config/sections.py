@@ -1,4 +1,7 @@
-"""The sections of a game's configuration: every number stands here once, with the range it may take."""
+"""The sections of a game's configuration: every number stands here once, with the range it may take.
+
+What divides has a least value: whatever is reckoned from numbers in their ranges is finite, in float32 too.
+"""
 
 from __future__ import annotations
 
@@ -95,7 +98,7 @@ class MemoryConfig(Config):
             ticks = self.trail * TICKS_PER_SECOND
             check(abs(ticks - round(ticks)) < 1e-6, "memory.trail", self.trail, "a whole number of ticks of 1/30 s")
         if self.controller is not None:
-            check_number(self.controller, "memory.controller", 0.0, 1e6, open_low=True)
+            check_number(self.controller, "memory.controller", 0.01, 1e6)
         for name in ("trail_forgotten_on", "controller_forgotten_on"):
             occasions, known = getattr(self, name), get_args(Occasion)
             fits = isinstance(occasions, tuple) and all(occasion in known for occasion in occasions)
@@ -125,8 +128,7 @@ class CaptureConfig(Config):
     def __post_init__(self) -> None:
         super().__post_init__()
         check(isinstance(self.enabled, bool), "capture.enabled", self.enabled, "True or False")
-        check_number(self.threshold, "capture.threshold", 0.0, 1.0, open_low=True)
-        check(self.threshold < 1.0, "capture.threshold", self.threshold, "strictly between 0 and 1")
+        check_number(self.threshold, "capture.threshold", 0.001, 0.999)
         check_choice(self.field, "capture.field", ("occupancy", "reconstruction"))
 
 
@@ -182,16 +184,16 @@ class ControllerConfig(Config):
         check_count(self.modes, "controller.modes", 2, MAX_MODES)
         check_count(self.horizon, "controller.horizon", 2, 100)
         check_number(self.ergodic_weight, "controller.ergodic_weight", 0.0, 1e6)
-        check_number(self.control_weight, "controller.control_weight", 1e-6, 1e6)
+        check_number(self.control_weight, "controller.control_weight", 1e-4, 1e6)
         check_number(self.wall_weight, "controller.wall_weight", 0.0, 1e6)
         check_number(self.wall_margin, "controller.wall_margin", 0.0, 0.5)
-        check_number(self.max_acceleration, "controller.max_acceleration", 0.0, 100.0, open_low=True)
+        check_number(self.max_acceleration, "controller.max_acceleration", 1e-9, 100.0)
         check_choice(self.spectrum, "controller.spectrum", ("sobolev", "exponential"))
         if self.communication_radius is not None:
             check_number(self.communication_radius, "controller.communication_radius", 0.0, 2.0)
         check_number(self.message_loss, "controller.message_loss", 0.0, 1.0)
         check(isinstance(self.relay, bool), "controller.relay", self.relay, "True or False")
-        check_number(self.target_mass, "controller.target_mass", 0.0, 1e3, open_low=True)
+        check_number(self.target_mass, "controller.target_mass", 1e-3, 1e3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -238,8 +240,8 @@ class FlockingConfig(Config):
         object.__setattr__(self, "migration", (float(least), float(largest)))
         check_number(self.communication_radius, "flocking.communication_radius", 0.0, 2.0)
         check_number(self.separation_radius, "flocking.separation_radius", 0.0, 2.0)
-        check_number(self.max_turn, "flocking.max_turn", 0.0, math.pi, open_low=True)
-        check_number(self.speed, "flocking.speed", 0.0, 10.0, open_low=True)
+        check_number(self.max_turn, "flocking.max_turn", 1e-3, math.pi)
+        check_number(self.speed, "flocking.speed", 1e-3, 10.0)
         check_number(self.dwell, "flocking.dwell", 0.1, 1e6)
 
 
@@ -264,7 +266,7 @@ class DynamicsConfig(Config):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_number(self.speed_factor, "dynamics.speed_factor", 0.0, 10.0, open_low=True)
+        check_number(self.speed_factor, "dynamics.speed_factor", 1e-3, 10.0)
         check_number(self.failure_rate, "dynamics.failure_rate", 0.0, 1e3)
         check_number(self.repair_rate, "dynamics.repair_rate", 0.0, 1e3)
 

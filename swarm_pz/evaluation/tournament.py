@@ -69,7 +69,7 @@ class TournamentConfig(Config):
         check_count(self.games, "games", 2, 10**6)
         check(self.games % 2 == 0, "games", self.games, "even, half for each side")
         check_count(self.seed, "seed", 0, 2**128 - 1)
-        check_number(self.budget_ms, "budget_ms", 0.0, 1e7, open_low=True)
+        check_number(self.budget_ms, "budget_ms", 1e-3, 1e7)
         check(isinstance(self.game, GameConfig), "game", self.game, "a GameConfig")
         self.game.to_dict()  # refuses what the folder cannot name
 

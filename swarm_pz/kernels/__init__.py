@@ -15,7 +15,7 @@
 `painting`        strokes of a brush on an image
 `profiling`       parts of a control period, for measuring
 `compiler`        how kernels are compiled
-`cache`           where machine code is kept, and until when
+`cache`           until when machine code is kept
 ================  ==========================================================
 
 Change a rule by changing its function: the compiled code is rebuilt whenever any file of this
@@ -24,12 +24,22 @@ package or of `swarm_pz.config` changes. All that is compiled and kept stands he
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numba
 
-from swarm_pz.kernels.compiler import EntryPoint, Part
+try:
+    from swarm_pz.kernels.compiler import EntryPoint, Part
+except ImportError as missing:
+    EntryPoint = Part = numba.jit  # type: ignore[assignment,misc]
+    logging.getLogger("swarm_pz").warning(
+        "numba %s is not a version that swarm-pz was tested with (%s): games are the same, but every process compiles "
+        "its kernels anew, which takes a minute; `pip install swarm-pz` brings a version that fits",
+        numba.__version__,
+        missing,
+    )
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

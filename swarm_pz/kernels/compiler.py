@@ -8,23 +8,48 @@ callers take into their own code.
 And an entry point keeps that code to itself. Where two of them, or a function and its part, have functions of one name,
 the linker takes the first of these for all. Their code may round differently, and a game would go another way in the
 process that compiled it than in those that load it later.
+
+All this takes private parts of numba. Where one is missing, this module cannot be imported, and `swarm_pz.kernels`
+compiles as numba does by itself.
 """
 
 from __future__ import annotations
 
+import contextlib
 import gc
+import hashlib
+import logging
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 from llvmlite.binding import Linkage
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import Codegen, JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
 from numba.core.compiler_machinery import FunctionPass, LoweringPass, PassManager, register_pass
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering, NoPythonBackend
 from numba.core.untyped_passes import FixupArgs
 
-from swarm_pz.kernels.cache import StampedCache
+from swarm_pz.errors import SwarmError
+from swarm_pz.kernels.cache import STAMP
+
+_PRIVATE: dict[type, str] = {
+    JITCodeLibrary: "_optimize_final_module _finalize_final_module _finalize_dynamic_globals "
+    "_verify_declare_only_symbols _finalized _final_module",
+    CompileResult: "_find_referenced_environments",
+    CPUDispatcher: "_compile_for_args",
+    FunctionCache: "_impl _cache_file",
+    IndexDataCacheFile: "_index_name _data_name_pattern",
+}
+"""What is used of numba's classes, and may be another thing in its next version."""
+for _kind, _names in _PRIVATE.items():
+    _of_instances = getattr(getattr(_kind.__init__, "__code__", None), "co_names", ())  # type: ignore[misc]
+    for _name in _names.split():
+        if not hasattr(_kind, _name) and _name not in _of_instances:
+            raise ImportError(f"{_kind.__name__} has no {_name}")
 
 
 class _PartLibrary(JITCodeLibrary):
@@ -185,3 +210,72 @@ class EntryPoint(CPUDispatcher):
         finally:
             if was_enabled:
                 gc.enable()
+
+
+class _Files(IndexDataCacheFile):
+    """numba's files of a function's machine code, each called by the arguments that its code takes.
+
+    numba numbers them. Of two processes that compile a function at once for other arguments, both would take the
+    same number, and the index of one could then lead to the code of the other.
+    """
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep machine code in a file that no other arguments have."""
+        name, arguments = self._index_name.removesuffix(".nbi"), hashlib.sha256(repr(key).encode()).hexdigest()[:16]
+        self._data_name_pattern = f"{name}-{arguments}.{{number}}.nbc"
+        super().save(key, data)
+
+
+class StampedCache(FunctionCache):
+    """numba's cache of a function's machine code, in files that carry the stamp in their names.
+
+    numba's own looks at the file of the function alone, and would miss a change in a kernel that it calls.
+    Files of other sources are never opened: they may name classes that are there no more, and numba writes an
+    index before the code that it lists, so that an old file could be taken for a new one.
+
+    Raises
+    ------
+    SwarmError
+        If the function is not one of `swarm_pz.kernels`, since its own file would not be stamped.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        if not function.__module__.startswith(f"{__package__}."):
+            raise SwarmError(
+                f"an entry point must be a function of {__package__}, whose sources its machine code is kept by; "
+                f"got {function.__qualname__} of {function.__module__}: move it there, or compile it with numba.njit"
+            )
+        super().__init__(function)
+        self._function_name = function.__name__
+        self._unstamped = self._impl.filename_base
+        self._cache_file = _Files(self.cache_path, f"{self._unstamped}-{STAMP}", STAMP)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Load machine code for a signature, or say that it is compiled."""
+        found = super().load_overload(sig, target_context)
+        if found is None:
+            _tell_that_it_compiles(self._function_name)
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep machine code, and no longer what is of other sources."""
+        super().save_overload(sig, data)
+        function = self._unstamped.split("-")[0]
+        for path in Path(self.cache_path).glob(f"{function}-*.nb[ic]"):
+            if STAMP not in path.name:
+                with contextlib.suppress(OSError):  # another process was quicker, or has it open
+                    path.unlink()
+
+
+def _tell_that_it_compiles(name: str) -> None:
+    logger = logging.getLogger("swarm_pz")
+    _announce_compilation(logger)
+    logger.warning("compiling %s", name)
+
+
+@cache
+def _announce_compilation(logger: logging.Logger) -> None:
+    logger.warning(
+        "swarm-pz compiles its kernels for this machine, each once, when it is first needed: some seconds, or a minute "
+        "on a slow machine (`swarm-pz warmup` does it ahead of time)"
+    )

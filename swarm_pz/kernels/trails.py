@@ -15,14 +15,20 @@ from swarm_pz.kernels.capture import Boards, add_to_field, add_to_occupancy, add
 
 
 @kernel
-def cell_of(x: float, y: float) -> int:
-    """Index row * G + column of the grid cell that holds a float32 position.
+def along(coordinate: float) -> int:
+    """Return the row or column of a float32 coordinate; always one of the grid's, even for NaN and infinity.
 
-    The product is exact in float64, so the cell is that of the position as stored.
+    The product is exact in float64, so the cell is that of the coordinate as stored.
     """
-    column = min(int(np.float64(GRID_CELLS) * np.float64(x)), GRID_CELLS - 1)
-    row = min(int(np.float64(GRID_CELLS) * np.float64(y)), GRID_CELLS - 1)
-    return row * GRID_CELLS + column
+    cells: float = np.float64(GRID_CELLS) * np.float64(coordinate)
+    cells = cells if cells > 0.0 else 0.0  # in this form, since no comparison holds for NaN
+    return int(min(cells, GRID_CELLS - 1.0))
+
+
+@kernel
+def cell_of(x: float, y: float) -> int:
+    """Index row * G + column of the grid cell that holds a float32 position."""
+    return along(y) * GRID_CELLS + along(x)
 
 
 @kernel

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import get_args
+from typing import NamedTuple, get_args
 
 import numpy as np
 
 from swarm_pz.config import CONTROL_PERIOD, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
 from swarm_pz.config.sections import Occasion
+from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.capture import ring_weights
 from swarm_pz.kernels.controllers.communication import communication_parameters
 from swarm_pz.kernels.game import RuleParameters, RuleVariants
@@ -58,3 +59,16 @@ def rule_variants(config: GameConfig) -> RuleVariants | None:
         is_given="" in kernels,
         is_ergodic="ergodic" in kernels or reconstructs,
     )
+
+
+def check_finite(parameters: NamedTuple) -> None:
+    """Check the numbers that kernels take.
+
+    Raises
+    ------
+    ConfigError
+        If one is not finite in the type that they take it in.
+    """
+    for name, value in parameters._asdict().items():
+        if not np.isfinite(value).all():
+            raise ConfigError(f"the configuration's {name} must be finite for the kernels, got {value}")

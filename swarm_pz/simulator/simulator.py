@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ from swarm_pz.kernels.game import Games, advance_games
 from swarm_pz.kernels.retracing import retrace_games
 from swarm_pz.simulator.commands import coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
-from swarm_pz.simulator.parameters import rule_parameters, rule_variants
+from swarm_pz.simulator.parameters import check_finite, rule_parameters, rule_variants
 from swarm_pz.simulator.spawn import (
     FASTEST,
     Seed,
@@ -39,6 +39,8 @@ from swarm_pz.simulator.spawn import (
     random_velocities,
 )
 
+_INDICES = {"teams": (RED, BLUE), "trails": (-1, GRID_CELLS**2 - 1)}
+"""What kernels find places in arrays by, with its range."""
 _NEVER = -(10**9)
 _MOST_GAMES = 10**9
 _MOST_TICKS = 10**6
@@ -80,6 +82,8 @@ class Simulator:
         """Who flies the teams."""
         self._target_mass, self._tells_sending = float(self.config.controller.target_mass), self.config.tells_sending
         self.controller = ergodic_parameters(self.config)
+        check_finite(self._rules)
+        check_finite(self.controller)
         self._solved = np.full((num_games, 2), _NEVER, np.int64)
         """Ticks at whose solve a control system of Python's has chosen accelerations already."""
         self.games = self._empty_games()
@@ -405,7 +409,7 @@ class Simulator:
         return np.asarray((blue == 0) | (blue == self.config.num_drones))
 
     def for_rows(self, rows: NDArray[np.int64], work: Callable[[NDArray[np.int64]], None]) -> None:
-        """Call a kernel for parts of the rows, in this simulator's threads."""
+        """Call a kernel for parts of the rows, in this simulator's threads; the first part's exception is raised."""
         if self._pool is None or len(rows) < 2:
             if len(rows):
                 work(rows)
@@ -417,8 +421,9 @@ class Simulator:
         try:
             work(own)
         finally:
-            for done in waiting:
-                done.result()
+            wait(waiting)  # nobody changes games any more once the caller has an exception
+        for done in waiting:
+            done.result()
 
     def snapshot(self, rows: ArrayLike | None = None) -> Games:
         """Copy games mid-flight; `restore` continues them bit for bit."""
@@ -451,6 +456,9 @@ class Simulator:
                     f"snapshot must hold 1 or {len(chosen)} games with {name} of shape {array.shape[1:]}, "
                     f"got {len(copied)} of shape {copied.shape[1:]}"
                 )
+            low, high = _INDICES.get(name, (0, 0))
+            if high and copied.size and not low <= copied.min() <= copied.max() <= high:
+                raise CommandError(f"snapshot's {name} must be in [{low}, {high}]: they are no game's")
         for _, array, copied in arrays:
             array[chosen] = copied
         self._solved[chosen] = _NEVER

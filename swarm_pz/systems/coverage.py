@@ -60,10 +60,10 @@ class Coverage(Densities):
         """Check every field."""
         super().__post_init__()
         check_number(self.gain, "coverage.gain", 0.0, 100.0)
-        check_number(self.blend, "coverage.blend", 0.0, 1e3, open_low=True)
+        check_number(self.blend, "coverage.blend", 0.01, 1e3)
         check_number(self.floor, "coverage.floor", 1e-6, 1.0)
-        check_number(self.speed, "coverage.speed", 0.0, 10.0, open_low=True)
-        check_number(self.response, "coverage.response", 0.0, 1e3, open_low=True)
+        check_number(self.speed, "coverage.speed", 1e-3, 10.0)
+        check_number(self.response, "coverage.response", 0.01, 1e3)
         check(isinstance(self.neighbours, bool), "coverage.neighbours", self.neighbours, "True or False")
         check_count(self.grid, "coverage.grid", 2, 200)
 

@@ -61,7 +61,8 @@ class Flocking(ControlSystem):
 
     def default(self, config: GameConfig) -> NDArray[np.float64]:
         """Return the middle, with the least weight."""
-        return np.tile([0.5, 0.5, config.flocking.migration[0]], (MOST, 1))
+        least = config.flocking.migration[0]
+        return np.tile([0.5, 0.5, max(least, float(np.float32(least)))], (MOST, 1))  # in the space, which is float32
 
     def parse(self, command: Any, config: GameConfig, name: str = "command") -> NDArray[np.float64]:
         """Return a command, which may be written as 1 to 4 attractors or as a density, as an array (4, 3).

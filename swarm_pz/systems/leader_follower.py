@@ -91,7 +91,7 @@ class LeaderFollower(ControlSystem):
         for name in ("stiffness", "damping", "cohesion", "alignment", "separation"):
             check_number(getattr(self, name), f"leader_follower.{name}", 0.0, 1e4)
         check_number(self.leadership, "leader_follower.leadership", 0.0, 1.0)
-        check_number(self.separation_radius, "leader_follower.separation_radius", 0.0, 2.0, open_low=True)
+        check_number(self.separation_radius, "leader_follower.separation_radius", 1e-3, 2.0)
         check_number(self.margin, "leader_follower.margin", 0.0, 0.5)
 
     # --- commands -----------------------------------------------------------------------------

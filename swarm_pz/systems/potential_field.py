@@ -57,8 +57,8 @@ class PotentialField(ControlSystem):
         """Check every field."""
         super().__post_init__()
         for field in fields(self):
-            is_divisor = field.name == "softening"
-            check_number(getattr(self, field.name), f"potential_field.{field.name}", 0.0, 1e3, open_low=is_divisor)
+            least = 1e-3 if field.name == "softening" else 0.0  # which divides
+            check_number(getattr(self, field.name), f"potential_field.{field.name}", least, 1e3)
 
     def space(self, config: GameConfig) -> spaces.Box:
         """Return the images (2, A, A) of what attracts and what repels, `[row = y, column = x]`: their shapes count."""

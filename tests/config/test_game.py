@@ -68,7 +68,7 @@ def test_configurations_are_frozen():
         (lambda: GameConfig(capture=0.5), "capture must be a CaptureConfig"),
         (lambda: GameConfig(observation="grids"), "observation must be an ObservationConfig or a pair"),
         (lambda: CaptureConfig(threshold=0.0), "capture.threshold"),
-        (lambda: CaptureConfig(threshold=1.0), "strictly between 0 and 1, got 1.0"),
+        (lambda: CaptureConfig(threshold=1.0), "in \\[0.001, 0.999\\], got 1.0"),
         (lambda: CaptureConfig(enabled=1), "capture.enabled must be True or False, got 1"),
         (lambda: ObservationConfig(grid=20), "a divisor of 50, got 20"),
         (lambda: ObservationConfig(kind="pixels"), "observation.kind"),

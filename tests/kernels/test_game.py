@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from numba import njit
 
 from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.kernels.capture import FIELD_UNIT
+from swarm_pz.kernels.trails import cell_of
 from swarm_pz.simulator import Simulator
 from tests.reference import ring_sums
 
@@ -81,3 +85,13 @@ def test_who_fails_and_returns_is_drawn_from_the_seed_for_every_drone_at_every_s
         simulator.advance(3)
         np.testing.assert_array_equal(simulator.failed, failed)
     assert changes > 50
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_every_number_is_in_a_cell(dtype):
+    """A drone at NaN would write beyond the board, and end the process."""
+    expected = {math.nan: 0, -math.inf: 0, -1.0: 0, -0.0: 0, 0.5: 25, 1.0: 49, 2.0: 49, 1e30: 49, math.inf: 49}
+    find = njit(lambda x, y: cell_of(x, y))
+    for x, column in expected.items():
+        for y, row in expected.items():
+            assert find(dtype(x), dtype(y)) == row * 50 + column, (x, y)

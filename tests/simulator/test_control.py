@@ -51,7 +51,7 @@ class Faulty(Magnet):
             return right[:, 1:]
         if self.fault == "words":
             return [["fly"]]
-        return np.where(flight.positions[:, :, :1] > 0.5, np.nan, right)
+        return np.where(flight.positions[:, :, :1] > 0.5, 1e30 if self.fault == "huge" else np.nan, right)
 
 
 def games(swapped=(False, True), **options) -> Simulator:
@@ -246,6 +246,7 @@ def test_a_pair_of_commands_steps_a_batch():
         ("shape", r"answered accelerations of shape \(1, 7, 2\), not \(1, 8, 2\)"),
         ("words", "raised ValueError"),
         ("nan", r"answered \[nan, nan\] for drone \d: accelerations must be finite"),
+        ("huge", r"for drone \d: accelerations must be finite, in \[-1e\+18, 1e\+18\]"),
     ],
 )
 def test_a_system_at_fault_is_named(fault, said):

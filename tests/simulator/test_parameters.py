@@ -14,6 +14,7 @@ from swarm_pz.config import (
     MemoryConfig,
     RewardConfig,
 )
+from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.controllers.flocking import flocking_parameters
 from swarm_pz.kernels.game import ERGODIC, GIVEN
@@ -120,3 +121,12 @@ def test_every_number_of_the_ergodic_controller_is_passed_on():
         assert told.spectrum[1, 2] == np.float32(5.0 * 6**-1.5)
         assert (told.wall_weight, told.wall_margin, told.max_acceleration) == (7.0, 0.125, 3.0)
         assert told.inverse_control_weight == np.float32(8.0)
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_numbers_that_are_not_finite_for_the_kernels_are_refused():
+    """Drones would fly to NaN, should a range allow it."""
+    config = GameConfig()
+    object.__setattr__(config.controller, "control_weight", 1e-40)
+    with pytest.raises(ConfigError, match="inverse_control_weight must be finite for the kernels, got inf"):
+        Simulator(config)

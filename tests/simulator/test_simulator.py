@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import concurrent.futures
 import copy
 import os
 import pickle
@@ -66,6 +67,9 @@ def test_a_snapshot_of_another_game_is_refused_and_nothing_changes():
         simulator.restore(Simulator(GameConfig(drones_per_team=3), num_games=2).snapshot())
     with pytest.raises(CommandError, match="snapshot must hold 1 or 2 games"):
         simulator.restore(Simulator(num_games=3).snapshot())
+    for name, value in (("teams", 2), ("teams", -1), ("trails", 2500), ("trails", -2)):  # kernels would write elsewhere
+        with pytest.raises(CommandError, match=rf"^snapshot's {name} must be in \["):
+            simulator.restore(before._replace(**{name: np.full_like(getattr(before, name), value)}))
     for array, copied in zip(simulator.games, before, strict=True):
         np.testing.assert_array_equal(array, copied)
 
@@ -531,6 +535,32 @@ def test_what_goes_wrong_in_a_thread_is_told_when_all_have_done_their_part(bad):
         simulator.for_rows(np.arange(4), work)
     assert sorted(done) == [row for row in range(4) if row % 2 != bad]
     simulator.close()
+
+
+def test_no_thread_goes_on_once_the_caller_has_an_exception(monkeypatch):
+    """The second thread fails while the third still changes its game."""
+    monkeypatch.setattr(os, "cpu_count", lambda: 3)
+    simulator, is_waited_for, done = Simulator(GameConfig(drones_per_team=1), 3, threads=3), threading.Event(), []
+
+    def wait(futures):
+        is_waited_for.set()
+        return concurrent.futures.wait(futures)
+
+    def work(rows):
+        if 1 in rows:
+            raise ValueError(1)
+        if 2 in rows:
+            is_waited_for.wait(20.0)
+        done.extend(rows.tolist())
+
+    monkeypatch.setattr("swarm_pz.simulator.simulator.wait", wait, raising=False)
+    with pytest.raises(ValueError, match="1"):
+        simulator.for_rows(np.arange(3), work)
+    try:
+        assert sorted(done) == [0, 2]
+    finally:
+        is_waited_for.set()
+        simulator.close()
 
 
 @pytest.mark.usefixtures("two_processors")

@@ -116,3 +116,10 @@ def test_team_mates_that_are_not_heard_are_no_neighbours():
 
 def test_it_does_what_its_slow_mirror_does_whoever_is_heard():
     assert compare(60, seed=0) < 1e-4
+
+
+def test_any_least_weight_begins_a_game():
+    """Its nearest float32, the least that commands may have, can be above it."""
+    least = 605480.98
+    assert np.float32(least) > least + 1e-6
+    Simulator(GameConfig(controllers="flocking", flocking=FlockingConfig(migration=(least, 1e6))))
