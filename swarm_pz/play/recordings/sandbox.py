@@ -51,11 +51,6 @@ class Sandbox:
         with self._lock:
             self._end()
 
-    def start(self) -> None:
-        """Start the process, so that the first work need not wait for it."""
-        with self._lock:
-            self._started()
-
     def do(
         self, name: str | Path, work: Callable[..., T], *given: Any, progress: Callable[..., None] | None = None
     ) -> T:

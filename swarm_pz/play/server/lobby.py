@@ -224,6 +224,7 @@ class Lobby:
 
     async def recordings(self) -> list[Summary]:
         """Return what the recorded games were that one may watch, the latest first; off the event loop."""
+        self._replays.warm()
         running = self._running()
         return await asyncio.get_running_loop().run_in_executor(self._listing, self._list, running)
 

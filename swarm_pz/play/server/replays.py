@@ -18,11 +18,16 @@ from typing import Any
 
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
+from swarm_pz.play.game import LiveGame, TableConfig
 from swarm_pz.play.recordings.sandbox import Sandbox
 from swarm_pz.play.server.replay_session import LoadedRecording
 
 _held: dict[int, LoadedRecording] = {}
 """In the process that shows them, by their numbers."""
+
+
+def _warm() -> None:
+    LiveGame(TableConfig(), 0).advance()  # what is loaded late, or compiled, is there then
 
 
 def _load(path: Path) -> tuple[protocol.RoomState, bytes]:
@@ -69,7 +74,7 @@ class Replayed:
 
 
 class Replays:
-    """The two processes, started when a recorded game is first opened."""
+    """The two processes, started when somebody first looks for recorded games, or opens one."""
 
     def __init__(self) -> None:
         self._reader, self._player = Sandbox(), Sandbox()
@@ -77,6 +82,14 @@ class Replays:
         # the next one begins after it.
         self._reading, self._playing = ThreadPoolExecutor(1, "reading"), ThreadPoolExecutor(1, "replaying")
         self._numbers = itertools.count()
+        self._is_warm = False
+
+    def warm(self) -> None:
+        """Start the processes, the first time that this is asked for, so that a game opens at once later."""
+        if not self._is_warm:
+            self._is_warm = True
+            self._reading.submit(self._reader.do, "", _warm)
+            self._playing.submit(self._player.do, "", _warm)
 
     async def read(self, path: Path) -> Replayed:
         """Return a recorded game, played through; one at a time, since it takes a core.
@@ -86,7 +99,7 @@ class Replays:
         RecordingError
             If it cannot be read or shown, or ended the process that read it.
         """
-        self._playing.submit(self._player.start)  # it will be needed
+        self.warm()
         state, data = await self.work(path, _load)
         number, do, loop = next(self._numbers), partial(self._player.do, path.name), asyncio.get_running_loop()
 

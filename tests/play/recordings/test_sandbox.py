@@ -54,7 +54,6 @@ def test_whatever_becomes_of_the_process_is_an_error_that_names_the_file_and_the
 def test_one_process_does_all_work_tells_how_far_it_is_and_ends_with_its_context():
     told = []
     with Sandbox() as sandbox:
-        sandbox.start()
         process = sandbox.do("a.jsonl", count, 3, progress=told.append)
         assert told == [0, 1, 2] and process == sandbox.do("b.jsonl", os.getpid) != os.getpid()
     with pytest.raises(ProcessLookupError):

@@ -18,8 +18,7 @@ from tests.play.server.test_room import Client, until
 
 def crash(sandbox: Sandbox) -> None:
     """End the process as a fault in a kernel would."""
-    sandbox.start()
-    os.kill(sandbox._process.pid, signal.SIGSEGV)
+    os.kill(sandbox.do("", os.getpid), signal.SIGSEGV)
 
 
 def test_a_file_that_ends_the_process_which_reads_it_is_named_and_the_next_one_is_shown(tmp_path):
@@ -28,6 +27,7 @@ def test_a_file_that_ends_the_process_which_reads_it_is_named_and_the_next_one_i
     async def visit():
         replays, client = Replays(), Client()
         try:
+            replays.warm()
             crash(replays._reader)
             with pytest.raises(RecordingError, match=r"a\.jsonl ended the process .*\(SIGSEGV\)"):
                 await replays.read(tmp_path / "a.jsonl")
