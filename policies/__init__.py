@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from swarm_pz.config import GameConfig
@@ -12,11 +11,6 @@ from swarm_pz.policy import Player, registered
 from swarm_pz.policy import load as _load
 
 __all__ = ["load", "names"]
-
-# Between two of torch's operations OpenMP's workers wait in a busy loop, on the cores that the
-# simulator's threads or other processes want by then. With short waits training is a quarter faster, and
-# matches on a busy machine many times; this has an effect only before torch is imported.
-os.environ.setdefault("GOMP_SPINCOUNT", "1000")
 
 
 def names() -> list[str]:

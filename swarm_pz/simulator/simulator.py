@@ -38,6 +38,7 @@ from swarm_pz.simulator.spawn import (
     random_start,
     random_velocities,
 )
+from swarm_pz.simulator.waits import shorten_waits
 
 _INDICES = {"teams": (RED, BLUE), "trails": (-1, GRID_CELLS**2 - 1)}
 """What kernels find places in arrays by, with its range."""
@@ -172,6 +173,7 @@ class Simulator:
         CommandError
             If seeds, rows, scenario or `swapped` do not fit; no game is changed.
         """
+        shorten_waits()
         chosen = self.rows(rows)
         if seeds is None:
             seeds = list(np.random.SeedSequence().spawn(len(chosen)))

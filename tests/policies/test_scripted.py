@@ -1,9 +1,7 @@
 from __future__ import annotations
 
 import math
-import os
 import pickle
-import runpy
 
 import numpy as np
 import pytest
@@ -92,17 +90,6 @@ def test_a_policy_is_made_for_the_game_that_is_named_or_else_for_the_papers():
         player = policies.load("uniform", config)
         player.reset([0], only)
         assert player.act(np.zeros((1, 1, 10, 10), np.uint8), only).shape == (1, cells, cells)
-
-
-@pytest.mark.parametrize("given", [None, "7"])
-def test_workers_of_torch_wait_only_shortly_unless_somebody_has_said_how_long(given, monkeypatch):
-    if given is None:
-        monkeypatch.delenv("GOMP_SPINCOUNT", raising=False)
-    else:
-        monkeypatch.setenv("GOMP_SPINCOUNT", given)
-    runpy.run_path(policies.__file__)
-    assert os.environ["GOMP_SPINCOUNT"] == (given or "1000")
-    monkeypatch.delenv("GOMP_SPINCOUNT")
 
 
 def test_ring_surrounds_the_opponents():
