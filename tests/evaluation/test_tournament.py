@@ -528,7 +528,7 @@ def test_the_games_that_are_done_are_told_among_all_that_were_missing(tmp_path):
     config = CONFIG.replace(games=2, game=GameConfig(drones_per_team=1, time_limit=1.0))
     played(tmp_path, players[:2], config)
     Tournament(players, config, tmp_path, load).play(1, lambda *now: told.append(now))
-    assert told == [(2, 4), (4, 4)]
+    assert told == [(0, 4), (2, 4), (4, 4)]
     assert {path.name for path in tmp_path.iterdir()} - {".lock"} == {GAMES, SETTINGS}
 
 
