@@ -36,8 +36,8 @@ FACES = {
 FORMATS = {
     "default": {},
     "flat": {"flatten_actions": True, "observation_dtype": "float32"},
-    "coarse": {"action": "log_density", "action_cells": 5, "channels_last": True},
-    "density": {"action": "density"},
+    "coarse": {"action": "normalised", "action_cells": 5, "channels_last": True},
+    "density": {"action": "command"},
     "discrete": {"action": "discrete", "observation_dtype": "float32", "channels_last": True},
 }
 
@@ -63,7 +63,7 @@ def spaces_of(environment):
 
 def test_every_face_has_the_same_formats(face, formats):
     seen, acts = spaces_of(face(**formats))
-    expected = DuelEnv(**({"action": "density"} | formats if face in (CaptureEnv, swarm_pz.env) else formats))
+    expected = DuelEnv(**({"action": "command"} | formats if face in (CaptureEnv, swarm_pz.env) else formats))
     assert (seen, acts) == (expected.observation_space, expected.action_space)
 
 
@@ -178,6 +178,16 @@ def test_registries_take_the_keywords():
     named = gymnasium.make(ID, action="discrete").unwrapped
     assert named.command_names == COMMAND_NAMES
     assert named.opponent_names == ["uniform"]
+
+
+@pytest.mark.parametrize("keywords", [{}, {"max_cycles": 400}, {"time_limit": 20.0}], ids=str)
+def test_the_spec_says_after_how_many_steps_a_game_is_a_draw(keywords):
+    """It said None, and a number for all games would have cut long ones short."""
+    expected = keywords.get("max_cycles", int(keywords.get("time_limit", 300)))
+    for made in (gymnasium.make(ID, **keywords), gymnasium.make_vec(ID, num_envs=2, **keywords)):
+        assert made.spec.max_episode_steps == expected
+        made.close()
+    assert gymnasium.make(made.spec.id, **keywords).unwrapped.duel.batch.max_cycles == expected
 
 
 def test_gymnasiums_checker_has_nothing_to_say(formats):

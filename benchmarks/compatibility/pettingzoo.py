@@ -1,9 +1,12 @@
 """PettingZoo.
 
-Two players, `red_0` and `blue_0`; `parallel_env` and the AEC face `env`.
+Two players, `red_0` and `blue_0`; `parallel_env` and the AEC face `env`. `render_test` opens a window: without a
+screen, set `SDL_VIDEODRIVER=dummy`. `api_test` sends zeros, which no flock takes unless commands are normalised.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 from benchmarks.compatibility.rows import SMALL, row
 
@@ -31,6 +34,16 @@ def aec() -> None:
     api_test(env(**SMALL), num_cycles=50)
     seed_test(env, num_cycles=10)
     render_test(lambda render_mode: env(render_mode=render_mode, command_period=0.1, **SMALL))
+
+
+@row(action="normalised")
+def flocks(**keywords: Any) -> None:
+    """`api_test` of `env(controllers="flocking")`."""
+    from pettingzoo.test import api_test
+
+    from swarm_pz import env
+
+    api_test(env(controllers="flocking", **SMALL, **keywords), num_cycles=10)
 
 
 @row()

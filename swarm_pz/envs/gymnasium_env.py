@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 import gymnasium
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from numpy.typing import ArrayLike
 
 from swarm_pz.config import GameConfig, resolve
@@ -58,6 +59,7 @@ class DuelEnv(gymnasium.Env[Any, Any]):
     ((9, 50, 50), 1.0, 'uniform')
     """
 
+    _spec: EnvSpec | None = None
     metadata = METADATA
 
     def __init__(
@@ -92,6 +94,17 @@ class DuelEnv(gymnasium.Env[Any, Any]):
         self.metadata = self.screen.metadata
         self.observation_space = self.duel.format.observation_space
         self.action_space = self.duel.format.action_space
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What Gymnasium made this of, with the steps until a draw; a `TimeLimit` would not know `max_cycles`."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        self._spec = spec
+        if spec is not None:
+            spec.max_episode_steps = self.duel.batch.max_cycles
 
     @property
     def opponent_names(self) -> list[str]:

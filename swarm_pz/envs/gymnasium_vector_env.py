@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -48,6 +49,7 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
     ((4, 9, 50, 50), (4,))
     """
 
+    _spec: EnvSpec | None = None
     metadata = METADATA | {"autoreset_mode": AutoresetMode.NEXT_STEP}
 
     def __init__(
@@ -92,6 +94,17 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What Gymnasium made this of, with the steps until a draw; a `TimeLimit` would not know `max_cycles`."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        self._spec = spec
+        if spec is not None:
+            spec.max_episode_steps = self.duel.batch.max_cycles
 
     @property
     def opponent_names(self) -> list[str]:

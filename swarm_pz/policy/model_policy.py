@@ -129,7 +129,7 @@ def _actions_of(space: spaces.Space[Any], config: GameConfig, system: ControlSys
         cells = space.shape[0] if len(space.shape) == 2 else round(float(np.prod(space.shape)) ** 0.5)
         flat, limits = len(space.shape) == 1, (float(space.low.min()), float(space.high.max()))
         fits = space.shape == ((cells**2,) if flat else (cells, cells)) and 2 <= cells <= config.command_cells
-        kinds = {(-1.0, 1.0): "log_density", (0.0, 1.0): "density"}
+        kinds = {(-1.0, 1.0): "normalised", (0.0, 1.0): "command"}
         if fits and limits in kinds:
             return {
                 "action": kinds[limits],  # type: ignore[typeddict-item]

@@ -18,7 +18,7 @@ from swarm_pz.simulator.commands import interpolation_matrix
 LOG_DENSITY_RANGE = 4.0
 """Natural logarithm of the ratio between a command's value at action 1 and at action 0."""
 
-ActionKind = Literal["command", "normalised", "density", "log_density", "discrete"]
+ActionKind = Literal["command", "normalised", "discrete"]
 
 
 class Actions(Protocol):
@@ -54,14 +54,13 @@ def make_actions(
         if flat or cells is not None:
             raise ConfigError("action='discrete' is a number: flatten_actions and action_cells have no meaning with it")
         return _Numbers(config, system)
-    if not takes_densities and (cells is not None or kind in ("density", "log_density")):
-        given = f"action={kind!r}" if cells is None else f"action_cells={cells!r}"
-        raise ConfigError(
-            f"{given} is for densities, and the control system {system.name} takes commands of kind {system.takes!r}: "
-            f"use action='command' or 'normalised'"
-        )
     if takes_densities:
-        return _Images(config, cells, is_log=kind in ("log_density", "normalised"), flat=flat)
+        return _Images(config, cells, is_log=kind == "normalised", flat=flat)
+    if cells is not None:
+        raise ConfigError(
+            f"action_cells={cells!r} is for densities, and the control system {system.name} takes commands of kind "
+            f"{system.takes!r}: leave it out"
+        )
     return _Vectors(config, system, is_normalised=kind == "normalised", flat=flat)
 
 

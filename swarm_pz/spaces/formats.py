@@ -2,8 +2,7 @@
 
 The game itself knows images of bytes, channel first, and densities. Libraries want other things; each
 option answers one of them, and all combine. Commands are those of the control system that flies the player's team.
-Of one that takes densities a normalised command is the logarithm of a density, which goes through a softmax; that
-answers are densities is also said by the older names `"density"` for `"command"`, `"log_density"` for `"normalised"`.
+Of one that takes densities a normalised command is the logarithm of a density, which goes through a softmax.
 
 | option              | of                                           | for                                   |
 |---------------------|----------------------------------------------|---------------------------------------|
@@ -54,14 +53,13 @@ class Format:
         What flies the player's team; the first of `config.controllers` if not given.
     action : {"normalised", "command", "discrete"}
         A Box(-1, 1), which suits Gaussian policies; the command itself, as the system's space says; or the number
-        of one of its commands that have names. Of a system that takes densities the first goes through a
-        softmax; there "log_density" and "density" are older names of the first two.
+        of one of its commands that have names. Of a system that takes densities the first goes through a softmax.
     action_cells : int, optional
         Cells a side of a density, interpolated to the command's; as many as these if not given.
     flatten_actions : bool
         Actions are vectors, row after row.
     observation_dtype : {"uint8", "float32"}
-        Brightness of images: whole numbers to 255, or fractions of 1.
+        Brightness of images: whole numbers to 255, or fractions of 1. Lists of drones are float32 anyway.
     channels_last : bool
         Images are (G', G', C).
 
@@ -94,13 +92,14 @@ class Format:
         system = config.team_systems[0] if system is None else system
         self._actions = make_actions(config, system, action, action_cells, flat=flatten_actions)
         self.action_space = self._actions.space
-        self._is_float, self._channels_last = observation_dtype == "float32", channels_last
+        shows_images = observation.kind == "grids"
+        self._is_float, self._channels_last = observation_dtype == "float32" and shows_images, channels_last
         self.is_plain = not (self._is_float or channels_last)
         """Whether observations are given as the game paints them."""
-        if observation.kind != "grids" and not self.is_plain:
+        if channels_last and not shows_images:
             raise ConfigError(
-                f"observation_dtype and channels_last are for images: leave them out, or give "
-                f"ObservationConfig(kind='grids'), got kind {observation.kind!r}"
+                f"channels_last is for images: leave it out, or give ObservationConfig(kind='grids'), got kind "
+                f"{observation.kind!r}"
             )
         self.observation_space = self._make_observation_space(config)
 

@@ -41,6 +41,7 @@ from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, GameConfig, O
 from swarm_pz.kernels.observation import Shown, paint_grids
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
+from swarm_pz.simulator.spawn import FASTEST
 
 _WORTH_THREADS = 256
 """Images from which on it is quicker to share them out among threads than to paint them at once."""
@@ -55,12 +56,12 @@ def observation_space(config: GameConfig, observation: ObservationConfig) -> spa
         return spaces.Box(0, 255, (len(observation.channels), observation.grid, observation.grid), np.uint8)
     n = config.num_drones
     if observation.kind == "drones":
-        low, high = np.array([0.0, 0.0, -np.inf, -np.inf, -1.0]), np.array([1.0, 1.0, np.inf, np.inf, 1.0])
+        low, high = np.array([0.0, 0.0, -FASTEST, -FASTEST, -1.0]), np.array([1.0, 1.0, FASTEST, FASTEST, 1.0])
         return spaces.Box(np.tile(low, (n, 1)).astype(np.float32), np.tile(high, (n, 1)).astype(np.float32))
     entries: dict[str, spaces.Space[Any]] = {}
     for side in ("own", "opposing"):
         entries[f"{side}_positions"] = spaces.Box(0.0, 1.0, (n, 2), np.float32)
-        entries[f"{side}_velocities"] = spaces.Box(-np.inf, np.inf, (n, 2), np.float32)
+        entries[f"{side}_velocities"] = spaces.Box(-FASTEST, FASTEST, (n, 2), np.float32)
         entries[f"{side}_mask"] = spaces.MultiBinary(n)
     entries["own_share"] = spaces.Box(0.0, 1.0, (1,), np.float32)
     entries["time_left"] = spaces.Box(0.0, 1.0, (1,), np.float32)

@@ -31,13 +31,13 @@ class Nonsense:
         return self.answer
 
 
-def test_sb3_checks_the_log_density_action():
+def test_sb3_checks_the_normalised_action():
     check_env(DuelEnv())
 
 
-def test_sb3_checks_the_density_action_with_its_one_recommendation():
+def test_sb3_checks_the_command_with_its_one_recommendation():
     with pytest.warns(UserWarning, match="symmetric"):
-        check_env(DuelEnv(action="density"))
+        check_env(DuelEnv(action="command"))
 
 
 def test_gymnasium_makes_it_by_name_and_checks_it():
@@ -247,7 +247,7 @@ def test_all_keywords_at_once_are_kept(many):
         "opponent": "ring",
         "side": "blue",
         "max_cycles": 7,
-        "action": "density",
+        "action": "command",
         "action_cells": 3,
         "flatten_actions": True,
         "observation_dtype": "float32",

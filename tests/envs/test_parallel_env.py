@@ -300,7 +300,7 @@ def test_all_keywords_at_once_are_kept():
         observation=observations,
         command_cells=6,
         max_cycles=7,
-        action="log_density",
+        action="normalised",
         action_cells=3,
         flatten_actions=True,
         observation_dtype="float32",

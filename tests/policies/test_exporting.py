@@ -57,10 +57,10 @@ MODELS = {
         {"n_steps": 2, "batch_size": 2},
     ),
     "A2C, channels last": (A2C, {"channels_last": True, "flatten_actions": True}, {"n_steps": 2}),
-    "A2C, densities": (A2C, {"action": "density"}, {"n_steps": 2}),
+    "A2C, densities": (A2C, {"action": "command"}, {"n_steps": 2}),
     "PPO, numbers": (PPO, {"action": "discrete"}, {"n_steps": 2, "batch_size": 2}),
     "DQN": (DQN, {"action": "discrete"}, {"buffer_size": 10}),
-    "SAC": (SAC, {"action": "density", "action_cells": 3, "flatten_actions": True}, {"buffer_size": 10}),
+    "SAC": (SAC, {"action": "command", "action_cells": 3, "flatten_actions": True}, {"buffer_size": 10}),
     "TD3": (TD3, {"action_cells": 3, "flatten_actions": True}, {"buffer_size": 10}),
     "PPO, lists of drones": (PPO, {"observation": ObservationConfig(kind="entities")}, {"n_steps": 2, "batch_size": 2}),
 }

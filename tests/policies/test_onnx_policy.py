@@ -29,7 +29,7 @@ from tests.policies.onnx_of_tests import build, follower, weights
 node = helper.make_node
 GAME = GameConfig(drones_per_team=2, time_limit=4.0)
 SEEN = ObservationConfig(grid=5, channels=("opposing_positions",))
-FOLLOWER = OnnxCard(name="follower", origin="by hand", observation=SEEN, action="density", action_cells=5)
+FOLLOWER = OnnxCard(name="follower", origin="by hand", observation=SEEN, action="command", action_cells=5)
 
 
 @pytest.fixture
@@ -142,7 +142,7 @@ def test_every_face_of_images_and_densities_plays(tmp_path, face, flat):
     ]
     model = build(nodes, [("x", dtype, ["n", *shape])], [("y", 1, ["n", *answer])], parts)
     seen = ObservationConfig(grid=5, channels=("own_positions", "time_left"))
-    card = OnnxCard(name="m", observation=seen, action="log_density", action_cells=3, flatten_actions=flat, **options)
+    card = OnnxCard(name="m", observation=seen, action="normalised", action_cells=3, flatten_actions=flat, **options)
     write(tmp_path / "m", model.SerializeToString(), card)
     answered = load(tmp_path / "m", GAME).act(np.full((2, 2, 5, 5), 255, np.uint8), np.arange(2))
     assert answered[0, 0, 0] == answered.max() == 1.0  # 9 times a mean of 1 or 255 is clipped to 1
@@ -180,7 +180,7 @@ def test_lists_of_drones_and_commands_of_other_systems_play(tmp_path):
         [weights("axis", [1], np.int64), weights("w", np.eye(2, 4))],
     )
     seen = ObservationConfig(kind="entities")
-    card = OnnxCard(name="lists", observation=seen, action="density", action_cells=2, flatten_actions=True)
+    card = OnnxCard(name="lists", observation=seen, action="command", action_cells=2, flatten_actions=True)
     write(tmp_path / "lists", lists.SerializeToString(), card, GAME)
     rows = build(
         [node("Slice", ["x", "from", "to", "axis"], ["places"]), node("Neg", ["places"], ["y"])],
@@ -231,7 +231,7 @@ def test_what_a_model_remembers_belongs_to_one_game(tmp_path):
     card = OnnxCard(
         name="m",
         observation=SEEN,
-        action="density",
+        action="command",
         action_cells=2,
         flatten_actions=True,
         state={"memory": "remembered"},

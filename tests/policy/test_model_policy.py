@@ -46,7 +46,7 @@ LOG = spaces.Box(-1.0, 1.0, (5, 5), np.float32)
     [
         (PPO, {"observation_dtype": "float32", "action_cells": 5}),
         (A2C, {"channels_last": True, "flatten_actions": True}),
-        (A2C, {"action": "density"}),
+        (A2C, {"action": "command"}),
         (DQN, {"action": "discrete"}),
     ],
 )
@@ -90,15 +90,15 @@ def test_a_model_plays_its_best_action_unless_it_is_to_draw_one():
     [
         (spaces.Box(-1.0, 1.0, (10, 10), np.float32), {}),
         (spaces.Box(-1.0, 1.0, (25,), np.float32), {"action_cells": 5, "flatten_actions": True}),
-        (spaces.Box(0.0, 1.0, (2, 2), np.float32), {"action": "density", "action_cells": 2}),
-        (spaces.Box(0.0, 1.0, (100,), np.float32), {"action": "density", "flatten_actions": True}),
+        (spaces.Box(0.0, 1.0, (2, 2), np.float32), {"action": "command", "action_cells": 2}),
+        (spaces.Box(0.0, 1.0, (100,), np.float32), {"action": "command", "flatten_actions": True}),
     ],
 )
 def test_an_action_is_understood_as_its_space_says(action_space, options):
     action = action_space.sample() ** 2
     answer = load(Model(IMAGES, action_space, action), GAME).act(np.zeros((1, 9, 50, 50), np.uint8), np.arange(1))
     np.testing.assert_allclose(
-        answer, Format(GAME, ObservationConfig(), **({"action": "log_density"} | options)).read([action], 1)
+        answer, Format(GAME, ObservationConfig(), **({"action": "normalised"} | options)).read([action], 1)
     )
 
 

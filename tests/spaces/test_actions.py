@@ -53,15 +53,6 @@ def test_actions_of_several_rows_can_be_flat():
     np.testing.assert_array_equal(form.read_one(np.arange(8) / 8, "x"), np.arange(8).reshape(4, 2) / 8)
 
 
-@pytest.mark.parametrize("options", [{"action": "density"}, {"action": "log_density"}, {"action_cells": 5}])
-def test_what_is_for_densities_is_refused_for_other_commands(options):
+def test_what_is_for_densities_is_refused_for_other_commands():
     with pytest.raises(ConfigError, match=r"is for densities, and the control system magnet takes .* kind 'place'"):
-        made(**options)
-
-
-def test_a_density_is_both_a_command_and_by_its_own_name():
-    actions = np.random.default_rng(0).uniform(0, 1, (2, 10, 10))
-    for general, own in (("command", "density"), ("normalised", "log_density")):
-        one, other = made("ergodic", action=general), made("ergodic", action=own)
-        assert one.action_space == other.action_space
-        np.testing.assert_array_equal(one.read(actions, 2), other.read(actions, 2))
+        made(action_cells=5)

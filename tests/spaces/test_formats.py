@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from gymnasium import spaces
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
@@ -123,10 +124,16 @@ def test_options_that_do_not_fit_are_refused(options, message):
         made(**options)
 
 
-@pytest.mark.parametrize("options", [{"channels_last": True}, {"observation_dtype": "float32"}])
-def test_lists_of_drones_have_no_channels(options):
-    with pytest.raises(ConfigError, match="are for images"):
-        Format(GameConfig(), ObservationConfig(kind="entities"), **options)
+@pytest.mark.parametrize("kind", ["entities", "drones"])
+def test_lists_of_drones_have_no_channels_and_are_floats_and_bounded_anyway(kind):
+    """Who asked for float32 was refused what is float32, and libraries that scale by bounds had none."""
+    seen = ObservationConfig(kind=kind)
+    plain, asked = Format(GameConfig(), seen), Format(GameConfig(), seen, observation_dtype="float32")
+    assert plain.observation_space == asked.observation_space
+    parts = plain.observation_space.values() if kind == "entities" else [plain.observation_space]
+    assert all(part.is_bounded() for part in parts if isinstance(part, spaces.Box))
+    with pytest.raises(ConfigError, match="channels_last is for images"):
+        Format(GameConfig(), ObservationConfig(kind=kind), channels_last=True)
 
 
 def expected_densities() -> dict[str, np.ndarray]:
@@ -175,13 +182,13 @@ def test_an_action_may_be_as_coarse_as_two_cells_and_as_fine_as_a_command(cells)
 
 def test_every_action_reaches_the_game_as_its_space_says():
     action = np.random.default_rng(0).random((2, 10, 10))
-    np.testing.assert_allclose(made(action="density").read(action, 2), action)
-    np.testing.assert_allclose(made(action="density").read_one(action[1], "x"), action[1])
+    np.testing.assert_allclose(made(action="command").read(action, 2), action)
+    np.testing.assert_allclose(made(action="command").read_one(action[1], "x"), action[1])
     logs = 2 * action - 1
     expected = np.exp(4 * (logs - logs.max(axis=(1, 2), keepdims=True)))
     np.testing.assert_allclose(made().read(logs, 2), expected)
     np.testing.assert_allclose(made().read_one(logs[1], "x"), expected[1])
-    for form, below in ((made(action="density"), -0.1), (made(), -1.1)):
+    for form, below in ((made(action="command"), -0.1), (made(), -1.1)):
         assert form.action_space.low.min() == np.ceil(below)
         for bad in (np.full((10, 10), below), np.full((10, 10), 1.1), action):
             with pytest.raises(CommandError, match="red's command must be numbers"):
@@ -196,7 +203,7 @@ def test_coarse_log_densities_are_interpolated_before_they_are_taken_for_densiti
     along_x = np.array([np.interp(fine, centres, row) for row in logs[0]])
     full = np.array([np.interp(fine, centres, column) for column in along_x.T]).T
     np.testing.assert_allclose(made(action_cells=4).read(logs, 1)[0], np.exp(4 * (full - full.max())))
-    np.testing.assert_allclose(made(action_cells=4, action="density").read((logs + 1) / 2, 1)[0], (full + 1) / 2)
+    np.testing.assert_allclose(made(action_cells=4, action="command").read((logs + 1) / 2, 1)[0], (full + 1) / 2)
 
 
 @pytest.mark.parametrize(("dtype", "top"), [("uint8", 255), ("float32", 1)])

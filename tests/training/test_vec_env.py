@@ -188,7 +188,7 @@ def test_all_keywords_at_once_are_kept(monkeypatch):
         side="blue",
         max_cycles=7,
         threads=3,
-        action="density",
+        action="command",
         action_cells=3,
         flatten_actions=True,
         observation_dtype="float32",
