@@ -415,18 +415,18 @@ def test_what_is_not_bytes_is_no_model(tmp_path, model):
 
 @pytest.mark.parametrize(
     ("action", "kind", "message"),
-    [("density", TensorProto.INT64, "is to answer fractions"), ("discrete", TensorProto.FLOAT, "whole numbers")],
+    [("command", TensorProto.INT64, "is to answer fractions"), ("discrete", TensorProto.FLOAT, "whole numbers")],
 )
 def test_answers_of_another_kind_of_numbers_are_refused(tmp_path, action, kind, message):
-    axes = [1] if action == "density" else [1, 2, 3]
+    axes = [1] if action == "command" else [1, 2, 3]
     nodes = [
         node("Cast", ["x"], ["f"], to=1),
         node("ReduceMean", ["f", "axes"], ["mean"], keepdims=0),
         node("Cast", ["mean"], ["y"], to=kind),
     ]
-    shape = ["n", 5, 5] if action == "density" else ["n"]
+    shape = ["n", 5, 5] if action == "command" else ["n"]
     model = build(nodes, [("x", 2, ["n", 1, 5, 5])], [("y", kind, shape)], [weights("axes", axes, np.int64)])
-    cells = 5 if action == "density" else None
+    cells = 5 if action == "command" else None
     with pytest.raises(CheckpointError, match=message):
         write(tmp_path / "m", model.SerializeToString(), replace(FOLLOWER, action=action, action_cells=cells))
     assert not (tmp_path / "m").exists()
