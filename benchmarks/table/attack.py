@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from benchmarks.table.clients import ACKNOWLEDGE_EVERY, CHANCE, Client, server, status
@@ -36,6 +37,9 @@ from swarm_pz.play.server.views import frame_of
 
 ATTACKERS = 5
 WILD = protocol.StrokeMessage("attract", 0.3, [(float(k % 2), round(float(CHANCE.random()), 3)) for k in range(330)])
+DEAR = ",".join(["1e300"] * 10_900)
+"""Numbers of 65 kB: some readers take four hundred times as long for them as for others."""
+ROS_PORT = 19_090
 SLOW = protocol.StrokeMessage("attract", 0.3, [(0.5, round(0.3 + k / 10_000, 4)) for k in range(3500)])
 
 
@@ -139,6 +143,53 @@ async def _be_silent(address: str, _: str) -> None:
             await asyncio.sleep(0.055)
 
 
+async def _flood(address: str, seated: bool) -> None:
+    """Send commands of numbers that take long to read, as fast as they are taken."""
+    alone = protocol.Create(settings=protocol.Settings(blue=0, time_limit=None))
+    async with _attacker(address, *((alone, protocol.Ready()) if seated else ())) as socket:
+        while True:
+            await socket.send(f'{{"type":"command","number":1,"density":[[{DEAR}]]}}')
+            await asyncio.sleep(0.055)
+
+
+async def _post(address: str, _: str) -> None:
+    """Post such numbers as a participant's page."""
+    host, port = address.split(":")
+    body = f'{{"window":[{DEAR * 15}0]}}'
+    head = f"POST /study/P09/state HTTP/1.1\r\nHost: {address}\r\nContent-Length: {len(body)}\r\n\r\n"
+    reader, writer = await asyncio.open_connection(host, int(port))
+    try:
+        while True:
+            writer.write((head + body).encode())
+            await writer.drain()
+            await reader.readuntil(b"}")
+    finally:
+        writer.close()
+
+
+async def _publish(_: str, __: str) -> None:
+    """Publish such numbers to a rosbridge."""
+    message = f'{{"op":"publish","topic":"/tablet_comm","msg":{{"team":"red","data":[{DEAR * 15}0]}}}}'
+    async with connect(f"ws://127.0.0.1:{ROS_PORT}", compression=None, max_size=None) as socket:
+        while True:
+            await socket.send(message)
+            await asyncio.sleep(0.055)
+
+
+async def _ask(address: str, headers: str) -> None:
+    """Ask for the page again and again."""
+    host, port = address.split(":")
+    reader, writer = await asyncio.open_connection(host, int(port))
+    try:
+        while True:
+            writer.write(f"GET / HTTP/1.1\r\nHost: {address}\r\n{headers}\r\n".encode())
+            await writer.drain()
+            if not await reader.read(65536):
+                return
+    finally:
+        writer.close()
+
+
 ATTACKS: dict[str, Callable[[str, str], Awaitable[None]] | None] = {
     "nothing": None,
     "drawings": _draw,
@@ -147,6 +198,12 @@ ATTACKS: dict[str, Callable[[str, str], Awaitable[None]] | None] = {
     "openings": _open,
     "rooms": _fill_rooms,
     "silence": _be_silent,
+    "numbers": lambda address, _: _flood(address, False),
+    "numbers-of-a-player": lambda address, _: _flood(address, True),
+    "posts": _post,
+    "rosbridge": _publish,
+    "pages": lambda address, _: _ask(address, ""),
+    "headers": lambda address, _: _ask(address, "a:b\r\n" * 2500),
 }
 
 
@@ -200,7 +257,7 @@ async def attack(seconds: float, drones: int) -> None:
     for name, worst in ATTACKS.items():
         with tempfile.TemporaryDirectory() as folder:
             recording = _record_long_game(Path(folder), drones)
-            with server(Path(folder)) as (address, _):
+            with server(Path(folder), options=["--rosbridge", str(ROS_PORT)]) as (address, _):
                 stop, victim = asyncio.Event(), Victim(address)
                 alone = protocol.Create(settings=protocol.Settings(blue=0, time_limit=None))
                 tasks = [asyncio.create_task(victim.play([alone, protocol.Ready()], stop))]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -39,6 +39,7 @@ def play(
     embed: tuple[str, ...] = (),
     rosbridge: Annotated[int | None, tyro.conf.arg(metavar="PORT")] = None,
     ros_opponent: Annotated[str | None, tyro.conf.arg(metavar="PLAYER")] = None,
+    ros_origin: Annotated[tuple[str, ...], tyro.conf.arg(metavar="ADDRESS"), tyro.conf.UseAppendAction] = (),
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
     """Serve the table: play in a browser, against a person or a policy; every game is recorded.
@@ -61,6 +62,8 @@ def play(
         rosbridge: Let ROS programs, such as the paper's tablet app, play and watch through a rosbridge at this port,
             which is 9090 by custom; 0 takes any that is free.
         ros_opponent: Let them play against this policy, or a folder that training wrote; else the other side is free.
+        ros_origin: Let pages of this address connect to the rosbridge, such as https://app.foxglove.dev, or file:// for
+            some desktop programs; may be given several times. Pages of this machine, and programs, need none.
         game: The rules; sizes and time limit are each room's own.
     """
     need_play()
@@ -86,6 +89,8 @@ def play(
             )
         policies.load(ros_opponent, game, game.team_systems[1])
         installed |= {ros_opponent: about(ros_opponent)}
+    if ros_origin and rosbridge is None:
+        raise CommandError(f"--ros-origin {ros_origin[0]} opens a rosbridge to pages: give --rosbridge a port, too")
     varied = read_factors(factors) if factors is not None else (Factors(), Factors())
     table = TableConfig(game=game, min_command_interval=min_command_interval, factors=varied)
     for team, own in enumerate(varied):
@@ -94,7 +99,7 @@ def play(
     page = f"play={opponent}" if opponent is not None else "ladder" if ladder else ""
     markers = Markers(*lsl) if lsl is not None else None
     say = functools.partial(print, flush=True)
-    beside = _beside(host, rosbridge, ros_opponent, table, say)
+    beside = _beside(host, rosbridge, ros_opponent, ros_origin, table, say)
     serve(
         policies.load,
         installed,
@@ -197,15 +202,22 @@ def replay(
 
 
 def _beside(
-    host: str, port: int | None, opponent: str | None, table: TableConfig, say: Callable[[str], None]
+    host: str,
+    port: int | None,
+    opponent: str | None,
+    origins: Sequence[str],
+    table: TableConfig,
+    say: Callable[[str], None],
 ) -> Callable[[str], AbstractContextManager[None]]:
     """Return what serves ROS programs beside the table, as `serve` takes it: nothing without a port."""
     if port is None:
         return lambda _: contextlib.nullcontext()
     from swarm_pz.play.ros import process
+    from swarm_pz.play.ros.origins import origins_of
 
     check_count(port, "rosbridge", 0, 65535)
-    return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, say)
+    allowed = origins_of(host, origins)
+    return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, allowed, say)
 
 
 def need_play() -> None:

@@ -25,6 +25,7 @@ from swarm_pz.play.forms import read_form
 from swarm_pz.play.frames import Frame, decode_frame
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import ClientInfo, StrokeMessage, Timing
+from swarm_pz.play.protocol.encoding import decode
 from swarm_pz.play.recordings.chain import START, followed
 from swarm_pz.play.recordings.folder import read_regular
 from swarm_pz.simulator.spawn import check_seed
@@ -260,7 +261,7 @@ class Recording:
         *lines, rest = read_regular(path).split(b"\n")
         for number, line in enumerate(lines, 1):
             try:
-                decoded = _decoder.decode(line)
+                decoded = decode(_decoder, line)
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
                 # What is wrong may be quoted, however long it is.
                 raise RecordingError(

@@ -10,6 +10,7 @@ from msgspec import Struct
 
 from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.errors import RecordingError
+from swarm_pz.play.protocol.encoding import decode
 from swarm_pz.play.recordings.folder import read_ends
 from swarm_pz.play.recordings.format import EndedBy, EndLine, Header, Outcome, RecordedSeat
 
@@ -41,10 +42,10 @@ def summary_of(path: Path) -> Summary:
     summary = Summary(path.name)
     try:
         first, last = read_ends(path, END_BYTES)
-        header = _header.decode(first.partition(b"\n")[0])
+        header = decode(_header, first.partition(b"\n")[0])
         summary.started, summary.lesson = header.started, header.lesson
         summary.red, summary.blue = header.red, header.blue
-        end = _end.decode(last.removesuffix(b"\n").rpartition(b"\n")[2])
+        end = decode(_end, last.removesuffix(b"\n").rpartition(b"\n")[2])
         summary.outcome, summary.ended_by, summary.sizes = end.outcome, end.ended_by, end.sizes
         summary.seconds = round(end.tick / TICKS_PER_SECOND, 1)
     except (RecordingError, msgspec.DecodeError, UnicodeDecodeError, RecursionError):

@@ -1,7 +1,7 @@
 """The table for ROS programs: a rosbridge server whose clients sit in seats like any other player.
 
 It runs in a process of its own and speaks to the table as every program does, over its socket; so messages of
-10 MB, or clients that never read, disturb nobody's game.
+a megabyte, or clients that never read, disturb nobody's game.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from swarm_pz.play.protocol import Side
 from swarm_pz.play.ros import commands, messages
 from swarm_pz.play.ros.commands import Maker
 from swarm_pz.play.ros.connection import Client
+from swarm_pz.play.ros.origins import AT_HOME, Origins
 from swarm_pz.play.ros.rosbridge import Message, Rosbridge
 from swarm_pz.play.ros.seat import Seat
 from swarm_pz.play.ros.shown import Shown
@@ -55,6 +56,8 @@ class Bridge:
         Of the table.
     say : callable
         Where lines go.
+    origins : Origins
+        Of the pages that may connect.
     alone_s : float
         Seconds after which seats are given up whose clients have all gone.
     """
@@ -65,9 +68,11 @@ class Bridge:
         opponent: str | None,
         table: TableConfig,
         say: Callable[[str], None],
+        origins: Origins = AT_HOME,
         alone_s: float = _ALONE_S,
     ) -> None:
         self._address, self._opponent, self._say, self._alone_s = address, opponent, say, alone_s
+        self._origins = origins
         self._settings = settings_of(table)
         self._rosbridge = Rosbridge(self, TOPICS, _EVERY, commands.INPUTS)
         self._shown = Shown(self._rosbridge, table.game)
@@ -82,7 +87,7 @@ class Bridge:
 
     async def run(self, listening: socket.socket) -> None:
         """Serve until cancelled."""
-        await self._rosbridge.open(listening)
+        await self._rosbridge.open(listening, self._origins)
         host, port = listening.getsockname()[:2]
         self._say(f"rosbridge is at ws://{f'[{host}]' if ':' in host else host}:{port}")
         try:

@@ -17,6 +17,7 @@ from swarm_pz.errors import CommandError, require_extra
 from swarm_pz.evaluation.processes import prepare_process
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.ros.bridge import Bridge
+from swarm_pz.play.ros.origins import Origins
 
 _END_S = 3.0
 """Seconds that the process may take to say good-bye to its clients."""
@@ -49,7 +50,12 @@ def listen(host: str, port: int) -> socket.socket:
 
 @contextlib.contextmanager
 def rosbridge(
-    listening: socket.socket, opponent: str | None, table: TableConfig, say: Callable[[str], None], address: str
+    listening: socket.socket,
+    opponent: str | None,
+    table: TableConfig,
+    origins: Origins,
+    say: Callable[[str], None],
+    address: str,
 ) -> Iterator[None]:
     """Serve ROS programs at a socket while the table is up.
 
@@ -60,6 +66,8 @@ def rosbridge(
     opponent : str or None
         A policy that plays the other side of who comes first.
     table : TableConfig
+    origins : Origins
+        Of the pages that may connect.
     say : callable
         Where lines go.
     address : str
@@ -67,7 +75,9 @@ def rosbridge(
     """
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=_serve, args=(listening, theirs.send, address, opponent, table), daemon=True)
+    process = context.Process(
+        target=_serve, args=(listening, theirs.send, address, opponent, table, origins), daemon=True
+    )
     process.start()
     theirs.close()
     listening.close()
@@ -94,14 +104,19 @@ def _pass_on(pipe: multiprocessing.connection.Connection, say: Callable[[str], N
 
 
 def _serve(
-    listening: socket.socket, say: Callable[[str], None], address: str, opponent: str | None, table: TableConfig
+    listening: socket.socket,
+    say: Callable[[str], None],
+    address: str,
+    opponent: str | None,
+    table: TableConfig,
+    origins: Origins,
 ) -> None:
     """Serve until the table ends."""
     prepare_process()
     if hasattr(os, "nice"):
-        os.nice(5)  # a message of 10 MB takes seconds to read: the table's ticks come first
+        os.nice(5)  # a large message takes a tenth of a second to read: the table's ticks come first
     with contextlib.suppress(asyncio.CancelledError):
-        asyncio.run(_run(Bridge(address, opponent, table, say), listening))
+        asyncio.run(_run(Bridge(address, opponent, table, say, origins), listening))
 
 
 async def _run(bridge: Bridge, listening: socket.socket) -> None:

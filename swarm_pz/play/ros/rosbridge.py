@@ -21,17 +21,25 @@ from swarm_pz.errors import ProtocolError, require_extra
 from swarm_pz.play.ros.cdr import serialise
 from swarm_pz.play.ros.connection import LEVELS, Client, Subscription
 from swarm_pz.play.ros.definitions import DEFINITIONS, definition, full_name, plain_name
+from swarm_pz.play.ros.origins import AT_HOME, Origins
+from swarm_pz.play.server.budget import Accounts, Rate
 
-MAX_MESSAGE_BYTES = 10 * 2**20
+MAX_MESSAGE_BYTES = 2**20
+"""Room for an image of 200 x 200 cells, every number written out; the tablet app's has a tenth of that at most."""
 MAX_CLIENTS = 64
 _MOST_TOPICS = 256
 """That one client may advertise, or subscribe to, or subscriptions to one topic; and characters of a name."""
 _MOST_OTHERS = 2048
 """Topics that mean nothing here and all clients together may advertise: who asks for topics is told them all."""
-_BYTES_PER_SECOND = 2e7
-"""What a client may say in a second: the next message is not looked at sooner."""
+CONNECTION_S, ADDRESS_S = Rate(0.5, 0.2), Rate(2.0, 0.5)
+"""Seconds of processor time that a client may use up, and all of one address, in this process of its own."""
+_TOLD_S = 0.5
+"""A debt of so many seconds is worth a word."""
+_SLOWED = "your messages cost more processor time than a client may use; they are read more slowly now"
 _BUFFER_BYTES = 2**16
 """What the system keeps for a client that does not read: what stands there grows old."""
+_SHORT = 1024
+"""Bytes of a message that does not wait for its neighbours."""
 _LARGE_NUMBERS = {2, 3}
 _KNOWN_TAGS = 2**16
 """Of CBOR, that a decoder may know: some are texts to be compiled, or numbers of a million digits, in few bytes."""
@@ -80,17 +88,19 @@ class Rosbridge:
     ) -> None:
         self._node, self._topics, self._every = node, dict(topics), every
         self._types = {**(inputs or {}), **topics}
+        self._accounts = Accounts(CONNECTION_S, ADDRESS_S)
         self._clients: set[Client] = set()
         self._server: Server | None = None
         self._cbor = require_extra("cbor2", "lab")
         self._no_tags = dict.fromkeys(set(range(_KNOWN_TAGS)) - _LARGE_NUMBERS, _refuse_tag)
 
-    async def open(self, listening: socket.socket) -> None:
-        """Begin to meet those that come to a socket."""
+    async def open(self, listening: socket.socket, origins: Origins = AT_HOME) -> None:
+        """Begin to meet those that come to a socket, from pages of these origins."""
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER_BYTES)  # and so each that comes in
         self._server = await serve(
             self._meet,
             sock=listening,
+            origins=origins,
             max_size=MAX_MESSAGE_BYTES,
             compression=None,
             ping_interval=20,
@@ -136,6 +146,7 @@ class Rosbridge:
 
     async def _meet(self, connection: ServerConnection) -> None:
         client = Client(connection)
+        account = self._accounts.of((connection.remote_address or ("", 0))[:2])
         if len(self._clients) >= MAX_CLIENTS:
             await connection.close(1013, f"{MAX_CLIENTS} clients are here: try later")
             return
@@ -143,17 +154,19 @@ class Rosbridge:
         writer = asyncio.create_task(client.write())
         try:
             async for frame in connection:
-                began = time.monotonic()
-                self._obey(client, frame)
+                with account.charged():
+                    self._obey(client, frame)
                 if client.ending is not None:
                     await client.ending
                     return
-                took = time.monotonic() - began
-                await asyncio.sleep(max(len(frame) / _BYTES_PER_SECOND, took))  # others have their turn
+                if account.debt_s() > _TOLD_S:
+                    client.tell("warning", _SLOWED)
+                await account.turn(in_line=len(frame) > _SHORT)
         except ConnectionClosed:
             pass
         finally:
             self._clients.discard(client)
+            self._accounts.forget(time.monotonic())
             writer.cancel()
             self._node.left(client)
 

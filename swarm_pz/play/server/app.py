@@ -25,8 +25,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
+from swarm_pz.play.server.budget import Account, Accounts, Rate
 from swarm_pz.play.server.client_handler import ClientHandler
-from swarm_pz.play.server.connection import Connection
+from swarm_pz.play.server.connection import SHORT, Connection
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.middleware import AccessMiddleware
 
@@ -39,6 +40,12 @@ _STATUS_TICKS = 20_000
 _STATUS_AGE_S = 0.2
 """For so long the server's figures are not taken again, whoever asks."""
 _SWEEP_S = 5.0
+_TOLD_S = 0.5
+"""A debt of so many seconds is worth a word."""
+_SLOWED = "your messages cost this server more processor time than a client may use; it reads them more slowly now"
+CONNECTION_S, ADDRESS_S = Rate(0.2, 0.05), Rate(3.0, 0.3)
+"""Seconds of processor time that a connection may use up, and all of one address: a game in a page uses about a
+thousandth of a second each second."""
 
 
 class Server:
@@ -55,6 +62,7 @@ class Server:
         self.lobby, self.study = lobby, study
         self._handlers: set[ClientHandler] = set()
         self._figures: tuple[float, dict[str, Any]] | None = None
+        self.accounts = Accounts(CONNECTION_S, ADDRESS_S)
 
     def app(self, hosts: Sequence[str], allowed_hosts: Sequence[str] = ()) -> ASGIApp:
         """Return the application, for the names (with port) that it is served by, itself and through a proxy."""
@@ -72,15 +80,15 @@ class Server:
             Mount("/static", StaticFiles(directory=STATIC)),
         ]
         inner = Starlette(routes=routes, lifespan=self._lifespan)
-        return AccessMiddleware(inner, hosts, allowed_hosts, self.lobby.embedders)
+        return AccessMiddleware(inner, hosts, allowed_hosts, self.lobby.embedders, accounts=self.accounts)
 
     @contextlib.asynccontextmanager
-    async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
+    async def _lifespan(self, _: Starlette) -> AsyncIterator[dict[str, Any]]:
         tasks = [asyncio.create_task(self._sweep())]
         if self.study is not None:
             tasks.append(asyncio.create_task(self.study.games.watch()))
         try:
-            yield
+            yield {"accounts": self.accounts}
         finally:
             for task in tasks:
                 task.cancel()
@@ -96,6 +104,7 @@ class Server:
     def sweep(self, now: float) -> None:
         """Close rooms that nobody is in, and connections that say nothing."""
         self.lobby.close_idle_rooms()
+        self.accounts.forget(now)
         for handler in self._handlers:
             handler.close_if_silent(now)
 
@@ -170,6 +179,7 @@ class Server:
         address = socket.client.host if socket.client is not None else ""
         connection = Connection(socket, address, protocol.VERSIONS[spoken])
         handler = ClientHandler(self.lobby, connection)
+        account: Account = socket.scope["account"]
         self._handlers.add(handler)
         sender = asyncio.create_task(connection.run())
         try:
@@ -177,7 +187,9 @@ class Server:
                 received = await socket.receive()
                 if received["type"] == "websocket.disconnect":
                     break
-                handler.hear(received.get("text"))
+                text = received.get("text")
+                await _turn(account, connection, len(text or ""))
+                handler.hear(text)
         except WebSocketDisconnect:
             pass
         finally:
@@ -187,6 +199,13 @@ class Server:
             # A peer that reads nothing any more would keep it for long.
             with contextlib.suppress(TimeoutError, asyncio.CancelledError):
                 await asyncio.wait_for(sender, 2.0)
+
+
+async def _turn(account: Account, connection: Connection, size: int) -> None:
+    """Wait for a message's turn; who is in debt is told why. Short ones of others do not wait for their neighbours."""
+    if account.debt_s() > _TOLD_S:
+        connection.send(protocol.Notice(text=_SLOWED))
+    await account.turn(in_line=size > SHORT)
 
 
 @functools.lru_cache(maxsize=512)

@@ -22,6 +22,8 @@ from swarm_pz.play.server.room_settings import settings_of
 
 HELLO_S = 10.0
 """Seconds within which a connection must say hello."""
+_WITHOUT_SEAT = 2048
+"""Characters of all that is said without a seat: only drawings, densities and other commands are longer."""
 SILENT_S = 300.0
 """Seconds after which who is nowhere and says nothing is closed; pages ask for the clock, hidden ones once a minute."""
 _OF_PLAYERS = (
@@ -69,6 +71,8 @@ class ClientHandler:
         try:
             if text is None:
                 raise RefusedError("malformed", "messages to the server are text, not binary")
+            if len(text) > _WITHOUT_SEAT:
+                self._in_room().seat_of(self._connection)
             if not self._connection.may_send(len(text)):
                 raise RefusedError("too_many", "drawings came too fast after each other; this one is lost")
             message = protocol.decode_client(text)

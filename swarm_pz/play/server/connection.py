@@ -18,7 +18,7 @@ _MOST_WAITING = 256
 """Messages that may wait for a client before it is given up."""
 _BYTES_PER_SECOND = 2 * protocol.MAX_MESSAGE_BYTES
 """What a client may say in a second, and at once: reading, painting and writing down go with it."""
-_SHORT = 256
+SHORT = 256
 """Bytes of a message that is not counted by its bytes: so no acknowledgement is lost to a drawing."""
 _MOST_REFUSED, _PATIENCE_S = 100, 10.0
 """So many refusals in so many seconds, and a client is shown out."""
@@ -90,7 +90,7 @@ class Connection:
     def may_send(self, size: int) -> bool:
         """Count a message's bytes, and tell whether they are within what a client may send in a second."""
         self.last_heard = time.monotonic()
-        return size <= _SHORT or self._bytes.take(size, self.last_heard)
+        return size <= SHORT or self._bytes.take(size, self.last_heard)
 
     def may_speak(self) -> bool:
         """Count a message, and tell whether it is within what a client may send in a second."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Sequence
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
+
+from swarm_pz.play.server.budget import Accounts
 
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
@@ -20,8 +23,14 @@ _HEADERS = {
 }
 
 
+_BESIDE_S = 0.001
+"""Processor time of the threads that find and read a page, charged for each request: theirs is not measured."""
+_PATIENCE_S = 10.0
+"""Seconds for which a request may wait until its connection and its address have processor time again."""
+
+
 class AccessMiddleware:
-    """Lets in only those who ask for a name that is served here, and from a page that is.
+    """Lets in only those who ask for a name that is served here, and from a page that is; each when it is their turn.
 
     A page elsewhere may make its name point here (DNS rebinding) or open a socket to here; neither its
     Host nor its Origin is one of ours. Programs send no Origin.
@@ -35,11 +44,20 @@ class AccessMiddleware:
         Names by which a proxy or a tunnel is reached that leads here; pages there may be encrypted.
     embedders : sequence of str
         Origins of the pages that may hold this one in a frame.
+    accounts : Accounts
+        What the processor time of each request and WebSocket is charged to; the application finds it in its scope.
     """
 
     def __init__(
-        self, app: ASGIApp, hosts: Sequence[str], allowed_hosts: Sequence[str] = (), embedders: Sequence[str] = ()
+        self,
+        app: ASGIApp,
+        hosts: Sequence[str],
+        allowed_hosts: Sequence[str] = (),
+        embedders: Sequence[str] = (),
+        *,
+        accounts: Accounts,
     ) -> None:
+        self._accounts = accounts
         self._headers = _HEADERS | {"content-security-policy": _POLICY + (" ".join(embedders) or "'none'")}
         own, others = ({host.lower() for host in names} for names in (hosts, allowed_hosts))
         self._app, self._hosts = app, own | others
@@ -50,14 +68,23 @@ class AccessMiddleware:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
+        account = scope["account"] = self._accounts.of(scope.get("client"))
+        try:
+            async with asyncio.timeout(_PATIENCE_S):
+                await account.turn()
+        except TimeoutError:
+            text = "your network has used up its share of this server's processor; try again in a few seconds\n"
+            await account.run(_refuse(429, text, scope, receive, send))
+        else:
+            account.spend(_BESIDE_S)
+            await account.run(self._answer(scope, receive, send))
+
+    async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
         headers = Headers(scope=scope)
         host, origin = headers.get("host", "").lower(), headers.get("origin")
         allowed = host in self._hosts and (origin is None or origin.lower() in self._origins)
         if not allowed:
-            if scope["type"] == "websocket":
-                await WebSocket(scope, receive, send).close(code=1008)
-            else:
-                await PlainTextResponse("this server is not known by that name\n", 403)(scope, receive, send)
+            await _refuse(403, "this server is not known by that name\n", scope, receive, send)
             return
 
         async def send_with_headers(message: Message) -> None:
@@ -66,3 +93,10 @@ class AccessMiddleware:
             await send(message)
 
         await self._app(scope, receive, send_with_headers)
+
+
+async def _refuse(status: int, text: str, scope: Scope, receive: Receive, send: Send) -> None:
+    if scope["type"] == "websocket":
+        await WebSocket(scope, receive, send).close(code=1008)
+    else:
+        await PlainTextResponse(text, status)(scope, receive, send)

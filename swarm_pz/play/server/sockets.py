@@ -6,16 +6,19 @@ import asyncio
 import time
 from typing import Any
 
+import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-from swarm_pz.play.server.budget import Budget
+from swarm_pz.play.server.budget import Account, Budget
 
 _MOST_PARTS, _PARTS_PER_SECOND = 100.0, 10.0
 """Pings, pongs and parts of messages that a peer may send, at once and in a second: browsers send hardly any."""
 _READ_AT_ONCE = 1024
 RECEIVED_AT_ONCE = 16 * 1024
 """Bytes that the system keeps of what a peer sent: all of it is read at once, and in six bytes is a ping."""
+MOST_LINES = 256
+"""Of what a request begins with: thousands of headers are work."""
 REQUEST_S = 10.0
 """Seconds within which a connection must have asked for something whole, and then again and again."""
 
@@ -29,7 +32,31 @@ class BoundedHTTP(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin to look whether requests come."""
         super().connection_made(transport)
+        self._account: Account = self.app_state["accounts"].of(self.client)
+        self._lines = 0
         self.loop.call_later(REQUEST_S, self._look, None)
+
+    def data_received(self, data: bytes) -> None:
+        """Read what came, once the connection has no debt."""
+        debt_s = self._account.debt_s()
+        if debt_s > 0.0:
+            self.transport.pause_reading()
+            self.loop.call_later(debt_s, self._read_on, data)
+            return
+        self._lines += data.count(b"\n")
+        if self._lines > MOST_LINES:
+            self.transport.abort()
+            return
+        with self._account.charged():
+            super().data_received(data)
+        if self.conn.their_state is not h11.IDLE:
+            self._lines = 0
+
+    def _read_on(self, data: bytes) -> None:
+        if not self.transport.is_closing():
+            if not self.flow.read_paused:
+                self.transport.resume_reading()
+            self.data_received(data)
 
     def _look(self, before: Any) -> None:
         """Close what has not begun a request since that one, and is not answered now; a WebSocket is others' affair."""
@@ -49,6 +76,11 @@ class BoundedWebSocket(WebSocketsSansIOProtocol):
         super().__init__(*args, **more)
         self._parts = Budget(_MOST_PARTS, _PARTS_PER_SECOND, time.monotonic())
 
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Go on with the account that it had before it was a WebSocket."""
+        super().connection_made(transport)
+        self._account: Account = self.app_state["accounts"].of(self.client)
+
     def _count(self) -> bool:
         """Count one, and tell whether the peer may go on."""
         may_go_on = self._parts.take(1.0, time.monotonic())
@@ -58,9 +90,10 @@ class BoundedWebSocket(WebSocketsSansIOProtocol):
 
     def data_received(self, data: bytes) -> None:
         """Read what came little by little: nothing more of it once the peer is cut off."""
-        for start in range(0, len(data), _READ_AT_ONCE):
-            if not self.transport.is_closing():
-                super().data_received(data[start : start + _READ_AT_ONCE])
+        with self._account.charged():
+            for start in range(0, len(data), _READ_AT_ONCE):
+                if not self.transport.is_closing():
+                    super().data_received(data[start : start + _READ_AT_ONCE])
 
     def handle_ping(self) -> None:
         """Answer a ping."""

@@ -22,6 +22,7 @@ from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.study_games import StudyGames
 from swarm_pz.play.studies.folder import StudyFolder
+from swarm_pz.play.studies.forms import MOST_TEXT, Form, Item
 from swarm_pz.play.studies.progress import Progress, Step
 from swarm_pz.play.studies.texts import html_of
 
@@ -30,8 +31,10 @@ LEASE_S = 8.0
 """Seconds for which a window that says nothing is still the participant's: pages say something every two."""
 MOST_WRONG_CODES, _WRONG_CODES_PER_SECOND = 20, 0.2
 """Of an address: a class behind one mistypes some, and who guesses tries millions."""
-_MOST_BYTES = 2**20
-"""Of what a page says."""
+_MOST_BYTES = 4096
+"""Of what a page says, but for answers."""
+_PART_S = 10.0
+"""Seconds within which all of it must have come."""
 _HEADINGS = {"consent": "Do you want to take part?", "text": "Please read", "break": "Time for a rest"}
 log = logging.getLogger("swarm_pz.play")
 
@@ -90,6 +93,8 @@ class StudyHost:
         self._visitors = [Visitor() for _ in range(self.study.participants)]
         self._guesses: dict[str, Budget] = {}
         """Wrong codes, by the address that they came from."""
+        self._longest = _MOST_BYTES + max((_bytes_of(asked.form) for asked in self.study.forms), default=0)
+        """Bytes that answers may have."""
         self._turns = [asyncio.Lock() for _ in self._visitors[::2]]
         """Of two who may meet: one at a time, or what is left of a game would be looked for in a new one."""
 
@@ -103,7 +108,7 @@ class StudyHost:
             Route("/study/{code}", self._page("study.html")),
             Route("/study/{code}/game", self._page("index.html")),
             Route("/study/{code}/state", self._answer(self._look), methods=["POST"]),
-            Route("/study/{code}/done", self._answer(self._finish), methods=["POST"]),
+            Route("/study/{code}/done", self._answer(self._finish, self._longest), methods=["POST"]),
             Route("/study/{code}/play", self._answer(self._play), methods=["POST"]),
         ]
 
@@ -117,11 +122,11 @@ class StudyHost:
     # --- participants -----------------------------------------------------------------------------
 
     def _answer(
-        self, act: Callable[[int, dict[str, Any]], Awaitable[dict[str, Any]]]
+        self, act: Callable[[int, dict[str, Any]], Awaitable[dict[str, Any]]], most: int = _MOST_BYTES
     ) -> Callable[[Request], Awaitable[Response]]:
         async def answer(request: Request) -> Response:
             try:
-                said = await _read(request)
+                said = await _read(request, most)
                 address = request.client.host if request.client is not None else ""
                 number = self._number_of(request.path_params["code"], said.get("window"), address)
                 return JSONResponse(await self._obey(number, said, act))
@@ -321,19 +326,32 @@ class StudyHost:
         return self.folder.summary(number) | {"where": where, "seen_s": seen}
 
 
-async def _read(request: Request) -> dict[str, Any]:
+def _bytes_of(form: Form) -> int:
+    """Return the bytes that answers to a form may have, every character written as six."""
+
+    def characters(item: Item) -> int:
+        return MOST_TEXT if item.kind == "text" else max(map(len, item.choices), default=20)
+
+    return sum(6 * (len(item.id) + characters(item)) + 16 for item in form.items)
+
+
+async def _read(request: Request, most: int) -> dict[str, Any]:
     """Return what a page says.
 
     Raises
     ------
     ConfigError
-        If that is no object, or too large.
+        If that is no object, too large, or does not come.
     """
-    data = b""
-    async for part in request.stream():
-        data += part
-        if len(data) > _MOST_BYTES:
-            raise ConfigError(f"a page may say {_MOST_BYTES} bytes at once")
+    data = bytearray()
+    try:
+        async with asyncio.timeout(_PART_S):
+            async for part in request.stream():
+                data += part
+                if len(data) > most:
+                    raise ConfigError(f"a page may say {most} bytes here, and this is more")
+    except TimeoutError as error:
+        raise ConfigError(f"what a page says must come within {_PART_S:g} seconds") from error
     try:
         said = json.loads(data)
     except (ValueError, RecursionError) as error:

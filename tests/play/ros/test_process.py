@@ -63,7 +63,7 @@ def test_the_bridge_is_beside_the_table_that_was_asked_for(monkeypatch):
     main(["play", "--port", "0", "--rosbridge", "0", "--ros-opponent", "ring"])
     ((_, policies), how) = calls[0]
     assert set(policies) == {"ring"}
-    listening, opponent, table, _ = how["beside"].args
+    listening, opponent, table, *_ = how["beside"].args
     listening.close()
     assert (opponent, table) == ("ring", how["table"])
 

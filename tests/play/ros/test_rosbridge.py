@@ -8,6 +8,7 @@ import json
 import socket
 import time
 from types import SimpleNamespace
+from unittest.mock import AsyncMock, Mock
 
 import cbor2
 import pytest
@@ -263,7 +264,7 @@ def number_of(size):
     [
         b"\xc4\x82\x01" + number_of(10**6),  # a decimal fraction of millions of digits
         b"\xc5\x82\x01" + number_of(10**6),
-        b"\xd8\x1e\x82" + number_of(10**6) + number_of(10**6),
+        b"\xd8\x1e\x82" + number_of(4 * 10**5) + number_of(4 * 10**5),
         b"\xd8\x23" + cbor2.dumps("(a|b)*" * 100_000),  # a pattern to be compiled
         b"\xd8\x24" + cbor2.dumps("X: " + " \n" * 100_000),  # a mail to be read
         cbor2.dumps({(2**61 - 1) * number: 0 for number in range(1, 30_000)}),  # numbers of one hash
@@ -385,12 +386,12 @@ def test_who_never_reads_is_given_up_and_disturbs_nobody(monkeypatch):
     talk(conversation)
 
 
-def test_a_message_may_be_of_10_mb():
+def test_a_message_may_be_of_a_megabyte():
     async def conversation(bridge, ear, join):
         async with join() as socket:
-            await say(socket, op="publish", topic="/x", msg={"data": "x" * (10 * 2**20 - 1000)})
+            await say(socket, op="publish", topic="/x", msg={"data": "x" * (2**20 - 1000)})
             await ask(socket, "/rosapi/nodes")
-            assert len(ear.told[0][1]["data"]) > 10**7
+            assert len(ear.told[0][1]["data"]) > 10**6
 
     talk(conversation)
 
@@ -406,5 +407,21 @@ def test_a_larger_message_ends_the_connection(monkeypatch):
         async with join() as other:
             await ask(other, "/rosapi/nodes")
         assert not ear.told
+
+    talk(conversation)
+
+
+def test_what_a_client_says_is_charged_and_who_overdraws_is_told_why_it_is_read_more_slowly(monkeypatch):
+    account = Mock(charged=Mock(side_effect=contextlib.nullcontext), debt_s=lambda: 9.0, turn=AsyncMock())
+    monkeypatch.setattr(rosbridge, "Accounts", lambda *_: Mock(of=lambda _: account))
+
+    async def conversation(bridge, ear, join):
+        async with join() as socket:
+            await say(socket, op="set_level", level="warning")
+            assert "read more slowly" in json.loads(await socket.recv())["msg"]
+            await say(socket, op="publish", topic="/x", msg={"data": 2000 * "x"})
+            await ask(socket, "/rosapi/nodes")
+        assert [call.kwargs["in_line"] for call in account.turn.await_args_list] == [False, True, False]
+        assert account.charged.call_count == 3
 
     talk(conversation)

@@ -5,13 +5,17 @@ import threading
 import time
 from collections import Counter
 from types import SimpleNamespace
+from unittest.mock import AsyncMock, Mock
 
 import pytest
 
+from swarm_pz.errors import ProtocolError
 from swarm_pz.play import protocol
+from swarm_pz.play.protocol import encoding
 from swarm_pz.play.recordings.sandbox import Sandbox
-from swarm_pz.play.server import connection, orders, replays
+from swarm_pz.play.server import app, budget, connection, middleware, orders, replays
 from swarm_pz.play.server.app import Server
+from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.client_handler import HELLO_S, ClientHandler
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.lobby import MOST_EMPTY_ROOMS_OF_ADDRESS, MOST_ROOMS_OF_ADDRESS
@@ -181,3 +185,133 @@ def test_who_says_nothing_and_who_reads_nothing_is_closed(tmp_path):
         assert await plays_on(guest)
 
     visiting(tmp_path, script)
+
+
+@pytest.mark.parametrize("number", ["1e300", "-2.5E+23", "5e-324", "12e00301", "1e400"])
+def test_numbers_that_take_hundreds_of_times_as_long_to_read_are_not_read(number, monkeypatch):
+    monkeypatch.setattr(encoding, "_client_decoder", Mock())
+    with pytest.raises(ProtocolError, match="a number must be 0, or from 1e-300 to 1e"):
+        protocol.decode_client(f'{{"type":"ping","sent_ms":{number}}}')
+    encoding._client_decoder.decode.assert_not_called()
+
+
+def test_words_and_faint_densities_that_look_like_such_numbers_are_read():
+    hello = protocol.decode_client(f'{{"type":"hello","token":"{"1e30" * 8}"}}')
+    assert hello.token == "1e30" * 8
+    assert protocol.decode_client('{"type":"command","number":1,"density":[[3e-120,0e999]]}').density == [[3e-120, 0.0]]
+
+
+def test_a_command_of_who_has_no_seat_is_refused_before_it_is_read(monkeypatch, tmp_path):
+    async def script(hall):
+        stranger, player = Attacker(hall), Attacker(hall)
+        player.say(ALONE)
+        read = Mock(side_effect=protocol.decode_client)
+        monkeypatch.setattr(protocol, "decode_client", read)
+        stranger.say(LARGE)
+        read.assert_not_called()
+        assert stranger.refused() == {"out_of_turn": 1}
+        player.say(LARGE)
+        read.assert_called_once()
+
+    visiting(tmp_path, script)
+
+
+class Clock:
+    """A clock that goes on while somebody sleeps, and a processor that works when it is told to."""
+
+    def __init__(self, monkeypatch):
+        self.now = self.worked = 0.0
+        clocks = SimpleNamespace(monotonic=lambda: self.now, thread_time=lambda: self.worked)
+        monkeypatch.setattr(budget, "time", clocks)
+        monkeypatch.setattr(budget, "asyncio", SimpleNamespace(Lock=asyncio.Lock, sleep=self.sleep))
+
+    async def sleep(self, seconds):
+        self.now += seconds
+        await asyncio.sleep(0)
+
+
+def test_only_the_steps_of_work_are_charged_and_whoever_overdraws_waits_until_it_has_come_back(monkeypatch):
+    clock = Clock(monkeypatch)
+    accounts = Accounts(Rate(1.0, 0.1), Rate(10.0, 1.0))
+    account, neighbour = accounts.of(("a", 1)), accounts.of(("a", 2))
+
+    async def work():
+        clock.worked += 2.0
+        await asyncio.sleep(0)  # others work meanwhile
+        with pytest.raises(asyncio.CancelledError):
+            await asyncio.sleep(60)
+        clock.worked += 1.0
+        return "done"
+
+    async def play():
+        task = asyncio.create_task(account.run(work()))
+        await asyncio.sleep(0)
+        clock.worked += 100.0
+        for _ in range(3):
+            await asyncio.sleep(0)
+        task.cancel()
+        assert await task == "done"
+        assert (account.debt_s(), neighbour.debt_s()) == (pytest.approx(20.0), 0.0)
+        await neighbour.turn()
+        assert clock.now == 0.0, "the address has more left"
+        await account.turn()
+        assert clock.now == pytest.approx(20.0)
+
+    asyncio.run(play())
+
+
+def test_an_address_in_debt_serves_its_connections_in_turn_and_no_debt_is_left_behind(monkeypatch):
+    clock = Clock(monkeypatch)
+    accounts = Accounts(Rate(1.0, 1.0), Rate(2.0, 0.5))
+    served = []
+
+    async def use(name, account):
+        while clock.now < 100.0:
+            await account.turn()
+            served.append(name)
+            account.spend(0.5)
+
+    async def play():
+        everybody = [accounts.of(("a", port)) for port in range(1, 10)]
+        await asyncio.gather(*(use(name, account) for name, account in enumerate(everybody)))
+        counts = Counter(served)
+        assert min(counts.values()) >= 10 and len(served) <= 2.0 / 0.5 + 100.0 + 9, "of about eleven each"
+        assert accounts.of(("a", 10)).debt_s() > 0.0 and accounts.of(("b", 1)).debt_s() == 0.0
+        accounts.forget(clock.now)
+        assert accounts.of(("a", 11)).debt_s() > 0.0
+
+    asyncio.run(play())
+
+
+def test_requests_are_charged_to_their_address_and_refused_with_words_once_it_has_nothing(monkeypatch, tmp_path):
+    monkeypatch.setattr(middleware, "_PATIENCE_S", 0.01)
+
+    async def script(hall):
+        server = Server(hall)
+        answer = server.app(["here"])
+
+        async def ask(host):
+            scope = {"type": "http", "method": "GET", "path": "/status", "client": (host, 5)}
+            scope |= {"headers": [(b"host", b"here")], "query_string": b""}
+            told = []
+            await answer(scope, Mock(), AsyncMock(side_effect=told.append))
+            return told[0]["status"], told[1]["body"]
+
+        assert (await ask("192.0.2.1"))[0] == 200
+        assert server.accounts._addresses["192.0.2.1"].budget.left(0.0) < app.ADDRESS_S.most
+        server.accounts.of(("192.0.2.1", 6)).spend(100.0)
+        status, text = await ask("192.0.2.1")
+        assert status == 429 and b"try again in a few seconds" in text
+        assert (await ask("192.0.2.2"))[0] == 200, "others are not asked to wait"
+
+    visiting(tmp_path, script)
+
+
+def test_a_client_in_debt_is_told_so_and_heard_later(monkeypatch):
+    clock, guest = Clock(monkeypatch), Connection(Socket())
+    account = Accounts(app.CONNECTION_S, app.ADDRESS_S).of(("a", 1))
+    account.spend(1.0)
+    asyncio.run(app._turn(account, guest, 60_000))
+    (told,) = guest._waiting
+    assert "more processor time than a client may use" in told
+    assert clock.now == pytest.approx((1.0 - app.CONNECTION_S.most) / app.CONNECTION_S.per_second)

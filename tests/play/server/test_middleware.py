@@ -5,6 +5,7 @@ import asyncio
 import pytest
 
 from swarm_pz.play.server import middleware
+from swarm_pz.play.server.budget import Accounts, Rate
 
 (Access,) = (
     value for value in vars(middleware).values() if isinstance(value, type) and value.__module__ == middleware.__name__
@@ -26,7 +27,11 @@ def ask(kind, hosts=("Here.example:80", "[::1]:80"), allowed=(), embedders=(), *
         return {"type": "websocket.connect"}
 
     scope = {"type": kind, "headers": [(name.encode(), value.encode()) for name, value in headers.items()]}
-    asyncio.run(Access(inner, hosts, allowed, embedders)(scope, receive, send))
+    asyncio.run(
+        Access(inner, hosts, allowed, embedders, accounts=Accounts(Rate(1.0, 1.0), Rate(1.0, 1.0)))(
+            scope, receive, send
+        )
+    )
     return answers
 
 

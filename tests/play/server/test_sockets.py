@@ -5,6 +5,7 @@ import contextlib
 from types import SimpleNamespace
 from unittest.mock import Mock
 
+import h11
 import pytest
 import uvicorn
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
@@ -13,8 +14,10 @@ from websockets.exceptions import ConnectionClosed
 
 from swarm_pz.play import protocol
 from swarm_pz.play.server import sockets
+from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.sockets import BoundedHTTP, BoundedWebSocket
 
+ACCOUNTS = Accounts(Rate(1.0, 1.0), Rate(1.0, 1.0))
 PING, PONG, PART = (bytes([first, 0x80, 0, 0, 0, 0]) for first in (0x89, 0x8A, 0x00))
 """Empty ones, as a client masks them."""
 
@@ -34,6 +37,7 @@ def test_who_sends_hardly_anything_but_pings_pongs_or_parts_of_messages_is_cut_o
 def test_nothing_more_is_read_of_a_peer_that_is_cut_off(monkeypatch):
     socket, read = BoundedWebSocket.__new__(BoundedWebSocket), []
     monkeypatch.setattr(WebSocketsSansIOProtocol, "data_received", lambda _, data: read.append(data))
+    socket._account = ACCOUNTS.of(None)
     socket.transport = Mock(is_closing=lambda: len(read) == 2)
     socket.data_received(bytes(range(256)) * 16)
     assert b"".join(read) == bytes(range(256)) * 8
@@ -61,7 +65,7 @@ def test_a_peer_that_answers_no_ping_is_let_go_with_all_that_it_has_not_read():
     async def play():
         config = uvicorn.Config(lambda *_: None)
         config.load()
-        socket = BoundedWebSocket(config, ServerState(), {}, asyncio.get_running_loop())
+        socket = BoundedWebSocket(config, ServerState(), {"accounts": ACCOUNTS}, asyncio.get_running_loop())
         socket.transport = Mock()
         socket.keepalive_timeout()
         socket.transport.abort.assert_called_once()
@@ -92,7 +96,7 @@ def test_who_asks_for_nothing_whole_is_let_go_and_whoever_does_is_answered(first
         config = uvicorn.Config(answer, http=BoundedHTTP, lifespan="off", timeout_keep_alive=60)
         config.load()
         loop = asyncio.get_running_loop()
-        server = await loop.create_server(lambda: BoundedHTTP(config, state, {}), "127.0.0.1", 0)
+        server = await loop.create_server(lambda: BoundedHTTP(config, state, {"accounts": ACCOUNTS}), "127.0.0.1", 0)
         reader, writer = await asyncio.open_connection(*server.sockets[0].getsockname()[:2])
         writer.write(first)
         if first:
@@ -112,3 +116,33 @@ def test_who_asks_for_nothing_whole_is_let_go_and_whoever_does_is_answered(first
         await asyncio.sleep(0)
 
     asyncio.run(play())
+
+
+def test_a_request_of_thousands_of_headers_is_not_read(monkeypatch):
+    read = []
+    monkeypatch.setattr(sockets.H11Protocol, "data_received", lambda _, data: read.append(data))
+    socket = BoundedHTTP.__new__(BoundedHTTP)
+    socket._account, socket._lines, socket.transport = ACCOUNTS.of(None), 0, Mock()
+    socket.conn = SimpleNamespace(their_state=h11.IDLE)
+    socket.data_received(REQUEST)
+    socket.data_received(b"a: b\r\n" * 200)
+    socket.transport.abort.assert_not_called()
+    socket.data_received(b"a: b\r\n" * 200)
+    socket.transport.abort.assert_called_once()
+    assert len(read) == 2
+
+
+def test_nothing_is_read_of_a_connection_in_debt_until_that_is_paid(monkeypatch):
+    read = []
+    monkeypatch.setattr(sockets.H11Protocol, "data_received", lambda _, data: read.append(data))
+    socket = BoundedHTTP.__new__(BoundedHTTP)
+    socket._account, socket._lines, socket.transport = Mock(debt_s=lambda: 2.0), 0, Mock(is_closing=lambda: False)
+    socket.loop, socket.flow, socket.conn = Mock(), Mock(read_paused=False), SimpleNamespace(their_state=h11.DONE)
+    socket.data_received(REQUEST)
+    socket.transport.pause_reading.assert_called_once()
+    socket.loop.call_later.assert_called_once_with(2.0, socket._read_on, REQUEST)
+    assert not read
+    socket._account = ACCOUNTS.of(None)
+    socket._read_on(REQUEST)
+    socket.transport.resume_reading.assert_called_once()
+    assert read == [REQUEST]

@@ -1,5 +1,6 @@
 """A study as participants' pages and its monitor meet it: who is let in, and what is kept."""
 
+import asyncio
 import contextlib
 import json
 import re
@@ -8,8 +9,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from starlette.requests import Request
 
+from swarm_pz.errors import ConfigError
 from swarm_pz.play import protocol
+from swarm_pz.play.server import studies
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.studies import StudyHost, Visitor
 from swarm_pz.play.studies.folder import StudyFolder
@@ -200,7 +204,7 @@ def test_who_is_nobody_is_told_so(path, said, study):
     assert status in (404, 405) and (said is None or said in told["fault"])
 
 
-@pytest.mark.parametrize("said", [b"", b"[]", b"{", b"[" * 100_000, b'"' + b"x" * 2**21])
+@pytest.mark.parametrize("said", [b"", b"[]", b"{", b"[" * 4000, b'"' + b"x" * 5000])
 def test_what_no_page_says_is_refused(said, study):
     status, told = study.ask("/study/P07/state", said)
     assert status == 400 and ("the page said" in told["fault"] or "a page may say" in told["fault"])
@@ -277,3 +281,10 @@ def test_there_is_nothing_here_but_the_study(study):
     ):
         assert "from the study's page" in client.refused(message).reason
     client.close()
+
+
+def test_a_body_that_comes_little_by_little_is_not_waited_for(monkeypatch):
+    monkeypatch.setattr(studies, "_PART_S", 0.01)
+    request = Request({"type": "http"}, receive=lambda: asyncio.sleep(60))
+    with pytest.raises(ConfigError, match="must come within"):
+        asyncio.run(studies._read(request, 100))
