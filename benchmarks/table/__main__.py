@@ -28,12 +28,13 @@ def main() -> None:
     parser.add_argument("--sends", type=int, default=200)
     parser.add_argument("--drones", type=int, default=10, help="a team")
     parser.add_argument("--games", type=int, default=20)
+    parser.add_argument("--attacks", nargs="*", default=(), help="of the attack's cases; else all")
     parser.add_argument("--learned", default="champion")
     options = parser.parse_args()
     if options.what == "load":
         asyncio.run(load(options.seconds, options.learned))
     elif options.what == "attack":
-        asyncio.run(attack(options.seconds, options.drones))
+        asyncio.run(attack(options.seconds, options.drones, options.attacks))
     elif options.what == "soak":
         print(json.dumps(asyncio.run(soak(options.seconds)), indent=2))
     elif options.what == "begin":

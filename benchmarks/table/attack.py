@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import itertools
+import json
 import tempfile
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable
+import urllib.request
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +42,16 @@ WILD = protocol.StrokeMessage("attract", 0.3, [(float(k % 2), round(float(CHANCE
 DEAR = ",".join(["1e300"] * 10_900)
 """Numbers of 65 kB: some readers take four hundred times as long for them as for others."""
 ROS_PORT = 19_090
+PLAN = """
+title = "Attacked"
+participants = 2
+codes = ["victim", "other"]
+games = 1
+rules = { time_limit = 300.0, capture = { enabled = false } }
+[[conditions]]
+title = "alone"
+opponent = "uniform"
+"""
 SLOW = protocol.StrokeMessage("attract", 0.3, [(0.5, round(0.3 + k / 10_000, 4)) for k in range(3500)])
 
 
@@ -156,7 +168,7 @@ async def _post(address: str, _: str) -> None:
     """Post such numbers as a participant's page."""
     host, port = address.split(":")
     body = f'{{"window":[{DEAR * 15}0]}}'
-    head = f"POST /study/P09/state HTTP/1.1\r\nHost: {address}\r\nContent-Length: {len(body)}\r\n\r\n"
+    head = f"POST /study/other/state HTTP/1.1\r\nHost: {address}\r\nContent-Length: {len(body)}\r\n\r\n"
     reader, writer = await asyncio.open_connection(host, int(port))
     try:
         while True:
@@ -165,6 +177,20 @@ async def _post(address: str, _: str) -> None:
             await reader.readuntil(b"}")
     finally:
         writer.close()
+
+
+def _seat_of_participant(address: str) -> str:
+    """Begin a participant's game, and return the token of the seat."""
+
+    def say(act: str, **said: Any) -> dict[str, Any]:
+        body = json.dumps({"window": "w", "loaded": 1.0} | said).encode()
+        with urllib.request.urlopen(f"http://{address}/study/victim/{act}", body, timeout=30) as answer:
+            return dict(json.load(answer))
+
+    state = say("state")
+    while not (seat := state.get("game", {}).get("seat")):
+        state = say("play", step=state["step"]["id"])
+    return str(seat["token"] if isinstance(seat, dict) else seat)
 
 
 async def _publish(_: str, __: str) -> None:
@@ -252,13 +278,24 @@ def _record_long_game(folder: Path, drones: int) -> str:
     return recorder.path.name
 
 
-async def attack(seconds: float, drones: int) -> None:
+async def attack(seconds: float, drones: int, names: Sequence[str] = ()) -> None:
     """Play a room beside five clients that do their worst, and print how its frames came."""
-    for name, worst in ATTACKS.items():
+    for name in names or ATTACKS:
+        worst = ATTACKS[name]
         with tempfile.TemporaryDirectory() as folder:
             recording = _record_long_game(Path(folder), drones)
-            with server(Path(folder), options=["--rosbridge", str(ROS_PORT)]) as (address, _):
+            plan = Path(folder) / "study.toml"
+            plan.write_text(PLAN)
+            is_study = name == "posts"
+            what = ["study", "run", str(plan), "--folder"] if is_study else ["play", "--out"]
+            options = [] if is_study else ["--rosbridge", str(ROS_PORT)]
+            with server(Path(folder) / "data" if is_study else Path(folder), options=options, what=what) as (
+                address,
+                _,
+            ):
                 stop, victim = asyncio.Event(), Victim(address)
+                if is_study:
+                    victim.token = await asyncio.to_thread(_seat_of_participant, address)
                 alone = protocol.Create(settings=protocol.Settings(blue=0, time_limit=None))
                 tasks = [asyncio.create_task(victim.play([alone, protocol.Ready()], stop))]
                 await asyncio.sleep(2.0)

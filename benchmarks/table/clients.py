@@ -27,16 +27,20 @@ CHANCE = np.random.default_rng(0)
 
 @contextlib.contextmanager
 def server(
-    folder: Path, countdown_s: float = 0.0, options: Sequence[str] = (), **environment: str
+    folder: Path,
+    countdown_s: float = 0.0,
+    options: Sequence[str] = (),
+    what: Sequence[str] = ("play", "--out"),
+    **environment: str,
 ) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """Start a server, whose games begin at once unless told otherwise, and give its address and process."""
     command = [sys.executable, "-u", "-c", "from swarm_pz.cli import main; main()"]
-    command += ["play", "--port", "0", "--countdown", str(countdown_s), "--out", str(folder), *options]
+    command += [*what, str(folder), "--port", "0", "--countdown", str(countdown_s), *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | environment) as process:  # noqa: S603
         printed = process.stdout or sys.stdin
         try:
             said = next(line for line in printed if "http://" in line)
-            yield said.split("http://")[1].strip().rstrip("/"), process
+            yield said.split("http://")[1].strip().partition("/")[0], process
         finally:
             process.send_signal(signal.SIGTERM)
             process.wait(20)
