@@ -1,0 +1,142 @@
+"""What each face costs on top of the simulator: its env-steps beside the bare simulator's, by processor time.
+
+1 is the bare simulator: 64 games of 10 against 10 in one thread, given random commands and advanced by one second a
+step, with neither observations nor rewards. A face makes its own steps at a share of that rate; all that it returns is
+part of its cost, and so are the answers of the opponent `uniform`. A step is one second of one game; of `drones_env`,
+0.2 seconds. One-game faces stand beside 64 games, too: that a game alone is dearer is part of what they cost.
+
+python -m benchmarks.faces                            # this checkout
+python -m benchmarks.faces --beside ../as-it-was      # and another, in turns
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import VectorEnv
+from pettingzoo import ParallelEnv
+
+import swarm_pz
+from swarm_pz.bench import simulator_face
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.training.vec_env import SwarmVecEnv
+
+GAMES = 64
+ID = "swarm_pz/Capture-v0"
+SECONDS = 0.2
+"""Of processor time, that each face has in a round."""
+Step = Callable[[], object]
+
+
+def parallel(environment: ParallelEnv[str, Any, Any]) -> Step:
+    """Return a step of a PettingZoo environment, with actions drawn beforehand."""
+    environment.reset(seed=0)
+    spaces = {agent: environment.action_space(agent) for agent in environment.possible_agents}
+    actions = itertools.cycle([{agent: space.sample() for agent, space in spaces.items()} for _ in range(8)])
+
+    def step() -> None:
+        environment.step(next(actions))
+        if not environment.agents:
+            environment.reset()
+
+    return step
+
+
+def single(environment: gymnasium.Env[Any, Any]) -> Step:
+    """Return a step of a Gymnasium environment."""
+    environment.reset(seed=0)
+    actions = itertools.cycle([environment.action_space.sample() for _ in range(8)])
+
+    def step() -> None:
+        _, _, terminated, truncated, _ = environment.step(next(actions))
+        if terminated or truncated:
+            environment.reset()
+
+    return step
+
+
+def vector(environment: VectorEnv[Any, Any, Any]) -> Step:
+    """Return a step of a Gymnasium vector environment, which resets itself."""
+    environment.reset(seed=0)
+    actions = itertools.cycle([environment.action_space.sample() for _ in range(8)])
+    return lambda: environment.step(next(actions))
+
+
+def sb3(environment: SwarmVecEnv) -> Step:
+    """Return a step of Stable-Baselines3's."""
+    environment.reset()
+    sample = environment.action_space.sample
+    actions = itertools.cycle([np.stack([sample() for _ in range(environment.num_envs)]) for _ in range(8)])
+    return lambda: environment.step(next(actions))
+
+
+FACES: dict[str, tuple[int, Callable[[], Step]]] = {
+    "simulator": (GAMES, lambda: simulator_face(GameConfig(), GAMES, 1)),
+    "simulator, one game": (1, lambda: simulator_face(GameConfig(), 1, 1)),
+    f"make_vec({GAMES})": (GAMES, lambda: vector(gymnasium.make_vec(ID, num_envs=GAMES))),
+    f"SwarmVecEnv({GAMES})": (GAMES, lambda: sb3(SwarmVecEnv(num_envs=GAMES, seed=0))),
+    "parallel_env": (1, lambda: parallel(swarm_pz.parallel_env())),
+    "gymnasium.make": (1, lambda: single(gymnasium.make(ID))),
+    'parallel_env, kind="entities"': (
+        1,
+        lambda: parallel(swarm_pz.parallel_env(observation=ObservationConfig(kind="entities"))),
+    ),
+    "drones_env": (1, lambda: parallel(swarm_pz.drones_env())),
+}
+
+
+def measure() -> dict[str, float]:
+    """Return how often a second each face makes a step of one game, by processor time; all faces take turns."""
+    steps = {name: (games, make()) for name, (games, make) in FACES.items()}
+    rates: dict[str, list[float]] = {name: [] for name in steps}
+    for _ in range(3):
+        for name, (games, step) in steps.items():
+            step()
+            made, began = 0, time.process_time()
+            while (spent := time.process_time() - began) < SECONDS:
+                step()
+                made += games
+            rates[name].append(made / spent)
+    return {name: statistics.median(values) for name, values in rates.items()}
+
+
+def main() -> None:
+    """Print a table for the documentation."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=5, help="processes for each checkout")
+    parser.add_argument("--beside", type=Path, help="the folder of another checkout")
+    parser.add_argument("--once", action="store_true", help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.once:
+        print(json.dumps(measure()))
+        return
+    checkouts = ([arguments.beside.resolve()] if arguments.beside else []) + [Path(__file__).parents[1]]
+    found: dict[Path, list[dict[str, float]]] = {folder: [] for folder in checkouts}
+    for _ in range(arguments.rounds):
+        for folder in checkouts:
+            command = [sys.executable, __file__, "--once"]
+            environment = os.environ | {"PYTHONPATH": str(folder)}
+            told = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE).stdout  # noqa: S603
+            found[folder].append(json.loads(told.splitlines()[-1]))
+    print("| face |" + "".join(f" {folder.name}, steps a second | of the simulator's |" for folder in checkouts))
+    print("|---|" + "---|---|" * len(checkouts))
+    unit = statistics.median(one["simulator"] for one in found[checkouts[0]])
+    for name in FACES:
+        rates = [statistics.median(one[name] for one in found[folder]) for folder in checkouts]
+        print(f"| {name} |" + "".join(f" {rate:,.0f} | {rate / unit:.2f} |" for rate in rates), flush=True)
+
+
+if __name__ == "__main__":
+    main()
