@@ -1,4 +1,4 @@
-"""The grid observation of one side of one game; see `swarm_pz.spaces.observation` for what it shows."""
+"""What one side of one game sees: images, or lists of drones; see `swarm_pz.spaces.observation` for what they show."""
 
 from __future__ import annotations
 
@@ -239,3 +239,39 @@ def paint_grids(
                 paint_shared(games.positions[e], games.velocities[e], drones, seconds, plane)
             else:
                 plane[:] = np.uint8(255.0 * time_left[place] + 0.5)
+
+
+@entry_point
+def list_entities(
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    teams: NDArray[np.int8],
+    rows: NDArray[np.int64],
+    sides: NDArray[np.int64],
+    places: NDArray[np.float32],
+    speeds: NDArray[np.float32],
+    masks: NDArray[np.int8],
+) -> None:
+    """List each side's drones first to last.
+
+    Parameters
+    ----------
+    positions, velocities : float32 array (E, N, 2)
+    teams : int8 array (E, N)
+    rows, sides : int64 array (n,)
+        The games, and the team from whose side each is seen.
+    places, speeds : float32 array (2, n, N, 2)
+        Zeros: overwritten with the positions and velocities of its own drones, and of the opposing ones.
+    masks : int8 array (2, n, N)
+        Zeros: overwritten with 1 for each drone that is listed.
+    """
+    for place in range(len(rows)):
+        e, count = rows[place], np.zeros(2, np.int64)
+        for drone in range(teams.shape[1]):
+            side = 0 if teams[e, drone] == sides[place] else 1
+            number = count[side]
+            for axis in range(2):
+                places[side, place, number, axis] = positions[e, drone, axis]
+                speeds[side, place, number, axis] = velocities[e, drone, axis]
+            masks[side, place, number] = 1
+            count[side] += 1

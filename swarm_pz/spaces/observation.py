@@ -38,7 +38,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, GameConfig, ObservationConfig
-from swarm_pz.kernels.observation import Shown, paint_grids
+from swarm_pz.kernels.observation import Shown, list_entities, paint_grids
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
 from swarm_pz.simulator.spawn import FASTEST
@@ -170,15 +170,14 @@ def _entities(
     simulator: Simulator, teams: NDArray[np.int64], rows: NDArray[np.int64], time_left: NDArray[np.float64]
 ) -> dict[str, NDArray[Any]]:
     """List each side's drones first to last, padded with zeros; a mask says which are there."""
+    games, shape = simulator.games, (2, len(rows), simulator.config.num_drones)
+    places, speeds = np.zeros((*shape, 2), np.float32), np.zeros((*shape, 2), np.float32)
+    masks = np.zeros(shape, np.int8)
+    list_entities(games.positions, games.velocities, games.teams, rows, teams, places, speeds, masks)
     entries: dict[str, NDArray[Any]] = {}
-    is_own = simulator.games.teams[rows] == teams[:, None]
-    for side, members in (("own", is_own), ("opposing", ~is_own)):
-        order = np.argsort(~members, axis=1, kind="stable")
-        mask = np.take_along_axis(members, order, axis=1)
-        for name in ("positions", "velocities"):
-            values = np.take_along_axis(getattr(simulator.games, name)[rows], order[..., None], axis=1)
-            entries[f"{side}_{name}"] = np.where(mask[..., None], values, np.float32(0.0))
-        entries[f"{side}_mask"] = mask.astype(np.int8)
-    entries["own_share"] = is_own.mean(axis=1, keepdims=True).astype(np.float32)
+    for side, name in enumerate(("own", "opposing")):
+        entries[f"{name}_positions"], entries[f"{name}_velocities"] = places[side], speeds[side]
+        entries[f"{name}_mask"] = masks[side]
+    entries["own_share"] = (masks[0].sum(axis=1, keepdims=True) / shape[2]).astype(np.float32)
     entries["time_left"] = time_left[:, None].astype(np.float32)
     return entries
