@@ -14,7 +14,7 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import TEAM_NAMES, GameConfig, ObservationConfig
+from swarm_pz.config import RED, TEAM_NAMES, GameConfig, ObservationConfig
 from swarm_pz.datasets.folder import Episode, Target, name_for, new_dataset
 from swarm_pz.datasets.matches import OUTCOMES
 from swarm_pz.envs.batch_env import BatchEnv, StepResult
@@ -215,11 +215,12 @@ def _episode(path: Path, row: SeatRow, form: Format, opponent: int) -> Episode:
     actions, rewards, decided = [], [], []
     while game.tick < end:
         games = game.simulator.games
-        before, captures, recaptures = game.simulator.sizes, games.captures.copy(), games.recaptures.copy()
+        before, captures, recaptures = game.simulator.sizes[:, RED], games.captures.copy(), games.recaptures.copy()
         came = [one for one in playback.advance(config.step_ticks) if one.team == team]
         followed = _values(playback, came[-1]) if came else followed
         over = game.simulator.decided.copy()
-        red = red_rewards(config, before, game.simulator.sizes, over)
+        after = game.simulator.sizes[:, RED]
+        red = red_rewards(config, after - before, over, after > 0)
         result = StepResult(
             rewards=np.stack([red, 0.0 - red], axis=1),
             terminated=over,

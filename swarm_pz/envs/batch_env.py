@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +26,7 @@ from swarm_pz.config.base import check_count
 from swarm_pz.config.values import check_densities
 from swarm_pz.envs.reward import red_rewards
 from swarm_pz.errors import CommandError, GameOverError, PolicyError
-from swarm_pz.policy import Player, PrivilegedPolicy, answers_of, name_of
+from swarm_pz.policy import Player, Policy, answers_of, name_of
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.spawn import Seed, check_team
 from swarm_pz.spaces.observation import Observations, observe
@@ -179,26 +179,29 @@ class BatchEnv:
         if not running.any():
             raise GameOverError("no game is running: call reset before step")
         games = self.simulator.games
-        sizes_before = self.simulator.sizes
         captures, recaptures = games.captures.copy(), games.recaptures.copy()
-        left = np.where(running, np.minimum(self.config.step_ticks, self._limit_ticks - games.ticks), 0)
+        blue = games.teams.sum(axis=1, dtype=np.int64)  # drones that are fewer after the step red has gained
+        left = np.where(running, np.minimum(self._limit_ticks - games.ticks, self.config.step_ticks), 0)
         left = np.maximum(left, 0)
         if after_control_period is None:
-            self.simulator.advance(left, checked)
+            self.simulator.advance_checked(left, checked)
         else:
             commands: NDArray[np.float64] | None = checked
             while left.any() and not self.simulator.decided[running].all():
                 ticks = np.minimum(left, TICKS_PER_CONTROL_PERIOD)
-                self.simulator.advance(ticks, commands)
+                self.simulator.advance_checked(ticks, commands)
                 left, commands = left - ticks, None
                 after_control_period()
 
         decided = self.simulator.decided & running
         truncated = running & ~decided & (games.ticks >= self._limit_ticks)
         self.running &= ~(decided | truncated)
-        red = red_rewards(self.config, sizes_before, self.simulator.sizes, decided)
+        gained = blue - games.teams.sum(axis=1, dtype=np.int64)
+        rewards = np.empty((self.num_games, 2))
+        rewards[:, RED] = red_rewards(self.config, gained, decided, games.teams[:, 0] == RED)
+        rewards[:, BLUE] = 0.0 - rewards[:, RED]
         return StepResult(
-            rewards=np.stack([red, 0.0 - red], axis=1),
+            rewards=rewards,
             terminated=decided,
             truncated=truncated,
             captured=games.captures - captures,
@@ -224,8 +227,14 @@ class BatchEnv:
             raise CommandError(f"teams must be 0 (red) or 1 (blue), one or one a game, got {teams!r}")
         sides = np.empty(len(chosen), np.int64)
         sides[:] = given
-        left = 1.0 - np.minimum(self.simulator.games.ticks[chosen] / self._limit_ticks, 1.0)
-        return observe(self.simulator, observation, sides, chosen, left)
+        return self.observe_checked(observation, sides, chosen)
+
+    def observe_checked(
+        self, observation: ObservationConfig, teams: NDArray[np.int64], rows: NDArray[np.int64]
+    ) -> Observations:
+        """As `observe`, for who has checked teams (n,) and rows (n,) already."""
+        left = 1.0 - np.minimum(self.simulator.games.ticks[rows] / self._limit_ticks, 1.0)
+        return observe(self.simulator, observation, teams, rows, left)
 
     def ask(
         self,
@@ -258,13 +267,15 @@ class BatchEnv:
         if not len(rows):
             return np.zeros((0, *self.command_shape))
         answers = clock if clock is not None else nullcontext()
-        if isinstance(policy, PrivilegedPolicy):
+        plan = getattr(policy, "plan", None)  # to ask its Protocol takes longer than most answers
+        if plan is not None:
             with answers:
-                answer = policy.plan(self.simulator, teams, rows)
+                answer = plan(self.simulator, teams, rows)
         else:
-            observations = self.observe(policy.observation, teams, rows)
+            seeing = cast("Policy", policy)
+            observations = self.observe_checked(seeing.observation, teams, rows)
             with answers:
-                answer = policy.act(observations, rows)
+                answer = seeing.act(observations, rows)
         try:
             control = self.simulator.control
             name, flown_by = f"policy {name_of(policy)}'s answer", self.simulator.games.flown_by[rows, teams]

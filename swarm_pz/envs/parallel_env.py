@@ -12,8 +12,8 @@ from pettingzoo import AECEnv
 from pettingzoo.utils import BaseParallelWrapper, wrappers
 from pettingzoo.utils.conversions import parallel_to_aec_wrapper
 
-from swarm_pz.config import AGENTS, RED, GameConfig, resolve
-from swarm_pz.envs.batch_env import BatchEnv, StepResult, plain
+from swarm_pz.config import AGENTS, BLUE, RED, GameConfig, resolve
+from swarm_pz.envs.batch_env import BatchEnv, StepResult, by_game
 from swarm_pz.envs.one_game import OneGameEnv
 from swarm_pz.errors import CommandError, GameOverError
 from swarm_pz.spaces.actions import ActionKind
@@ -22,6 +22,8 @@ from swarm_pz.spaces.observation import Observations, of_game
 
 Step = tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]
 """Observations, rewards, terminations, truncations and infos, each by agent."""
+_GAMES, _TEAMS = np.zeros(2, np.int64), np.array([RED, BLUE])
+"""The sides of the one game: its number, and the team."""
 
 
 class CaptureEnv(OneGameEnv):
@@ -202,15 +204,15 @@ class CaptureEnv(OneGameEnv):
 
     def step_checked(self, checked: Mapping[str, NDArray[np.float64]]) -> Step:
         """As `step`, for who has checked the actions already: for each agent, what `check_action` returned."""
-        commands = np.stack([checked[agent] for agent in AGENTS])[None]
+        commands = np.array([[checked[agent] for agent in AGENTS]])
         result = self.batch.step_checked(commands, self.screen.after_control_period)
         if not self.batch.running[0]:
             self.agents = []
         return (
             self._observations(),
-            {agent: float(result.rewards[0, team]) for team, agent in enumerate(AGENTS)},
-            {agent: bool(result.terminated[0]) for agent in AGENTS},
-            {agent: bool(result.truncated[0]) for agent in AGENTS},
+            dict(zip(AGENTS, result.rewards[0].tolist(), strict=True)),
+            dict.fromkeys(AGENTS, bool(result.terminated[0])),
+            dict.fromkeys(AGENTS, bool(result.truncated[0])),
             self._infos(result),
         )
 
@@ -226,13 +228,17 @@ class CaptureEnv(OneGameEnv):
         return np.asarray(self.batch.pack(command[None])[0])
 
     def _observations(self) -> dict[str, Observations]:
+        red, blue = (form.observation for form in self.formats.values())
+        if red == blue:  # at once, which is quicker
+            seen = self.batch.observe_checked(red, _TEAMS, _GAMES)
+            return {agent: form.show(of_game(seen, team)) for team, (agent, form) in enumerate(self.formats.items())}
         return {
             agent: form.show(of_game(self.batch.observe(form.observation, team), 0))
             for team, (agent, form) in enumerate(self.formats.items())
         }
 
     def _infos(self, result: StepResult | None) -> dict[str, dict[str, Any]]:
-        return {agent: plain(self.batch.infos(result, team, 0)) for team, agent in enumerate(AGENTS)}
+        return dict(zip(AGENTS, by_game(self.batch.infos(result, _TEAMS, _GAMES)), strict=True))
 
 
 def parallel_env(config: GameConfig | None = None, **keywords: Any) -> CaptureEnv:

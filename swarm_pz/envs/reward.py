@@ -9,17 +9,17 @@ from swarm_pz.config import BLUE, RED, GameConfig
 
 
 def red_rewards(
-    config: GameConfig, sizes_before: NDArray[np.int64], sizes_after: NDArray[np.int64], decided: NDArray[np.bool_]
+    config: GameConfig, gained: NDArray[np.int64], decided: NDArray[np.bool_], won: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
     """Return red's reward of a step; blue's is its negative.
 
     Parameters
     ----------
     config : GameConfig
-    sizes_before, sizes_after : int64 array (E, 2)
-        Drones of each team before and after the step.
-    decided : bool array (E,)
-        Whether the step decided the game.
+    gained : int64 array (E,)
+        Drones that red has more than before the step.
+    decided, won : bool array (E,)
+        Whether the step decided the game, and then whether red has won it.
 
     Returns
     -------
@@ -27,9 +27,8 @@ def red_rewards(
         `size_change` times red's gain over the mean starting size of a team, plus `outcome` times
         +1 for a win or -1 for a loss.
     """
-    gain = (sizes_after - sizes_before)[:, RED] / (config.num_drones / 2)
-    won = np.where(sizes_after[:, RED] > 0, 1.0, -1.0)
-    return np.asarray(config.reward.size_change * gain + config.reward.outcome * np.where(decided, won, 0.0))
+    outcome = np.where(decided, np.where(won, 1.0, -1.0), 0.0)
+    return config.reward.size_change * (gained / (config.num_drones / 2)) + config.reward.outcome * outcome
 
 
 def drone_rewards(
@@ -68,10 +67,8 @@ def drone_rewards(
     games, drones = np.nonzero(flew & changed)
     tick, side = captured_at[games, drones], teams_before[games, drones]
     until = changed[games] & (captured_at[games] <= tick[:, None])
-    gain = np.where(until, teams_after[games].astype(np.int64) - teams_before[games], 0).sum(axis=1)
-    blue = teams_before[games].sum(axis=1, dtype=np.int64)
-    sizes = np.stack([config.num_drones - blue, blue], axis=1)
+    gained = np.where(until, teams_before[games].astype(np.int64) - teams_after[games], 0).sum(axis=1)
     last = decided[games] & (tick == captured_at[games].max(axis=1))
-    red = red_rewards(config, sizes, sizes + np.stack([-gain, gain], axis=1), last)
+    red = red_rewards(config, gained, last, teams_after[games, 0] == RED)
     shares[games, drones] = np.where(side == BLUE, 0.0 - red, red)
     return shares

@@ -23,7 +23,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.fourier import make_targets
-from swarm_pz.kernels.game import Games, advance_games
+from swarm_pz.kernels.game import GIVEN, Games, advance_games
 from swarm_pz.kernels.retracing import retrace_games
 from swarm_pz.simulator.commands import coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
@@ -312,6 +312,10 @@ class Simulator:
             raise CommandError(f"ticks must be whole and not negative, one number or one a game, got {ticks!r}")
         per_game = np.empty(self.num_games, np.int64)
         per_game[:] = amounts
+        self.advance_checked(per_game, commands)
+
+    def advance_checked(self, per_game: NDArray[np.int64], commands: NDArray[np.float64] | None) -> None:
+        """As `advance`, for who has checked the ticks already: int64 (E,), none negative."""
         rows = np.flatnonzero((per_game > 0) & ~self.decided)
         if commands is not None:
             self._check_form(commands, (self.num_games, 2))
@@ -388,7 +392,9 @@ class Simulator:
         self._solve(team, chosen[self.games.ticks[chosen] % self._rules.ticks_per_control_period == 0])
 
     def _solve(self, team: int, rows: NDArray[np.int64]) -> None:
-        due = rows[self._solved[rows, team] != self.games.ticks[rows]]
+        due = rows[(self.games.flown_by[rows, team] >= GIVEN) & (self._solved[rows, team] != self.games.ticks[rows])]
+        if not len(due):
+            return
         self.control.fly(self.games, due, team)
         self._solved[due, team] = self.games.ticks[due]
 
@@ -397,18 +403,19 @@ class Simulator:
         games, period = self.games, self._rules.ticks_per_control_period
         while len(part := part[(left[part] > 0) & ~self._are_decided(part)]):
             phase = games.ticks[part] % period
+            due = part[phase == 0]
             for team in (RED, BLUE):
-                self._solve(team, part[phase == 0])
+                self._solve(team, due)
             ticks = np.zeros_like(left)
             ticks[part] = np.minimum(left[part], period - phase)
             advance_games(games, part, ticks, self._rules, self.controller, self._variants)
             left[part] -= ticks[part]
 
-    def _are_decided(self, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def _are_decided(self, rows: NDArray[np.int64] | slice) -> NDArray[np.bool_]:
+        teams = self.games.teams[rows]
         if not self.config.capture.enabled:
-            return np.zeros(len(rows), np.bool_)
-        blue = self.games.teams[rows].sum(axis=1, dtype=np.int64)
-        return np.asarray((blue == 0) | (blue == self.config.num_drones))
+            return np.zeros(len(teams), np.bool_)
+        return np.asarray((teams == teams[:, :1]).all(axis=1))
 
     def for_rows(self, rows: NDArray[np.int64], work: Callable[[NDArray[np.int64]], None]) -> None:
         """Call a kernel for parts of the rows, in this simulator's threads; the first part's exception is raised."""
@@ -567,9 +574,7 @@ class Simulator:
     @property
     def decided(self) -> NDArray[np.bool_]:
         """(E,) whether one team owns every drone; never without captures."""
-        if not self.config.capture.enabled:
-            return np.zeros(self.num_games, np.bool_)
-        return np.asarray((self.sizes == 0).any(axis=1))
+        return self._are_decided(slice(None))
 
     def rows(self, rows: ArrayLike | None) -> NDArray[np.int64]:
         """Return numbers of games as an array; all of them for None.
