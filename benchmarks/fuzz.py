@@ -13,6 +13,7 @@ import subprocess
 import sys
 import typing
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 
@@ -26,6 +27,7 @@ GRAINS = {"time_limit": 0.1, "command_period": 0.1, "trail": 1 / 30}
 """Numbers that are whole multiples of something."""
 OTHERS = ("drones_per_team", "controllers", "observation", "modes", "horizon")
 """What `draw` chooses otherwise: new modes and horizons are compiled anew."""
+ROOT = Path(__file__).parents[1]
 find_hints = functools.cache(typing.get_type_hints)
 
 
@@ -103,7 +105,7 @@ def watch(first: int, count: int = 2500, rare: float = 0.1) -> int:
     while first < last:
         code = f"for i in range({first}, {last}): print(i, flush=True); play(i, {rare})"
         command = [sys.executable, "-W", "error", "-c", f"from benchmarks.fuzz import play\n{code}"]
-        child = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+        child = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)  # noqa: S603
         if child.returncode == 0:
             break
         number = int(child.stdout.split()[-1])
