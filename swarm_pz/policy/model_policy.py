@@ -13,7 +13,7 @@ from swarm_pz.config import CHANNELS, GRID_CELLS, GameConfig, ObservationConfig
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import PolicyError
 from swarm_pz.simulator.spawn import Seed
-from swarm_pz.spaces.actions import ActionKind
+from swarm_pz.spaces.actions import ActionKind, make_actions
 from swarm_pz.spaces.densities import COMMAND_NAMES
 from swarm_pz.spaces.formats import Format, FormatOptions
 from swarm_pz.spaces.observation import Observations
@@ -125,6 +125,9 @@ def _actions_of(space: spaces.Space[Any], config: GameConfig, system: ControlSys
         return _commands_of(space, config, system)
     if isinstance(space, spaces.Discrete) and space.n == len(COMMAND_NAMES) and space.start == 0:
         return {"action": "discrete"}
+    modes = make_actions(config, system, "modes", None, flat=False).space
+    if space == modes:
+        return {"action": "modes"}
     if isinstance(space, spaces.Box):
         cells = space.shape[0] if len(space.shape) == 2 else round(float(np.prod(space.shape)) ** 0.5)
         flat, limits = len(space.shape) == 1, (float(space.low.min()), float(space.high.max()))
@@ -138,7 +141,7 @@ def _actions_of(space: spaces.Space[Any], config: GameConfig, system: ControlSys
             }
     raise PolicyError(
         f"a model's actions must be densities Box(0, 1), log-densities Box(-1, 1), (a, a) or (a * a,) with a from 2 to "
-        f"{config.command_cells}, or Discrete({len(COMMAND_NAMES)}), got {space}"
+        f"{config.command_cells}, modes {modes}, or Discrete({len(COMMAND_NAMES)}), got {space}"
     )
 
 

@@ -18,7 +18,13 @@ from swarm_pz.simulator.commands import interpolation_matrix
 LOG_DENSITY_RANGE = 4.0
 """Natural logarithm of the ratio between a command's value at action 1 and at action 0."""
 
-ActionKind = Literal["command", "normalised", "discrete"]
+MODES = 3
+"""Cosines along each axis of `action="modes"`, the constant included."""
+_LARGEST = 3.0
+"""Largest number of `action="modes"`. Divided by it, a number is the weight of its cosine in the density's logarithm.
+So noise of 1, which Gaussian policies begin with, changes densities gently."""
+
+ActionKind = Literal["command", "normalised", "modes", "discrete"]
 
 
 class Actions(Protocol):
@@ -54,13 +60,18 @@ def make_actions(
         if flat or cells is not None:
             raise ConfigError("action='discrete' is a number: flatten_actions and action_cells have no meaning with it")
         return _Numbers(config, system)
+    if not takes_densities and (cells is not None or kind == "modes"):
+        given = f"action={kind!r}" if cells is None else f"action_cells={cells!r}"
+        raise ConfigError(
+            f"{given} is for densities, and the control system {system.name} takes commands of kind {system.takes!r}: "
+            f"use action='command' or 'normalised'"
+        )
+    if kind == "modes":
+        if flat or cells is not None:
+            raise ConfigError("action='modes' is a short vector already: leave out flatten_actions and action_cells")
+        return _Modes(config)
     if takes_densities:
         return _Images(config, cells, is_log=kind == "normalised", flat=flat)
-    if cells is not None:
-        raise ConfigError(
-            f"action_cells={cells!r} is for densities, and the control system {system.name} takes commands of kind "
-            f"{system.takes!r}: leave it out"
-        )
     return _Vectors(config, system, is_normalised=kind == "normalised", flat=flat)
 
 
@@ -87,13 +98,18 @@ class _Images:
     def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
         values = commands
         if self._is_log:
-            largest = commands.max(axis=(1, 2), keepdims=True)
-            shares = np.where(largest > 0.0, commands / np.where(largest > 0.0, largest, 1.0), 1.0)  # zeros: uniform
-            values = 1.0 + np.log(np.maximum(shares, np.exp(-2.0 * LOG_DENSITY_RANGE))) / LOG_DENSITY_RANGE
+            values = 1.0 + np.log(_fractions(commands)) / LOG_DENSITY_RANGE
         if self._side != self._cells:
             coarse = np.linalg.pinv(interpolation_matrix(self._cells, self._side))
             values = coarse @ values @ coarse.T
         return values.clip(self._low, 1.0).astype(np.float32).reshape(-1, *self._shape)
+
+
+def _fractions(commands: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return commands (n, A, A) over their largest value, none below e^-8, so that they have logarithms."""
+    largest = commands.max(axis=(1, 2), keepdims=True)
+    fractions = np.where(largest > 0.0, commands / np.where(largest > 0.0, largest, 1.0), 1.0)  # zeros: uniform
+    return np.maximum(fractions, np.exp(-2.0 * LOG_DENSITY_RANGE))
 
 
 def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: bool) -> NDArray[np.float64]:
@@ -116,6 +132,33 @@ def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: boo
     if not is_log:
         return values
     return np.asarray(np.exp(LOG_DENSITY_RANGE * (values - values.max(axis=(1, 2), keepdims=True))))
+
+
+class _Modes:
+    """Densities whose logarithm is a sum of the coarsest cosines, the controller's own basis."""
+
+    def __init__(self, config: GameConfig) -> None:
+        cells = config.command_cells
+        count = min(MODES, cells)
+        along = np.cos(np.pi * np.outer(np.arange(count), (np.arange(cells) + 0.5) / cells))
+        waves = along[:, None, :, None] * along[None, :, None, :]
+        self._waves = waves.reshape(count**2, cells, cells)[1:]  # a constant changes no density
+        self._shape = (count**2 - 1,)
+        self.space: spaces.Space[Any] = spaces.Box(-_LARGEST, _LARGEST, self._shape, np.float32)
+        self.names: tuple[str, ...] = ()
+
+    def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
+        weights = check_values(actions, (count, *self._shape), -_LARGEST, _LARGEST, name) / _LARGEST
+        logs = (weights[:, :, None, None] * self._waves).sum(axis=1)
+        return np.asarray(np.exp(logs - logs.max(axis=(1, 2), keepdims=True)))
+
+    def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
+        return np.asarray(self.read(np.asarray(action)[None], 1, name)[0])
+
+    def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
+        logs = np.log(_fractions(commands))
+        weights = (logs[:, None] * self._waves).sum(axis=(2, 3)) / (self._waves**2).sum(axis=(1, 2))
+        return np.asarray((_LARGEST * weights).clip(-_LARGEST, _LARGEST), np.float32)
 
 
 class _Vectors:

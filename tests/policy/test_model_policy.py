@@ -92,10 +92,11 @@ def test_a_model_plays_its_best_action_unless_it_is_to_draw_one():
         (spaces.Box(-1.0, 1.0, (25,), np.float32), {"action_cells": 5, "flatten_actions": True}),
         (spaces.Box(0.0, 1.0, (2, 2), np.float32), {"action": "command", "action_cells": 2}),
         (spaces.Box(0.0, 1.0, (100,), np.float32), {"action": "command", "flatten_actions": True}),
+        (spaces.Box(-3.0, 3.0, (8,), np.float32), {"action": "modes"}),
     ],
 )
 def test_an_action_is_understood_as_its_space_says(action_space, options):
-    action = action_space.sample() ** 2
+    action = np.tanh(action_space.sample() ** 2)
     answer = load(Model(IMAGES, action_space, action), GAME).act(np.zeros((1, 9, 50, 50), np.uint8), np.arange(1))
     np.testing.assert_allclose(
         answer, Format(GAME, ObservationConfig(), **({"action": "normalised"} | options)).read([action], 1)
@@ -178,7 +179,7 @@ def test_what_it_sees_may_be_said():
         (IMAGES, spaces.Box(-2, 2, (5, 5)), "a model's actions must be"),
         (IMAGES, spaces.Box(-1, 1, (7,)), "a model's actions must be"),
         (IMAGES, spaces.Discrete(57, start=1), "a model's actions must be"),
-        (IMAGES, spaces.Box(-1, 1, (1, 1)), r"with a from 2 to 10, or Discrete\(57\)"),
+        (IMAGES, spaces.Box(-1, 1, (1, 1)), r"with a from 2 to 10, modes Box\(.*\), or Discrete\(57\)"),
         (IMAGES, spaces.Box(0, 1, (11, 11)), "a model's actions must be"),
         (IMAGES, spaces.Box(0, 1, (5, 4)), "a model's actions must be"),
         (spaces.Box(0, 255, (9, 10, 10), np.int16), LOG, "a model must observe images"),

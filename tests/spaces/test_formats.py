@@ -237,6 +237,18 @@ def test_coarse_actions_are_written_again_as_they_are(action):
     np.testing.assert_allclose(form.write(form.read(actions.astype(np.float32), 3)), actions, atol=1e-5)
 
 
+@pytest.mark.parametrize("cells", [2, 10])
+def test_modes_are_densities_about_uniform_and_are_written_again_as_they_are(cells):
+    """Catches cosines that are mixed up, turned, or divided by zero where a command has two cells a side."""
+    form = Format(GameConfig(command_cells=cells), SEAT, action="modes")
+    size = form.action_space.shape[0]
+    assert (form.read(np.zeros((1, size)), 1) == 1.0).all()
+    actions = np.random.default_rng(0).uniform(-3.0, 3.0, (3, size)).astype(np.float32)
+    np.testing.assert_allclose(form.write(form.read(actions, 3)), actions, atol=1e-5)
+    leftwards = form.read_one(np.eye(size)[0], "action")  # the first cosine along x
+    assert (np.diff(leftwards, axis=1) < 0.0).all() and (np.diff(leftwards, axis=0) == 0.0).all()
+
+
 def test_zeros_are_written_as_uniform_and_what_is_dark_as_the_faintest():
     command = np.zeros((2, 10, 10))
     command[1, 3, 4] = 0.5
