@@ -14,13 +14,14 @@ from stable_baselines3.common.vec_env import VecMonitor
 from swarm_pz import GameConfig, ObservationConfig, play_match
 from swarm_pz.training.vec_env import SwarmVecEnv
 
-GAME = GameConfig(observation=ObservationConfig(grid=10, channels=("own_positions", "opposing_positions")))
+VIEW = ObservationConfig(grid=10, channels=("own_positions", "opposing_positions"))
+GAME = GameConfig(observation=VIEW, command_period=3)
 
 
 def main() -> None:
     """Train, save, and play matches."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--steps", type=int, default=400_000, help="commands to learn from")
+    parser.add_argument("--steps", type=int, default=300_000, help="commands to learn from")
     parser.add_argument("--games", type=int, default=100, help="games against each opponent, even")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/sb3_ppo"))
