@@ -13,11 +13,11 @@ from stable_baselines3.common.type_aliases import RolloutBufferSamples
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
 
 from swarm_pz.config import GameConfig, resolve
-from swarm_pz.envs.batch_env import by_game
-from swarm_pz.envs.drones_batch import DronesBatch, Side
+from swarm_pz.envs.drones_batch import DronesBatch, Reward, Side
 from swarm_pz.envs.opponents import Opponents
+from swarm_pz.kernels.sight import SITS_OUT
 from swarm_pz.rendering.painter import draw
-from swarm_pz.spaces.drones import SITS_OUT, DroneAction
+from swarm_pz.spaces.drones import DroneAction
 from swarm_pz.training.vec_env import BatchVecEnv
 
 
@@ -26,15 +26,15 @@ class DronesVecEnv(BatchVecEnv):
 
     To a learner of Stable-Baselines3 every row is an environment, and all share its parameters: its PPO is IPPO. Rules,
     spaces and rewards are those of `swarm_pz.envs.drones_env.DronesEnv`. Rows of drones that sit out go on: the first
-    number that they see is -1 in place of 1, the others are 0, their action means nothing, and their reward is 0. All
-    rows of a game end together. Infos are empty but for games that have just ended, whose rows carry
+    number that they see is -1 in place of 1, the others are 0, and their action means nothing. All rows of a game end
+    together. Infos are empty but for games that have just ended, whose rows carry
     ``terminal_observation``, ``TimeLimit.truncated`` and the numbers of `DronesEnv`.
 
     Parameters
     ----------
     config : GameConfig, optional
     num_games : int
-    side, action, action_period, neighbours, grid, patch, max_cycles, **overrides
+    side, reward, action, action_period, neighbours, grid, patch, max_cycles, **overrides
         As of `DronesEnv`.
     opponent : str, Policy or sequence of these, optional
         As of `DronesEnv`; several are dealt to the games in turn.
@@ -49,6 +49,7 @@ class DronesVecEnv(BatchVecEnv):
         *,
         side: Side = "random",
         opponent: Opponents | None = None,
+        reward: Reward = "team",
         action: DroneAction = "acceleration",
         action_period: float = 0.2,
         neighbours: int = 5,
@@ -65,6 +66,7 @@ class DronesVecEnv(BatchVecEnv):
             num_games,
             side=side,
             opponent=opponent,
+            reward=reward,
             action=action,
             action_period=action_period,
             neighbours=neighbours,
@@ -88,7 +90,7 @@ class DronesVecEnv(BatchVecEnv):
     def reset(self) -> VecEnvObs:
         """Start all games afresh."""
         self._restart(np.arange(self.num_games))
-        self.reset_infos = [info for game in range(self.num_games) for info in by_game(self.drones.infos(None, game))]
+        self.reset_infos = [info for game in range(self.num_games) for info in self.drones.infos(None, game)]
         return self._rows(self.drones.observe())
 
     def step_async(self, actions: NDArray[Any]) -> None:
@@ -106,7 +108,7 @@ class DronesVecEnv(BatchVecEnv):
         if len(ended):
             last = drones.observe(ended)
             for place, game in enumerate(ended.tolist()):
-                for drone, numbers in enumerate(by_game(drones.infos(result, game))):
+                for drone, numbers in enumerate(drones.infos(result, game)):
                     infos[game * self.num_drones + drone] = numbers | {
                         "terminal_observation": last[place, drone],
                         "TimeLimit.truncated": bool(result.truncated[game]),
@@ -138,14 +140,39 @@ class DronesVecEnv(BatchVecEnv):
 class PlayingRolloutBuffer(RolloutBuffer):
     """What drones lived through while they played: a `rollout_buffer_class` for PPO on `DronesVecEnv`.
 
-    Rows that sit out are left out of every minibatch, since an action that means nothing teaches nothing. To sit out is
-    worth nothing, whatever the critic says of it.
+    Rows that sit out are left out of every minibatch, since an action that means nothing teaches nothing. What it is
+    worth to sit out is not left to the critic, who sees nothing then. With ``reward="own"`` it is worth nothing. With
+    ``reward="team"`` a drone gets what those of its game get that play: it is worth the mean of what they are.
+
+    Parameters
+    ----------
+    *args, **kwargs
+        As of the base class.
+    team : int, optional
+        Drones of a game, `DronesVecEnv.num_drones`: give it with ``reward="team"``, and not with ``reward="own"``.
     """
+
+    def __init__(self, *args: Any, team: int | None = None, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._team = team
 
     def compute_returns_and_advantage(self, last_values: torch.Tensor, dones: NDArray[np.bool_]) -> None:
         """Estimate advantages, as the base class does."""
-        self.values[self.observations[:, :, 0] == SITS_OUT] = 0.0
-        super().compute_returns_and_advantage(last_values, dones)
+        sits_out = self.observations[:, :, 0] == SITS_OUT
+        self.values = self._worth(self.values, sits_out)
+        # Who sits out after the last step is not told: those who did before it.
+        last = self._worth(last_values.cpu().numpy().reshape(1, -1), sits_out[-1:])
+        super().compute_returns_and_advantage(torch.from_numpy(last), dones)
+
+    def _worth(self, values: NDArray[np.float32], sits_out: NDArray[np.bool_]) -> NDArray[np.float32]:
+        """Return values (n, E * N) with those of rows that sit out replaced."""
+        instead: NDArray[np.float32] | float = 0.0
+        if self._team is not None:
+            by_game = (len(values), -1, self._team)
+            plays = ~sits_out.reshape(by_game)
+            sums = (values.reshape(by_game) * plays).sum(axis=2)
+            instead = np.repeat(sums / np.maximum(plays.sum(axis=2), 1), self._team, axis=1)
+        return np.where(sits_out, instead, values).astype(np.float32)
 
     def get(self, batch_size: int | None = None) -> Iterator[RolloutBufferSamples]:  # type: ignore[override]
         """Yield minibatches, shorter by those who sat out."""

@@ -107,6 +107,7 @@ def train(game: GameConfig, options: argparse.Namespace) -> tuple[PPO, Watch]:
         game,
         options.games,
         opponent=options.opponent,
+        reward="own",
         action_period=PERIOD,
         max_cycles=TRAINING_STEPS,
         seed=options.seed,

@@ -7,20 +7,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check, check_choice, check_number
-from swarm_pz.envs.batch_env import BatchEnv, StepResult
+from swarm_pz.envs.batch_env import BatchEnv, StepResult, by_game
 from swarm_pz.envs.opponents import DuelBatch, Opponents
 from swarm_pz.envs.reward import drone_rewards
 from swarm_pz.errors import ConfigError, GameOverError
+from swarm_pz.kernels.sight import BOTH
 from swarm_pz.spaces.drones import DroneAction, DroneActions, DroneView
 
 Side = Literal["random", "red", "blue", "both"]
+Reward = Literal["team", "own"]
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,9 @@ class DronesBatch:
         Whose drones learn; drawn anew for every game if random.
     opponent : str, Policy or sequence of these, optional
         Dealt to the games in turn, `uniform` if not given; there is none where both sides learn.
+    reward : {"team", "own"}
+        What a drone gets of a step: all that the team gets for which it plays, or would play if it did not sit out;
+        or its own part, see `swarm_pz.envs.reward.drone_rewards`.
     action : {"acceleration", "discrete"}
         As of `swarm_pz.spaces.drones.DroneActions`.
     action_period : float
@@ -86,6 +91,7 @@ class DronesBatch:
         *,
         side: Side = "random",
         opponent: Opponents | None = None,
+        reward: Reward = "team",
         action: DroneAction = "acceleration",
         action_period: float = 0.2,
         neighbours: int = 5,
@@ -100,6 +106,8 @@ class DronesBatch:
             raise ConfigError(
                 f"drones that learn are flown by 'direct': give controllers=('direct', other), got {both!r}"
             )
+        check_choice(reward, "reward", get_args(Reward))
+        self._reward = reward
         own = config.replace(
             command_period=_check_period(config, action_period, is_free=side == "both"),
             controllers="direct" if side == "both" else ("direct", config.team_systems[1]),
@@ -129,7 +137,9 @@ class DronesBatch:
     def flies(self) -> NDArray[np.bool_]:
         """(E, N) the drones whose agents play: those of a side that learns, that work. The others sit out."""
         games = self.batch.simulator.games
-        return np.asarray((games.teams == self.sides) & ~games.failed)
+        if self.duel is None:
+            return ~games.failed
+        return np.asarray((games.teams == self.duel.sides[:, None]) & ~games.failed)
 
     @property
     def sides(self) -> NDArray[np.int64]:
@@ -152,11 +162,8 @@ class DronesBatch:
     def observe(self, rows: NDArray[np.int64] | None = None) -> NDArray[np.float32]:
         """Return what the drones of some games see, (n, N, D)."""
         chosen = np.arange(self.batch.num_games) if rows is None else rows
-        simulator = self.batch.simulator
-        if self.duel is not None:
-            return self.view.observe(simulator, self.duel.sides[chosen], chosen)
-        red, blue = (self.view.observe(simulator, np.full(len(chosen), team), chosen) for team in (RED, BLUE))
-        return np.where((simulator.games.teams[chosen] == RED)[:, :, None], red, blue)
+        sides = np.full(len(chosen), BOTH) if self.duel is None else self.duel.sides[chosen]
+        return self.view.observe(self.batch.simulator, sides, chosen)
 
     def step(
         self, accelerations: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
@@ -173,28 +180,35 @@ class DronesBatch:
         if not self.batch.running.any():
             raise GameOverError("no game is running: call reset before step")
         games = self.batch.simulator.games
-        flew, teams = self.flies, games.teams.copy()
+        flew, teams, sides = self.flies, games.teams.copy(), self.sides
         # A drone that comes over in this step flies on without a push until its agent has seen something.
         commands = np.where(flew[:, :, None], accelerations, 0.0)
         if self.duel is None:
             packed = self.batch.pack(commands)
             result = self.batch.step_checked(np.stack([packed, packed], axis=1), after_control_period)
         else:
-            result = self.duel.step(commands, after_control_period).result
-        rewards = drone_rewards(
-            self.config, result.rewards, flew, teams, games.teams, games.capture_ticks, result.terminated
-        )
+            result = self.duel.step_checked(commands, after_control_period).result
+        if self._reward == "team":
+            rewards = result.rewards[np.arange(len(sides))[:, None], sides]
+        else:
+            rewards = drone_rewards(
+                self.config, result.rewards, flew, teams, games.teams, games.capture_ticks, result.terminated
+            )
         return DronesResult(rewards, result.terminated, result.truncated, result)
 
-    def infos(self, result: DronesResult | None, row: int) -> dict[str, NDArray[Any]]:
-        """Return the infos of one game's drones by name, each an array (N,) of numbers.
+    def infos(self, result: DronesResult | None, row: int) -> list[dict[str, Any]]:
+        """Return the infos of each of one game's drones, plain numbers by name.
 
         They are those of `BatchEnv.infos` for the team that the drone plays for; that team, `side` (0 red, 1 blue);
         and `flies`, 1 for a drone that plays and 0 for one that sits out.
         """
-        sides, rows = self.sides[row], np.full(self.config.num_drones, row)
-        infos = self.batch.infos(None if result is None else result.result, sides, rows)
-        return infos | {"side": sides, "flies": self.flies[row].astype(np.int64)}
+        teams, rows = np.array([RED, BLUE]), np.array([row, row])
+        of_team = by_game(self.batch.infos(None if result is None else result.result, teams, rows))
+        flies = self.flies[row].astype(np.int64).tolist()
+        return [
+            {**of_team[side], "side": side, "flies": plays}
+            for side, plays in zip(self.sides[row].tolist(), flies, strict=True)
+        ]
 
 
 def _check_period(config: GameConfig, period: float, *, is_free: bool) -> float:

@@ -10,8 +10,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import AGENTS, GameConfig, resolve
-from swarm_pz.envs.batch_env import by_game
-from swarm_pz.envs.drones_batch import DronesBatch, DronesResult, Side
+from swarm_pz.envs.drones_batch import DronesBatch, DronesResult, Reward, Side
 from swarm_pz.envs.one_game import OneGameEnv
 from swarm_pz.envs.opponents import Opponent
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
@@ -37,13 +36,13 @@ class DronesEnv(OneGameEnv):
     | Action space      | `Box(-1, 1, (2,), float32)` or `Discrete(9)`                          |
     | Observation space | `Box(-1, 1, (160,), float32)`                                         |
     | State space       | `Box(0, 255, (10, 50, 50), uint8)`                                    |
-    | Reward            | the team's                                                            |
+    | Reward            | the team's, the same for all                                          |
     | Episode           | 1500 steps of 0.2 s, or until a team owns every drone                 |
 
     **Agents.** An agent is a drone, named after the side with which it begins, and there for the whole game. While
     its drone belongs to a side that learns, the agent plays. While the drone belongs to the opponent, whose control
     system flies it then, or has failed, the agent *sits out*: it sees -1 and zeros, its action means nothing, and it
-    gets nothing. So the opponent's drones sit out from the start, and play once they are captured. Where both
+    is not learned from. So the opponent's drones sit out from the start, and play once they are captured. Where both
     sides learn, each drone plays for whoever owns it.
 
     **Action.** An acceleration in units of the largest; a vector longer than 1 counts as one of length 1. With
@@ -53,8 +52,9 @@ class DronesEnv(OneGameEnv):
     **Observation.** One vector: the drone itself, the nearest of its own side and of the other, and the ground around
     it; `swarm_pz.spaces.drones` has its parts, and `view.parts` where they stand.
 
-    **Reward.** The team's reward of the step, the same for all of its drones that played when the step began. A drone
-    that is captured gets what its team had got by that tick, and nothing from then on until it returns.
+    **Reward.** With ``reward="team"``, every agent gets the whole reward of the team that it plays for when the step
+    begins, also while it sits out: where one side learns, all agents get the same at every step. With ``"own"``, a
+    drone that is captured gets what its team had got by that tick, and nothing while it sits out.
 
     **Ends.** For all agents at once, as of the game.
 
@@ -73,6 +73,7 @@ class DronesEnv(OneGameEnv):
         Whose drones learn.
     opponent : str, Path, Policy or model, optional
         As of `swarm_pz.envs.gymnasium_env.DuelEnv`, ``uniform`` if not given; there is none where both sides learn.
+    reward : {"team", "own"}
     action : {"acceleration", "discrete"}
     action_period : float
         Seconds of a step; whole control periods of 0.1 s.
@@ -102,6 +103,7 @@ class DronesEnv(OneGameEnv):
         *,
         side: Side = "random",
         opponent: Opponent | None = None,
+        reward: Reward = "team",
         action: DroneAction = "acceleration",
         action_period: float = 0.2,
         neighbours: int = 5,
@@ -116,6 +118,7 @@ class DronesEnv(OneGameEnv):
             1,
             side=side,
             opponent=opponent,
+            reward=reward,
             action=action,
             action_period=action_period,
             neighbours=neighbours,
@@ -182,12 +185,15 @@ class DronesEnv(OneGameEnv):
         if not self.agents:
             raise GameOverError("the game has ended or not begun: call reset before step")
         agents = self.possible_agents
-        if not isinstance(actions, Mapping) or set(actions) != set(agents):
+        if not isinstance(actions, Mapping) or actions.keys() != self._action_spaces.keys():
             raise CommandError(
                 f"actions must hold one for each agent, also of drones that sit out: {_odd(actions, agents)}"
             )
         read = self.drones.actions.read
-        accelerations = np.stack([read(actions[agent], (), f"{agent}'s action") for agent in agents])
+        try:  # all at once, which is quicker
+            accelerations = read([actions[agent] for agent in agents], (len(agents),), "actions")
+        except CommandError:  # one by one, to say whose
+            accelerations = np.stack([read(actions[agent], (), f"{agent}'s action") for agent in agents])
         result = self.drones.step(accelerations[None], self.screen.after_control_period)
         if not self.batch.running[0]:
             self.agents = []
@@ -203,7 +209,7 @@ class DronesEnv(OneGameEnv):
         return dict(zip(self.possible_agents, self.drones.observe()[0], strict=True))
 
     def _infos(self, result: DronesResult | None) -> dict[str, dict[str, Any]]:
-        return dict(zip(self.possible_agents, by_game(self.drones.infos(result, 0)), strict=True))
+        return dict(zip(self.possible_agents, self.drones.infos(result, 0), strict=True))
 
 
 def _odd(actions: Any, agents: list[str]) -> str:

@@ -157,7 +157,7 @@ class DuelBatch:
     def observe(self, rows: NDArray[np.int64] | None = None) -> Observations:
         """Return what the learners of some games see."""
         chosen = np.arange(self.batch.num_games) if rows is None else rows
-        return self.format.show(self.batch.observe(self.format.observation, self.sides[chosen], chosen))
+        return self.format.show(self.batch.observe_checked(self.format.observation, self.sides[chosen], chosen))
 
     def step(self, actions: ArrayLike, after_control_period: Callable[[], None] | None = None) -> DuelResult:
         """Play the learners' actions (E, ...) against the opponents' answers.
@@ -167,7 +167,13 @@ class DuelBatch:
         CommandError, PolicyError
             If an action or an answer is not valid; no game is changed.
         """
-        learners = self.batch.pack(self.format.read(actions, self.batch.num_games))
+        return self.step_checked(self.format.read(actions, self.batch.num_games), after_control_period)
+
+    def step_checked(
+        self, commands_read: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
+    ) -> DuelResult:
+        """As `step`, for who has read the actions already: the learners' commands (E, ...) as their system has them."""
+        learners = self.batch.pack(commands_read)
         rows = np.flatnonzero(self.batch.running)
         if not len(rows):
             raise GameOverError("no game is running: call reset before step")

@@ -11,7 +11,8 @@
 `rng`             random numbers within a game
 `game`            one game's tick in the order of the rules, and a loop over games
 `retracing`       what a game must have been between two looks at its drones
-`observation`     one side's grid observation
+`observation`     one side's grid observation, or its lists of drones
+`sight`           what drones that are agents see
 `painting`        strokes of a brush on an image
 `profiling`       parts of a control period, for measuring
 `compiler`        how kernels are compiled
@@ -65,6 +66,16 @@ def reduction(function: Function) -> Function:
 def entry_point(function: Function) -> Function:
     """Compile a function that Python calls, and keep the machine code on disk until a source changes; see `cache`."""
     return _compiled(EntryPoint, function, _FASTMATH)
+
+
+def exact(function: Function) -> Function:
+    """Compile an entry point without fast math, so that it rounds as NumPy does; its own parts are of `exact_part`."""
+    return _compiled(EntryPoint, function, set())
+
+
+def exact_part(function: Function) -> Function:
+    """Compile a kernel without fast math, which entry points without it call."""
+    return _compiled(Part, function, set())
 
 
 def _compiled(kind: type[Part | EntryPoint], function: Function, fastmath: set[str]) -> Function:

@@ -179,9 +179,13 @@ class Control:
             with reading(self.systems[number], name):
                 self.systems[number].check_sizes(own, sizes[chosen], self.config, name)
 
-    def _by_system(self, flown_by: NDArray[np.int8]) -> Iterator[tuple[int, NDArray[np.int64]]]:
-        """Yield each system's number, and the places of what it flies."""
-        for number in dict.fromkeys(self.numbers):
+    def _by_system(
+        self, flown_by: NDArray[np.int8], *, kernels: bool = True
+    ) -> Iterator[tuple[int, NDArray[np.int64]]]:
+        """Yield each system's number, and the places of what it flies; without `kernels`, of Python's systems alone."""
+        for number, system in self.systems.items():
+            if system.kernel and not kernels:
+                continue
             places = np.flatnonzero(flown_by == number)
             if len(places):
                 yield number, places
@@ -214,9 +218,7 @@ class Control:
         self, games: Games, commands: NDArray[np.float64], rows: NDArray[np.int64], team: int, *, holds: bool
     ) -> None:
         """Put commands (n, *command_shape) in force."""
-        for number, chosen in self._by_system(games.flown_by[rows, team]):
-            if self.systems[number].kernel:
-                continue
+        for number, chosen in self._by_system(games.flown_by[rows, team], kernels=False):
             own, mine = self.unpack(commands[chosen], number), rows[chosen]
             flat = own.reshape(len(mine), -1)
             size = flat.shape[1]
@@ -236,9 +238,8 @@ class Control:
         FlightError
             If one raises, answers anything but finite accelerations, or cannot keep up with the game.
         """
-        for number, chosen in self._by_system(games.flown_by[rows, team]):
-            if not self.systems[number].kernel:
-                self._solve(games, rows[chosen], team, number)
+        for number, chosen in self._by_system(games.flown_by[rows, team], kernels=False):
+            self._solve(games, rows[chosen], team, number)
 
     def _solve(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> None:
         system = self.systems[number]

@@ -23,10 +23,11 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import GRID_CELLS, GameConfig, ObservationConfig
+from swarm_pz.config import GRID_CELLS, RED, GameConfig, ObservationConfig
 from swarm_pz.config.base import check, check_choice, check_count
 from swarm_pz.config.values import check_values, describe
 from swarm_pz.errors import CommandError
+from swarm_pz.kernels.sight import OTHER, SELF, see
 from swarm_pz.simulator import Simulator
 from swarm_pz.spaces.observation import observe
 
@@ -46,10 +47,6 @@ DIRECTIONS = {
 }
 """The nine discrete actions in their order: accelerations in units of the largest."""
 DroneAction = Literal["acceleration", "discrete"]
-
-SITS_OUT = -1.0
-"""The first number that a drone sees that sits out; 1 for one that plays."""
-_SELF, _OTHER = 10, 5
 
 
 class DroneView:
@@ -84,13 +81,13 @@ class DroneView:
         check(GRID_CELLS % grid == 0, "grid", grid, f"a divisor of {GRID_CELLS}")
         patch = check_count(patch, "patch", 1, 2 * GRID_CELLS + 1)
         check(patch % 2 == 1, "patch", patch, "odd, so that the drone's own cell is in the middle")
-        self._neighbours, self._patch = neighbours, patch
+        self._drones, self._neighbours, self._patch = config.num_drones, neighbours, patch
         self._images = ObservationConfig(grid=grid, channels=GROUND)
         self._speed = np.float32(math.sqrt(2.0 * config.controller.max_acceleration))
         shapes: dict[str, tuple[int, ...]] = {
-            "self": (_SELF,),
-            "own": (neighbours, _OTHER),
-            "opposing": (neighbours, _OTHER),
+            "self": (SELF,),
+            "own": (neighbours, OTHER),
+            "opposing": (neighbours, OTHER),
             "ground": (len(GROUND), patch, patch),
         }
         self.parts: dict[str, tuple[slice, tuple[int, ...]]] = {}
@@ -107,66 +104,27 @@ class DroneView:
         ----------
         simulator : Simulator
         teams : int64 array (n,)
-            The team, in each of the games.
+            The team, in each of the games; -1 for both: each drone plays for its own.
         rows : int64 array (n,)
             The games.
         """
         games = simulator.games
-        is_own = games.teams[rows] == teams[:, None]
-        place, drone = np.nonzero(is_own & ~games.failed[rows])
-        seen = np.zeros((*is_own.shape, *self.space.shape), np.float32)
-        seen[:, :, 0] = SITS_OUT
-        found = np.empty((len(place), *self.space.shape), np.float32)
-        positions, velocities = games.positions[rows], games.velocities[rows]
-        here, moving = positions[place, drone], velocities[place, drone]
-        found[:, self.parts["self"][0]] = np.concatenate(
-            [
-                np.ones_like(here[:, :1]),
-                2 * here - 1,
-                np.clip(moving / self._speed, -1, 1),
-                np.stack([here[:, 0], 1 - here[:, 0], here[:, 1], 1 - here[:, 1]], axis=1),
-                is_own.mean(axis=1, dtype=np.float32)[place, None],
-            ],
-            axis=1,
+        images = observe(simulator, self._images, np.full(len(rows), RED), rows, np.zeros(len(rows)))
+        seen = np.zeros((len(rows), self._drones, *self.space.shape), np.float32)
+        see(
+            games.positions,
+            games.velocities,
+            games.teams,
+            games.failed,
+            rows,
+            teams,
+            images,
+            self._speed,
+            self._neighbours,
+            self._patch,
+            seen,
         )
-        others = np.arange(is_own.shape[1]) != drone[:, None]
-        away = np.concatenate(
-            [
-                np.ones((*others.shape, 1), np.float32),
-                positions[place] - here[:, None],
-                np.clip((velocities[place] - moving[:, None]) / (2 * self._speed), -1, 1),
-            ],
-            axis=2,
-        )
-        for side, members in (("own", is_own[place] & others), ("opposing", ~is_own[place])):
-            found[:, self.parts[side][0]] = self._nearest(away, members).reshape(len(place), self._neighbours * _OTHER)
-        images = observe(simulator, self._images, teams, rows, np.zeros(len(rows)))
-        found[:, self.parts["ground"][0]] = self._around(images, place, here).reshape(
-            len(place), len(GROUND) * self._patch**2
-        )
-        seen[place, drone] = found
         return seen
-
-    def _nearest(self, away: NDArray[np.float32], members: NDArray[np.bool_]) -> NDArray[np.float32]:
-        """Return the nearest members (m, k, 5) of others (m, N, 5), of equally near ones the first; zeros fill up."""
-        distances = np.where(members, away[:, :, 1] ** 2 + away[:, :, 2] ** 2, np.float32(np.inf))
-        order = np.argsort(distances, axis=1, kind="stable")[:, : self._neighbours]
-        nearest = np.zeros((len(away), self._neighbours, _OTHER), np.float32)
-        is_there = np.take_along_axis(members, order, axis=1)[:, :, None]
-        nearest[:, : order.shape[1]] = np.where(is_there, np.take_along_axis(away, order[:, :, None], axis=1), 0.0)
-        return nearest
-
-    def _around(
-        self, images: NDArray[np.uint8], place: NDArray[np.int64], here: NDArray[np.float32]
-    ) -> NDArray[np.float32]:
-        """Cut out of images (n, C, G', G') what lies around drones: (m, C, p, p)."""
-        margin, grid = self._patch // 2, self._images.grid
-        framed = np.pad(images, ((0, 0), (0, 0), (margin, margin), (margin, margin)))
-        windows = np.lib.stride_tricks.sliding_window_view(framed, (self._patch, self._patch), axis=(2, 3))
-        # Exact, as in the kernels: float32 would put some drones beside the cell that they are in.
-        fine = np.minimum((here.astype(np.float64) * GRID_CELLS).astype(np.int64), GRID_CELLS - 1)
-        x, y = (fine // (GRID_CELLS // grid)).T
-        return np.divide(windows[place, :, y, x], np.float32(255.0), dtype=np.float32)
 
 
 class DroneActions:

@@ -133,7 +133,7 @@ def test_every_agent_gets_its_teams_reward_to_the_tick_of_its_capture_and_nothin
         reward=RewardConfig(size_change=0.5, outcome=2.0),
         capture=CaptureConfig(threshold=0.5),
     )
-    batch = DronesBatch(config, 1, side=side, action_period=1.0)
+    batch = DronesBatch(config, 1, side=side, reward="own", action_period=1.0)
     reference, generator = Simulator(batch.config), np.random.default_rng(1)
     captured, returned = 0, 0
     for seed in range(6):
@@ -164,7 +164,8 @@ def test_every_agent_gets_its_teams_reward_to_the_tick_of_its_capture_and_nothin
 
 
 def test_a_team_of_one_gets_its_teams_reward_and_all_of_it():
-    environment, generator = drones_env(drones_per_team=1, side="red", max_cycles=400), np.random.default_rng(0)
+    environment = drones_env(drones_per_team=1, side="red", reward="own", max_cycles=400)
+    generator = np.random.default_rng(0)
     for seed in range(6):
         environment.reset(seed=seed)
         got, changed = 0.0, 0
@@ -173,6 +174,24 @@ def test_a_team_of_one_gets_its_teams_reward_and_all_of_it():
             got += rewards["red_0_drone_0"]
             changed += infos["red_0_drone_0"]["captured"] - infos["red_0_drone_0"]["lost"]
         assert got == pytest.approx(changed + infos["red_0_drone_0"]["outcome"])
+
+
+@pytest.mark.parametrize("side", ["red", "blue", "both"])
+def test_a_captured_drone_pays_for_the_defeat_like_its_team(side):
+    """Each agent gets all that its team gets, sitting out or not; else to be captured early is the best way to lose."""
+    config = GameConfig(drones_per_team=3, capture=CaptureConfig(threshold=0.5))
+    batch, generator = DronesBatch(config, 1, side=side, action_period=1.0), np.random.default_rng(1)
+    captured = ends = 0
+    for seed in range(4):
+        batch.reset([np.random.SeedSequence(seed)], np.array([0]))
+        while batch.batch.running[0]:
+            sides, flew = batch.sides[0], batch.flies[0]
+            result = batch.step(generator.uniform(-1, 1, (1, 6, 2)))
+            assert result.rewards[0].tolist() == result.result.rewards[0, sides].tolist()
+            assert side == "both" or len(set(result.rewards[0].tolist())) == 1
+            captured += int((flew & ~batch.flies[0]).sum() if side != "both" else (sides != batch.sides[0]).sum())
+            ends += int(result.terminated[0])
+    assert captured > 3 and ends > 0
 
 
 def test_two_that_are_captured_in_one_step_get_what_each_has_seen_of_it():
@@ -196,7 +215,7 @@ def test_only_who_is_captured_in_the_deciding_tick_loses_the_game():
 
 def test_who_sits_out_sees_nothing_and_its_action_does_nothing():
     def play(pushes):
-        environment = drones_env(drones_per_team=2, side="red")
+        environment = drones_env(drones_per_team=2, side="red", reward="own")
         sitting = ("blue_0_drone_0", "blue_0_drone_1")
         environment.reset(seed=3)
         for _ in range(5):
@@ -303,6 +322,7 @@ def test_options_that_make_no_sense_are_refused():
         ({"action_period": 0.05}, "action_period must be a number in"),
         ({"action_period": 0.15}, "action_period must be a whole number of control periods"),
         ({"side": "both", "opponent": "ring"}, "there is no opponent where both sides learn"),
+        ({"reward": "mine"}, "reward must be 'team' or 'own', got 'mine'"),
         ({"neighbour": 3}, "did you mean 'neighbours'"),
         ({"render_mode": "3d"}, "there is no render mode"),
     ):

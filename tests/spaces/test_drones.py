@@ -86,6 +86,53 @@ def test_the_ground_is_what_the_sides_own_images_show_around_the_drone():
             assert ground[drone, 0, patch // 2, patch // 2] == 1  # its own trail, now
 
 
+def slowly(view, grid, simulator, game, team):
+    """What the drones of a game see, part by part in NumPy's float32; `team` plays, or both where it is -1."""
+    games, one, parts = simulator.games, np.float32(1), {}
+    speed = np.float32(np.sqrt(2 * simulator.config.controller.max_acceleration))
+    here, moving, teams = games.positions[game], games.velocities[game], games.teams[game]
+    seen = np.zeros((len(teams), *view.space.shape), np.float32)
+    for drone in range(len(teams)):
+        own = int(teams[drone])
+        if games.failed[game, drone] or team not in (-1, own):
+            seen[drone, 0] = -1
+            continue
+        (x, y), patch = here[drone], view.parts["ground"][1][-1]
+        itself = [one, 2 * x - 1, 2 * y - 1, *np.clip(moving[drone] / speed, -1, 1), x, 1 - x, y, 1 - y]
+        parts["self"] = np.array([*itself, (teams == own).mean(dtype=np.float32)])
+        for name, side in (("own", own), ("opposing", 1 - own)):
+            others = np.array([other for other in np.flatnonzero(teams == side) if other != drone], np.int64)
+            away = here[others] - here[drone]
+            order = np.argsort(away[:, 0] ** 2 + away[:, 1] ** 2, kind="stable")[: view.parts[name][1][0]]
+            parts[name] = np.zeros(view.parts[name][1], np.float32)
+            speeds = np.clip((moving[others] - moving[drone]) / (2 * speed), -1, 1)
+            parts[name][: len(order)] = np.hstack([np.ones((len(order), 1)), away[order], speeds[order]])
+        images = ObservationConfig(grid=grid, channels=GROUND)
+        (image,) = observe(simulator, images, np.array([own]), np.array([game]), np.zeros(1))
+        framed = np.pad(image, ((0, 0), (patch // 2,) * 2, (patch // 2,) * 2))
+        column, row = np.minimum((here[drone].astype(float) * 50).astype(int), 49) // (50 // grid)
+        parts["ground"] = framed[:, row : row + patch, column : column + patch] / np.float32(255)
+        for name, (where, _) in view.parts.items():
+            seen[drone, where] = parts[name].ravel()
+    return seen
+
+
+@pytest.mark.parametrize(("neighbours", "grid", "patch"), [(5, 10, 5), (1, 50, 3), (30, 5, 13)])
+def test_drones_see_to_the_last_bit_what_a_slow_version_says(neighbours, grid, patch):
+    """The kernel rounds otherwise, orders others that are equally near otherwise, or cuts the ground elsewhere."""
+    config = GameConfig(drones_per_team=(7, 5), controllers="direct")
+    simulator, generator = Simulator(config, num_games=2), np.random.default_rng(0)
+    view = DroneView(config, neighbours=neighbours, grid=grid, patch=patch)
+    simulator.reset([0, 1])
+    places = generator.integers(0, 11, (2, 12, 2)) / 10  # some on walls, and many equally far
+    simulator.retrace(40, places, generator.normal(size=(2, 12, 2)), generator.integers(0, 2, (2, 12)))
+    simulator.games.failed[:] = generator.random((2, 12)) < 0.2
+    for teams in ([0, 1], [1, 0], [-1, -1]):
+        together = view.observe(simulator, np.array(teams), np.arange(2))
+        for game, team in enumerate(teams):
+            np.testing.assert_array_equal(together[game], slowly(view, grid, simulator, game, team))
+
+
 def test_the_order_of_the_others_changes_nothing():
     generator = np.random.default_rng(3)
     config = GameConfig(drones_per_team=6, controllers=("direct", "ergodic"))

@@ -1,0 +1,123 @@
+"""What drones see that are agents of their own; see `swarm_pz.spaces.drones` for the parts of an observation."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.config import GRID_CELLS
+from swarm_pz.kernels import exact, exact_part
+from swarm_pz.kernels.trails import cell_of
+
+SITS_OUT = -1.0
+"""The first number that a drone sees that sits out; 1 for one that plays."""
+SELF, OTHER = 10, 5
+"""Numbers of the part about itself, and of each row about another drone."""
+BOTH = -1
+"""In place of a team: every drone plays."""
+
+
+@exact_part
+def nearest(
+    positions: NDArray[np.float32],
+    teams: NDArray[np.int8],
+    drone: int,
+    team: int,
+    distances: NDArray[np.float32],
+    found: NDArray[np.int64],
+) -> int:
+    """Write the nearest others of a team into `found` (k,), of equally near ones the first; return their number."""
+    count = 0
+    for other in range(len(teams)):
+        if teams[other] != team or other == drone:
+            continue
+        x, y = positions[other, 0] - positions[drone, 0], positions[other, 1] - positions[drone, 1]
+        distance = x * x + y * y
+        place = count
+        while place > 0 and distance < distances[place - 1]:
+            place -= 1
+        if place == len(found):
+            continue
+        count = min(count + 1, len(found))
+        for later in range(count - 1, place, -1):
+            found[later], distances[later] = found[later - 1], distances[later - 1]
+        found[place], distances[place] = other, distance
+    return count
+
+
+@exact_part
+def share(value: np.float32, most: np.float32) -> np.float32:
+    """Return a value in units of the most that it can be, in [-1, 1]."""
+    return min(max(value / most, np.float32(-1.0)), np.float32(1.0))
+
+
+@exact
+def see(
+    positions: NDArray[np.float32],
+    velocities: NDArray[np.float32],
+    teams: NDArray[np.int8],
+    failed: NDArray[np.bool_],
+    rows: NDArray[np.int64],
+    sides: NDArray[np.int64],
+    images: NDArray[np.uint8],
+    speed: np.float32,
+    neighbours: int,
+    patch: int,
+    seen: NDArray[np.float32],
+) -> None:
+    """Write what the drones of some games see.
+
+    Parameters
+    ----------
+    positions, velocities : float32 array (E, N, 2)
+    teams : int8 array (E, N)
+    failed : bool array (E, N)
+    rows, sides : int64 array (n,)
+        The games, and the team whose drones play in each, or `BOTH`.
+    images : uint8 array (n, C, G', G')
+        The ground as red sees it, channels in pairs: own and opposing.
+    speed : float32
+        The unit of velocities.
+    neighbours, patch : int
+        As of `swarm_pz.spaces.drones.DroneView`.
+    seen : float32 array (n, N, D)
+        Zeros: overwritten.
+    """
+    one, drones, grid = np.float32(1.0), teams.shape[1], images.shape[2]
+    found, distances = np.empty(neighbours, np.int64), np.empty(neighbours, np.float32)
+    for place in range(len(rows)):
+        e, sizes = rows[place], np.zeros(2, np.int64)
+        here, moving, team_of = positions[e], velocities[e], teams[e]
+        for i in range(drones):
+            sizes[team_of[i]] += 1
+        for i in range(drones):
+            own, line = team_of[i], seen[place, i]
+            if failed[e, i] or (sides[place] != BOTH and sides[place] != own):
+                line[0] = SITS_OUT
+                continue
+            line[0] = one
+            for axis in range(2):
+                line[1 + axis] = np.float32(2.0) * here[i, axis] - one
+                line[3 + axis] = share(moving[i, axis], speed)
+                line[5 + 2 * axis], line[6 + 2 * axis] = here[i, axis], one - here[i, axis]
+            line[9] = np.float32(sizes[own]) / np.float32(drones)
+            at = SELF
+            for side in range(2):
+                count = nearest(here, team_of, i, own if side == 0 else 1 - own, distances, found)
+                for k in range(count):
+                    j = found[k]
+                    line[at + OTHER * k] = one
+                    for axis in range(2):
+                        line[at + OTHER * k + 1 + axis] = here[j, axis] - here[i, axis]
+                        line[at + OTHER * k + 3 + axis] = share(
+                            moving[j, axis] - moving[i, axis], np.float32(2.0) * speed
+                        )
+                at += OTHER * neighbours
+            cell, block = cell_of(here[i, 0], here[i, 1]), GRID_CELLS // grid
+            low_y, low_x = cell // GRID_CELLS // block - patch // 2, cell % GRID_CELLS // block - patch // 2
+            for channel in range(images.shape[1]):
+                image = images[place, channel if own == 0 else channel ^ 1]
+                for y in range(max(0, -low_y), min(patch, grid - low_y)):
+                    for x in range(max(0, -low_x), min(patch, grid - low_x)):
+                        brightness = np.float32(image[low_y + y, low_x + x])
+                        line[at + (channel * patch + y) * patch + x] = brightness / np.float32(255.0)
