@@ -6,7 +6,6 @@ A tactic is one function from a `View` of n games to n densities; `tactic` makes
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from typing import overload
 
 import numpy as np
@@ -35,6 +34,8 @@ class View:
         Commands given before this one.
     generators : list of Generator
         A random stream for each game.
+    traits : float64 array (n, TRAITS)
+        Uniform random numbers of each game that stay the same to its end.
     """
 
     def __init__(
@@ -44,19 +45,14 @@ class View:
         cells: int,
         steps: NDArray[np.int64],
         generators: list[np.random.Generator],
-        traits: Sequence[Array],
+        traits: Array,
     ) -> None:
         self._images = images
         self._channels = channels
         self.steps = steps
         self.generators = generators
-        self._traits = traits
+        self.traits = traits
         self.x, self.y = shapes.cell_centres(cells)
-
-    @cached_property
-    def traits(self) -> Array:
-        """Uniform random numbers (n, TRAITS) of each game that stay the same to its end."""
-        return np.stack(self._traits)  # only for those who ask: few do, and it takes longer than most tactics
 
     def __getitem__(self, channel: str) -> Array:
         """Return a channel as float64 (n, G', G'), brightness 0 to 255."""
@@ -128,7 +124,7 @@ class ScriptedPolicy:
             self._cells,
             np.array([self._steps[row] for row in games], np.int64),
             [self._generators[row] for row in games],
-            [self._traits[row] for row in games],
+            np.stack([self._traits[row] for row in games]),
         )
         for row in games:
             self._steps[row] += 1
