@@ -18,9 +18,9 @@ from swarm_pz.simulator.commands import interpolation_matrix
 LOG_DENSITY_RANGE = 4.0
 """Natural logarithm of the ratio between a command's value at action 1 and at action 0."""
 
-MODES = 3
-"""Cosines along each axis of `action="modes"`, the constant included."""
-_LARGEST = 3.0
+_COARSEST = 2
+"""Half-waves of the square, along both axes together, that a cosine of `action="modes"` has at most."""
+_LARGEST = 2.0
 """Largest number of `action="modes"`. Divided by it, a number is the weight of its cosine in the density's logarithm.
 So noise of 1, which Gaussian policies begin with, changes densities gently."""
 
@@ -139,11 +139,11 @@ class _Modes:
 
     def __init__(self, config: GameConfig) -> None:
         cells = config.command_cells
-        count = min(MODES, cells)
+        count = min(_COARSEST + 1, cells)
         along = np.cos(np.pi * np.outer(np.arange(count), (np.arange(cells) + 0.5) / cells))
-        waves = along[:, None, :, None] * along[None, :, None, :]
-        self._waves = waves.reshape(count**2, cells, cells)[1:]  # a constant changes no density
-        self._shape = (count**2 - 1,)
+        pairs = [(y, x) for y in range(count) for x in range(count) if 0 < y + x <= _COARSEST]
+        self._waves = np.array([np.outer(along[y], along[x]) for y, x in pairs])  # a constant changes no density
+        self._shape = (len(pairs),)
         self.space: spaces.Space[Any] = spaces.Box(-_LARGEST, _LARGEST, self._shape, np.float32)
         self.names: tuple[str, ...] = ()
 

@@ -3,13 +3,13 @@
 The game itself knows images of bytes, channel first, and densities. Libraries want other things; each
 option answers one of them, and all combine. Commands are those of the control system that flies the player's team.
 Of one that takes densities a normalised command is the logarithm of a density, which goes through a softmax.
-With `"modes"` each number is the weight, in thirds, of one of the coarsest cosines in a density's logarithm; zeros
+With `"modes"` each number is the weight, in halves, of one of the coarsest cosines in a density's logarithm; zeros
 mean uniform.
 
 | option              | of                                           | for                                   |
 |---------------------|----------------------------------------------|---------------------------------------|
 | `action`            | `"command"`, `"normalised"`, `"discrete"`    | exact commands; Gaussians; DQN        |
-|                     | `"modes"`: 8 numbers, -3 to 3                | PPO as it is by default               |
+|                     | `"modes"`: 5 numbers, -2 to 2                | PPO as it is by default               |
 | `action_cells`      | cells a side of an action, interpolated      | shorter actions                       |
 | `flatten_actions`   | actions (a * a,) in place of (a, a)          | RLlib, and others that take vectors   |
 | `observation_dtype` | `"uint8"`, 0 to 255, or `"float32"`, 0 to 1  | networks that do not scale            |
@@ -56,7 +56,7 @@ class Format:
         What flies the player's team; the first of `config.controllers` if not given.
     action : {"normalised", "command", "modes", "discrete"}
         A Box(-1, 1), which suits Gaussian policies; the command itself, as the system's space says; of a density's
-        logarithm the weights of the coarsest cosines, in thirds; or the number of a command that has a name. Of a
+        logarithm the weights of the coarsest cosines, in halves; or the number of a command that has a name. Of a
         system that takes densities the first goes through a softmax.
     action_cells : int, optional
         Cells a side of a density, interpolated to the command's; as many as these if not given.
