@@ -37,6 +37,7 @@ HOMES = {
     "swarm_pz/kernels/controllers/potential_field": "systems/test_potential_field",
     "swarm_pz/play/protocol/*": "play/test_protocol",
     "swarm_pz/play/recordings/moment": "play/server/test_replay_session",
+    "swarm_pz/cli/resume_option": "cli/test_learn",
     "swarm_pz/play/ros/connection": "play/ros/test_rosbridge",
     "swarm_pz/play/ros/definitions": "play/ros/test_cdr",
     "swarm_pz/play/server/budget": "play/server/test_attacks",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from swarm_pz.cli import main, preset_option, report
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.evaluation.workers import Alone
-from swarm_pz.play.recordings.verification import Verification
 from swarm_pz.rendering.overlays import make_overlays
 
 SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
@@ -208,44 +206,6 @@ def test_a_folder_of_ones_own_is_an_opponent_at_the_table(monkeypatch):
     monkeypatch.setattr("swarm_pz.cli.table.about", lambda name: f"about {name}")
     (_, installed), _ = asked(monkeypatch, "swarm_pz.play.server.serve.serve", ["play", "--opponent", "runs/mine"])
     assert installed["runs/mine"] == "about runs/mine"
-
-
-class Playback:
-    verified = True
-
-    def __init__(self, recording):
-        self.recording = SimpleNamespace(link="0123")
-
-    def verify(self):
-        return Verification(
-            frames=34, first_difference=None if self.verified else 12, faults=(), finished=self.verified
-        )
-
-    def film(self, path, speed, progress):
-        print(f"filmed {path} at {speed:g}")
-
-
-@pytest.fixture
-def recording(monkeypatch, tmp_path):
-    monkeypatch.setattr("swarm_pz.play.recordings.playback.Playback", Playback)
-    monkeypatch.setattr("swarm_pz.play.recordings.format.Recording.read", lambda path: path)
-    return tmp_path / "2026-01-01-game.jsonl.gz"
-
-
-def test_of_replay(monkeypatch, recording, capsys):
-    monkeypatch.setattr("swarm_pz.play.recordings.folder.checked_name", lambda name: name)
-    _, named = asked(monkeypatch, "swarm_pz.play.server.serve.serve", ["replay", str(recording), *TABLE])
-    shown = {name: named[name] for name in ("host", "port", "folder", "page")}
-    assert shown == {"host": TABLE[1], "port": 0, "folder": recording.parent, "page": f"replay={recording.name}"}
-    monkeypatch.setattr("swarm_pz.play.server.serve.serve", None)  # which is not called
-    main(["replay", str(recording), "--verify", "--film", "a.mp4", "--speed", "5"])
-    printed = capsys.readouterr().out
-    assert "filmed a.mp4 at 5" in printed and f"verified: 34 frames of {recording}" in printed and "0123" in printed
-    monkeypatch.setattr(Playback, "verified", False)
-    for wrong, message in ((["--verify"], "plays differently here from tick 12 on"), (["--speed", "0"], "above 0")):
-        with pytest.raises(SystemExit, match="2"):
-            main(["replay", str(recording), *wrong])
-        assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("parquet", [False, True])
