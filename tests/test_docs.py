@@ -171,6 +171,11 @@ def test_forms_ask_what_is_needed_to_try_it_again():
     assert asked["idea"]
 
 
+def test_the_page_of_commands_lists_all_of_them_as_their_help_does():
+    commands = load("commands.py")
+    assert commands.PAGE.read_text() == commands.page(), "docs/commands.md is out of date: python docs/commands.py"
+
+
 def test_extras_named_in_the_text_exist():
     extras = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"])
     named = {
