@@ -1,24 +1,19 @@
 """Other libraries learn.
 
-Each row is a file of `examples/`, written as the library's users would write it, that trains for some minutes and then
-plays 200 games against each of two opponents that it has or has not met.
+Each row is a file of `examples/` that trains with one library for some minutes, then plays 200 games against each of two
+opponents. Games are small: five drones a team, images of 10 by 10, commands of 5 by 5.
 
 ```bash
 scripts/examples              # runs those that have no row yet, each in an environment of its own, and writes this page
 scripts/examples cleanrl_ppo  # runs this one again
 ```
 
-The game is small, so that minutes are enough: five drones a team, images of 10 by 10, commands of 5 by 5. A *share* is
-the part of all drones that the tactic owns when a game ends, with the 95 % interval of its mean; where the whole
-interval is above a half it is bold. An untrained network that answers about zero sends uniform coverage, which has a
-share of a half against `uniform` and more against `noise`: what was learned is what comes on top. *Commands* are those
-that were learned from, of both sides where both learn. *Minutes* are of the whole file, matches included, by the clock
-and, in brackets, of processor time, which says more where a machine was busy.
+A *share* is the part of all drones that the learned policy owns when a game ends, with the 95 % interval of its mean; it is
+bold where the whole interval is above a half. An untrained network sends about uniform coverage: its share is a half
+against `uniform` and more against `noise`. *Commands* are those learned from, of both sides in self-play. *Minutes* are of
+the whole file by the clock and, in brackets, of processor time, which says more if a machine was busy.
 
-Libraries decide which versions of others they want: what else they can and cannot do says
-[what works unwrapped](compatibility.md). PufferLib is not here, for it could not be installed: building its 3.0.0
-fetches files of a further host, leaving these out (`NO_OCEAN=1`) ends in a `NameError` of its own, and `pufferlib-core`
-3.0.23 wants torch 2.9.0 and no other.
+PufferLib is missing because it could not be installed. [Supported libraries](compatibility.md) says what else works.
 """
 
 from __future__ import annotations
@@ -77,10 +72,10 @@ EXAMPLES = {
 
 
 ALONE = (
-    "Behaviour cloning in plain PyTorch: [`behaviour_cloning.py`](../examples/behaviour_cloning.py), told in "
+    "Behaviour cloning in plain PyTorch: [`behaviour_cloning.py`](../examples/behaviour_cloning.py), see "
     "[learn from recorded games](tutorials/cloning.md)",
     "First steps, a notebook: [`first_steps.ipynb`](../examples/first_steps.ipynb)",
-    "Files of at most 200 lines that are tutorials: [PPO in one file](tutorials/ppo.md), "
+    "Tutorials in one file: [PPO in one file](tutorials/ppo.md), "
     "[every drone by IPPO](tutorials/ippo.md)",
 )
 """Examples that this program does not run, in words."""
@@ -163,7 +158,7 @@ def page(rows: dict[str, dict[str, Any]]) -> str:
     table += [_cells(name, rows[name]) for name in EXAMPLES if name in rows]
     lines = "\n".join(f"| {' | '.join(cells)} |" for cells in table)
     without = [f"{EXAMPLES[name].shows}: {_link(name)}" for name in EXAMPLES if name not in rows]
-    lists = (("These have no row yet", without), ("These are told elsewhere, or need no library", ALONE))
+    lists = (("These have no row yet", without), ("More examples", ALONE))
     told = [f"{head}:\n\n" + "\n".join(f"- {one}" for one in ones) for head, ones in lists if ones]
     return "\n\n".join([f"# {title.removesuffix('.')}", about, lines, *told]) + "\n"
 

@@ -301,17 +301,6 @@ def test_ippo_runs_draws_its_curve_and_compares_with_random_accelerations(tmp_pa
     assert len((ROOT / "docs/tutorials/ippo.py").read_text().splitlines()) <= 200
 
 
-def test_the_environments_page_says_what_the_docstrings_say():
-    environment = load("environment.py")
-    page = environment.PAGE.read_text()
-    assert {"CaptureEnv", "DuelEnv", "DuelVectorEnv", "SwarmVecEnv"} <= set(re.findall(r"docstring of .*\.(\w+)", page))
-    assert environment.with_docstrings(page) == page, (
-        "docs/environment.md is not up to date: python docs/environment.py"
-    )
-    for words in ("Action space", "### Reward", "### Infos", "### Ends", "### Reset options", "opponent='uniform'"):
-        assert words in page, f"docs/environment.md says nothing of {words}"
-
-
 def public_names():
     """Return the names that docs/api/public.md lists, by module."""
     rows = re.findall(r"^\| `(swarm_pz[\w.]*)` \| (.*) \|$", (ROOT / "docs/api/public.md").read_text(), re.M)

@@ -63,13 +63,14 @@ class Trial(NamedTuple):
         return (self.error is None) == (not self.row.fails) and (self.without is None) == (not self.row.keywords)
 
     def line(self) -> str:
-        """Return the row of the table."""
+        """Return the line of the page."""
         keywords = ", ".join(f"`{name}={value!r}`" for name, value in self.row.keywords.items())
-        if self.error is None:
-            result = "works" if self.without is None else f"works; without: {self.without}"
-        else:
-            result = f"**fails**: {self.row.fails} ({self.error})" if self.row.fails else f"**fails**: {self.error}"
-        return f"| {self.row.what} | {keywords} | {result} |"
+        told = f" **with** {keywords}" if keywords else ""
+        if self.error is not None:
+            told += f" **fails**: {self.row.fails or f'`{self.error}`'}"
+        elif self.without is not None:
+            told += f" (without: `{self.without.partition(':')[0]}`)"
+        return f"- {self.row.what}{told}"
 
 
 def rows_file(library: str) -> ModuleType:
@@ -85,8 +86,7 @@ def be(library: str, name: str, *, plain: bool) -> None:
         told.run(**({} if plain else told.keywords))
     except Exception as raised:  # whatever the library does
         lines = str(raised).strip().splitlines() or [""]
-        text = textwrap.shorten(lines[0], 160, placeholder=" ...").replace("|", "\\|")
-        error = f"`{type(raised).__name__}`: {text}"
+        error = f"{type(raised).__name__}: {textwrap.shorten(lines[0], 160, placeholder=' ...')}"
     versions = [f"{each} {version(each)}" for each in LIBRARIES[library].distributions]
     print("\n" + ANSWER + json.dumps({"error": error, "versions": versions}), flush=True)
 
@@ -121,8 +121,7 @@ def section(library: str) -> tuple[str, list[Trial]]:
 def head(library: str, versions: str) -> str:
     """Return how a library's section begins."""
     title, _, about = (rows_file(library).__doc__ or "").strip().partition("\n\n")
-    table = "| tried | keywords | result |\n|---|---|---|\n"
-    return f"## {title.removesuffix('.')}\n\nTried with {versions}.\n\n{about}\n\n{table}"
+    return f"## {title.removesuffix('.')}\n\n{about}\n\nTried with {versions}:\n\n"
 
 
 def introduction() -> str:

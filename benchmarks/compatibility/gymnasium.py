@@ -1,8 +1,7 @@
 """Gymnasium.
 
-`gymnasium.make` gives one game, `gymnasium.make_vec` a batch of them at the speed of the simulator. What a wrapper
-for videos or tensors needs besides is Gymnasium's to say: `pip install "gymnasium[other]"` and `"gymnasium[torch]"`.
-`check_env` opens a window, too: without a screen, set `SDL_VIDEODRIVER=dummy`, or give it `skip_render_check=True`.
+Wrappers for videos or tensors need `pip install "gymnasium[other]"` or `"gymnasium[torch]"`. `check_env` opens a window:
+without a screen, set `SDL_VIDEODRIVER=dummy`, or pass `skip_render_check=True`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Gymnasium's vectors.
 
-What `gymnasium.make_vec` gives: a batch of games of our own, or Gymnasium's copies of the single game.
+`gymnasium.make_vec` gives our own batch of games, or Gymnasium's copies of the single game.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """PettingZoo.
 
-Two players, `red_0` and `blue_0`; `parallel_env` and the AEC face `env`. `render_test` opens a window: without a
-screen, set `SDL_VIDEODRIVER=dummy`. `api_test` sends zeros, which no flock takes unless commands are normalised.
+`render_test` opens a window: without a screen, set `SDL_VIDEODRIVER=dummy`. `api_test` sends zeros, which flocking takes
+only if actions are normalised.
 """
 
 from __future__ import annotations

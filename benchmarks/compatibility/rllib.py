@@ -1,8 +1,8 @@
 """RLlib.
 
-The new API stack, in this process (`num_env_runners=0`). RLlib's networks take vectors for actions and floats for
-observations, colours last, and of images of 50 by 50 they want to be told the filters.
-A whole training in self-play is [`rllib_selfplay.py`](../examples/rllib_selfplay.py).
+Tried on the new API stack with `num_env_runners=0`. Its networks take vectors for actions and floats for observations,
+colours last; for images of 50 by 50 they must be told the filters.
+[`rllib_selfplay.py`](../examples/rllib_selfplay.py) trains in self-play.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """sb3-contrib.
 
-The same faces as for Stable-Baselines3, and nothing more to tell them.
+It takes the same wrappers as Stable-Baselines3.
 """
 
 from __future__ import annotations

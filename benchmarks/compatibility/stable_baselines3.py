@@ -1,6 +1,6 @@
 """Stable-Baselines3.
 
-`SwarmVecEnv` is the fast way in: one batch of games, opponents answered together. `gymnasium.make` gives one game.
+`SwarmVecEnv`, one batch of games, is the fastest; `gymnasium.make` gives one game.
 """
 
 from __future__ import annotations

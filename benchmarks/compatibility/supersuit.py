@@ -1,9 +1,8 @@
 """SuperSuit.
 
-SuperSuit thinks of pictures, colours last. Its path to Stable-Baselines3 trains one network for both sides, with two
-caveats that are its own: it loses seeds (`PPO(seed=0)` raises), and it never sets `TimeLimit.truncated`, so that
-Stable-Baselines3 takes a draw on time for a defeat or a win. For one learner against an opponent `SwarmVecEnv` has
-neither.
+SuperSuit expects pictures, colours last. Its path to Stable-Baselines3 has two faults of its own: it loses seeds, and it
+never sets `TimeLimit.truncated`, so a draw on time counts as a defeat or a win. Use `SwarmVecEnv` for one learner
+against an opponent.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """TorchRL.
 
-Its wrappers take the faces as they are. Where games live in processes of their own, the module stands before the id,
-`"swarm_pz:swarm_pz/Capture-v0"`, so that these import it, too.
-A whole training in self-play is [`torchrl_selfplay.py`](../examples/torchrl_selfplay.py).
+For games in processes of their own, the id is `"swarm_pz:swarm_pz/Capture-v0"`, so that they import the module, too.
+[`torchrl_selfplay.py`](../examples/torchrl_selfplay.py) trains in self-play.
 """
 
 from __future__ import annotations
