@@ -50,10 +50,6 @@ def package(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_it_is_complete_and_short():
-    assert len(block("py").splitlines()) < 60
-
-
 def test_it_is_found_and_plays_a_match_from_the_command_line(package, tmp_path):
     (line,) = block("console").splitlines()
     arguments = line.split()[1:]
