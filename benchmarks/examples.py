@@ -1,17 +1,18 @@
 """Other libraries learn.
 
-Each row is a file of `examples/` that trains with one library for some minutes, then plays 200 games against each of two
-opponents. Games are small: five drones a team, images of 10 by 10, commands of 5 by 5.
+Each row is a file of `examples/` that trains with one library for some minutes, then plays 200 games against each of
+two opponents. Games are small: five drones a team, images of 10 by 10, commands of 5 by 5.
 
 ```bash
 scripts/examples              # runs those that have no row yet, each in an environment of its own, and writes this page
 scripts/examples cleanrl_ppo  # runs this one again
 ```
 
-A *share* is the part of all drones that the learned policy owns when a game ends, with the 95 % interval of its mean; it is
-bold where the whole interval is above a half. An untrained network sends about uniform coverage: its share is a half
-against `uniform` and more against `noise`. *Commands* are those learned from, of both sides in self-play. *Minutes* are of
-the whole file by the clock and, in brackets, of processor time, which says more if a machine was busy.
+A *share* is the part of all drones that the learned policy owns when a game ends, with the 95 % interval of its mean;
+it is bold where the whole interval is above a half. An untrained network sends about uniform coverage: its share is a
+half against `uniform` and more against `noise`. *Commands* are those learned from, of both sides in self-play.
+*Minutes* are of the whole file by the clock and, in brackets, of processor time, which says more if a machine was
+busy.
 
 PufferLib is missing because it could not be installed. [Supported libraries](compatibility.md) says what else works.
 """
@@ -75,8 +76,7 @@ ALONE = (
     "Behaviour cloning in plain PyTorch: [`behaviour_cloning.py`](../examples/behaviour_cloning.py), see "
     "[learn from recorded games](tutorials/cloning.md)",
     "First steps, a notebook: [`first_steps.ipynb`](../examples/first_steps.ipynb)",
-    "Tutorials in one file: [PPO in one file](tutorials/ppo.md), "
-    "[every drone by IPPO](tutorials/ippo.md)",
+    "Tutorials in one file: [PPO in one file](tutorials/ppo.md), [every drone by IPPO](tutorials/ippo.md)",
 )
 """Examples that this program does not run, in words."""
 

@@ -1,7 +1,7 @@
 """BenchMARL.
 
-It needs TorchRL below 0.12. Its PettingZoo task takes this game once a method makes TorchRL's wrapper of it. Its networks
-take vectors for actions and floats for observations.
+It needs TorchRL below 0.12. Its PettingZoo task takes this game once a method makes TorchRL's wrapper of it. Its
+networks take vectors for actions and floats for observations.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """PettingZoo.
 
-`render_test` opens a window: without a screen, set `SDL_VIDEODRIVER=dummy`. `api_test` sends zeros, which flocking takes
-only if actions are normalised.
+`render_test` opens a window: without a screen, set `SDL_VIDEODRIVER=dummy`. `api_test` sends zeros, which flocking
+takes only if actions are normalised.
 """
 
 from __future__ import annotations
