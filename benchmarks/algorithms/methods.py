@@ -110,11 +110,11 @@ METHODS: dict[str, Method] = {
         ),
     ),
     "ppo": Method(
-        about="PPO with the recipe's network, which has the square's symmetries",
+        about="PPO with the recipe's network, which respects the square's symmetries",
         learner=functools.partial(_ppo, PPO, GridPolicy, width=RECIPE.width),
     ),
     "ppo-selfplay": Method(
-        about="as `ppo`, but its opponents are its own past, which explores as it does",
+        about="as `ppo`, but its opponents are its own past versions, which explore as it does",
         learner=functools.partial(_ppo, PPO, GridPolicy, width=RECIPE.width),
         meets_itself=True,
     ),
@@ -124,11 +124,11 @@ METHODS: dict[str, Method] = {
         observation=ObservationConfig(kind="entities"),
     ),
     "ppo-mlp": Method(
-        about="PPO with two layers of 64, as Stable-Baselines3 has them unless told otherwise",
+        about="PPO with two layers of 64, the default of Stable-Baselines3",
         learner=functools.partial(_ppo, PPO, "MlpPolicy"),
     ),
     "dqn": Method(
-        about="DQN with two layers of 64; answers with one of the 57 commands that have names",
+        about="DQN with two layers of 64; answers one of the 57 named commands",
         learner=_dqn,
         actions={"action": "discrete"},
     ),

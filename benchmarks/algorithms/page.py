@@ -90,12 +90,12 @@ def verdict(rows: Sequence[Row]) -> str:
     """Say which method wins, and from which it cannot be told."""
     best, *others = rows
     beside = [f"`{row.method}`" for row in others if row.all.overlaps(best.all)]
-    told = "its interval overlaps none"
+    told = "no other interval overlaps its own"
     if beside:
         which = f"interval of {beside[0]} overlaps" if len(beside) == 1 else f"intervals of {', '.join(beside)} overlap"
-        told = f"the {which} its own, which leaves open who is the better learner"
+        told = f"the {which} its own, so this does not decide which is better"
     join = "but" if beside else "and"
-    return f"`{best.method}` takes the most points, {best.all} of all that there are, {join} {told}."
+    return f"`{best.method}` takes the most points, {best.all}, {join} {told}."
 
 
 def write_page(lines: Sequence[Line], budget: Budget, docs: Path) -> Path:
@@ -116,49 +116,46 @@ def to_markdown(rows: Sequence[Row], budget: Budget) -> str:
     machines = sorted({line["processor"] for line in lines})
     parts = [
         "# Algorithms compared",
-        f"Six ways to learn, each from {budget.commands:,} commands and {seeds} seeds, in the same games: who takes "
-        "how many points afterwards, and at what cost? One command trains, rates, and writes this page; it goes on "
-        "where it was stopped, and needs a clone with the extras `compatibility` and `onnx`:",
+        f"Six learning methods with {budget.commands:,} commands and {seeds} seeds each, in the same games. This "
+        "command trains, rates and writes this page. You can stop it and run it again. It needs a clone with the "
+        "extras `compatibility` and `onnx`:",
         f"```bash\n{COMMAND} --page docs\n```",
-        "**Few commands or seeds: this page says that all of it works, and no more.**"
+        "**Few commands or seeds: this page only shows that everything works.**"
         if small
         else f"**Which wins:** {verdict(rows)}",
-        f"![Points against uniform coverage and against scripts, over the commands learned from]({PICTURE})",
-        f"*Learning curves: {budget.points} evaluations of each run, of {budget.games_on_the_way} games against "
-        "`uniform` and as many against the scripts together. Lines are interquartile means over seeds (and scripts), "
-        "bands their 95 % intervals.*",
+        f"![Share of points against uniform and against scripts, by commands]({PICTURE})",
+        f"*Learning curves: {budget.points} evaluations of each run, each of {budget.games_on_the_way} games against "
+        "`uniform` and as many against the scripts. Lines are interquartile means, bands 95 % intervals.*",
         "## The table",
-        f"After the last command each run plays {budget.games} games against `uniform` and "
-        f"{budget.games // len(SCRIPTS)} against each of {', '.join(f'`{name}`' for name in SCRIPTS)}: half from "
-        f"each side, from the same starts for all (seed {SEED}). Points are shares, a draw being half a win. Estimates "
-        "are interquartile means over seeds and opponents, with 95 % intervals from a bootstrap stratified by "
-        "opponent, as of [the benchmark](benchmark.md). **All** weighs each of the six opponents alike.",
+        f"After training, each run plays {budget.games} games against `uniform` and {budget.games // len(SCRIPTS)} "
+        f"against each of {', '.join(f'`{name}`' for name in SCRIPTS)}: half from each side, on the same starts (seed "
+        f"{SEED}). Numbers are shares of the points; a draw is half a win. They are interquartile means over seeds and "
+        "opponents, with 95 % intervals from a bootstrap stratified by opponent, as in [the benchmark](benchmark.md). "
+        "**All** weighs the six opponents equally.",
         "\n".join([
             "| | method | all | `uniform` | scripts | won of `uniform` | wall, s | processor, s | commands a second "
             "| weights | ms a command |",
             "|---|---|---|---|---|---|---|---|---|---|---|",
             *(row.table(rank) for rank, row in enumerate(rows, 1)),
         ]),
-        "Seconds are of learning alone, on one core: by the wall's clock, which runs on while others have the core, "
-        "and of the processor's time, from which commands a second follow; weights are all that is learned, a critic's "
-        "too; a command's milliseconds are the median of what the policy took in its games. Times tell of this machine "
-        f"({', '.join(machines)}), shared with other work. A few seeds make intervals that are too narrow rather than "
-        "too wide, since what they have not shown is not in them.",
+        "Seconds count learning only, on one core: wall-clock time, and processor time, which commands a second are "
+        "computed from. Weights include those of a critic. The milliseconds of a command are the median inference "
+        f"time. Times depend on this machine ({', '.join(machines)}), which also did other work. With few seeds the "
+        "intervals may be too narrow.",
         "## The methods",
         "\n".join(["| method | what it is |", "|---|---|", *(f"| `{n}` | {m.about} |" for n, m in METHODS.items())]),
-        f"All play {RECIPE.num_envs} games at once and, self-play aside, meet whom the recipe of "
-        "[training](training.md) meets: `uniform` and every script, those more often that are hard to beat. They "
-        "see the recipe's nine channels on a 10 by 10 grid (`ppo-sets`: the drones), and answer 5 by 5 log-densities "
-        f"(`dqn`: named commands). All PPO share the recipe's numbers, but for {RECIPE.num_envs} games at once in "
-        f"place of 160 and minibatches of {RECIPE.batch_size}: more and smaller updates. DQN learns from "
-        f"{RECIPE.batch_size} remembered commands twice a step. Nobody's numbers were tuned for this page, and the "
-        "recipe's were chosen for the network of `ppo`: others may have more in them.",
+        f"All play {RECIPE.num_envs} games at once. Except for self-play, their opponents are those of the recipe of "
+        "[training](training.md): `uniform` and all scripts, hard ones more often. They observe the recipe's nine "
+        "channels on a 10 by 10 grid (`ppo-sets`: the drones) and answer 5 by 5 log-densities (`dqn`: named commands). "
+        f"All PPO methods use the recipe's settings, but {RECIPE.num_envs} games at once instead of 160 and "
+        f"minibatches of {RECIPE.batch_size}. DQN learns from {RECIPE.batch_size} stored commands twice a step. No "
+        "settings were tuned for this page. The recipe's were chosen for the network of `ppo`, so other methods may "
+        "improve with tuning.",
         "## The policies",
-        "What each run has learned is a player for every command. Our own network is kept as safetensors, the others "
-        "as ONNX files, the LSTM's state included; each with its card ([policies from anywhere](policies.md)). The "
-        "repository does not hold them: the command above writes them into `runs/algorithms/release`, beside "
-        "`SHA256SUMS`, which says the digests. Others who call it get the same digests only with the versions and "
-        "on the kind of processor of this page:",
+        "Each run's policy can be used in every command ([policies](policies.md)). The project's own network is stored "
+        "as safetensors, the others as ONNX files. They are not in the repository: the command above writes them into "
+        "`runs/algorithms/release`, with their digests in `SHA256SUMS`. Digests repeat only with the versions and on "
+        "the kind of processor of this page:",
         "\n".join([
             "| policy | file | SHA-256 |",
             "|---|---|---|",

@@ -148,7 +148,7 @@ def test_the_page_says_what_the_runs_say(tmp_path):
 
 def test_a_winner_beyond_all_intervals_is_said_to_be_one():
     lines = [line(method, seed, score) for method, score in (("ppo", 0.9), ("dqn", 0.4)) for seed in range(3)]
-    assert page.verdict(page.rows_of(lines)).endswith("and its interval overlaps none.")
+    assert page.verdict(page.rows_of(lines)).endswith("and no other interval overlaps its own.")
 
 
 def test_an_estimate_is_the_middle_half_over_seeds_and_opponents():
