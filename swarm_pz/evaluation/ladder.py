@@ -1,4 +1,4 @@
-"""The ladder of a tournament: ratings, who beats whom, and how far a ladder tells the truth.
+"""The ladder of a tournament: ratings, who beats whom, and what ratings cannot explain.
 
 As plain values for JSON, as a Markdown page, and as a picture.
 """
@@ -93,10 +93,10 @@ def to_markdown(ladder: dict[str, Any], picture: str) -> str:
         "",
         f"{count} players, each against every other in {ladder['games_per_pairing']} games: half from each side, all "
         f"from the same starts, seed {ladder['seed']}.",
-        f"Ratings are Bradley-Terry strengths on Elo's scale (400 points are odds of ten to one; {anchor}); a",
-        "draw is half a win. Intervals are 95 %, from a bootstrap over pairs of games. A pair that is the same game",
-        "twice counts as one, half from each side. A planned player is privileged: it sees the simulator itself,",
-        f"which no side may. Rules: `{ladder['rules_hash']}`, of swarm-pz {ladder['versions']['swarm-pz']}.",
+        f"Ratings are Bradley-Terry strengths on Elo's scale: 400 points are odds of ten to one, and {anchor}.",
+        "A draw is half a win. Intervals are 95 %, from a bootstrap over pairs of games. If both games of a pair are",
+        "identical, they count as one. `planned` players read the simulator itself, which sides may not.",
+        f"Rules: `{ladder['rules_hash']}`, of swarm-pz {ladder['versions']['swarm-pz']}.",
         "",
         "```bash",
         ladder["command"],
@@ -118,14 +118,12 @@ def to_markdown(ladder: dict[str, Any], picture: str) -> str:
     cycle = field["strongest_cycle"]
     lines += [
         "",
-        "## How far a ladder tells the truth",
+        "## What ratings cannot explain",
         "",
-        f"Of the squared log-odds between players, {100 * field['cyclic_share']:.0f} % is cyclic: no rating",
-        "explains it. A field that these ratings describe truly would show "
-        f"{100 * field['cyclic_share_of_a_ladder']:.0f} % in as many games.",
-        f"Of {field['decided_triples']} triples of players with three clear results, {field['cycles']} are",
-        "cycles in which each beats another"
-        + (f"; the clearest: `{cycle[0]}` beats `{cycle[1]}` beats `{cycle[2]}` beats `{cycle[0]}`." if cycle else "."),
+        f"{100 * field['cyclic_share']:.0f} % of the squared log-odds between players are cyclic: ratings cannot",
+        f"explain them. Chance alone would give {100 * field['cyclic_share_of_a_ladder']:.0f} % in as many games.",
+        f"{field['cycles']} of {field['decided_triples']} triples of players with three clear results are cycles"
+        + (f". The clearest: `{cycle[0]}` beats `{cycle[1]}` beats `{cycle[2]}` beats `{cycle[0]}`." if cycle else "."),
     ]
     return "\n".join(lines) + "\n"
 

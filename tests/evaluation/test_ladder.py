@@ -53,15 +53,15 @@ def test_the_page_says_everything_in_its_place():
         "Rules: `0123456789abcdef`, of swarm-pz 9.8.7.",
         "```bash\nswarm-pz tournament planner ring\n```",
         "(drawn.png)",
-        "25 % is cyclic",
-        "would show 5 % in",
-        "Of 9 triples of players with three clear results, 2 are\ncycles",
-        "the clearest: `a` beats `b` beats `c` beats `a`.",
+        "25 % of the squared log-odds",
+        "would give 5 % in",
+        "2 of 9 triples of players with three clear results are cycles",
+        "The clearest: `a` beats `b` beats `c` beats `a`.",
     ):
         assert words in page
     other = LADDER["intransitivity"] | {"strongest_cycle": []}
     page = ladder.to_markdown(LADDER | {"anchor": None, "intransitivity": other}, "drawn.png")
-    assert "the mean is 1000" in page and page.endswith("each beats another.\n")
+    assert "the mean is 1000" in page and page.endswith("results are cycles.\n")
 
 
 def test_the_picture_shows_intervals_and_shares_where_they_belong(tmp_path, monkeypatch):

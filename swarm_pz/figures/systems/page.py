@@ -45,36 +45,35 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
     parts = [
         ["# The ladder of systems"],
         [
-            "Which control system wins more often, and sooner, against the same adversary? Each is commanded by the",
-            "best script for its kind of commands, and by a policy trained for it, if there is one.",
-            f"The adversary is `{results['adversary']}`: even coverage, flown by the ergodic controller.",
+            "Control systems compared: which wins more often and sooner against the same adversary? The adversary",
+            f"is `{results['adversary']}`: even coverage, flown by the ergodic controller. Each system is commanded",
+            "by the best script for its kind of commands, and by a policy trained for it, if there is one.",
         ],
         ["```bash", results["command"] or "swarm-pz systems", "```"],
         *(
-            [["**Few and short games: this page says that all of it works, and nothing about the systems.**"]]
+            [["**Few and short games: this page only shows that everything works.**"]]
             if config["games"] < _FEWEST
             else []
         ),
         *([line] for line in _answer(results)),
         [
-            "**Why systems that come to rest win.** A drone at rest leaves its whole trail in one cell, so that the",
-            "ring around it is ground that its team surrounds, and stays so. Whoever flies through is captured; a team",
-            "that covers evenly flies through everything. Coverage, formations and potential fields come to rest under",
-            "a command that stays, so nearly any command wins for them against this adversary, and games won say",
-            "little about them: times to a win, and the games against each other, tell them apart. It follows from the",
-            "rule of capture, which is the paper's, and not from these systems' skill.",
+            "**Why systems that come to rest win.** A drone at rest leaves its whole trail in one cell. Its team",
+            "keeps surrounding the ring around it, and captures whoever flies through; a team that covers evenly",
+            "flies through everything. Coverage, formations and potential fields come to rest if their command does",
+            "not change, so nearly any command wins for them. Compare these systems by the time to a win and by the",
+            "games against each other.",
         ],
         ["## Against the adversary"],
         [
             f"{config['games']} games each: half from each side, all from the same starts, seed {config['seed']}.",
-            "Intervals are 95 %: Wilson's for games won, for means from a bootstrap over pairs of games. A pair of",
-            "games that came out alike counts once. The mean length is restricted to",
-            f"{limit:g} s, which draws take, and so is the mean time to a win: a game that is drawn or lost counts",
-            "as not won until then. A command counts if it differs from the one before; the first one counts.",
+            "Intervals are 95 %: Wilson's for games won, a bootstrap over pairs of games for means. Identical games",
+            f"of a pair count once. A draw counts {limit:g} s in the mean length. A game that is drawn or lost",
+            f"counts {limit:g} s in the mean time to a win. A command is new if it differs from the one before; the",
+            "first is new.",
         ],
         _standings(results),
         [f"![Share of games not yet won over time]({pictures}/time_to_win.png)"],
-        ["*Kaplan-Meier: the share of the games against the adversary that are not won yet.*"],
+        ["*Share of the games against the adversary that are not won yet (Kaplan-Meier).*"],
         ["## The trained policy and the best script"],
         _comparisons(results),
         ["## Against each other"],
@@ -83,8 +82,8 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
         *_traits(results),
         ["## How the scripts were chosen"],
         [
-            f"Every script for a kind of command plays {config['pilot_games']} games against the adversary, on other",
-            "seeds; the one with most points, and of equals the one that wins soonest, goes on. Won-drawn-lost:",
+            f"Every script plays {config['pilot_games']} games against the adversary on other seeds. The script with",
+            "most points is chosen, of equals the one that wins soonest. Won-drawn-lost:",
         ],
         _pilot(results),
     ]
@@ -101,10 +100,10 @@ def _answer(results: dict[str, Any]) -> list[str]:
         + (f"; {row['time_to_win']['mean']:.0f} s to a win)" if row["wins"] else ")")
         for row in best.values()
     ]
-    lines = ["**Most often, and of equals soonest:** " + "; ".join(said) + "."]
+    lines = ["**Ranking:** " + "; ".join(said) + "."]
     for verdict, words in (
         (_MORE, "wins more often than the best script"),
-        (_EVEN, "cannot be told from the best script by the games won"),
+        (_EVEN, "shows no clear difference from the best script in games won"),
         (_LESS, "wins **less** often than the best script"),
     ):
         names = [f"`{system_name(row['one'])}`" for row in results["trained_and_script"] if _verdict(row) == verdict]
@@ -177,10 +176,10 @@ def _traits(results: dict[str, Any]) -> list[list[str]]:
     config = results["config"]
     explained = [
         f"Coverage is the ergodic metric of a team alone against even coverage after {config['seconds']} s, times",
-        "1000: 0 is perfect. Systems do what they do by themselves, which for some is no coverage at all. Of each",
-        f"change, the metric with it over the metric without it, on the same {config['starts']} starts: 1 is no",
-        f"change, more is worse. What is captured is captured after {config['seconds']} s, and coverage counts from",
-        "then on; the leader is the drone nearest to where the command asks for most.",
+        "1000; 0 is perfect. Some systems are not made to cover. The later columns are ratios: the metric with a",
+        f"change over the metric without it, on the same {config['starts']} starts; more than 1 is worse. Captures",
+        f"happen after {config['seconds']} s, and coverage counts from then on. The leader is the drone nearest to",
+        "where the command asks for most.",
     ]
     head = ["system", *(f"{size} drones" for size in SIZES), *_CHANGES.values()]
     table = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
@@ -189,8 +188,8 @@ def _traits(results: dict[str, Any]) -> list[list[str]]:
         cells += [_interval(row[name], 2) for name in _CHANGES]
         table.append(f"| `{row['system']}` | " + " | ".join(cells) + " |")
     asked = [
-        f"**Two modes**, of different width: new commands until the ergodic metric against them is {REACHED:g}, within "
-        f"{2 * config['seconds']} s. A - is a system that does not serve densities, or never reached it."
+        f"**Two modes** of different width: commands until the ergodic metric against them is {REACHED:g}, within "
+        f"{2 * config['seconds']} s. A dash: the system takes no densities, or did not reach it."
     ]
     modes = ["| system | reached | commands needed, median | metric in the end, times 1000 |", "|---|---|---|---|"]
     return [explained, table, asked, [*modes, *(_modes(row["system"], row["bimodal"]) for row in results["traits"])]]
