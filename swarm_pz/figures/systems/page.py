@@ -60,8 +60,8 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
             "**Why systems that come to rest win.** A drone at rest leaves its whole trail in one cell. Its team",
             "keeps surrounding the ring around it, and captures whoever flies through; a team that covers evenly",
             "flies through everything. Coverage, formations and potential fields come to rest if their command does",
-            "not change, so nearly any command wins for them. Compare these systems by the time to a win and by the",
-            "games against each other.",
+            "not change, so nearly any command wins for them. This follows from the paper's rule of capture, not",
+            "from skill. Compare these systems by the time to a win and by the games against each other.",
         ],
         ["## Against the adversary"],
         [
