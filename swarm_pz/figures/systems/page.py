@@ -91,16 +91,8 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
 
 
 def _answer(results: dict[str, Any]) -> list[str]:
-    """Return the paragraphs that say who wins, and where a trained policy beats the best script."""
-    best: dict[str, dict[str, Any]] = {}
-    for row in results["standings"]:
-        best.setdefault(row["system"], row)
-    said = [
-        f"`{row['system']}` wins {row['wins']} of {row['games']} (by {_by(row)}"
-        + (f"; {row['time_to_win']['mean']:.0f} s to a win)" if row["wins"] else ")")
-        for row in best.values()
-    ]
-    lines = ["**Ranking:** " + "; ".join(said) + "."]
+    """Return the paragraphs that say where a trained policy beats the best script."""
+    lines = []
     for verdict, words in (
         (_MORE, "wins more often than the best script"),
         (_EVEN, "shows no clear difference from the best script in games won"),
@@ -109,14 +101,9 @@ def _answer(results: dict[str, Any]) -> list[str]:
         names = [f"`{system_name(row['one'])}`" for row in results["trained_and_script"] if _verdict(row) == verdict]
         if names:
             lines.append(f"The policy trained for {', '.join(names)} {words}.")
-    for is_so, words in ((lambda low, _: low > 0, "sooner"), (lambda _, high: high < 0, "later")):
-        names = [
-            f"`{system_name(row['one'])}`" for row in results["trained_and_script"] if is_so(*row["sooner"]["ci95"])
-        ]
-        if names:
-            lines.append(f"It wins {words} than the best script for {', '.join(names)}.")
     trained = {system_name(row["one"]) for row in results["trained_and_script"]}
-    if without := ", ".join(f"`{system}`" for system in sorted(best.keys() - trained)):
+    systems = {row["system"] for row in results["standings"]}
+    if without := ", ".join(f"`{system}`" for system in sorted(systems - trained)):
         lines.append(f"No policy has been trained for {without}.")
     return lines
 
