@@ -116,8 +116,7 @@ class Lookahead:
         simulator = self._trials.simulator
         simulator.restore(game)
         rows = np.arange(len(candidates))
-        flown_by = simulator.games.flown_by[:, team]
-        commands = simulator.control.read(np.exp(candidates), flown_by, "density", "candidates")
+        commands = simulator.control.read(np.exp(candidates), simulator.games, rows, team, "density", "candidates")
         simulator.command_checked(team, commands, rows, holds=True)  # as a step will
         if model is None:
             simulator.advance(self._ticks)

@@ -143,8 +143,8 @@ class Master:
             densities[~is_known] = self._tactic.act(env.observe(self._tactic.observation, RED, others), others)
         for place in np.flatnonzero(is_known).tolist():
             densities[place] = np.exp(self._plan(int(rows[place])))
-        flown_by = env.simulator.games.flown_by[rows, RED]
-        commands = env.simulator.control.read(densities, flown_by, self.answers, f"policy {self.name}'s answer")
+        simulator, name = env.simulator, f"policy {self.name}'s answer"
+        commands = simulator.control.read(densities, simulator.games, rows, RED, self.answers, name)
         env.simulator.command_checked(RED, commands, rows, holds=True)
         self._foretell(np.array([row for row in rows.tolist() if not self._met[row].is_stranger], np.int64))
         return densities

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.config.registry import system_of
-from swarm_pz.config.system import ControlSystem
+from swarm_pz.config.system import ControlSystem, serves_densities
 from swarm_pz.errors import CheckpointError, KindError, OutputError, PolicyError, SwarmError, nearest
 from swarm_pz.files import check_folder
 from swarm_pz.policies.onnx_card import MODEL, OnnxCard, digest_of, read_files, write_files
@@ -267,12 +267,10 @@ def _systems_for(card: OnnxCard, config: GameConfig) -> list[ControlSystem]:
             f"{said} system={card.system!r}, and no such control system is installed: {nearest(card.system, known)}"
         )
     named = [known[card.system]] if card.system else list(known.values())
-    uniform = np.ones((1, config.command_cells, config.command_cells))
     able = [
         system
         for system in named
-        if card.answers == system.takes
-        or (card.answers == "density" and system.from_densities(uniform, config) is not None)
+        if card.answers == system.takes or (card.answers == "density" and serves_densities(system, config))
     ]
     if not able:
         kinds = {system.takes for system in named} | ({"density"} if not card.system else set())

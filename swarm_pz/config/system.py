@@ -10,8 +10,9 @@ from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config.base import Config
-from swarm_pz.config.values import check_values
-from swarm_pz.errors import ConfigError
+from swarm_pz.config.installed import FAULTS
+from swarm_pz.config.values import check_values, repr_of
+from swarm_pz.errors import CommandError, ConfigError
 
 if TYPE_CHECKING:
     from swarm_pz.config.game import GameConfig
@@ -167,3 +168,37 @@ class ControlSystem(Config):
             to `controller.max_acceleration` afterwards.
         """
         raise NotImplementedError(f"{type(self).__name__} must choose accelerations")
+
+
+def serve(system: ControlSystem, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64] | None:
+    """Return densities (n, A, A) as commands (n, *shape) of a system; None if densities mean nothing to it.
+
+    Raises
+    ------
+    CommandError
+        If its `from_densities` returns what is not of its space; whatever that raises passes through.
+    """
+    if system.takes == "density":
+        return densities
+    commands, space = system.from_densities(densities, config), system.space(config)
+    if commands is None:
+        return None
+    shape = (len(densities), *space.shape)
+    return check_values(commands, shape, space.low, space.high, "cannot serve densities: what from_densities returns")
+
+
+def serves_densities(system: ControlSystem, config: GameConfig) -> bool:
+    """Return whether who gives densities can fly a control system.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot serve even coverage as it says it does.
+    """
+    try:
+        return serve(system, np.ones((1, config.command_cells, config.command_cells)), config) is not None
+    except CommandError as error:
+        raise ConfigError(f"controllers: {system.name} {error}") from error
+    except FAULTS as error:
+        said = f"controllers: {system.name} cannot serve densities by from_densities: {repr_of(error)}"
+        raise ConfigError(said) from error

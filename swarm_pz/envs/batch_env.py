@@ -263,6 +263,8 @@ class BatchEnv:
         ------
         PolicyError
             If the answer is not n commands of the kind that the policy says, or that kind cannot fly its team.
+        FlightError
+            If the control system that flies its team fails to serve its densities.
         """
         if not len(rows):
             return np.zeros((0, *self.command_shape))
@@ -277,11 +279,10 @@ class BatchEnv:
             with answers:
                 answer = seeing.act(observations, rows)
         try:
-            control = self.simulator.control
-            name, flown_by = f"policy {name_of(policy)}'s answer", self.simulator.games.flown_by[rows, teams]
-            commands = control.read(answer, flown_by, answers_of(policy), name)
+            control, games, name = self.simulator.control, self.simulator.games, f"policy {name_of(policy)}'s answer"
+            commands = control.read(answer, games, rows, teams, answers_of(policy), name)
             if control.is_given:
-                control.check_sizes(commands, flown_by, self.simulator.sizes[rows, teams], name)
+                control.check_sizes(commands, games.flown_by[rows, teams], self.simulator.sizes[rows, teams], name)
             return commands
         except CommandError as error:
             raise PolicyError(str(error)) from error

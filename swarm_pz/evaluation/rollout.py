@@ -120,6 +120,8 @@ def blame(place: int, name: str) -> Iterator[None]:
     """Turn whatever a policy does wrong in here into a FaultError that says where."""
     try:
         yield
+    except FlightError as error:  # of what flies its team, as it serves the policy's densities
+        raise GroundedError(place, str(error)) from error
     except PolicyError as error:
         raise FaultError(place, str(error)) from error
     except FAULTS as error:
@@ -162,6 +164,8 @@ class Rollout:
         If the seed is no whole number of at least 0.
     PolicyError
         If a policy is unknown.
+    ConfigError
+        If a control system cannot be flown.
     FaultError
         If a policy, or a control system, fails when its games begin.
     """

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig
 from swarm_pz.config.installed import FAULTS
+from swarm_pz.config.system import serves_densities
 from swarm_pz.config.values import check_densities
 from swarm_pz.errors import CommandError, SwarmError
-from swarm_pz.play.forms import read_form, serves_densities
+from swarm_pz.play.forms import read_form
 from swarm_pz.simulator.control import Control, check_kind, serve_densities
 
 _DECIMALS = 8

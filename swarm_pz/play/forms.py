@@ -12,17 +12,11 @@ from numpy.typing import NDArray
 from swarm_pz.config import GameConfig
 from swarm_pz.config.installed import FAULTS
 from swarm_pz.config.registry import registered, system_class
-from swarm_pz.config.system import ControlSystem
+from swarm_pz.config.system import ControlSystem, serves_densities
 from swarm_pz.errors import CommandError, ConfigError, SwarmError
 from swarm_pz.play import protocol
 
 _NUMBER = re.compile(r"[0-9]{1,4}")
-
-
-def serves_densities(system: ControlSystem, config: GameConfig) -> bool:
-    """Return whether who gives densities can fly a control system."""
-    uniform = np.ones((1, config.command_cells, config.command_cells))
-    return system.takes == "density" or system.from_densities(uniform, config) is not None
 
 
 def read_form(form: Any, system: ControlSystem, config: GameConfig, name: str) -> NDArray[np.float64]:

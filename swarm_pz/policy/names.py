@@ -22,11 +22,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
-
 from swarm_pz.config import GameConfig
 from swarm_pz.config.installed import FAULTS, entry_points, origin, registered_in
-from swarm_pz.config.system import ControlSystem
+from swarm_pz.config.system import ControlSystem, serves_densities
 from swarm_pz.errors import CheckpointError, KindError, PolicyError, SwarmError, nearest
 from swarm_pz.policy.model_policy import Model, ModelPolicy
 from swarm_pz.policy.protocol import ANY, Player, Policy, PrivilegedPolicy, answers_of
@@ -214,8 +212,7 @@ def _check(made: object, name: str, config: GameConfig, system: ControlSystem) -
     if not isinstance(made, (Policy, PrivilegedPolicy)):
         raise PolicyError(f"{name} must have reset, and observation and act or else plan, got {made!r}")
     player = made
-    uniform = np.ones((1, config.command_cells, config.command_cells))
-    serves = answers_of(player) == "density" and system.from_densities(uniform, config) is not None
+    serves = answers_of(player) == "density" and serves_densities(system, config)
     if (serves or answers_of(player) in (system.takes, ANY)) and hasattr(player, "for_system"):
         player = cast("Player", player.for_system(system))
     kind = answers_of(player)

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
 from swarm_pz.config.installed import FAULTS
-from swarm_pz.config.system import ControlSystem, Flight
+from swarm_pz.config.system import ControlSystem, Flight, serve, serves_densities
 from swarm_pz.config.values import TOLERANCE, check_densities, describe, repr_of
 from swarm_pz.errors import CommandError, ConfigError, FlightError, SwarmError
 from swarm_pz.kernels.controllers.communication import communication_parameters
@@ -123,8 +123,10 @@ class Control:
                 packed[chosen] = self.pack(self._in_shape(own, number))
         return packed
 
-    def read(self, answer: Any, flown_by: NDArray[np.int8], kind: str, name: str) -> NDArray[np.float64]:
-        """Check commands of one kind for games that are flown by these (n,).
+    def read(
+        self, answer: Any, games: Games, rows: NDArray[np.int64], teams: ArrayLike, kind: str, name: str
+    ) -> NDArray[np.float64]:
+        """Check commands of one kind for a team, or for each its own, of games in these rows (n,).
 
         Returns
         -------
@@ -134,17 +136,23 @@ class Control:
         ------
         CommandError
             If a system does not take that kind, or the commands are not of its space.
+        FlightError
+            If a system that serves densities fails to.
         """
-        count = len(flown_by)
+        count, sides = len(rows), np.broadcast_to(teams, len(rows))
+        flown_by = games.flown_by[rows, sides]
         if kind == "density":
             densities = check_densities(answer, (count, *self._densities), name)
             if self.command_shape == self._densities and not self.is_given:
                 return densities
             commands = np.zeros((count, *self.command_shape))
             for number, chosen in self._by_system(flown_by):
-                with reading(self.systems[number], name):
-                    served = serve_densities(self.systems[number], densities[chosen], self.config, name)
-                    commands[chosen] = self.pack(self._in_shape(served, number))
+                system, team = self.systems[number], int(sides[chosen[0]])
+                with blame(team, system.name, rows[chosen][sides[chosen] == team]):
+                    served = serve(system, densities[chosen], self.config)
+                if served is None:
+                    raise _mismatch(system, "density", name)
+                commands[chosen] = self.pack(served)
             return commands
         groups = list(self._by_system(flown_by))
         for number, _ in groups:
@@ -366,18 +374,7 @@ def _check_densities_of(system: ControlSystem, default: NDArray[np.float64], con
     except FAULTS as error:
         said = repr_of(error) if not isinstance(error, CommandError) else error
         raise ConfigError(f"controllers: {system.name} cannot show its commands by to_densities: {said}") from error
-    try:
-        served: Any = system.from_densities(np.ones(cells), config)
-        fits = served is None or np.shape(served) == (1, *default.shape)
-    except FAULTS as error:
-        raise ConfigError(
-            f"controllers: {system.name} cannot serve densities by from_densities: {repr_of(error)}"
-        ) from error
-    if not fits:
-        raise ConfigError(
-            f"controllers: {system.name} must serve densities by commands of shape {(1, *default.shape)}, got shape "
-            f"{np.shape(served)} of from_densities"
-        )
+    serves_densities(system, config)
 
 
 class blame:  # noqa: N801  (reads like the function that it is)
@@ -407,11 +404,9 @@ def serve_densities(
     Raises
     ------
     CommandError
-        If it cannot serve densities.
+        If it cannot serve densities; whatever it raises passes through.
     """
-    if system.takes == "density":
-        return densities
-    served = system.from_densities(densities, config)
+    served = serve(system, densities, config)
     if served is None:
         raise _mismatch(system, "density", name)
     return served

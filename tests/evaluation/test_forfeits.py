@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,7 +13,7 @@ import pytest
 from swarm_pz import parallel_env, play_match, policies
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import FlightError
+from swarm_pz.errors import ConfigError, FlightError
 from swarm_pz.evaluation.rollout import FaultError, GroundedError, Rollout
 from swarm_pz.evaluation.tournament import TournamentConfig, play_block
 from tests.systems_of_tests import Magnet, install
@@ -96,6 +97,34 @@ def test_in_a_match_the_game_is_lost_by_its_side_and_the_others_go_on(fault):
     mirrored = play_match("uniform", "ring", games=12, config=games_of(fault, (1,)))
     assert {(game.pair, game.side) for game in mirrored.forfeits} == failed, "players who change places take it along"
     assert all((game.outcome, game.share) == ("win", 1.0) for game in mirrored.forfeits)
+
+
+SERVED = {
+    "raises": (lambda: 1 / 0, "raised ZeroDivisionError"),
+    "nan": (lambda: [[np.nan, 0.5]], "cannot serve densities: .* got nan"),
+    "outside": (lambda: [[9.0, 0.5]], r"cannot serve densities: .* within \[0, 1\] .* got 9 there"),
+}
+"""What `from_densities` may do wrong: how, and what is said of it."""
+
+
+@pytest.mark.parametrize("fault", SERVED)
+@pytest.mark.parametrize("place", [0, 1])
+def test_a_system_that_cannot_serve_a_density_later_on_forfeits(fault, place, monkeypatch):
+    serve, said = SERVED[fault]
+    monkeypatch.setattr(
+        Brittle, "from_densities", lambda *given: [[0.4, 0.5]] * len(given[1]) if given[1].min() == 1 else serve()
+    )
+    played = play_match("ring", "ring", games=2, config=games_of("nan", (place,)))
+    assert {game.outcome for game in played.forfeits} == {("loss", "win")[place]} and len(played.forfeits) == 2
+    assert re.match(f"brittle, which flies (red|blue), {said}", played.forfeits[0].forfeit)
+
+
+@pytest.mark.parametrize("fault", SERVED)
+@pytest.mark.parametrize("make", [parallel_env, lambda config: play_match("ring", "ring", games=2, config=config)])
+def test_a_system_that_cannot_serve_even_coverage_is_refused_when_games_are_made(fault, make, monkeypatch):
+    monkeypatch.setattr(Brittle, "from_densities", lambda *_: SERVED[fault][0]())
+    with pytest.raises(ConfigError, match="controllers: brittle cannot serve densities"):
+        make(games_of("nan"))
 
 
 def test_a_system_that_cannot_show_a_command_later_on_forfeits(monkeypatch):

@@ -39,7 +39,7 @@ def make(kind: str) -> None:
     env.reset([0])
     games, control = env.simulator.games, env.simulator.control
     density = np.ones((1, config.command_cells, config.command_cells))
-    sides = [control.read(density, games.flown_by[:, team], "density", "densities") for team in range(2)]
+    sides = [control.read(density, games, np.zeros(1, int), team, "density", "densities") for team in range(2)]
     env.step_checked(np.stack(sides, axis=1))
     for team, observation in enumerate(config.observations):
         env.observe(observation, team)

@@ -212,18 +212,17 @@ def test_a_bad_command_changes_no_game(commands, said):
 
 
 def test_densities_are_served_by_a_system_that_knows_how():
-    control = games().control
+    simulator, rows = games(), np.arange(2)
     dots = np.zeros((2, 10, 10))
     dots[:, 4, 8] = 1.0
-    numbers = np.array(control.numbers, np.int8)
-    served = control.read(dots, numbers, "density", "answer")
+    served = simulator.control.read(dots, simulator.games, rows, 0, "density", "answer")
     np.testing.assert_allclose(served[0, :3], [0.85, 0.45, 0.0])
     np.testing.assert_array_equal(served[1], dots[1].ravel())
-    refuser = games(controllers=("refuser", "ergodic")).control
+    refuser = games(controllers=("refuser", "ergodic"))
     with pytest.raises(CommandError, match="'density' cannot fly refuser, which takes those of kind 'place'"):
-        refuser.read(dots, np.array(refuser.numbers, np.int8), "density", "answer")
+        refuser.control.read(dots, refuser.games, rows, 0, "density", "answer")
     with pytest.raises(CommandError, match="'place' cannot fly ergodic"):
-        control.read(np.zeros((2, 2)), numbers, "place", "answer")
+        simulator.control.read(np.zeros((2, 2)), simulator.games, rows, 0, "place", "answer")
 
 
 def test_a_pair_of_commands_steps_a_batch():

@@ -98,9 +98,8 @@ def test_what_is_no_command_is_refused_and_changes_nothing_even_if_only_one_of_s
 
 def test_commands_of_another_kind_are_refused_by_names(name):
     simulator = Simulator(GameConfig(controllers=name))
-    flown_by = simulator.games.flown_by[:, 0]
     with pytest.raises(CommandError, match=f"'thoughts' cannot fly {name}, which takes those of kind"):
-        simulator.control.read(np.zeros((1, 2)), flown_by, "thoughts", "the answer")
+        simulator.control.read(np.zeros((1, 2)), simulator.games, np.zeros(1, int), 0, "thoughts", "the answer")
 
 
 def numbers_of(system) -> dict[str, float]:
