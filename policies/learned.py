@@ -153,7 +153,7 @@ class LearnedPolicy:
             rules = GameConfig.from_dict(card["training"]["game"])
         except (SwarmError, LookupError, TypeError) as error:
             raise CheckpointError(f"the card in {folder} does not say what game it was trained on: {error}") from error
-        if not rules.has_hash(card.get("config_hash")):
+        if rules.hash != card.get("config_hash"):
             raise CheckpointError(
                 f"the card in {folder} names config_hash {card.get('config_hash')!r}, its rules have {rules.hash!r}"
             )

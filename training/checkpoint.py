@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import pickle
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 from safetensors import safe_open
 from safetensors.numpy import save
@@ -65,23 +63,6 @@ def _open(path: Path, *, with_arrays: bool) -> tuple[Story, Arrays]:
     if version != FORMAT:
         raise CheckpointError(f"{path} must be of format {FORMAT}, got {version!r}; {BEGIN_AFRESH}")
     return story, arrays
-
-
-def read_old(path: Path) -> Story:
-    """Read a checkpoint of an earlier version: PyTorch's format, arrays and numbers only, so that it can run no code.
-
-    Raises
-    ------
-    CheckpointError
-        If the file is corrupt or foreign.
-    """
-    try:
-        state = torch.load(path, weights_only=True)
-    except (OSError, RuntimeError, EOFError, LookupError, TypeError, ValueError, pickle.UnpicklingError) as error:
-        raise CheckpointError(f"{path} is corrupt or foreign ({type(error).__name__}); {BEGIN_AFRESH}") from error
-    if not isinstance(state, dict) or "config_hash" not in state:
-        raise CheckpointError(f"{path} is corrupt or foreign; {BEGIN_AFRESH}")
-    return state
 
 
 BEGIN_AFRESH = "begin afresh with --overwrite, or in another folder (--out)"

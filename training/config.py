@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from swarm_pz.config import GameConfig, ObservationConfig
-from swarm_pz.config.base import Config, check, check_count, check_number, later
+from swarm_pz.config.base import Config, check, check_count, check_number
 from swarm_pz.policies import scripted
 
 SCRIPTS = tuple(script.__name__ for script in scripted.SCRIPTS)
@@ -225,7 +225,7 @@ class LeagueConfig(Config):
     snapshot_every: int = 500_000
     exploiter_every: int = 1_500_000
     exploiter_steps: int = 500_000
-    join_after: int = later(0)
+    join_after: int = 0
 
     def __post_init__(self) -> None:
         super().__post_init__()

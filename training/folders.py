@@ -11,7 +11,7 @@ from swarm_pz.errors import CheckpointError, ConfigError
 from swarm_pz.policies.learned import CARD
 from swarm_pz.training.checkpoint import CHECKPOINT, read_story
 
-OLD_CHECKPOINT, LEAGUE, LEARNER, SEARCH = "checkpoint.pt", "league.json", "main", "search.json"
+LEAGUE, LEARNER, SEARCH = "league.json", "main", "search.json"
 SETTINGS = "config.json"
 """Of a run or a league, which go on by them."""
 
@@ -21,7 +21,7 @@ def held_by(folder: Path) -> str | None:
     if (folder / LEAGUE).is_file():
         inner = held_by(folder / LEARNER)
         return f"a league, {inner}" if inner else "a league"
-    for name in (CHECKPOINT, OLD_CHECKPOINT, CARD, SEARCH):
+    for name in (CHECKPOINT, CARD, SEARCH):
         path = folder / name
         if path.is_file():
             when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
@@ -39,11 +39,9 @@ def _describe(path: Path) -> str:
             )
         if path.name == SEARCH:
             return f"a search for what beats {json.loads(path.read_text())['target']}"
-        if path.name == CARD:
-            return f"a policy trained for {json.loads(path.read_text())['steps']:,} steps"
+        return f"a policy trained for {json.loads(path.read_text())['steps']:,} steps"
     except (CheckpointError, LookupError, TypeError, ValueError):
         return f"a file {path.name} that cannot be read"
-    return "a run of an earlier version"
 
 
 def check_folder(folder: Path, *, resume: bool, overwrite: bool, marks: tuple[str, ...]) -> None:

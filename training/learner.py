@@ -41,19 +41,14 @@ class Learner(PPO):
         for name, values in of("optimizer", arrays).items():
             number, entry = name.split(".")
             held.setdefault(int(number), {})[entry] = torch.from_numpy(values.copy())
-        self.load_weights(
-            {name: torch.from_numpy(values.copy()) for name, values in of("policy", arrays).items()},
-            {"state": held, "param_groups": self.policy.optimizer.state_dict()["param_groups"]},
-        )
+        weights = {name: torch.from_numpy(values.copy()) for name, values in of("policy", arrays).items()}
+        self.policy.load_state_dict(weights)
+        groups = self.policy.optimizer.state_dict()["param_groups"]
+        self.policy.optimizer.load_state_dict({"state": held, "param_groups": groups})
         self.num_timesteps = int(story["steps"])
         self._n_updates = int(story["updates"])
         self.ep_info_buffer = deque(story["episodes"], maxlen=self._stats_window_size)
         self.ep_success_buffer = deque(maxlen=self._stats_window_size)
-
-    def load_weights(self, policy: dict[str, torch.Tensor], optimizer: dict[str, Any]) -> None:
-        """Take the weights and the optimizer's state, as PyTorch's `state_dict` gives them."""
-        self.policy.load_state_dict(policy)
-        self.policy.optimizer.load_state_dict(optimizer)
 
     def see(self, observations: NDArray[Any], episode_starts: NDArray[np.bool_]) -> None:
         """Begin the next rollout in games that are under way, instead of starting all afresh."""

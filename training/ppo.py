@@ -13,7 +13,6 @@ import numpy as np
 import torch
 from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
-from stable_baselines3.common.utils import set_random_seed
 from stable_baselines3.common.vec_env import VecMonitor
 
 from swarm_pz import policies
@@ -33,10 +32,10 @@ from swarm_pz.training.callbacks import (
     PeriodicEvaluation,
     Progress,
 )
-from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Arrays, Story, of, read, read_old, under, write
+from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Arrays, Story, of, read, under, write
 from swarm_pz.training.config import MAY_CHANGE, TrainConfig
 from swarm_pz.training.flight import InFlight, Opponent
-from swarm_pz.training.folders import OLD_CHECKPOINT, SETTINGS, check_folder
+from swarm_pz.training.folders import SETTINGS, check_folder
 from swarm_pz.training.learner import Learner
 from swarm_pz.training.networks import DronesPolicy, GridPolicy, as_policy, policy_class
 from swarm_pz.training.run_state import History, RunState
@@ -51,7 +50,7 @@ def _load_opponent(opponent: Opponent, game: GameConfig) -> Player:
 
 def clear(folder: Path) -> None:
     """Take away what a run has left in a folder, as far as another run could take it for its own."""
-    for name in (CHECKPOINT, OLD_CHECKPOINT, HISTORY, WEIGHTS, CARD):
+    for name in (CHECKPOINT, HISTORY, WEIGHTS, CARD):
         (folder / name).unlink(missing_ok=True)
     shutil.rmtree(folder / TENSORBOARD, ignore_errors=True)
 
@@ -103,7 +102,7 @@ class Training:
         command: str = "",
         load_opponent: Callable[[Opponent, GameConfig], Player] = _load_opponent,
     ) -> None:
-        check_folder(folder, resume=resume, overwrite=overwrite, marks=(CHECKPOINT, OLD_CHECKPOINT))
+        check_folder(folder, resume=resume, overwrite=overwrite, marks=(CHECKPOINT,))
         self.config = config
         self.command = command
         self.folder = folder
@@ -111,7 +110,7 @@ class Training:
         self.found: Story = {}
         self._say = say
         self._load_opponent = load_opponent
-        self._identity = _Identity(config, load_all(config.opponents, config.game))
+        self._identity = _identity_of(config, load_all(config.opponents, config.game))
         self.env = InFlight(_make_env(config), config.opponents)
         self._monitor = VecMonitor(self.env)
         torch.set_num_threads(config.threads)
@@ -264,7 +263,7 @@ class Training:
         learner, arrays = self.model.state()
         games, flight = self.env.state()
         story = {
-            "config_hash": str(self._identity),
+            "config_hash": self._identity,
             "total_steps": self.config.total_steps,
             "finished": self.is_finished,
             "learner": learner,
@@ -277,18 +276,18 @@ class Training:
         arrays |= under("random", streams) | under("games", flight)
         arrays["games.returns"] = self._monitor.episode_returns
         write(self.folder / CHECKPOINT, story, arrays)
-        (self.folder / OLD_CHECKPOINT).unlink(missing_ok=True)
         report = json.loads(self.history.to_json()) | provenance(self.config.game, self.command)
         with draft_of(self.folder / HISTORY) as draft:
             draft.write_text(json.dumps(report) + "\n")
 
     def _load_checkpoint(self) -> None:
         path = self.folder / CHECKPOINT
-        if not path.is_file():
-            self._load_old_checkpoint()
-            return
         story, arrays = read(path)
-        self._check_identity(story.get("config_hash"), path)
+        if story.get("config_hash") != self._identity:
+            raise CheckpointError(
+                f"{path} belongs to another configuration: give the settings in {self.folder / SETTINGS}, "
+                "another folder (--out), or --overwrite to replace the run"
+            )
         try:
             self.model.take_up(story["learner"], arrays)
             self.state.history = History.from_json(story["history"])
@@ -321,35 +320,6 @@ class Training:
                 "the one that never stopped"
             )
 
-    def _load_old_checkpoint(self) -> None:
-        """Take up a run of an earlier version, which stored neither its games nor its random streams."""
-        path = self.folder / OLD_CHECKPOINT
-        state = read_old(path)
-        self._check_identity(state.get("config_hash"), path)
-        try:
-            self.model.load_weights(state["policy"], state["optimizer"])
-            self.state.history = History.from_json(state["history"])
-            self.model.num_timesteps = int(state["steps"])
-        except (AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
-            raise CheckpointError(f"{path} does not fit this run ({_first_line(error)}); {BEGIN_AFRESH}") from error
-        # Games and exploration go on from other numbers than those already used.
-        seeds = np.random.SeedSequence([self.config.seed, self.model.num_timesteps]).generate_state(2)
-        self.env.seed(int(seeds[0]))
-        with randomness.kept():
-            set_random_seed(int(seeds[1]))
-            self._streams = randomness.streams()
-        self._say(
-            f"resuming {self.folder} at step {self.model.num_timesteps:,} of an earlier version, which did not store "
-            "games and random streams: the run goes on, but is not the one that never stopped"
-        )
-
-    def _check_identity(self, config_hash: object, path: Path) -> None:
-        if not self._identity.fits(config_hash):
-            raise CheckpointError(
-                f"{path} belongs to another configuration: give the settings in {self.folder / SETTINGS}, "
-                "another folder (--out), or --overwrite to replace the run"
-            )
-
 
 def load_all(names: Sequence[str], config: GameConfig) -> list[Player]:
     """Load opponents by name or folder; equal names share one object, so that they are answered together."""
@@ -380,21 +350,10 @@ def _first_line(error: Exception) -> str:
     return (str(error).splitlines() or [type(error).__name__])[0]
 
 
-class _Identity:
-    """What a checkpoint belongs to: all but how long and on how many threads the run is.
+def _identity_of(config: TrainConfig, opponents: Sequence[Player]) -> str:
+    """Return what a checkpoint belongs to: all but how long and on how many threads the run is.
 
     A learned opponent counts as what it is, and not only as what its folder is called.
     """
-
-    def __init__(self, config: TrainConfig, opponents: Sequence[Player]) -> None:
-        self._settings = config.replace(**MAY_CHANGE)
-        digests = sorted({player.digest for player in opponents if isinstance(player, LearnedPolicy)})
-        self._opponents = [digest[:16] for digest in digests]
-
-    def __str__(self) -> str:
-        return "-".join([self._settings.hash, *self._opponents])
-
-    def fits(self, found: object) -> bool:
-        """Tell whether an identity that was found in a file is this one."""
-        settings, *opponents = str(found).split("-")
-        return self._settings.has_hash(settings) and opponents == self._opponents
+    digests = {player.digest for player in opponents if isinstance(player, LearnedPolicy)}
+    return "-".join([config.replace(**MAY_CHANGE).hash, *(digest[:16] for digest in sorted(digests))])

@@ -31,6 +31,7 @@ from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.policy import Player
 from swarm_pz.training.callbacks import Checkpoint
+from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import MAY_CHANGE, LeagueConfig
 from swarm_pz.training.exploit import respond
 from swarm_pz.training.flight import Opponent
@@ -117,7 +118,7 @@ class League:
         settings = config.replace(learner=config.learner.replace(**MAY_CHANGE))
         if resume:
             self.pool = self._read_pool()
-            if not settings.has_hash(self.pool.config_hash):
+            if settings.hash != self.pool.config_hash:
                 raise CheckpointError(
                     f"{folder} holds a league with other settings: give those, or another folder (--out)"
                 )
@@ -134,12 +135,11 @@ class League:
             draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
 
     def _read_pool(self) -> Pool:
-        """Return the pool as of the learner's checkpoint; leagues of an earlier version have it beside."""
+        """Return the pool as of the learner's checkpoint."""
         try:
-            told = self.main.found.get("pool")
-            return Pool.from_dict(told if told is not None else json.loads((self.folder / STATE).read_text()))
+            return Pool.from_dict(self.main.found["pool"])
         except (LookupError, TypeError, ValueError) as error:
-            raise CheckpointError(f"{self.folder / STATE} is corrupt or foreign: {error!r}") from error
+            raise CheckpointError(f"{self.main.folder / CHECKPOINT} is corrupt or foreign: {error!r}") from error
 
     def run(self, asked: Callable[[], bool] = never) -> LearnedPolicy:
         """Play the league to its end, write the learner's tactic and return it.
@@ -320,8 +320,6 @@ class League:
             member.score = (1 - match.score()) * member.games
             self.pool.members.append(member)
         self.pool.exploiters += 1
-        if not self.config.join_after:  # leagues of earlier versions note it only here
-            self.pool.exploiter_step = self.main.model.num_timesteps
         self.pool.target = ""
         self._save()
 

@@ -181,8 +181,10 @@ def replay(
             faults.append("it shows nothing that could be compared")
         if faults:
             raise SwarmError("\n  ".join([f"{recording} does not verify:", *faults]))
-        chain = f"the chain of its lines ends with {link}" if link else "its lines have no chain, as of version 1"
-        print(f"verified: {result.frames} frames of {recording} come out as recorded; {chain}")
+        print(
+            f"verified: {result.frames} frames of {recording} come out as recorded; the chain of its lines ends with "
+            f"{link}"
+        )
     if film is None and mcap is None and not verify:
         page = f"replay={checked_name(recording.name)}"
         say = functools.partial(print, flush=True)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import itertools
 import json
 import types
 import typing
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Self
 
 import numpy as np
@@ -126,15 +125,6 @@ class Config:
         """Sixteen hexadecimal digits that are the same for equal configurations, on every machine."""
         return digest(canonical(self))
 
-    def has_hash(self, found: object) -> bool:
-        """Tell whether a hash is this configuration's, as written now or by a version before.
-
-        Pairs of two equal values were kept as pairs once, and had hashes of their own.
-        """
-        names = sorted(set(_per_team(self)))
-        chosen = itertools.chain.from_iterable(itertools.combinations(names, n) for n in range(len(names) + 1))
-        return any(digest(canonical(self, pairs)) == found for pairs in chosen)
-
 
 def _plain(value: Any) -> Any:
     """Return a configuration as plain values, however deep it stands."""
@@ -162,16 +152,6 @@ def _are_equal(red: Any, blue: Any) -> bool:
     return type(red) is type(blue) and isinstance(red, (int, str, Config)) and red == blue
 
 
-def _per_team(config: Config) -> Iterator[str]:
-    """Yield the names of fields, nested ones too, that hold one value for both teams."""
-    for entry in dataclasses.fields(config):  # type: ignore[arg-type]
-        value = getattr(config, entry.name)
-        if "per_team" in entry.metadata and not isinstance(value, tuple):
-            yield entry.name
-        if isinstance(value, Config):
-            yield from _per_team(value)
-
-
 def _from_plain(hint: Any, value: Any) -> Any:
     """Turn a plain value into what a field of type `hint` holds."""
     is_union = isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union
@@ -191,24 +171,22 @@ def _from_plain(hint: Any, value: Any) -> Any:
     return value
 
 
-def canonical(value: Any, pairs: Sequence[str] = ()) -> Any:
+def canonical(value: Any) -> Any:
     """Return the plain values that a hash is of; the same for equal configurations.
 
-    Whole floats and integers are written alike, so that 1 and 1.0 hash the same; later fields at rest are left
-    out; and fields named in `pairs` are written twice, as versions did that kept pairs of equal values.
+    Whole floats and integers are written alike, so that 1 and 1.0 hash the same; later fields at rest are left out.
     """
     if isinstance(value, Config):
         plain: dict[str, Any] = dict(value.tag())
         for entry in dataclasses.fields(value):  # type: ignore[arg-type]
             held = getattr(value, entry.name)
-            held = (held, held) if entry.name in pairs else held
             if not ("later" in entry.metadata and held == entry.default):
-                plain[entry.name] = canonical(held, pairs)
+                plain[entry.name] = canonical(held)
         return plain
     if isinstance(value, dict):
-        return {name: canonical(entry, pairs) for name, entry in value.items()}
+        return {name: canonical(entry) for name, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [canonical(entry, pairs) for entry in value]
+        return [canonical(entry) for entry in value]
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value) + 0.0  # -0.0 equals 0.0, and is written as it
     return value

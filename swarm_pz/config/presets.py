@@ -26,7 +26,3 @@ PRESETS: dict[str, dict[str, Any]] = {
     },
 }
 """Fields of a `GameConfig` by the preset's name; `GameConfig.preset` makes one."""
-
-FORMER = {"40d557c188646960": "released-1"}
-"""Names of presets as they were before, by their rules hash, for files that hold their games: `released` once had no
-target mass and no speed at the start, a wall margin of 0.05, and forgot on new commands alone."""

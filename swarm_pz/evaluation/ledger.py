@@ -17,8 +17,6 @@ from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import draft_of, named_if_full
 
 SETTINGS, GAMES = "tournament.json", "games.jsonl"
-_NOT_MADE = " cannot be made: "
-"""In what older versions wrote of a game that had not begun."""
 _LOCK, _HOLDER = ".lock", ".holder"
 _OPPOSITE = {"win": "loss", "draw": "draw", "loss": "win"}
 
@@ -44,7 +42,7 @@ class PlayedGame:
     forfeit : str
         Why the loser forfeited; empty if nobody did.
     sent : (int, int)
-        Commands of both that were others than those before; (0, 0) in files from before they were counted.
+        Commands of both that were others than those before.
     thinking_ms : (float, float)
         Mean milliseconds a command.
     """
@@ -135,7 +133,7 @@ class Ledger:
             before = json.loads(path.read_text())
             learned = dict(before["learned"])
             game = GameConfig.from_dict(before["game"])
-            if not game.has_hash(before["config_hash"]):
+            if game.hash != before["config_hash"]:
                 raise ResultsError(f"config_hash is {before['config_hash']}, its game has {game.hash}")
             differing = [name for name, value in self._settings.items() if before[name] != value]
         except (OSError, LookupError, TypeError, ValueError) as error:
@@ -181,11 +179,9 @@ class Ledger:
         for number, line in enumerate(whole.splitlines(), 1):
             try:
                 plain = json.loads(line)
-                pairs = {name: tuple(plain[name]) for name in ("sent", "thinking_ms") if name in plain}
+                pairs = {name: tuple(plain[name]) for name in ("sent", "thinking_ms")}
                 game = PlayedGame(**plain | pairs)
-                # From when who could not be made had lost: that was the machine's fault, and is played.
-                if _NOT_MADE not in game.forfeit:
-                    games[game.key] = game
+                games[game.key] = game
             except (LookupError, TypeError, ValueError) as error:
                 raise ResultsError(f"line {number} of {path} is not a finished game: {error!r}") from error
         return games

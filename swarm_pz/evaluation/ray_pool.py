@@ -274,7 +274,7 @@ def _make_runner() -> Callable[..., tuple[str, str, str, Any]]:
             from swarm_pz.evaluation.parcels import Parcel
             from swarm_pz.evaluation.provenance import ware
             from swarm_pz.kernels.cache import processor
-        except ImportError:  # none, or one of before there were clusters
+        except ImportError:  # it is not there, or another one
             return "refused", node, host, {}
         found = ware()
         if any(found.get(name) != version for name, version in expected.items()):

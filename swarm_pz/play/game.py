@@ -19,7 +19,7 @@ from swarm_pz.config import (
     TICKS_PER_SECOND,
     GameConfig,
 )
-from swarm_pz.config.base import Config, check, check_number, later
+from swarm_pz.config.base import Config, check, check_number
 from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.fourier import SAME_TARGET
 from swarm_pz.kernels.game import Games
@@ -54,7 +54,7 @@ class TableConfig(Config):
     min_command_interval: float = 0.5
     mapping: Mapping = DEFAULT_MAPPING
     speed: float = 1.0
-    factors: tuple[Factors, Factors] = later((Factors(), Factors()))
+    factors: tuple[Factors, Factors] = (Factors(), Factors())
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -13,7 +13,7 @@ from swarm_pz.play.recordings.sandbox import Sandbox
 from swarm_pz.play.server import serve as module
 from swarm_pz.policies import load
 from swarm_pz.policy import about
-from tests.play.recordings.test_format import plain_lines, record, write_as_version_1, write_chained
+from tests.play.recordings.test_format import plain_lines, record, write_chained
 
 
 @pytest.fixture
@@ -136,13 +136,6 @@ def test_a_recording_that_plays_differently_here_is_an_error(tmp_path, capsys):
     write_chained(tmp_path / "c.jsonl", lines[:-1])
     said = refused(capsys, "replay", str(tmp_path / "c.jsonl"), "--verify")
     assert "it is unfinished: it breaks off after 51 frames" in said and "differently" not in said
-
-
-def test_a_recording_of_version_1_verifies_without_a_chain_and_is_said_to(tmp_path, capsys):
-    record(tmp_path / "a.jsonl", ticks=30)
-    write_as_version_1(tmp_path / "b.jsonl", plain_lines(tmp_path / "a.jsonl"))
-    main(["replay", str(tmp_path / "b.jsonl"), "--verify"])
-    assert "no chain, as of version 1" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

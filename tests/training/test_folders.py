@@ -8,7 +8,7 @@ import pytest
 
 from swarm_pz.errors import CheckpointError, ConfigError
 from swarm_pz.training.checkpoint import CHECKPOINT, write
-from swarm_pz.training.folders import OLD_CHECKPOINT, SEARCH, check_folder, choose, held_by, next_free
+from swarm_pz.training.folders import SEARCH, check_folder, choose, held_by, next_free
 
 RUNS = Path("runs")
 
@@ -29,7 +29,6 @@ def test_what_a_folder_holds_is_named():
     (RUNS / "league" / "league.json").write_text("{}")
     assert "a league, a finished run of 128 steps" in held_by(RUNS / "league")
     for name, content, said in (
-        (OLD_CHECKPOINT, "", "a run of an earlier version"),
         (CHECKPOINT, "torn", f"a file {CHECKPOINT} that cannot be read"),
         ("policy.json", json.dumps({"steps": 5}), "a policy trained for 5 steps"),
         ("policy.json", "torn", "a file policy.json that cannot be read"),

@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-import torch
 from safetensors.numpy import save_file
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
@@ -19,7 +18,6 @@ from swarm_pz.simulator.spawn import random_start
 from swarm_pz.training.callbacks import PeriodicEvaluation
 from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import TrainConfig
-from swarm_pz.training.folders import OLD_CHECKPOINT
 from swarm_pz.training.networks import GridPolicy
 from swarm_pz.training.ppo import Training
 from swarm_pz.training.report import compare, plot_learning_curve, plot_sizes
@@ -201,22 +199,6 @@ def test_a_checkpoint_of_another_configuration_is_refused(trained):
         Training(TINY.replace(gamma=0.5), folder, resume=True, say=quiet)
 
 
-def test_a_checkpoint_from_when_equal_pairs_had_hashes_of_their_own_goes_on(trained, tmp_path):
-    _, _, folder = trained
-    run = Training(TINY, folder, resume=True, say=quiet)
-    old = {
-        "config_hash": "5b24ba02571431ce",  # as version 0.1.0 wrote it for drones_per_team=(2, 2), two equal seats
-        "steps": run.model.num_timesteps,
-        "policy": run.model.policy.state_dict(),
-        "optimizer": run.model.policy.optimizer.state_dict(),
-        "history": run.history.to_json(),
-    }
-    torch.save(old, tmp_path / OLD_CHECKPOINT)
-    pairs = TINY.game.replace(drones_per_team=(2, 2), observation=TINY.game.observations)
-    for config in (TINY, TINY.replace(game=pairs)):
-        assert Training(config, tmp_path, resume=True, say=quiet).model.num_timesteps == old["steps"]
-
-
 def test_card_and_history_say_what_they_come_from(trained):
     _, policy, folder = trained
     history = json.loads((folder / "history.json").read_text())
@@ -227,17 +209,9 @@ def test_card_and_history_say_what_they_come_from(trained):
         assert story["command"] == ""
 
 
-@pytest.mark.parametrize("state", [torch.zeros(3), {"config_hash": 1}, 5])
-def test_a_checkpoint_of_something_else_is_refused(tmp_path, state):
-    torch.save(state, tmp_path / OLD_CHECKPOINT)
-    with pytest.raises(CheckpointError):
-        Training(TINY, tmp_path, resume=True, say=quiet)
-
-
 @pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"PK\x03\x04 torn"])
-@pytest.mark.parametrize("name", [CHECKPOINT, OLD_CHECKPOINT])
-def test_a_corrupt_checkpoint_is_refused(tmp_path, name, content):
-    (tmp_path / name).write_bytes(content)
+def test_a_corrupt_checkpoint_is_refused(tmp_path, content):
+    (tmp_path / CHECKPOINT).write_bytes(content)
     with pytest.raises(CheckpointError, match="corrupt or foreign"):
         Training(TINY, tmp_path, resume=True, say=quiet)
 

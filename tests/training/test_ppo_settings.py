@@ -12,7 +12,6 @@ from swarm_pz.errors import CheckpointError
 from swarm_pz.training import ppo
 from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import TrainConfig
-from swarm_pz.training.folders import OLD_CHECKPOINT
 from swarm_pz.training.ppo import Training, load_all
 from swarm_pz.training.vec_env import SwarmVecEnv
 from tests.training.test_ppo import TINY, quiet
@@ -78,7 +77,7 @@ def test_policies_of_equal_names_are_one_object():
 
 
 def test_a_fresh_run_replaces_all_that_an_earlier_one_left_and_nothing_else(tmp_path):
-    old = (OLD_CHECKPOINT, CHECKPOINT, "history.json", "policy.safetensors", "policy.json", "notes.txt", "config.json")
+    old = (CHECKPOINT, "history.json", "policy.safetensors", "policy.json", "notes.txt", "config.json")
     (tmp_path / "tensorboard").mkdir()
     (tmp_path / "tensorboard" / "events").touch()
     for name in old:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +13,6 @@ from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import Stopped
 from swarm_pz.training.checkpoint import CHECKPOINT, read, read_story, write
 from swarm_pz.training.config import LeagueConfig, TrainConfig
-from swarm_pz.training.folders import OLD_CHECKPOINT
 from swarm_pz.training.ppo import HISTORY, Training
 from swarm_pz.training.selfplay import STATE, League
 
@@ -139,62 +136,6 @@ def test_a_longer_run_is_said_to_be_another(uninterrupted, tmp_path):
     lines = []
     Training(RUN.replace(total_steps=320), tmp_path, resume=True, say=lines.append)
     assert "was to have 160 steps" in lines[1]
-
-
-def make_old(run):
-    """Turn a run's checkpoint into that of an earlier version."""
-    old = {
-        "config_hash": read_story(run.folder / CHECKPOINT)["config_hash"],
-        "steps": run.model.num_timesteps,
-        "policy": run.model.policy.state_dict(),
-        "optimizer": run.model.policy.optimizer.state_dict(),
-        "history": run.history.to_json(),
-    }
-    (run.folder / CHECKPOINT).unlink()
-    torch.save(old, run.folder / OLD_CHECKPOINT)
-
-
-def test_a_run_of_an_earlier_version_goes_on_and_is_said_not_to_be_the_same(uninterrupted, tmp_path):
-    run = Training(RUN, tmp_path / "old", say=quiet)
-    stop(run, 3)
-    make_old(run)
-    shutil.copytree(tmp_path / "old", tmp_path / "copy")
-    lines = []
-    again = Training(RUN, tmp_path / "old", resume=True, say=lines.append)
-    assert "is not the one that never stopped" in lines[0]
-    torch.testing.assert_close(again.model.policy.state_dict(), run.model.policy.state_dict(), rtol=0, atol=0)
-    held, found = (one.model.policy.optimizer.state_dict() for one in (run, again))
-    assert held["state"]
-    torch.testing.assert_close(found["state"], held["state"], rtol=0, atol=0)
-    assert found["param_groups"] == held["param_groups"]
-    again.run()
-    assert [record["step"] for record in again.history.records] == [0, 64, 128, 160]
-    assert not (tmp_path / "old" / OLD_CHECKPOINT).exists()
-    for folder, differs in ((tmp_path / "old", True), (uninterrupted.folder, False)):
-        story, arrays = read(folder / CHECKPOINT)
-        assert (story["games"]["seed"] != RUN.seed) is differs
-        is_same = np.array_equal(arrays["random.torch"], read(uninterrupted.folder / CHECKPOINT)[1]["random.torch"])
-        assert is_same is not differs
-    # From here on it is as any other run.
-    stopped = Training(RUN, tmp_path / "copy", resume=True, say=quiet)
-    stop(stopped, 3)
-    stopped = Training(RUN, tmp_path / "copy", resume=True, say=quiet)
-    stopped.run()
-    assert_same_run(stopped, again)
-
-
-def test_a_league_of_an_earlier_version_goes_on(tmp_path):
-    learner = LEAGUE.learner.replace(total_steps=64)
-    league = League(LEAGUE.replace(learner=learner), tmp_path, say=quiet)
-    league.run()
-    make_old(league.main)
-    told = json.loads((tmp_path / STATE).read_text())
-    del told["until"]
-    (tmp_path / STATE).write_text(json.dumps(told))
-    again = League(LEAGUE.replace(learner=learner.replace(total_steps=96)), tmp_path, resume=True, say=quiet)
-    assert again.pool.members == league.pool.members
-    again.run()
-    assert again.main.model.num_timesteps == 96
 
 
 def test_a_checkpoint_that_is_being_written_is_not_seen(tmp_path, monkeypatch):

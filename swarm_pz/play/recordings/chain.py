@@ -35,8 +35,8 @@ def unchained(line: bytes) -> tuple[bytes, str] | None:
     return (line[:-_END_BYTES] + b"}", end[1].decode()) if end is not None else None
 
 
-def followed(line: bytes, before: str, version: int, where: str) -> str:
-    """Return the link of a line of a recording; version 1 has none.
+def followed(line: bytes, before: str, where: str) -> str:
+    """Return the link of a line of a recording.
 
     Raises
     ------
@@ -44,10 +44,6 @@ def followed(line: bytes, before: str, version: int, where: str) -> str:
         If the line does not follow the one whose link came before.
     """
     parts = unchained(line)
-    if version == 1:
-        if parts is not None:
-            raise RecordingError(f"{where} holds a chain, which version 1 does not have: the version was changed")
-        return START
     if parts is None or link_of(parts[0], before) != parts[1]:
         raise RecordingError(
             f"{where} does not follow the line before it: one of them was changed, or lines were cut out, doubled or "

@@ -2,8 +2,8 @@
 
 The first line holds all that a game needs to be played again; the rest are events, in order, and the last one
 says how it ended: a file without it is unfinished. All times named ``ms`` are milliseconds on the server's clock
-since the game began. A file that ends in the middle of a line, because the power went, is read up to there. From
-version 2 on, every line holds a link of a chain; see `swarm_pz.play.recordings.chain`.
+since the game began. A file that ends in the middle of a line, because the power went, is read up to there. Every line
+holds a link of a chain; see `swarm_pz.play.recordings.chain`.
 """
 
 from __future__ import annotations
@@ -77,9 +77,9 @@ class Header(_Line, tag="game"):
     seed: int
     red: RecordedSeat
     blue: RecordedSeat
+    rules_hash: str
+    """Of the game that the table plays."""
     origin: Origin | None = None
-    rules_hash: str = ""
-    """Of the game that the table plays; empty in files of earlier versions."""
     lesson: bool = False
     """It was a lesson, not a match."""
 
@@ -91,11 +91,11 @@ class CommandLine(_Line, tag="command"):
     number: Number
     density: list[list[float]] | None
     received_ms: float
+    tick: Tick
+    """When it arrived: a solve at this tick already counts it."""
     strokes: list[StrokeMessage] | None = None
     timing: Timing | None = None
     """Its sender's clock, and how far it is from the server's."""
-    tick: Tick | None = None
-    """When it arrived: a solve at this tick already counts it. Files of version 1 do not tell."""
     command: list[Any] | None = None
     """In place of a density: what the team's control system takes, nested as its space."""
     sender: str = ""
@@ -181,8 +181,8 @@ class EndLine(_Line, tag="end"):
     tick: Tick
     sizes: tuple[Size, Size]
     ms: float
-    ended_by: EndedBy | None = None
-    """A game that a client had left when it ended is "left", however it ended. Files of version 1 do not tell."""
+    ended_by: EndedBy
+    """A game that a client had left when it ended is "left", however it ended."""
     delays: tuple[SeatDelays, SeatDelays] | None = None
     """Red's and blue's, where the table varied anything."""
 
@@ -210,7 +210,7 @@ class Recording:
     config : TableConfig
     events : list of EventLine
     link : str
-        The last of its chain, which stands for all that was read; empty for version 1, and where nothing was read.
+        The last of its chain, which stands for all that was read; empty where nothing was read.
     """
 
     def __init__(self, name: str, header: Header, events: list[EventLine]) -> None:
@@ -222,8 +222,7 @@ class Recording:
         except (SwarmError, RecursionError) as error:
             reason = str(error)[:1000]
             raise RecordingError(f"{name} was played by rules that are not known here: {reason}") from error
-        is_known = header.rules_hash in ("", self.config.game.rules_hash)
-        if not is_known or not self.config.has_hash(header.config_hash):
+        if (header.config_hash, header.rules_hash) != (self.config.hash, self.config.game.rules_hash):
             raise RecordingError(f"{name} says other rules than those whose hash it holds; it was changed")
         self._check_order()
 
@@ -271,12 +270,11 @@ class Recording:
                 raise RecordingError(f"{path} is not one recorded game: its first line alone must be of type 'game'")
             if isinstance(decoded, Header):
                 header = decoded
-                if header.version not in (1, VERSION):
-                    raise RecordingError(f"{path} is of version {header.version}, expected {VERSION} or 1")
+                if header.version != VERSION:
+                    raise RecordingError(f"{path} is of version {header.version}, expected {VERSION}")
             else:
                 events.append(decoded)
-            assert header is not None  # noqa: S101
-            link = followed(line, link, header.version, f"line {number} of {path}")
+            link = followed(line, link, f"line {number} of {path}")
         if header is None:
             raise RecordingError(f"{path} is not a recorded game: it is empty")
         if rest and events and isinstance(events[-1], EndLine):
@@ -368,7 +366,7 @@ class Recording:
         for line in self.events:
             if isinstance(line, InForceLine) and line.tick >= tick:
                 break
-            if isinstance(line, CommandLine | CapturedLine | FrameLine) and (line.tick or 0) > tick:
+            if isinstance(line, CommandLine | CapturedLine | FrameLine) and line.tick > tick:
                 break
             if isinstance(line, CommandLine | InForceLine | CapturedLine | FrameLine):
                 kept.append(line)

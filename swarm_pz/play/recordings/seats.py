@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from swarm_pz.config import PRESETS, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
-from swarm_pz.config.presets import FORMER
 from swarm_pz.play.recordings.format import (
     CapturedLine,
     ClockLine,
@@ -19,11 +18,10 @@ from swarm_pz.play.recordings.format import (
     InForceLine,
     PaintedLine,
     Recording,
-    reason_of_end,
 )
 from swarm_pz.play.shared import SHARED
 
-_PRESET_OF = FORMER | {GameConfig.preset(name).rules_hash: name for name in PRESETS}
+_PRESET_OF = {GameConfig.preset(name).rules_hash: name for name in PRESETS}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +34,7 @@ class SeatRow:
     config_hash, rules_hash : str
         Of the table, and of the game that it plays.
     rules : str
-        The preset whose rules these are, "released-1" for `released` as it was first; empty if it is none.
+        The preset whose rules these are; empty if it is none.
     mapping : str
     min_command_interval, speed, time_limit : float
     taken_over : bool
@@ -143,7 +141,7 @@ def seat_rows(recording: Recording) -> list[SeatRow]:
             SeatRow(
                 recording=recording.name,
                 started=header.started,
-                config_hash=config.hash,  # the header's may be as an earlier version wrote it
+                config_hash=config.hash,
                 rules_hash=config.game.rules_hash,
                 rules=_PRESET_OF.get(config.game.rules_hash, ""),
                 mapping=config.mapping,
@@ -176,7 +174,7 @@ def _ended_by(recording: Recording) -> str:
     end = recording.end
     if end is None:
         return ""
-    return end.ended_by or reason_of_end(end.outcome, bool(recording.away))  # version 1 does not tell
+    return end.ended_by
 
 
 def _left_out(recording: Recording, ended_by: str, commands: Sequence[int]) -> str:

@@ -29,8 +29,8 @@ from swarm_pz.play.recordings.format import (
 )
 from swarm_pz.play.strokes import Stroke, attraction_of, density_of
 
-_DENSITY_STEP = 2e-4
-"""What a drawing's density may differ by: files of before have four digits of it, the last one another processor's."""
+_DENSITY_STEP = 1e-6
+"""What a drawing's density may differ by, since another processor may have made it."""
 _FIRST_LINE = 2
 """Number of the first event's line."""
 
@@ -87,16 +87,16 @@ def _live(recording: Recording) -> Iterator[tuple[int, EventLine]]:
 def _past(recording: Recording) -> Iterator[str]:
     """Say which lines are on the wrong side of the moment from which a game was taken over."""
     origin = recording.header.origin
-    if origin is None or recording.header.version == 1:
+    if origin is None:
         return
     for number, line in enumerate(recording.events, _FIRST_LINE):
-        if isinstance(line, CommandLine) and line.tick in (None, origin.tick):
+        if isinstance(line, CommandLine) and line.tick == origin.tick:
             continue  # it may have come before or after
         if isinstance(line, PaintedLine | SeatLine | ClockLine):
             is_past = False
         else:
             came_later = isinstance(line, InForceLine | EndLine)  # what a tick led to is the past at that tick
-            is_past = (line.tick or 0) < origin.tick + (not came_later)
+            is_past = line.tick < origin.tick + (not came_later)
         if is_past != (number - _FIRST_LINE < origin.lines):
             side = "before" if is_past else "after"
             yield f"line {number}: it is of {side} tick {origin.tick}, from which the game was taken over"
@@ -105,8 +105,7 @@ def _past(recording: Recording) -> Iterator[str]:
 def _schedule(recording: Recording) -> Iterator[str]:
     """Say which commands came into force at another moment than they had to.
 
-    From when commands arrived follows which were followed when. Lines that do not tell when (of version 1) must at
-    least keep the interval, and come at solves.
+    From when commands arrived follows which were followed when.
     """
     interval, origin = recording.config.interval_ticks, recording.header.origin
     begin = origin.tick if origin is not None else 0
@@ -123,22 +122,18 @@ def _schedule(recording: Recording) -> Iterator[str]:
                     before = latest
                 else:
                     told.append((line.tick, _called(line)))
-        for number, line in _live(recording):
+        for line in recording.live:
             if isinstance(line, CommandLine) and line.team == team:
-                if line.tick is not None:
-                    arrived.append((line.tick, _called(line)))
-                elif recording.header.version > 1:
-                    yield f"line {number}: a command must tell the tick at which it arrived"
-        if recording.header.version > 1:
-            due = _due(arrived, before, interval)
-            # Where the recording breaks off, what came into force at last may have been lost; where the game ended
-            # while control systems chose accelerations, it came into force before.
-            least = sum(tick < recording.last_tick for tick, _ in due)
-            is_cut = recording.end is None or recording.end.outcome == "stopped" or recording.end.ended_by == "forfeit"
-            due = due[: max(least, len(told)) if is_cut else least]
-            for tick, name in sorted(set(due) ^ set(told)):
-                verb = "had to" if (tick, name) in due else "cannot"
-                yield f"command {name} of {side} {verb} come into force at tick {tick}"
+                arrived.append((line.tick, _called(line)))
+        due = _due(arrived, before, interval)
+        # Where the recording breaks off, what came into force at last may have been lost; where the game ended while
+        # control systems chose accelerations, it came into force before.
+        least = sum(tick < recording.last_tick for tick, _ in due)
+        is_cut = recording.end is None or recording.end.outcome == "stopped" or recording.end.ended_by == "forfeit"
+        due = due[: max(least, len(told)) if is_cut else least]
+        for tick, name in sorted(set(due) ^ set(told)):
+            verb = "had to" if (tick, name) in due else "cannot"
+            yield f"command {name} of {side} {verb} come into force at tick {tick}"
 
 
 def _called(line: CommandLine | InForceLine) -> str:
@@ -167,7 +162,7 @@ def _commands(recording: Recording) -> Iterator[str]:
     for (number, line), command in zip(lines, recording.commands, strict=True):
         seat, is_live, values = (header.red, header.blue)[line.team], number - _FIRST_LINE >= past, command.values
         is_density = command.kind == "density"
-        if is_live and header.version > 1 and is_density and (values != as_followed(values)).any():
+        if is_density and (values != as_followed(values)).any():
             yield f"line {number}: the density is not as tables write it, with 1 for its largest value"
         if line.sender and (line.timing is not None or line.strokes is not None or seat.kind == "policy"):
             yield f"line {number}: an automatic response has no clock, draws nothing and is a player's"
@@ -185,7 +180,7 @@ def _commands(recording: Recording) -> Iterator[str]:
             except CommandError as error:
                 yield f"line {number}: {error}"
                 continue
-            drawn = as_followed(values) * asked.max() if is_density else values  # not scaled in version 1
+            drawn = values * asked.max() if is_density else values
             if drawn.shape != asked.shape or np.abs(drawn - asked).max() > _DENSITY_STEP:
                 yield f"line {number}: the density is not that of its strokes"
 
@@ -228,8 +223,5 @@ def _end(recording: Recording, game: LiveGame) -> Iterator[str]:
             f"drones, not at tick {end.tick}, {end.outcome}, with {end.sizes[0]} to {end.sizes[1]}"
         )
     follows = "forfeit" if forfeits else reason_of_end(end.outcome, bool(recording.away))
-    known = (
-        (None,) if recording.header.version == 1 else (follows, "server") if end.outcome == "stopped" else (follows,)
-    )
-    if end.ended_by not in known:
+    if end.ended_by != follows and (end.outcome, end.ended_by) != ("stopped", "server"):
         yield f"line {number}: the game was ended by {follows!r}, not by {end.ended_by!r}"

@@ -284,7 +284,7 @@ class _Person:
                     number=line.number,
                     kind=command.kind,
                     tick=line.tick,
-                    seconds=line.tick / TICKS_PER_SECOND if line.tick is not None else None,
+                    seconds=line.tick / TICKS_PER_SECOND,
                     received_ms=line.received_ms,
                     in_force_tick=fate.tick,
                     to_in_force_ms=fate.in_force_ms - line.received_ms if fate.in_force_ms is not None else None,

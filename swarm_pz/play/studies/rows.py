@@ -121,7 +121,7 @@ class CommandRow:
     by: str = column("participant, opponent, or automatic: a response that was set up before")
     number: int = column("number by which its sender knows it")
     kind: str = column('"density", or the kind of commands that the control system takes')
-    tick: int | None = column("tick at which it arrived", "1/30 s of game")
+    tick: int = column("tick at which it arrived", "1/30 s of game")
     seconds: float | None = column("when it arrived", "s of game")
     received_ms: float = column("when it arrived, on the clock of the recording; negative in the countdown", "ms")
     in_force_tick: int | None = column("tick from which it was followed; empty if another one took its place", "1/30 s")

@@ -8,16 +8,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from swarm_pz.config import CaptureConfig, GameConfig
+from swarm_pz.config import CaptureConfig
 from swarm_pz.errors import RecordingError
 from swarm_pz.play.frames import FASTEST, encode_frame
-from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings import playback as module
 from swarm_pz.play.recordings.format import CapturedLine, FrameLine, Recording, frame_line
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.simulator import Simulator
-from tests.config.former import RELEASED_1, RULES_HASH
 from tests.play.recordings.test_format import CONFIG, record
 
 CALM = CONFIG.replace(game=CONFIG.game.replace(capture=CaptureConfig(enabled=False)))
@@ -167,13 +164,3 @@ def test_a_film_shows_every_moment_to_the_last_with_targets_and_names(speed, tmp
     assert seen["rate"] == speed * 30 / every, "so many pictures a second that time goes as was asked"
     assert (seen["path"], seen["size"]) == (tmp_path / "a.gif", (4, 2))
     assert seen["names"] == ("P1", "ring") and seen["targets"]
-
-
-def test_a_game_of_a_preset_as_it_was_is_played_again_and_named(tmp_path):
-    config = TableConfig(game=GameConfig.from_dict(RELEASED_1))
-    record(tmp_path / "a.jsonl", ticks=90, config=config)
-    recording = Recording.read(tmp_path / "a.jsonl")
-    recording.header.table["game"] = RELEASED_1  # as it stood in a file then: without what came later
-    again = Recording("a.jsonl", recording.header, recording.events)
-    assert again.config == config and Playback(again).verify().verified
-    assert {(row.rules, row.rules_hash) for row in seat_rows(again)} == {("released-1", RULES_HASH)}

@@ -79,9 +79,9 @@ def test_a_row_holds_what_its_seat_did_since_it_was_taken_over():
     ("end", "seconds", "outcomes"),
     [
         ([], 18.0, ["stopped", "stopped"]),
-        ([EndLine(outcome="stopped", tick=600, sizes=(3, 5), ms=0.0)], 20.0, ["stopped", "stopped"]),
-        ([EndLine(outcome="draw", tick=600, sizes=(3, 5), ms=0.0)], 20.0, ["draw", "draw"]),
-        ([EndLine(outcome="red", tick=600, sizes=(8, 0), ms=0.0)], 20.0, ["win", "loss"]),
+        ([EndLine(outcome="stopped", tick=600, sizes=(3, 5), ms=0.0, ended_by="server")], 20.0, ["stopped", "stopped"]),
+        ([EndLine(outcome="draw", tick=600, sizes=(3, 5), ms=0.0, ended_by="time")], 20.0, ["draw", "draw"]),
+        ([EndLine(outcome="red", tick=600, sizes=(8, 0), ms=0.0, ended_by="capture")], 20.0, ["win", "loss"]),
     ],
 )
 def test_a_game_lasts_to_its_end_or_as_far_as_it_is_known(end, seconds, outcomes):
@@ -96,11 +96,11 @@ def test_a_seat_that_nobody_took_has_no_row():
 
 
 PERSON, POLICY, PROGRAM = (RecordedSeat(kind=kind) for kind in ("person", "policy", "program"))
-ASKED = [command(0, 1, 1.0), command(1, 1, 1.0)]
+ASKED = [command(0, 1, 0, 1.0), command(1, 1, 0, 1.0)]
 GONE, BACK = seat(0, "disconnected", 5.0), seat(0, "connected", 6.0)
 
 
-def end(outcome, ended_by=None):
+def end(outcome, ended_by):
     return EndLine(outcome=outcome, tick=900, sizes=(3, 5), ms=9000.0, ended_by=ended_by)
 
 
@@ -113,11 +113,6 @@ def end(outcome, ended_by=None):
         (ASKED, {}, "", "unfinished"),
         ([*ASKED, end("stopped", "server")], {}, "server", "stopped"),
         ([*ASKED, GONE, end("red", "left")], {}, "left", "left"),
-        # Files of version 1 do not tell.
-        ([*ASKED, GONE, end("draw")], {}, "left", "left"),
-        ([*ASKED, GONE, end("stopped")], {}, "left", "left"),
-        ([*ASKED, GONE, BACK, end("blue")], {}, "capture", ""),
-        ([*ASKED, end("stopped")], {}, "server", "stopped"),
         ([*ASKED, end("red", "capture")], {"lesson": True}, "capture", "lesson"),
         ([ASKED[1], end("blue", "capture")], {}, "capture", "no command"),
         ([ASKED[1], end("blue", "capture")], {"red": PROGRAM}, "capture", ""),

@@ -50,8 +50,8 @@ def header(**more):
     )
 
 
-def command(team, number, received_ms, timing=None):
-    return CommandLine(team=team, number=number, density=[], received_ms=received_ms, timing=timing)
+def command(team, number, tick, received_ms, timing=None):
+    return CommandLine(team=team, number=number, density=[], received_ms=received_ms, tick=tick, timing=timing)
 
 
 def in_force(team, number, tick, ms):
@@ -71,36 +71,36 @@ def timing(before_ms, round_trip_ms, drawing_ms):
     return Timing(input_ms=100.0, sent_ms=100.0 + before_ms, round_trip_ms=round_trip_ms, drawing_ms=drawing_ms)
 
 
-PAST = [command(0, 1, 40.0, timing(30.0, 20.0, 900.0)), in_force(0, 1, 3, 100.0), captured(0, 1, 150)]
+PAST = [command(0, 1, 3, 40.0, timing(30.0, 20.0, 900.0)), in_force(0, 1, 3, 100.0), captured(0, 1, 150)]
 TAKEN_OVER = [  # from tick 300 on, at twice the speed
     seat(0, "connected", 0.0),
     seat(0, "hidden", 1000.0),
-    command(0, 1, 2000.0, timing(30.0, 20.0, 400.0)),  # made at 1960, drawn from 1560 on
+    command(0, 1, 360, 2000.0, timing(30.0, 20.0, 400.0)),  # made at 1960, drawn from 1560 on
     in_force(0, 1, 360, 2050.0),
     PaintedLine(team=0, number=1, ms=2100.0),
     captured(1, 1, 405),  # at 1750
     captured(7, 0, 405),
     seat(0, "shown", 2500.0),
     captured(2, 1, 450),  # at 2500
-    command(1, 1, 3000.0),
+    command(1, 1, 456, 3000.0),
     in_force(1, 1, 456, 3050.0),
     seat(1, "disconnected", 3100.0),
     seat(1, "connected", 3200.0),
     seat(1, "displaced", 3300.0),
     seat(1, "disconnected", 3400.0),
-    command(0, 1, 4000.0),  # the page was reloaded, and tells no times
+    command(0, 1, 480, 4000.0),  # the page was reloaded, and tells no times
     in_force(0, 1, 480, 4050.0),
     PaintedLine(team=0, number=1, ms=4100.0),
-    command(0, 2, 5000.0, timing(0.0, 10.0, 0.0)),  # made at 4995, and not drawn
+    command(0, 2, 510, 5000.0, timing(0.0, 10.0, 0.0)),  # made at 4995, and not drawn
     in_force(0, 2, 510, 5100.0),
     PaintedLine(team=0, number=2, ms=5205.0),
-    command(0, 3, 6000.0, timing(0.0, 0.0, 800.0)),
+    command(0, 3, 540, 6000.0, timing(0.0, 0.0, 800.0)),
     in_force(0, 3, 540, 6300.0),
     PaintedLine(team=0, number=3, ms=6020.0),
     seat(1, "hidden", 7000.0),
     seat(0, "hidden", 8000.0),
     seat(0, "disconnected", 8250.0),
-    EndLine(outcome="blue", tick=900, sizes=(3, 5), ms=9000.0),
+    EndLine(outcome="blue", tick=900, sizes=(3, 5), ms=9000.0, ended_by="left"),
 ]
 
 
@@ -201,8 +201,8 @@ def write_game(folder, name, label, outcome, seconds, *, config=FAIR, commands=1
     recorder = Recorder(folder / f"{name}.jsonl", told)
     recorder.write(seat(0, "connected", 0.0))
     for number in range(commands):
-        recorder.write(command(0, number + 1, 100.0 * number))
-    recorder.write(command(1, 1, 50.0))
+        recorder.write(command(0, number + 1, 0, 100.0 * number))
+    recorder.write(command(1, 1, 0, 50.0))
     for line in lines:
         recorder.write(line)
     if outcome is not None:

@@ -22,6 +22,7 @@ def write(path, *lines):
         table=config.to_dict(),
         config_hash=config.game.rules_hash,
         seed=1,
+        rules_hash=config.game.rules_hash,
         red=RecordedSeat("person", label="P1"),
         blue=RecordedSeat("policy", policy="ring"),
         lesson=True,

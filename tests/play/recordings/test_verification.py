@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import RecordingError
-from swarm_pz.play import commands, protocol
+from swarm_pz.play import protocol
 from swarm_pz.play.frames import decode_frame, encode_frame
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import Origin, Recording
 from swarm_pz.play.recordings.moment import Moment
 from swarm_pz.play.recordings.playback import Playback
-from tests.play.recordings.test_format import plain_lines, record, write_as_version_1, write_chained
+from tests.play.recordings.test_format import plain_lines, record, write_chained
 from tests.play.server.test_room import CALM, Client, Workers, give, opened, playing, read, until
 
 STROKE = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.25), (0.7, 0.75)])
@@ -77,20 +77,6 @@ def test_an_honest_game_verifies(played):
     lines = plain_lines(played)
     assert [line["tick"] for line in lines if line["type"] == "in_force" and line["team"] == 0][1] % 3 == 0
     assert sum(line["type"] == "command" and line["team"] == 0 for line in lines) == 3
-
-
-def test_a_game_whose_densities_have_four_digits_verifies(tmp_path, monkeypatch):
-    with monkeypatch.context() as former:
-        former.setattr(commands, "_DECIMALS", 4)
-        path = played_in(tmp_path)
-    assert fault_of(path) == ""
-    densities = [command.values for command in Recording.read(path).commands]
-    assert all((density == np.round(density, 4)).all() for density in densities)
-
-
-def test_an_honest_game_of_version_1_verifies(played, tmp_path):
-    write_as_version_1(tmp_path / "a.jsonl", plain_lines(played))
-    assert fault_of(tmp_path / "a.jsonl") == ""
 
 
 # --- with the chain as it was ---------------------------------------------------------------------
@@ -359,21 +345,14 @@ def test_other_rules_with_their_own_hashes_play_another_game(played, tmp_path):
         assert fault_of(tmp_path / "a.jsonl"), told
 
 
-def test_a_chain_cannot_be_shed_by_saying_an_earlier_version(played, tmp_path):
-    text = played.read_bytes().replace(b'"version":2', b'"version":1', 1)
-    (tmp_path / "a.jsonl").write_bytes(text)
-    assert "which version 1 does not have" in fault_of(tmp_path / "a.jsonl")
-
-
-@pytest.mark.parametrize("version", [1, 2])
 @pytest.mark.parametrize("tick", [9, 10, 45])
-def test_a_game_that_was_taken_over_verifies_with_its_past(version, tick, tmp_path):
+def test_a_game_that_was_taken_over_verifies_with_its_past(tick, tmp_path):
     record(tmp_path / "a.jsonl", ticks=60, config=TableConfig(game=CALM.game))
     lines = plain_lines(tmp_path / "a.jsonl")
     # A command that still waits when the game is taken over is forgotten.
     waiting = lines[place_of(lines, "command")] | {"number": 7, "tick": 5}
     lines.insert(place_of(lines, "frame", 2), waiting)
-    (write_as_version_1 if version == 1 else write_chained)(tmp_path / "a.jsonl", lines)
+    write_chained(tmp_path / "a.jsonl", lines)
 
     async def play():
         moment = Playback(Recording.read(tmp_path / "a.jsonl"))
