@@ -153,7 +153,7 @@ def test_a_bad_density_of_either_side_is_refused_and_the_game_stays(face, densit
 class Client:
     """A person's connection, which hears what is in force."""
 
-    kind, client, version = "person", None, 2
+    kind, client = "person", None
 
     def __init__(self):
         self.in_force = []

@@ -79,7 +79,7 @@ def play(
     if room is not None and (settings or seed is not None):
         raise ConfigError(f"expected no settings and no seed for room {room!r}, which has its own: leave them out")
     opening = _opening(seat, opponent, seed, settings)
-    spoken = [Subprotocol(name) for name in protocol.VERSIONS]
+    spoken = [Subprotocol(protocol.SUBPROTOCOL)]
     with connect(f"ws://{address}/socket", subprotocols=spoken, max_size=None) as socket:
 
         def say(message: protocol.ClientMessage) -> None:
@@ -124,13 +124,12 @@ def _opening(seat: protocol.Side, opponent: str | None, seed: int | None, settin
         raise ConfigError(f"no room can be opened so: {error}; settings are {known}") from error
 
 
-def _check_kind(commands: protocol.Commands | None, answers: str) -> None:
-    """Refuse a seat whose control system takes other commands; tables of version 1 take densities."""
-    takes = commands.takes if commands is not None else "density"
-    serves = commands is None or commands.serves_densities
-    if answers != takes and not (answers == "density" and serves):
-        flown = f"{commands.system}, " if commands is not None else ""
-        raise PolicyError(f"the seat is flown by {flown}which takes commands of kind {takes!r}, not {answers!r}")
+def _check_kind(commands: protocol.Commands, answers: str) -> None:
+    """Refuse a seat whose control system takes other commands."""
+    if answers != commands.takes and not (answers == "density" and commands.serves_densities):
+        raise PolicyError(
+            f"the seat is flown by {commands.system}, which takes commands of kind {commands.takes!r}, not {answers!r}"
+        )
 
 
 def _plain(command: Any) -> Any:

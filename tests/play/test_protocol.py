@@ -101,41 +101,6 @@ def test_a_label_is_any_line_of_text(label):
     assert protocol.decode_client(protocol.encode(protocol.Create(label=label))).label == label
 
 
-SEAT = protocol.SeatState()
-VERSION_1 = [
-    (
-        protocol.Welcome(
-            "0.1.0", [], 0.5, 10, 1.0, systems=[protocol.SystemInfo("direct", "", "accelerations", False)]
-        ),
-        "type version policies min_command_interval command_cells server_ms addresses records_labels",
-    ),
-    (
-        protocol.Seated("AB", "red", "", protocol.Commands("direct", "accelerations", [4, 2], -1, 1, [], False)),
-        "type room seat token",
-    ),
-    (protocol.InForceMessage("red", 1, 0, 1.0, "auto:ring"), "type seat number tick server_ms"),
-    (
-        protocol.RoomState("ABCD", "waiting", protocol.Settings(), SEAT, SEAT, 0, [], 0.5, ended_by="time"),
-        "type code phase settings red blue watchers sizes min_command_interval outcome recording last_tick starts_ms "
-        "verified",
-    ),
-]
-OF_SETTINGS, OF_SEATS = (
-    "red blue time_limit mapping speed",
-    ("kind name label connected ready policy_state reason gone"),
-)
-
-
-@pytest.mark.parametrize(("message", "fields"), VERSION_1)
-def test_a_client_of_version_1_is_told_what_version_1_has(message, fields):
-    told = json.loads(protocol.encode(message, 1))
-    assert list(told) == fields.split()
-    if isinstance(message, protocol.RoomState):
-        assert list(told["settings"]) == OF_SETTINGS.split()
-        assert list(told["red"]) == list(told["blue"]) == OF_SEATS.split()
-    assert protocol.decode_server(json.dumps(told)).__class__ is message.__class__
-
-
 def test_a_command_may_have_the_form_of_its_kind():
     for form in ([[0.5, 0.5, 1.0]], {"shape": "ring", "centre": [0.5, 0.5]}):
         text = json.dumps({"type": "command", "number": 1, "command": form})

@@ -1,14 +1,13 @@
 """What a table and its clients say to each other: JSON messages; what they show is in `frames`.
 
 `docs/protocol.md` explains both; these files decide them. Messages are structs, told apart by their ``type``; whatever
-does not fit them is refused before anything else sees it. A client of version 1 knows densities alone: it is sent these
-messages without what version 2 has added.
+does not fit them is refused before anything else sees it.
 
 =================  ==========================================
 `client_messages`  what clients say
 `server_messages`  what the server says
 `fields`           what the messages of both are made of
-`encoding`         how they are written and read: versions, limits, the schema
+`encoding`         how they are written and read: limits, the schema
 =================  ==========================================
 """
 
@@ -44,7 +43,6 @@ from swarm_pz.play.protocol.encoding import (
     MAX_MESSAGE_BYTES,
     MAX_MESSAGES_PER_SECOND,
     SUBPROTOCOL,
-    VERSIONS,
     decode_client,
     decode_server,
     encode,
@@ -81,7 +79,6 @@ __all__ = [
     "MAX_MESSAGES_PER_SECOND",
     "MAX_MESSAGE_BYTES",
     "SUBPROTOCOL",
-    "VERSIONS",
     "Acknowledge",
     "Acting",
     "AskLevel",

@@ -1,4 +1,4 @@
-"""How messages are written and read: the versions, the limits, and the schema."""
+"""How messages are written and read: the limits, and the schema."""
 
 from __future__ import annotations
 
@@ -12,14 +12,10 @@ from swarm_pz.errors import ProtocolError
 from swarm_pz.play.protocol.client_messages import ClientMessage
 from swarm_pz.play.protocol.server_messages import ServerMessage
 
-SUBPROTOCOL, FORMER_SUBPROTOCOL = "swarm-pz.play.v2", "swarm-pz.play.v1"
-VERSIONS = {SUBPROTOCOL: 2, FORMER_SUBPROTOCOL: 1}
-"""What a client may speak, the latest first."""
+SUBPROTOCOL = "swarm-pz.play.v2"
+"""What clients and tables speak."""
 MAX_MESSAGE_BYTES = 65_536
 MAX_MESSAGES_PER_SECOND = 20
-_OF_VERSION_2 = {"red_system", "blue_system", "systems", "default_systems", "commands", "system", "takes", "sender"}
-_OF_VERSION_2 |= {"ended_by", "forfeit", "answers", "factors", "once", "ladder", "embedders"}
-"""Fields of server's messages, and of their parts, that clients of version 1 do not know."""
 
 LARGEST, SMALLEST = 1e22, 1e-300
 """Sizes of numbers other than 0: msgspec reads those further from 1 up to a thousand times as slowly."""
@@ -83,19 +79,9 @@ def _near(written: str) -> float:
     return value
 
 
-def encode(message: ClientMessage | ServerMessage, version: int = 2) -> str:
-    """Write a message as JSON, as a client of this version knows it."""
-    told = message if version > 1 else _without(msgspec.to_builtins(message), _OF_VERSION_2)
-    return _encoder.encode(told).decode()
-
-
-def _without(plain: Any, names: set[str]) -> Any:
-    """Leave fields out of a message, and of all its parts."""
-    if isinstance(plain, list):
-        return [_without(entry, names) for entry in plain]
-    if not isinstance(plain, dict):
-        return plain
-    return {name: _without(value, names) for name, value in plain.items() if name not in names}
+def encode(message: ClientMessage | ServerMessage) -> str:
+    """Write a message as JSON."""
+    return _encoder.encode(message).decode()
 
 
 def schema() -> dict[str, Any]:

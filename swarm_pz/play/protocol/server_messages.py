@@ -102,7 +102,7 @@ class Seated(Message, tag="seated"):
     room: str
     seat: Side
     token: str
-    commands: Commands | None = None
+    commands: Commands
     """What it takes."""
     factors: SeatFactors | None = None
     """None where nothing is varied that is to be known."""

@@ -203,8 +203,7 @@ class Seat:
         self._takes = message.commands
         if not self.room.done():
             self.room.set_result(message.room)
-            takes = f", flown by {message.commands.system}" if message.commands is not None else ""
-            self._watcher.told(self, f"plays in room {message.room}{takes}", False)
+            self._watcher.told(self, f"plays in room {message.room}, flown by {message.commands.system}", False)
         unread, self._unread = self._unread, None
         if unread is not None:
             try:

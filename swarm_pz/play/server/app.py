@@ -171,13 +171,12 @@ class Server:
 
     async def _socket(self, socket: WebSocket) -> None:
         offered = socket.scope.get("subprotocols", [])
-        spoken = next((known for known in protocol.VERSIONS if known in offered), None)
-        if spoken is None:
-            await socket.close(code=1002, reason=f"expected the subprotocol {' or '.join(protocol.VERSIONS)}")
+        if protocol.SUBPROTOCOL not in offered:
+            await socket.close(code=1002, reason=f"expected the subprotocol {protocol.SUBPROTOCOL}")
             return
-        await socket.accept(subprotocol=spoken)
+        await socket.accept(subprotocol=protocol.SUBPROTOCOL)
         address = socket.client.host if socket.client is not None else ""
-        connection = Connection(socket, address, protocol.VERSIONS[spoken])
+        connection = Connection(socket, address)
         handler = ClientHandler(self.lobby, connection)
         account: Account = socket.scope["account"]
         self._handlers.add(handler)

@@ -36,12 +36,10 @@ class Connection:
         Accepted.
     address : str
         Where it is.
-    version : int
-        Of the protocol that it speaks.
     """
 
-    def __init__(self, socket: WebSocket, address: str = "", version: int = 2) -> None:
-        self.address, self.version = address, version
+    def __init__(self, socket: WebSocket, address: str = "") -> None:
+        self.address = address
         self.last_heard = time.monotonic()
         self.kind: Literal["person", "program"] = "program"
         self.client: protocol.ClientInfo | None = None
@@ -58,7 +56,7 @@ class Connection:
 
     def send(self, message: protocol.ServerMessage) -> None:
         """Send a message."""
-        self._put(protocol.encode(message, self.version))
+        self._put(protocol.encode(message))
 
     def send_bytes(self, data: bytes) -> None:
         """Send something binary that must arrive."""

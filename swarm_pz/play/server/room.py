@@ -152,7 +152,6 @@ class Room:
         if any(own.connection is connection for own in self.seats):
             raise RefusedError("out_of_turn", "leave the seat that you have first")
         seat.check_side()
-        seat.check_version(connection)
         self.audience.watchers.discard(connection)
         seat.take(connection, label)
         seat.help(self.games.go_on)
@@ -166,7 +165,6 @@ class Room:
 
     def resume(self, connection: Connection, seat: Seat) -> None:
         """Give a seat back to who holds its token; another connection that has it is told and left."""
-        seat.check_version(connection)
         displaced = seat.connection
         if displaced is not None and displaced is not connection:
             self.games.note(seat, "displaced")

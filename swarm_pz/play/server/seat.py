@@ -84,16 +84,6 @@ class Seat:
         if not self.takes_part:
             raise RefusedError("not_valid", f"{self.side} has no drones in this room")
 
-    def check_version(self, connection: Connection) -> None:
-        """Refuse a client that cannot make its commands."""
-        if connection.version < 2 and not self.commands.serves_densities:
-            raise RefusedError(
-                "not_valid",
-                f"{self.side} is flown by {self.commands.system}, which takes commands of kind "
-                f"{self.commands.takes!r}, and your client "
-                "knows densities alone (version 1 of the protocol): watch, take another seat, or use a newer client",
-            )
-
     def take(self, connection: Connection, label: str) -> None:
         """Give it to a client, who may come back to it with its new token; `meet` it then."""
         self.kind, self.label, self.ready = connection.kind, label, False
@@ -210,7 +200,7 @@ class Seat:
 
     def tell_acting(self) -> None:
         """Tell its client which automatic response commands now."""
-        if self.connection is not None and self.connection.version > 1 and self.responses is not None:
+        if self.connection is not None and self.responses is not None:
             place, sender = self.responses.acting
             self.send(protocol.Acting(seat=self.side, rule=place, sender=sender))
 

@@ -31,7 +31,7 @@ from tests.play.recordings.test_format import record
 class Client:
     """Keeps what it is sent."""
 
-    kind, client, address, last_heard, version = "person", None, "", 0.0, 2
+    kind, client, address, last_heard = "person", None, "", 0.0
 
     def __init__(self):
         self.messages, self.bytes, self.frames = [], [], []

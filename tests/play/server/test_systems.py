@@ -16,7 +16,7 @@ from swarm_pz.play.recordings.verification import faults_of
 from swarm_pz.play.server import painter, pilot
 from swarm_pz.play.server.room_settings import settings_of, table_config
 from tests.play.server.test_client_handler import Guest, visiting
-from tests.play.server.test_room import Client, code_of, give, opened, playing, read, seated, until
+from tests.play.server.test_room import give, opened, playing, read, seated, until
 from tests.play.systems import Dreaming, Escaping, Fields, Hanging, Magnet, Raising, Unready, install
 
 DOT = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])
@@ -149,20 +149,6 @@ def test_a_command_that_cannot_fly_the_seat_is_refused_and_the_game_goes_on(mess
         assert not guest.heard(protocol.Received)
 
     visiting(tmp_path, script)
-
-
-def test_a_client_of_version_1_has_the_seats_that_densities_fly_and_no_others(tmp_path):
-    async def play():
-        with opened(tmp_path, table=table("direct", "flocking"), **settings()) as room:
-            old, new = Client(), Client()
-            old.version = 1
-            assert code_of(room.sit, old, "red", "") == "not_valid"
-            room.sit(old, "blue", "")
-            room.sit(new, "red", "")
-            new_seat = room.seats[0]
-            assert code_of(room.resume, old, new_seat) == "not_valid" and new_seat.connection is new
-
-    asyncio.run(play())
 
 
 def test_a_room_whose_system_cannot_say_what_it_takes_is_not_opened(tmp_path, monkeypatch):
