@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -101,38 +100,6 @@ def median_with_interval(values: ArrayLike) -> tuple[float, tuple[float, float]]
     below = max(int(stats.binom.ppf(_TAILS[0], count, 0.5)) - 1, 0)
     median = (ordered[(count - 1) // 2] + ordered[count // 2]) / 2
     return float(median), (float(ordered[below]), float(ordered[count - 1 - below]))
-
-
-def rank_correlation(groups: Sequence[Array]) -> tuple[float, tuple[float, float]]:
-    """Return Spearman's rank correlation of pairs, and its interval from a bootstrap over groups.
-
-    Parameters
-    ----------
-    groups : sequence of float64 array (n, 2)
-        Pairs of numbers, those of one game together: they are not independent of each other.
-
-    Raises
-    ------
-    ResultsError
-        If there is no pair.
-    """
-    stats = require_extra("scipy.stats", "cli")
-    kept = [group for group in groups if len(group)]
-    if not kept:
-        raise ResultsError(f"a rank correlation needs at least one pair of numbers, got {len(groups)} empty groups")
-    ranks = stats.rankdata(np.concatenate(kept), axis=0)
-    ranks -= ranks.mean(axis=0)
-    first = np.cumsum([0, *(len(group) for group in kept)])
-    # Of each group: number, sums, and sums of products, which is all that a correlation needs.
-    columns = np.stack([np.ones(len(ranks)), *ranks.T, *(ranks**2).T, ranks[:, 0] * ranks[:, 1]], axis=1)
-    sums = np.stack([columns[start:stop].sum(axis=0) for start, stop in itertools.pairwise(first)])
-
-    def correlation(drawn: Array) -> float:
-        count, x, y, xx, yy, xy = drawn.sum(axis=0)
-        return float((xy - x * y / count) / np.sqrt((xx - x * x / count) * (yy - y * y / count)))
-
-    value, low, high = bootstrap(sums, correlation)
-    return float(value), (float(low), float(high))
 
 
 def rounded(values: ArrayLike, digits: int = 4) -> Any:

@@ -7,6 +7,7 @@ from html import escape
 from typing import Any
 
 from swarm_pz.standard.figures import forfeits_of
+from swarm_pz.standard.report import is_try
 
 _STYLE = """
 :root { color-scheme: light; }
@@ -65,7 +66,7 @@ def _ends(values: Sequence[float]) -> str:
 
 def _note(report: dict[str, Any]) -> str:
     notes = []
-    if str(report["protocol"]["version"]).endswith("-quick"):
+    if is_try(report):
         notes.append("A try with few and short games: it says nothing about the entry, and cannot be sent in.")
     if any(policy.get("privileged") for policy in report["policies"]):
         notes.append("The entry sees the simulator itself, which no side may.")

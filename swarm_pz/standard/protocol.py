@@ -174,11 +174,6 @@ class Protocol:
         plain = self.plain | {"version": f"{self.version}-quick"}
         return replace(self, version=plain["version"], game=game, tracks=tracks, robust=robust, plain=plain)
 
-    @property
-    def is_quick(self) -> bool:
-        """Whether it is a try."""
-        return self.version.endswith("-quick")
-
     def check(self) -> None:
         """Check that who is installed is whom the protocol names.
 

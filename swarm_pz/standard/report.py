@@ -38,6 +38,11 @@ def signed(report: dict[str, Any]) -> dict[str, Any]:
     return whole | {"checksum": _digest(whole)}
 
 
+def is_try(report: dict[str, Any]) -> bool:
+    """Return whether a report is a try, of few and short games, which nobody's board takes."""
+    return str(report["protocol"]["version"]).endswith("-quick")
+
+
 def encode_games(lines: Sequence[Line]) -> bytes:
     """Return the lines of games as ``games.jsonl`` holds them."""
     return "".join(json.dumps(line._asdict()) + "\n" for line in lines).encode()

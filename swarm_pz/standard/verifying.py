@@ -53,7 +53,7 @@ class Verdict:
     @property
     def is_try(self) -> bool:
         """Whether the report is a try, of few and short games, which nobody's board takes."""
-        return str(self.report["protocol"]["version"]).endswith("-quick")
+        return files.is_try(self.report)
 
     @property
     def unchecked(self) -> tuple[str, ...]:
@@ -106,7 +106,7 @@ def verify(
     say("checking files, figures and policies")
     report, lines = files.read(folder)
     try:
-        if str(report["protocol"]["version"]).endswith("-quick"):
+        if files.is_try(report):
             protocol = protocol.quick()
         _check_protocol(report, protocol)
         _check_figures(report, lines, protocol, folder)

@@ -77,17 +77,6 @@ def test_of_a_median():
     assert 0.93 < covered < 0.99
 
 
-def test_of_a_rank_correlation_of_groups_that_are_not_independent_within():
-    rho = 0.6
-
-    def interval(generator: Generator) -> tuple[float, float]:
-        x, noise = generator.normal(size=(2, 60))
-        pairs = np.stack([x, rho * x + np.sqrt(1 - rho**2) * noise], axis=1)
-        return intervals.rank_correlation([np.repeat(pair[None], 4, axis=0) for pair in pairs])[1]
-
-    assert 0.89 < coverage(interval, 6 / np.pi * np.arcsin(rho / 2)) < 0.99
-
-
 def test_of_a_win_rate_where_some_pairs_are_the_same_game():
     same, as_red, as_either = 0.4, 0.6, 0.3
 

@@ -8,7 +8,6 @@ from swarm_pz.evaluation.intervals import (
     bootstrap,
     mean_with_interval,
     median_with_interval,
-    rank_correlation,
     rounded,
     wilson,
 )
@@ -58,28 +57,6 @@ def test_shares_of_nothing_and_of_too_much_are_refused(successes, trials):
 def test_a_median_of_what_is_no_number_is_refused():
     with pytest.raises(ResultsError, match="NaN"):
         median_with_interval([1.0, np.nan, 3.0])
-
-
-@pytest.mark.parametrize("groups", [[], [np.empty((0, 2))]])
-def test_a_rank_correlation_of_nothing_is_refused(groups):
-    with pytest.raises(ResultsError, match="at least one pair"):
-        rank_correlation(groups)
-
-
-def test_rank_correlation_knows_the_order_alone():
-    x = np.arange(10.0)
-    rising = [np.stack([x, np.exp(x)], axis=1), np.empty((0, 2))]
-    assert rank_correlation(rising)[0] == pytest.approx(1.0)
-    assert rank_correlation([group * [1, -1] for group in rising])[0] == pytest.approx(-1.0)
-
-
-def test_rank_correlation_is_spearmans():
-    from scipy.stats import spearmanr
-
-    groups = list(np.random.default_rng(2).normal(size=(6, 20, 2)))
-    value, (low, high) = rank_correlation(groups)
-    assert value == pytest.approx(spearmanr(*np.concatenate(groups).T).statistic)
-    assert low < value < high
 
 
 def test_rounding_keeps_significant_digits():

@@ -66,7 +66,7 @@ def test_a_trial_has_rules_of_its_own():
 
 def test_a_try_is_another_protocol():
     protocol = Protocol.read()
-    assert protocol.quick().is_quick and not protocol.is_quick
+    assert protocol.quick().version == f"{protocol.version}-quick"
     assert protocol.quick().digest != protocol.digest
     assert {track.games for track in all_tracks(protocol.quick())} == {2}
     assert protocol.quick().game.time_limit == 20.0 and protocol.quick().robust.steps < protocol.robust.steps

@@ -371,7 +371,10 @@ def test_options_reach_what_is_done(reported, tmp_path, monkeypatch, capsys):
     printed = capsys.readouterr().out
     (entry, out, options) = called.pop()
     assert (entry.name, entry.policies, out) == ("ring", ("zoo/ring", "halo"), tmp_path)
-    assert options["protocol"].is_quick and (options["baseline"], options["pool"].count) == (Path("other"), 3)
+    assert options["protocol"].version.endswith("-quick") and (options["baseline"], options["pool"].count) == (
+        Path("other"),
+        3,
+    )
     assert options["command"].startswith("swarm-pz benchmark zoo/ring halo")
     assert "protocol: 1-quick" in printed and "better than other with probability 0.700 (0.600 to 0.800)" in printed
     score, (low, high) = report["figures"]["score"], report["figures"]["score_ci95"]
@@ -384,7 +387,7 @@ def test_options_reach_what_is_done(reported, tmp_path, monkeypatch, capsys):
     assert f"\nscore      {score:.3f}\n" in printed, "an interval without width says nothing"
     assert f"forfeits: 3 of {games} games, the first since entry 0: broke" in printed
     main(["benchmark", "ring", "--name", "mine", "--out", str(tmp_path)])
-    assert called[-1][0].name == "mine" and not called[-1][2]["protocol"].is_quick
+    assert called[-1][0].name == "mine" and not called[-1][2]["protocol"].version.endswith("-quick")
     main(["benchmark", "halo", "--verify", str(tmp_path), "--seed", "9"])
     assert called[-1][2].pop("say") is not None
     assert called[-1] == (tmp_path, ("halo",), {"games": 40, "seed": 9})

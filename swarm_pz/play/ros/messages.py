@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import GRID_CELLS, TEAM_NAMES, TICKS_PER_SECOND
+from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.play.frames import Frame
 
 Message = dict[str, Any]
@@ -193,5 +193,3 @@ TOPICS: dict[str, str] = {
     **{f"/{team}_ck_plot": "std_msgs/Float32MultiArray" for team in TEAM_NAMES},
 }
 """What a table publishes, and its types."""
-PLOT_CELLS = GRID_CELLS
-"""Cells a side of the images in `/red_ck_plot` and `/blue_ck_plot`."""
