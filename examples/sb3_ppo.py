@@ -14,7 +14,7 @@ from stable_baselines3.common.vec_env import VecMonitor
 from swarm_pz import GameConfig, ObservationConfig, play_match
 from swarm_pz.training.vec_env import SwarmVecEnv
 
-VIEW = ObservationConfig(grid=10, channels=("own_positions", "opposing_positions"))
+VIEW = ObservationConfig(grid=10, channels=("own_positions", "opposing_positions", "own_share", "time_left"))
 GAME = GameConfig(observation=VIEW, command_period=3)
 
 
