@@ -1,0 +1,60 @@
+// Binary messages as Python writes and reads them, and contour lines of what they hold.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { bytes, fixtures, plain } from "./page.js";
+import { trace } from "../../../swarm_pz/play/static/contours.js";
+import { decode, FRAME, TARGET } from "../../../swarm_pz/play/static/frames.js";
+
+const near = (given, wanted) => {
+  assert.equal(given.length, wanted.length);
+  given.forEach((value, i) => assert.ok(value === wanted[i] || Math.abs(value - wanted[i]) < 1e-6, `${value} is not ${wanted[i]}`));
+};
+
+test("a frame says here what it says in Python, with or without altitudes, ground and hidden drones", () => {
+  for (const { bytes: written, positions, velocities, ...rest } of fixtures.frames) {
+    const { kind, ...frame } = plain(decode(bytes(written)));
+    assert.equal(kind, FRAME);
+    near(frame.positions, positions);
+    near(frame.velocities, velocities);
+    assert.deepEqual({ ...frame, ...rest }, frame);
+  }
+});
+
+test("a target says here what it says in Python", () => {
+  for (const { bytes: written, ...target } of fixtures.targets) {
+    assert.deepEqual(plain(decode(bytes(written))), { kind: TARGET, ...target });
+  }
+});
+
+test("bytes that are too few, too many or of no kind are refused", () => {
+  for (const { bytes: written } of [...fixtures.frames, ...fixtures.targets]) {
+    const whole = new Uint8Array(bytes(written));
+    for (const broken of [whole.slice(0, -1), [...whole, 0], [3, ...whole.slice(1)]]) {
+      assert.throws(() => decode(Uint8Array.from(broken).buffer), Error);
+    }
+  }
+});
+
+test("the contour of a cone is a circle, closed and in its place", () => {
+  const cells = 40, values = [], pieces = [];
+  for (let row = 0; row < cells; row++) {
+    for (let column = 0; column < cells; column++) values.push(Math.hypot((column + 0.5) / cells - 0.4, (row + 0.5) / cells - 0.6));
+  }
+  trace(values, cells, 0.25, (...piece) => pieces.push(piece));
+  for (const [x0, y0, x1, y1] of pieces) {
+    for (const [x, y] of [[x0, y0], [x1, y1]]) assert.ok(Math.abs(Math.hypot(x - 0.4, y - 0.6) - 0.25) < 2e-3);
+  }
+  const length = pieces.reduce((sum, [x0, y0, x1, y1]) => sum + Math.hypot(x1 - x0, y1 - y0), 0);
+  assert.ok(Math.abs(length - 2 * Math.PI * 0.25) < 0.01 * length);
+});
+
+test("contours of a saddle do not cross, and go the other way around for what is left out", () => {
+  const count = (values) => {
+    const pieces = [];
+    trace(values, 2, 0.5, (...piece) => pieces.push(piece));
+    return pieces.length;
+  };
+  assert.deepEqual([count([1, 0, 0, 1]), count([0, 1, 1, 0]), count([1, 1, 1, 0]), count([1, 1, 1, 1])], [2, 2, 1, 0]);
+});

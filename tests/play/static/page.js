@@ -1,0 +1,244 @@
+// A stand-in for the browser: the elements of index.html, canvases that keep what is painted on them, a store, a clock.
+// It has what the page's modules use and no more. Time stands still until a test lets it pass.
+
+import { appendFileSync, readFileSync } from "node:fs";
+
+const FOLDER = process.env.SWARM_PZ_FIXTURES;
+if (!FOLDER) throw new Error("tests/play/test_static.py runs these tests, with fixtures that Python makes");
+export const fixtures = JSON.parse(readFileSync(`${FOLDER}/fixtures.json`, "utf8"));
+export const bytes = (base64) => Uint8Array.from(Buffer.from(base64, "base64")).buffer;
+export const plain = (value) => JSON.parse(JSON.stringify(value, (_, v) => (ArrayBuffer.isView(v) ? [...v] : v)));
+
+// --- time -------------------------------------------------------------------------------------------
+
+export const time = {
+  ms: 1000, timers: new Map(), frames: [], count: 0,
+  pass(ms) {
+    const end = this.ms + ms;
+    for (;;) {
+      const [next] = [...this.timers].filter(([, { due }]) => due <= end).sort(([, a], [, b]) => a.due - b.due);
+      if (!next) break;
+      this.timers.delete(next[0]);
+      this.ms = Math.max(this.ms, next[1].due);
+      next[1].act();
+    }
+    this.ms = end;
+  },
+  // Paint the next picture.
+  frame() { for (const act of this.frames.splice(0)) act(this.ms); },
+};
+performance.now = () => time.ms;
+globalThis.setTimeout = (act, ms = 0) => {
+  time.timers.set(++time.count, { act, due: time.ms + ms });
+  return time.count;
+};
+globalThis.clearTimeout = (timer) => time.timers.delete(timer);
+globalThis.setInterval = () => 0;
+globalThis.requestAnimationFrame = (act) => time.frames.push(act);
+// What was promised has been done by then: modules that are fetched, too.
+export async function settled() { for (let i = 0; i < 5; i++) await new Promise(setImmediate); }
+
+// --- elements ---------------------------------------------------------------------------------------
+
+// Keeps what is filled, stroked and put down, each with its path and style, since the canvas was cleared.
+class Context {
+  constructor() { Object.assign(this, { done: [], path: [], globalAlpha: 1 }); }
+
+  put(did, style, path = this.path) { this.done.push({ did, style, alpha: this.globalAlpha, width: this.lineWidth, path: [...path] }); }
+
+  beginPath() { this.path = []; }
+
+  fill() { this.put("fill", this.fillStyle); }
+
+  stroke() { this.put("stroke", this.strokeStyle); }
+
+  fillRect(...box) { this.put("fill", this.fillStyle, [["rect", ...box]]); }
+
+  clearRect() { this.done = []; }
+
+  drawImage(image, ...box) { this.put("image", image, [["rect", ...box]]); }
+
+  createPattern(tile) { return tile.getContext("2d").fillStyle; } // its colour
+
+  createRadialGradient() { return { addColorStop() {} }; }
+
+  createImageData(width, height) { return { data: new Uint8ClampedArray(4 * width * height) }; }
+
+  measureText() { return { width: 0 }; }
+}
+for (const part of ["moveTo", "lineTo", "arc", "rect"]) Context.prototype[part] = function (...to) { this.path.push([part, ...to]); };
+for (const idle of ["save", "restore", "translate", "rotate", "setTransform", "setLineDash", "closePath", "fillText", "strokeText", "putImageData"]) {
+  Context.prototype[idle] = () => {};
+}
+
+class Element extends EventTarget {
+  constructor(tag, attributes = {}) {
+    super();
+    const { hidden, checked, value = "", min, max, width = 300, height = 150 } = attributes;
+    Object.assign(this, {
+      tag, attributes, children: [], dataset: {}, className: attributes.class ?? "", onclick: null, onchange: null, type: "", title: "",
+      hidden: hidden !== undefined, checked: checked !== undefined, disabled: false, value, min, max, href: "", download: "", maxLength: 0,
+      width: Number(width), height: Number(height), open: false,
+    });
+  }
+
+  get id() { return this.attributes.id; }
+
+  get textContent() { return this.children.map((part) => part.textContent ?? part).join(""); }
+
+  set textContent(text) { this.children = text === "" ? [] : [String(text)]; }
+
+  get classList() {
+    const names = () => new Set(this.className.split(" ").filter(Boolean));
+    return {
+      contains: (name) => names().has(name),
+      toggle: (name, on) => {
+        const all = names();
+        all[on ?? !all.has(name) ? "add" : "delete"](name);
+        this.className = [...all].join(" ");
+      },
+    };
+  }
+
+  get options() { return this.children.filter(({ tag }) => tag === "option"); }
+
+  get selectedIndex() { return this.options.findIndex(({ value }) => value === this.value); }
+
+  set selectedIndex(i) { this.value = this.options[i].value; }
+
+  get valueAsNumber() { return Number(this.value); }
+
+  get clientWidth() { return this.width; }
+
+  get clientHeight() { return this.height; }
+
+  append(...parts) {
+    this.children.push(...parts);
+    if (this.tag === "select" && !this.options.some(({ value }) => value === this.value)) this.value = this.options[0]?.value ?? "";
+  }
+
+  replaceChildren(...parts) {
+    this.children = [];
+    this.append(...parts);
+  }
+
+  setAttribute(name, value) { this.attributes[name] = String(value); }
+
+  getAttribute(name) { return this.attributes[name] ?? null; }
+
+  hasAttribute(name) { return name in this.attributes; }
+
+  toggleAttribute(name, on) {
+    if (on) this.attributes[name] = "";
+    else delete this.attributes[name];
+  }
+
+  // All that it holds, of a tag.
+  all(tag) { return this.children.flatMap((part) => (part.tag ? [...(part.tag === tag ? [part] : []), ...part.all(tag)] : [])); }
+
+  click() {
+    if (this.disabled) return;
+    this.onclick?.({ target: this });
+    this.fire("click");
+  }
+
+  // Let something happen to it.
+  fire(type, has = {}) {
+    if (type === "change") this.onchange?.({ target: this });
+    this.dispatchEvent(Object.assign(new Event(type, { cancelable: true }), has));
+  }
+
+  closest() { return null; }
+
+  focus() { document.activeElement = this; }
+
+  checkVisibility() { return !this.hidden; }
+
+  showModal() { this.open = true; }
+
+  close() { this.open = false; }
+
+  setPointerCapture() {}
+
+  getBoundingClientRect() { return { left: 0, top: 0, width: 100, height: 100 }; } // hundredths of the map
+
+  getContext() { return this.context ??= new Context(); }
+}
+
+const elements = {};
+const PAGE = readFileSync(new URL("../../../swarm_pz/play/static/index.html", import.meta.url), "utf8");
+const attributesOf = (text) => Object.fromEntries([...text.matchAll(/([\w-]+)(?:="([^"]*)")?/g)].map(([, name, value = ""]) => [name, value]));
+for (const [, tag, written] of PAGE.matchAll(/<(\w+)\s+([^>]*\bid="[^>]*)>/g)) {
+  const attributes = attributesOf(written);
+  elements[attributes.id] = new Element(tag, attributes);
+}
+for (const [, id, options] of PAGE.matchAll(/<select id="([\w-]+)"[^>]*>(.*?)<\/select>/gs)) {
+  elements[id].append(...[...options.matchAll(/<option value="([^"]*)"/g)].map(([, value]) => new Element("option", { value })));
+}
+export const at = (id) => elements[id] ?? null; // as in the page: null where there is none
+// Start with the page as it was loaded.
+const fresh = Object.fromEntries(Object.entries(elements).map(([id, { tag, attributes, children, value }]) => [id, { tag, attributes: { ...attributes }, children, value }]));
+export function reload() {
+  for (const [id, { tag, attributes, children, value }] of Object.entries(fresh)) {
+    elements[id] = new Element(tag, { ...attributes });
+    elements[id].append(...children);
+    elements[id].value = value;
+  }
+  document.activeElement = null;
+  time.timers.clear();
+  time.frames = [];
+}
+
+class Store {
+  kept = new Map();
+
+  getItem(name) { return this.kept.get(name) ?? null; }
+
+  setItem(name, value) { this.kept.set(name, String(value)); }
+
+  removeItem(name) { this.kept.delete(name); }
+}
+const happenings = new EventTarget();
+Object.assign(globalThis, {
+  window: globalThis, localStorage: new Store(), sessionStorage: new Store(), devicePixelRatio: 1, innerWidth: 390, innerHeight: 844,
+  location: { protocol: "http:", host: "table", hash: "" }, matchMedia: () => ({ matches: true }),
+  addEventListener: (...what) => happenings.addEventListener(...what),
+  ResizeObserver: class { observe() {} },
+  Option: function (text, value) { return Object.assign(new Element("option", { value }), { children: [text] }); },
+  document: Object.assign(new EventTarget(), {
+    hidden: false, activeElement: null, body: new Element("body"), getElementById: at, createElement: (tag) => new Element(tag),
+  }),
+});
+
+// --- the server -------------------------------------------------------------------------------------
+
+// A connection to nobody, which keeps what is said; Python reads it afterwards as the server does.
+export class Line extends EventTarget {
+  said = [];
+
+  system = "ergodic"; // what flies the seat
+
+  isOpen = true;
+
+  seat = null;
+
+  lastSeat = null;
+
+  offsetMs = 0;
+
+  roundTripMs = 0;
+
+  now() { return time.ms; }
+
+  send(message) {
+    this.said.push(plain(message));
+    appendFileSync(`${FOLDER}/said.jsonl`, `${this.system} ${JSON.stringify(message)}\n`);
+    return this.isOpen;
+  }
+
+  hear(type, detail) { this.dispatchEvent(new CustomEvent(type, { detail })); }
+
+  last(type) { return this.said.findLast((message) => message.type === type); }
+
+  count(type) { return this.said.filter((message) => message.type === type).length; }
+}

@@ -1,0 +1,178 @@
+"""The page's modules in Node: `static/*.test.js`, with fixtures that the server's own code makes.
+
+What the modules say to the server there is read here as the server reads it.
+"""
+
+import base64
+import json
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from coloraide import Color
+
+import swarm_pz.play
+from swarm_pz.config import GRID_CELLS, GameConfig
+from swarm_pz.kernels.observation import CAPTURES_FROM
+from swarm_pz.play import protocol
+from swarm_pz.play.forms import commands_of, read_form
+from swarm_pz.play.frames import FASTEST, Frame, decode_frame, decode_target, encode_frame, encode_target
+from swarm_pz.play.protocol.client_messages import MOST_RULES
+from swarm_pz.play.strokes import MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
+from tests.play.test_frames import GOLDEN, GOLDEN_HIDDEN, GOLDEN_TARGET
+
+STATIC = Path(swarm_pz.play.__file__).parent / "static"
+TESTS = Path(__file__).parent / "static"
+NODE = shutil.which("node")
+OLDEST = (20, 19)
+"""The first version of Node that reads modules without being told that they are some."""
+SYSTEMS = ("ergodic", "direct", "formation", "leader_follower", "potential_field")
+GAMES = {name: GameConfig(drones_per_team=2, controllers=name) for name in SYSTEMS}
+
+
+@pytest.fixture(scope="module")
+def node():
+    """Give the command that runs JavaScript."""
+    if NODE is None:
+        pytest.skip("there is no Node here, so the page's modules are not tested by themselves; install nodejs")
+    told = subprocess.run([NODE, "--version"], capture_output=True, text=True, check=True).stdout  # noqa: S603
+    version = tuple(map(int, re.findall(r"\d+", told)[:2]))
+    if version < OLDEST:
+        pytest.skip(f"the page's modules are tested with Node {OLDEST[0]}.{OLDEST[1]} or later, here is {told.strip()}")
+    return NODE
+
+
+def as_base64(data):
+    return base64.b64encode(data).decode()
+
+
+def as_json(message):
+    """Return a message as the page reads it."""
+    return json.loads(protocol.encode(message))
+
+
+def numbers(values):
+    """Return numbers as JSON has them, without those that are none."""
+    return [None if np.isnan(value) else float(value) for value in np.ravel(values)]
+
+
+def frames():
+    """Return frames as bytes, with what the server's own code reads in them."""
+    generator = np.random.default_rng(0)
+
+    def random(count, *, is_whole):
+        return encode_frame(
+            Frame(
+                sequence=count,
+                tick=3 * count,
+                server_ms=1234.5,
+                positions=generator.random((count, 2)),
+                velocities=generator.uniform(-FASTEST, FASTEST, (count, 2)),
+                teams=generator.integers(2, size=count).astype(np.int8),
+                altitudes=generator.random(count) if is_whole else None,
+                fields=generator.integers(256, size=(2, GRID_CELLS, GRID_CELLS)).astype(np.uint8) if is_whole else None,
+            )
+        )
+
+    made = [random(count, is_whole=is_whole) for count, is_whole in ((0, True), (7, False), (8, True), (400, True))]
+    for data in (GOLDEN, GOLDEN_HIDDEN, *made):
+        frame = decode_frame(data)
+        yield {
+            "bytes": as_base64(data),
+            "sequence": frame.sequence,
+            "tick": frame.tick,
+            "serverMs": frame.server_ms,
+            "teams": frame.teams.tolist(),
+            "positions": numbers(frame.positions),
+            "velocities": numbers(frame.velocities),
+            "altitudes": None if frame.altitudes is None else np.rint(np.nan_to_num(255 * frame.altitudes)).tolist(),
+            "fields": None if frame.fields is None else [field.ravel().tolist() for field in frame.fields],
+        }
+
+
+def targets():
+    """Return targets as bytes, with what the server's own code reads in them."""
+    ring = np.hypot(*np.meshgrid(np.linspace(-1, 1, 50), np.linspace(-1, 1, 50)))
+    for data in (GOLDEN_TARGET, encode_target(0, 4, (255 * np.clip(1 - ring, 0, 1)).astype(np.uint8))):
+        target = decode_target(data)
+        cells = len(target.picture)
+        told = {"team": target.team, "number": target.number, "cells": cells, "picture": target.picture.ravel().tolist()}
+        yield {"bytes": as_base64(data), **told}
+
+
+def seated(name):
+    """Return what the server says to who sits down where a control system flies."""
+    (system, _), game = GAMES[name].team_systems, GAMES[name]
+    return as_json(protocol.Seated(room="ABCD", seat="red", token="0" * 32, commands=commands_of(system, game)))
+
+
+def room():
+    """Return what the server says of a room where a game runs."""
+    person = protocol.SeatState(kind="person", connected=True, ready=True)
+    policy = protocol.SeatState(kind="policy", name="blind_ring", connected=True, ready=True, policy_state="loaded")
+    state = protocol.RoomState("ABCD", "playing", protocol.Settings(), person, policy, 0, [(10, 10)], 0.1)
+    return as_json(state)
+
+
+@pytest.fixture(scope="module")
+def fixtures():
+    """Give what the server's own code makes, for tests of the page's modules."""
+    constants = {
+        "cells": GRID_CELLS,
+        "captures": CAPTURES_FROM,
+        "subprotocol": protocol.SUBPROTOCOL,
+        "points": MOST_POINTS,
+        "widths": [NARROWEST, WIDEST],
+        "rules": MOST_RULES,
+    }
+    return constants | {
+        "frames": list(frames()),
+        "targets": list(targets()),
+        "seats": {name: seated(name) for name in SYSTEMS},
+        "factors": as_json(protocol.SeatFactors(["opponents", "trails"], 10, "blind_ring", 0.5)),
+        "room": room(),
+    }
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in TESTS.glob("*.test.js")))
+def test_in_node(name, node, fixtures, tmp_path):
+    """The module tests hold, and the server reads all that the modules say to it."""
+    (tmp_path / "fixtures.json").write_text(json.dumps(fixtures))
+    ran = subprocess.run(  # noqa: S603
+        [node, "--test", str(TESTS / name)],
+        env=os.environ | {"SWARM_PZ_FIXTURES": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    said = tmp_path / "said.jsonl"
+    for line in said.read_text().splitlines() if said.exists() else ():
+        flown, text = line.split(" ", 1)
+        message = protocol.decode_client(text)
+        if isinstance(message, protocol.CommandMessage) and message.command is not None:
+            (system, _), game = GAMES[flown].team_systems, GAMES[flown]
+            assert np.isfinite(read_form(message.command, system, game, "command")).all()
+        if isinstance(message, protocol.CommandMessage) and message.strokes is not None:
+            strokes = [Stroke(brush=one.brush, width=one.width, points=tuple(one.points)) for one in message.strokes]
+            assert np.isfinite(density_of(strokes, GRID_CELLS)).all()
+
+
+@pytest.mark.parametrize("sight", ["", "protan", "deutan", "tritan"])
+def test_colours_differ_for_everybody(sight):
+    """Nobody mistakes a drone for the ground, or for one of the other side."""
+    script = (STATIC / "ground.js").read_text()
+    red, blue = re.search(r'COLOURS = \["(#\w+)", "(#\w+)"\]', script).groups()
+    shades = re.search(r'SHADES = \["(#\w+)", "(#\w+)"\]', script).groups()
+
+    def seen(colour):
+        return Color(colour).filter(sight) if sight else Color(colour)
+
+    pairs = [(red, blue), (red, "white"), (blue, "white"), *((drone, shade) for drone in (red, blue) for shade in shades)]
+    for one, other in pairs:
+        assert seen(one).delta_e(seen(other), method="2000") >= 20, (one, other)
