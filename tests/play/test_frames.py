@@ -11,7 +11,7 @@ from swarm_pz.play.frames import FASTEST, Frame, decode_frame, decode_target, en
 from swarm_pz.play.server.views import frame_of
 from swarm_pz.simulator import Simulator
 
-# Written out by hand from docs/protocol.md; tests/play/test_page.py decodes the same bytes in the page.
+# Written out by hand from docs/protocol.md; the page's frames.test.js decodes the same bytes.
 GOLDEN = bytes.fromhex(
     "01 01 0300 07000000 2a010000 0000000000408f40"  # frame, keyframe, 3 drones, sequence 7, tick 298, 1000 ms
     "0000 ffff  0080 0080  ffff 0000"  # positions (0, 1), (0.5, 0.5), (1, 0)
@@ -82,7 +82,7 @@ def test_what_is_beyond_the_scale_is_shown_at_its_end():
     assert read.velocities[0].tolist() == [FASTEST, -FASTEST]
 
 
-# Drone 1, the only red one, is hidden; tests/play/test_page.py decodes the same bytes in the page.
+# Drone 1, the only red one, is hidden; the page's frames.test.js decodes the same bytes.
 GOLDEN_HIDDEN = bytes.fromhex(
     "01 05 0300 07000000 2a010000 0000000000408f40"  # frame, keyframe, red hidden
     "0000 ffff  0000 0000  ffff 0000"

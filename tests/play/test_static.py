@@ -30,7 +30,7 @@ TESTS = Path(__file__).parent / "static"
 NODE = shutil.which("node")
 OLDEST = (20, 19)
 """The first version of Node that reads modules without being told that they are some."""
-SYSTEMS = ("ergodic", "direct", "formation", "leader_follower", "potential_field")
+SYSTEMS = ("ergodic", "direct", "flocking", "formation", "leader_follower", "potential_field")
 GAMES = {name: GameConfig(drones_per_team=2, controllers=name) for name in SYSTEMS}
 
 
@@ -100,8 +100,13 @@ def targets():
     for data in (GOLDEN_TARGET, encode_target(0, 4, (255 * np.clip(1 - ring, 0, 1)).astype(np.uint8))):
         target = decode_target(data)
         cells = len(target.picture)
-        told = {"team": target.team, "number": target.number, "cells": cells, "picture": target.picture.ravel().tolist()}
-        yield {"bytes": as_base64(data), **told}
+        yield {
+            "bytes": as_base64(data),
+            "team": target.team,
+            "number": target.number,
+            "cells": cells,
+            "picture": target.picture.ravel().tolist(),
+        }
 
 
 def seated(name):
@@ -143,7 +148,7 @@ def test_in_node(name, node, fixtures, tmp_path):
     """The module tests hold, and the server reads all that the modules say to it."""
     (tmp_path / "fixtures.json").write_text(json.dumps(fixtures))
     ran = subprocess.run(  # noqa: S603
-        [node, "--test", str(TESTS / name)],
+        [node, "--test", "--test-reporter=spec", str(TESTS / name)],
         env=os.environ | {"SWARM_PZ_FIXTURES": str(tmp_path)},
         capture_output=True,
         text=True,
@@ -173,6 +178,7 @@ def test_colours_differ_for_everybody(sight):
     def seen(colour):
         return Color(colour).filter(sight) if sight else Color(colour)
 
-    pairs = [(red, blue), (red, "white"), (blue, "white"), *((drone, shade) for drone in (red, blue) for shade in shades)]
+    pairs = [(red, blue), (red, "white"), (blue, "white")]
+    pairs += [(drone, shade) for drone in (red, blue) for shade in shades]
     for one, other in pairs:
         assert seen(one).delta_e(seen(other), method="2000") >= 20, (one, other)

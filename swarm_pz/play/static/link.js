@@ -6,6 +6,7 @@ const SUBPROTOCOL = "swarm-pz.play.v2";
 const ACKNOWLEDGE_EVERY = 4;
 const RETRY_MS = [250, 500, 1000, 2000, 4000];
 const STORE = "swarm-pz.seat";
+const FASTEST_HZ = 1000; // that the server takes: where clocks are coarse, pictures seem to come all at once
 
 export class Link extends EventTarget {
   // wantedSeat: gives the seat to come back to, or null.
@@ -126,7 +127,7 @@ function refreshRate() {
     const tick = (time) => {
       times.push(time);
       if (times.length < 12) requestAnimationFrame(tick);
-      else resolve(Math.round(1000 * (times.length - 1) / Math.max(times.at(-1) - times[0], 1)));
+      else resolve(Math.min(Math.round(1000 * (times.length - 1) / (times.at(-1) - times[0])), FASTEST_HZ));
     };
     requestAnimationFrame(tick);
     setTimeout(() => resolve(0), 500); // a hidden page is never painted

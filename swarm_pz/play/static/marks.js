@@ -45,9 +45,10 @@ export class Marks extends Pen {
 
   set width(size) { this.adjust((mark) => { mark.size = size; }); }
 
-  forget() {
-    super.forget();
-    this.strokes = this.how.read(this.commands.default);
+  // Back to the marks of the start.
+  clear() {
+    const start = this.how.read(this.commands.default);
+    if (JSON.stringify(start) !== JSON.stringify(this.strokes)) super.recall(start);
   }
 
   say(marks) { return { command: marks.length ? this.how.write(marks, this.commands) : this.commands.default }; }

@@ -10,6 +10,7 @@ import { decode } from "../../../swarm_pz/play/static/frames.js";
 import { COLOURS, Ground } from "../../../swarm_pz/play/static/ground.js";
 import { News } from "../../../swarm_pz/play/static/news.js";
 import { Replay } from "../../../swarm_pz/play/static/replay.js";
+import { Sound } from "../../../swarm_pz/play/static/sound.js";
 
 const { cells, captures } = fixtures;
 const canvas = (width = 500, height = 500) => Object.assign(document.createElement("canvas"), { width, height });
@@ -260,22 +261,19 @@ test("captures of a second are one piece of news, and all are told together with
 });
 
 test("what one did oneself is answered for two seconds, whatever is captured meanwhile", () => {
-  const news = new News({ play() {} });
-  const said = () => [at("toast").textContent, at("told").textContent];
+  const news = new News({ play() {} }), said = () => [at("toast").textContent, at("told").textContent];
   news.forget(0);
-  time.pass(3000);
   news.captures([0], happened(30, 1, 0));
+  time.pass(3500);
   news.answer("Undone");
   news.captures([0], happened(45, 1, 0));
   assert.deepEqual(said(), ["Undone", "Undone"]);
   time.pass(1999);
-  news.tell();
   assert.deepEqual(said(), ["Undone", "Undone"]);
   time.pass(1);
+  assert.equal(said()[1], "Blue took 2 of yours. Red 1, blue 1.");
   news.captures([1], happened(90, 1, 0));
   assert.equal(said()[0], "You took 1 drone");
-  time.pass(4000);
-  assert.equal(said()[1], "You took 1 drone, Blue took 2 of yours. Red 1, blue 1.");
 });
 
 test("who watches is told of both sides by their names, and nothing of a game that is over", () => {
@@ -287,6 +285,32 @@ test("who watches is told of both sides by their names, and nothing of a game th
   assert.equal(at("told").textContent, "");
   news.forget();
   assert.deepEqual(lines(), []);
+});
+
+// --- sound ------------------------------------------------------------------------------------------
+
+test("sound is off by one switch that the browser remembers, and heard when it is turned on", () => {
+  let notes = 0;
+  const part = () => ({ connect() {}, frequency: {}, gain: { setValueAtTime() {}, exponentialRampToValueAtTime() {} }, start: () => { notes++; }, stop() {} });
+  globalThis.AudioContext = class {
+    createGain() { return part(); }
+
+    createOscillator() { return part(); }
+  };
+  const pressed = () => at("sound").getAttribute("aria-pressed");
+  const sound = new Sound(at("sound"));
+  time.pass(1000);
+  sound.play("won");
+  sound.play("lost"); // at once: not heard
+  assert.equal(notes, 4);
+  at("sound").click();
+  time.pass(1000);
+  sound.play("took");
+  reload();
+  const again = new Sound(at("sound"));
+  assert.deepEqual([pressed(), notes, again.isOn], ["false", 4, false]);
+  at("sound").click();
+  assert.deepEqual([pressed(), notes, new Sound(at("sound")).isOn], ["true", 6, true]);
 });
 
 // --- a recorded game --------------------------------------------------------------------------------

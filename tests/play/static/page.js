@@ -185,6 +185,7 @@ export function reload() {
     elements[id].value = value;
   }
   document.activeElement = null;
+  happenings = new EventTarget();
   time.timers.clear();
   time.frames = [];
 }
@@ -198,17 +199,18 @@ class Store {
 
   removeItem(name) { this.kept.delete(name); }
 }
-const happenings = new EventTarget();
+let happenings = new EventTarget(); // to the window
 Object.assign(globalThis, {
   window: globalThis, localStorage: new Store(), sessionStorage: new Store(), devicePixelRatio: 1, innerWidth: 390, innerHeight: 844,
-  location: { protocol: "http:", host: "table", hash: "" }, matchMedia: () => ({ matches: true }),
-  addEventListener: (...what) => happenings.addEventListener(...what),
+  location: { protocol: "http:", host: "table", origin: "http://table", hash: "" }, matchMedia: () => ({ matches: true }),
+  addEventListener: (...what) => happenings.addEventListener(...what), dispatchEvent: (event) => happenings.dispatchEvent(event),
   ResizeObserver: class { observe() {} },
-  Option: function (text, value) { return Object.assign(new Element("option", { value }), { children: [text] }); },
+  Option: function (text, value) { return Object.assign(new Element("option", { value: String(value) }), { children: [text] }); },
   document: Object.assign(new EventTarget(), {
     hidden: false, activeElement: null, body: new Element("body"), getElementById: at, createElement: (tag) => new Element(tag),
   }),
 });
+Object.defineProperty(globalThis, "navigator", { value: {}, configurable: true });
 
 // --- the server -------------------------------------------------------------------------------------
 

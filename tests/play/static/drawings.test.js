@@ -1,0 +1,238 @@
+// The library of drawings that a browser keeps, and automatic responses.
+
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+
+import { at, fixtures, Line, reload, settled } from "./page.js";
+import { checked, Library } from "../../../swarm_pz/play/static/library.js";
+import { Responses } from "../../../swarm_pz/play/static/responses.js";
+
+const STORE = "swarm-pz.drawings";
+const stroke = (has = {}) => ({ brush: "attract", width: 0.1, points: [[0.5, 0.5]], ...has });
+const drawing = (name = "Line", has = {}, kind = "strokes") => ({ name, kind, strokes: [stroke(has)] });
+const kept = () => JSON.parse(localStorage.getItem(STORE));
+let told, sent, current;
+
+function open() {
+  [told, sent] = [[], []];
+  current = { kind: "strokes", kept: [stroke()] };
+  return new Library({ current: () => current, send: (one) => sent.push(one.name), tell: (text) => told.push(text), changed() {} });
+}
+
+// Give the library a file, and return what it says.
+async function take(library, content) {
+  const text = typeof content === "string" ? content : JSON.stringify({ format: "swarm-pz.drawings.v1", drawings: content });
+  at("file").files = [new Blob([text])];
+  at("file").fire("change");
+  await settled();
+  return at("imported").textContent;
+}
+
+beforeEach(() => {
+  reload();
+  localStorage.removeItem(STORE);
+  sessionStorage.removeItem("swarm-pz.rules");
+});
+
+// --- the library ------------------------------------------------------------------------------------
+
+test("what is saved is kept, listed, and sent again at a tap or by its digit", () => {
+  const library = open();
+  current.kept = [];
+  library.save();
+  current.kept = [stroke()];
+  at("save").click();
+  library.save();
+  assert.deepEqual(told, ["Draw something first", "Saved as 1", "Saved as 2"]);
+  assert.deepEqual(open().own.map(({ name }) => name), ["Drawing 1", "Drawing 2"], "by the next page, too");
+  const again = open();
+  again.open(true);
+  at("saved").all("button")[0].click();
+  again.recall(1);
+  again.recall(3);
+  assert.deepEqual([sent, told], [["Drawing 1", "Drawing 2"], ["Nothing is saved as 4"]]);
+});
+
+test("no more are saved of a kind than there are digits", () => {
+  const library = open();
+  for (let i = 0; i < 10; i++) library.save();
+  assert.deepEqual(told.slice(-2), ["Saved as 9", "9 are saved: delete one first"]);
+  current.kind = "formation";
+  assert.deepEqual(library.own, [], "those of another kind of commands are not shown here");
+  current.kept = [{ x: 0.5, y: 0.5, size: 0.2, turn: 0, shape: 1 }];
+  library.save();
+  assert.deepEqual([told.at(-1), kept().length], ["Saved as 1", 10]);
+});
+
+test("a drawing is named in one line of text, and deleted", () => {
+  const library = open();
+  library.save();
+  library.save();
+  const [name] = at("drawings").all("input");
+  name.value = "  <b>left\u202e\n</b> ";
+  name.fire("change");
+  assert.equal(library.own[0].name, "<b>left  </b>");
+  assert.equal(at("drawings").all("b").length, 0);
+  at("drawings").all("button")[0].click();
+  assert.deepEqual([kept().map(({ name: its }) => its), document.activeElement.id], [["Drawing 2"], "close-tools"]);
+});
+
+test("what is exported comes back in another browser, and once only", async () => {
+  const library = open();
+  library.save();
+  let file;
+  const { createObjectURL } = URL;
+  URL.createObjectURL = (blob) => { file = blob; return "blob:it"; };
+  at("export").click();
+  URL.createObjectURL = createObjectURL;
+  const text = await file.text(), before = kept();
+  localStorage.removeItem(STORE);
+  reload();
+  const other = open();
+  assert.equal(await take(other, text), "1 of 1 drawings added.");
+  assert.equal(await take(other, text), "0 of 1 drawings added.");
+  assert.deepEqual(kept(), before);
+});
+
+const NO_DRAWINGS = [
+  null, 3, "drawing", [],
+  drawing("wide", { width: 7 }), drawing("brush", { brush: "constructor" }), drawing("none", { points: [] }), drawing("far", { points: [[0.5, 1e9]] }),
+  drawing("text", { points: [[0.5, "0.5"]] }), drawing("many", { points: Array(4001).fill([0.5, 0.5]) }), drawing("kind", {}, {}),
+  drawing("other", {}, "leaders"), drawing("object", { brush: { toString: 1 } }), drawing("list", { brush: ["attract"] }),
+  { name: "None", kind: "strokes", strokes: [] }, { name: "Null", kind: "strokes", strokes: [null] }, { kind: "strokes", strokes: 3 },
+  { name: "NaN", kind: "formation", strokes: [{ x: null, y: 0.5, size: 0, turn: 0, shape: 0 }] },
+  { name: "Many", kind: "strokes", strokes: Array(251).fill(stroke()) },
+];
+
+test("what is no drawing is not imported, one by one or as a file", async () => {
+  for (const thing of NO_DRAWINGS) assert.deepEqual(checked([thing]), [], JSON.stringify(thing)?.slice(0, 80));
+  const library = open();
+  for (const content of ["no JSON", JSON.stringify([drawing()]), "null", NO_DRAWINGS, "x".repeat(2e6)]) {
+    assert.match(await take(library, content), /^0 of /);
+  }
+  assert.deepEqual(library.own, []);
+});
+
+test("of a file as many are taken as there is room for, and only what is known", async () => {
+  const library = open();
+  const entries = Array.from({ length: 12 }, (_, i) => drawing(`${"n".repeat(60)}${i}`, { points: [[i / 20, 0.5]], more: "x" }));
+  entries[0].name = { toString: 1 };
+  assert.equal(await take(library, entries), "9 of 12 drawings added.");
+  assert.equal(kept()[0].name, "Drawing");
+  assert.ok(kept().slice(1).every(({ name }) => name.length === 40));
+  assert.deepEqual(Object.keys(kept()[0].strokes[0]), ["brush", "width", "points"]);
+});
+
+test("the widest and the narrowest brush that the server takes are drawings, and none beyond them", () => {
+  const [narrowest, widest] = fixtures.widths;
+  assert.equal(checked([drawing("a", { width: narrowest }), drawing("b", { width: widest })]).length, 2);
+  assert.equal(checked([drawing("a", { width: narrowest - 0.01 }), drawing("b", { width: widest + 0.01 })]).length, 0);
+});
+
+test("a broken store is an empty library", () => {
+  for (const broken of ["{", "3", "[[]]", '{"length": 1e9}', '[{"kind": "strokes", "strokes": 3}]']) {
+    localStorage.setItem(STORE, broken);
+    const library = open();
+    assert.deepEqual(library.own, []);
+    library.save();
+    assert.equal(told[0], "Saved as 1");
+  }
+});
+
+test("a browser that keeps nothing says so, and the drawing is there until the page closes", async (context) => {
+  context.mock.method(localStorage, "setItem", () => { throw new Error("full"); });
+  const library = open();
+  library.save();
+  assert.equal(told[0], "Saved as 1, until this page closes: the browser keeps no more");
+  library.recall(0);
+  assert.deepEqual(sent, ["Drawing 1"]);
+  assert.equal(await take(library, [drawing()]), "1 of 1 drawings added; the browser does not keep them.");
+});
+
+test("what another window saved is here, too", () => {
+  const library = open();
+  localStorage.setItem(STORE, JSON.stringify([drawing("Elsewhere")]));
+  dispatchEvent(Object.assign(new Event("storage"), { key: STORE }));
+  assert.deepEqual(library.own.map(({ name }) => name), ["Elsewhere"]);
+});
+
+// --- automatic responses ----------------------------------------------------------------------------
+
+function respond(line = new Line(), saved = [drawing("Mine")]) {
+  line.seat ??= fixtures.seats.ergodic;
+  const policies = [{ name: "ring" }, { name: "blind_ring" }];
+  return [new Responses(line, { policies: () => policies, saved: () => saved, say: (strokes) => ({ strokes }) }), line];
+}
+
+// Add a response by the form.
+function add(when, number, what) {
+  at("rule-when").value = when;
+  at("rule-when").fire("change");
+  if (number !== null) at("rule-number").value = number;
+  at("rule-do").value = what;
+  at("rule").fire("submit");
+}
+
+const listed = () => at("rules").children.map(({ children: [words] }) => words);
+
+test("each condition begins with a number that the server takes, and is listed in words", () => {
+  const [, line] = respond();
+  for (const when of ["fewer", "nobody_within", "silent_s"]) add(when, null, "blind_ring");
+  assert.deepEqual(listed(), ["fewer than 4 drones: blind ring", "nobody within 0.2: blind ring", "nothing sent for 5 s: blind ring"]);
+  assert.deepEqual(line.last("rules").rules[1], { when: { nobody_within: 0.2 }, do: { policy: "blind_ring" } });
+  for (const [when, ends] of [["fewer", ["1", "400"]], ["nobody_within", ["0.01", "1.5"]], ["silent_s", ["0.5", "3600"]]]) {
+    for (const end of ends) add(when, Number(end), "ring");
+    at("rules").all("button").slice(3).forEach(() => at("rules").all("button").at(-1).click());
+  }
+});
+
+test("a saved drawing answers, and who answers can be chosen among both", () => {
+  const [, line] = respond();
+  assert.deepEqual(at("rule-do").options.map(({ textContent }) => textContent), ["Mine", "ring", "blind ring"]);
+  add("fewer", 200, "0");
+  assert.deepEqual(line.last("rules").rules, [{ when: { fewer: 200 }, do: { strokes: [stroke()] } }]);
+  assert.deepEqual(listed(), ["fewer than 200 drones: Mine"]);
+});
+
+test("no more are added than the server takes of a seat, and what was chosen stays chosen", () => {
+  const [responses] = respond();
+  for (let i = 0; i < fixtures.rules; i++) {
+    assert.equal(at("rule-add").disabled, false);
+    add("fewer", 4, "ring");
+  }
+  assert.deepEqual([at("rule-add").disabled, at("rule-do").value, responses.rules.length], [true, "ring", fixtures.rules]);
+  at("rules").all("button")[0].click();
+  assert.deepEqual([at("rule-add").disabled, responses.rules.length], [false, fixtures.rules - 1]);
+});
+
+test("which one acts is shown, and stopped by one tap", () => {
+  const [responses, line] = respond();
+  add("silent_s", 0.5, "ring");
+  responses.act({ rule: 0 });
+  assert.deepEqual([at("acting").hidden, at("acting-text").textContent], [false, "ring acts for you"]);
+  at("acting-stop").click();
+  assert.deepEqual([line.last("rules").rules, document.activeElement.id], [[], "arena"]);
+  responses.act({ rule: null });
+  assert.equal(at("acting").hidden, true);
+});
+
+test("a page that is loaded anew has the responses of its seat again, and those of no other", () => {
+  respond();
+  add("fewer", 4, "ring");
+  reload();
+  const [again, line] = respond();
+  assert.deepEqual([again.rules.length, line.last("rules").rules.length], [1, 1]);
+  const other = Object.assign(new Line(), { seat: { token: "1".repeat(32) } });
+  reload();
+  assert.deepEqual([respond(other)[0].rules, other.count("rules")], [[], 0]);
+});
+
+test("why the server refused a response stands beside it until the next one", () => {
+  const [, line] = respond();
+  line.hear("refused", { about: "command", reason: "not this" });
+  assert.equal(at("rules-fault").textContent, "");
+  line.hear("refused", { about: "rules", reason: "no such policy" });
+  assert.equal(at("rules-fault").textContent, "no such policy");
+  add("fewer", 4, "ring");
+  assert.equal(at("rules-fault").textContent, "");
+});

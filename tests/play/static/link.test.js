@@ -1,0 +1,142 @@
+// The connection: what it says first, the clock, acknowledgements, and how it comes back.
+
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+
+import { fixtures, bytes, Line, reload, settled, time } from "./page.js";
+import { Link } from "../../../swarm_pz/play/static/link.js";
+
+// A socket whose other end is the test; it keeps what is said, for the server to read.
+class Socket {
+  static OPEN = 1;
+
+  static all = [];
+
+  constructor(address, protocol) {
+    Object.assign(this, { address, protocol, readyState: 0, line: new Line() });
+    Socket.all.push(this);
+  }
+
+  get said() { return this.line.said; }
+
+  send(text) { this.line.send(JSON.parse(text)); }
+
+  hear(message) { this.onmessage({ data: message instanceof ArrayBuffer ? message : JSON.stringify(message) }); }
+
+  async open() {
+    this.readyState = 1;
+    this.onopen();
+    for (let i = 0; i < 12; i++) time.frame(); // by which the screen's rate is known
+    await settled();
+  }
+
+  close() {
+    this.readyState = 3;
+    this.onclose();
+  }
+}
+globalThis.WebSocket = Socket;
+const SEAT = fixtures.seats.ergodic;
+
+beforeEach(() => {
+  reload();
+  Socket.all = [];
+  for (const store of [sessionStorage, localStorage]) store.removeItem("swarm-pz.seat");
+});
+
+async function connect(wanted = null) {
+  const link = new Link(() => wanted), [socket] = Socket.all;
+  await socket.open();
+  return { link, socket, heard: (type, has) => { link.addEventListener(type, has); } };
+}
+
+test("the page greets in the server's protocol, as a person, with its screen, and asks for its seat", async () => {
+  const { socket } = await connect({ token: SEAT.token });
+  const [hello, ping] = socket.said;
+  assert.deepEqual([socket.address, socket.protocol], ["ws://table/socket", fixtures.subprotocol]);
+  assert.deepEqual([hello.type, hello.kind, hello.token, hello.client.viewport, ping.type], ["hello", "person", SEAT.token, [390, 844], "ping"]);
+  reload();
+  Socket.all = [];
+  assert.equal("token" in (await connect()).socket.said[0], false);
+});
+
+test("a clock that stands still, as some browsers have it, makes no screen that the server refuses", async () => {
+  const { socket } = await connect();
+  assert.equal(socket.said[0].client.refresh_hz, 1000);
+});
+
+test("nothing is said before the greeting, nor on a line that is lost", async () => {
+  const link = new Link(() => null), [socket] = Socket.all;
+  assert.equal(link.send({ type: "ready" }), false);
+  await socket.open();
+  assert.equal(link.send({ type: "ready" }), true);
+  socket.readyState = 3;
+  assert.equal(link.send({ type: "ready" }), false);
+  assert.equal(socket.said.filter(({ type }) => type === "ready").length, 1);
+});
+
+test("the quickest of the latest pings sets the clock", async () => {
+  const { link, socket } = await connect();
+  const answer = (trip, offset) => socket.hear({ type: "pong", sent_ms: time.ms - trip, server_ms: time.ms - trip / 2 + offset });
+  assert.ok(Number.isNaN(link.now()));
+  for (const trip of [800, 200, 3000]) answer(trip, 5000 + trip);
+  assert.deepEqual([link.offsetMs, link.roundTripMs, link.now()], [5200, 200, time.ms + 5200]);
+  for (let i = 0; i < 8; i++) answer(400, 7000);
+  assert.equal(link.offsetMs, 7000, "clocks drift: old pings count no more");
+});
+
+test("every fourth frame is acknowledged by its number, and all are passed on", async () => {
+  const { link, socket } = await connect(), seen = [];
+  link.addEventListener("frame", ({ detail }) => seen.push(detail.sequence));
+  link.addEventListener("target", ({ detail }) => seen.push(detail.number));
+  for (let i = 0; i < 8; i++) socket.hear(bytes(fixtures.frames[0].bytes));
+  socket.hear(bytes(fixtures.targets[0].bytes));
+  assert.deepEqual(seen, [...Array(8).fill(7), 9]);
+  assert.deepEqual(socket.said.filter(({ type }) => type === "acknowledge"), Array(2).fill({ type: "acknowledge", sequence: 7 }));
+});
+
+test("a seat is kept by this window, and by the browser for who closes it", async () => {
+  const { link, socket } = await connect();
+  socket.hear(SEAT);
+  assert.deepEqual([link.seat, link.lastSeat], Array(2).fill({ room: "ABCD", token: SEAT.token, seat: "red" }));
+  link.seat = null;
+  assert.deepEqual([link.seat, link.lastSeat], [null, null]);
+});
+
+test("a lost connection is opened again, ever more slowly, and at once after it held", async () => {
+  const { link, socket } = await connect(), closed = [];
+  link.addEventListener("closed", () => closed.push(time.ms));
+  const again = (waits) => {
+    const count = Socket.all.length;
+    time.pass(waits - 1);
+    assert.equal(Socket.all.length, count);
+    time.pass(1);
+    assert.equal(Socket.all.length, count + 1);
+  };
+  socket.close();
+  for (const waits of [250, 500, 1000, 2000, 4000, 4000]) {
+    again(waits);
+    Socket.all.at(-1).close();
+  }
+  again(4000);
+  await Socket.all.at(-1).open();
+  Socket.all.at(-1).close();
+  again(250);
+  assert.equal(closed.length, 8);
+});
+
+test("who was displaced does not come back", async () => {
+  const { socket } = await connect();
+  socket.hear({ type: "displaced" });
+  time.pass(60_000);
+  assert.equal(Socket.all.length, 1);
+});
+
+test("a server that began anew is told from the one before", async () => {
+  const { link, socket } = await connect();
+  socket.hear({ type: "pong", sent_ms: time.ms - 10, server_ms: 100_000 });
+  socket.hear({ type: "welcome", server_ms: 100_000 });
+  assert.equal(link.restarted, false);
+  socket.hear({ type: "welcome", server_ms: 50 });
+  assert.equal(link.restarted, true);
+});

@@ -1,0 +1,203 @@
+// The start: levels, recorded games, rooms that wait; and the lesson.
+
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+
+import { at, fixtures, Line, reload, time } from "./page.js";
+import { levelsOf } from "../../../swarm_pz/play/static/cards.js";
+import { Cover } from "../../../swarm_pz/play/static/cover.js";
+import { listGames } from "../../../swarm_pz/play/static/games.js";
+import { Lesson } from "../../../swarm_pz/play/static/lesson.js";
+import { Waiting } from "../../../swarm_pz/play/static/waiting.js";
+
+beforeEach(reload);
+
+test("levels come from ratings, the best first, and who has none that one can draw against is on no level", () => {
+  const policies = [["a", 899], ["b", 900], ["c", 1299], ["d", 1300], ["e", 2000]].map(([name, rating]) => ({ name, card: { rating } }));
+  for (const answers of ["density", "formation", "any"]) policies.push({ name: answers, card: null, answers });
+  assert.deepEqual(levelsOf(policies).map(({ title, policies: own }) => [title, own.map(({ name }) => name)]),
+    [["Easy", ["a"]], ["Fair", ["c", "b"]], ["Hard", ["e", "d"]], ["Not rated", ["density"]]]);
+  assert.deepEqual(levelsOf([]), []);
+});
+
+// --- recorded games ---------------------------------------------------------------------------------
+
+const POLICY = { kind: "policy", policy: "blind_ring" };
+const GAMES = [
+  { red: { kind: "person", label: "P3" }, blue: POLICY, outcome: "red" },
+  { red: { kind: "program" }, blue: { kind: "person" }, outcome: "draw", ended_by: "left" },
+  { red: { kind: "person" }, blue: { kind: "free" }, lesson: true, outcome: "stopped" },
+  { red: { kind: "person" }, blue: { kind: "policy", policy: "ring" }, outcome: null },
+  { red: null, blue: null, outcome: null },
+].map((game) => ({ name: "20260101T120000Z-ABCD-1.jsonl", seconds: 75.7, sizes: [12, 8], ...game }));
+
+test("recorded games tell who played, how it ended and what was a lesson", async (context) => {
+  context.mock.method(globalThis, "fetch", async () => ({ ok: true, json: async () => GAMES }));
+  assert.equal(await listGames(at("games")), 5);
+  const links = at("games").all("a");
+  assert.deepEqual(links.map(({ textContent }) => textContent.replace(/\S* ?\S* ?\S* ?\S* ?\S* ?room ABCD, game 1 /, "|").split("|")[0].replace(/ [A-Z][a-z]{2} 1,?.*/, "").trim()), [
+    "P3 (red) against blind ring (blue) red won after 1:15",
+    "program (red) against person (blue) a draw, 12 to 8, after 1:15, somebody had left",
+    "Lesson: person (red) against nobody (blue) stopped after 1:15",
+    "person (red) against ring (blue) not finished",
+    "not finished",
+  ]);
+  assert.ok(links.every(({ textContent, href }) => textContent.includes("room ABCD, game 1") && href === `#replay=${GAMES[0].name}`));
+});
+
+test("of a room its own games are listed, and without a server none", async (context) => {
+  const answer = context.mock.method(globalThis, "fetch", async () => ({ ok: true, json: async () => GAMES }));
+  assert.equal(await listGames(at("games"), "WXYZ"), 0);
+  answer.mock.mockImplementation(async () => { throw new Error("gone"); });
+  assert.equal(await listGames(at("games")), 0);
+  assert.equal(at("games").textContent, "None so far.");
+});
+
+// --- rooms that wait --------------------------------------------------------------------------------
+
+const room = (has = {}) => ({ ...fixtures.room, phase: "waiting", ...has });
+
+test("who waits for a policy alone keeps the board in view, and is told one true thing", () => {
+  const cover = new Cover(new Line(), () => {}), blue = { ...fixtures.room.blue, ready: false, policy_state: "loading" };
+  const told = [];
+  for (const seat of [0, null]) {
+    cover.show(room({ blue }), seat, null);
+    time.frame();
+    told.push([at("waiting").hidden, at("cover-text").textContent, at("blue-seat").textContent, at("table").dataset.phase]);
+  }
+  const words = ["blind ring is getting ready.", "blue: blind ring, getting ready"];
+  assert.deepEqual(told, [[true, ...words, "before"], [false, ...words, "waiting"]]);
+});
+
+test("every address of the machine can be chosen for the link, with its picture", () => {
+  const waiting = new Waiting(new Line());
+  waiting.setAddresses(["http://table/", "https://other/"]);
+  waiting.show(room({ blue: { ...fixtures.room.blue, kind: "free" } }), 0);
+  assert.deepEqual([at("invitation-link").value, at("address-choice").hidden], ["http://table/#room=ABCD", false]);
+  at("address").selectedIndex = 1;
+  at("address").fire("change");
+  assert.equal(at("invitation-link").value, "https://other/#room=ABCD");
+  assert.equal(at("invitation-code").src, "/invitations/ABCD.svg?at=https%3A%2F%2Fother%2F");
+  waiting.setAddresses([]);
+  assert.equal(at("address-choice").hidden, true);
+});
+
+test("a result tells who won and the turn, and the other side is offered against policies", () => {
+  const begun = [], cover = new Cover(new Line(), (message) => begun.push(message));
+  cover.show(room({ phase: "over", outcome: "red", sizes: [[10, 10], [8, 12], [15, 5]], recording: "a.jsonl" }), 0, 75);
+  time.frame();
+  assert.equal(at("cover-text").textContent, "You won after 0:02.");
+  assert.equal(at("turning").textContent, "The turn, at 0:02: from then on red was ahead.");
+  assert.deepEqual([at("swap").hidden, at("recording").href], [false, "#replay=a.jsonl"]);
+  at("swap").click();
+  assert.deepEqual([begun[0].seat, begun[0].opponent], ["blue", "blind_ring"]);
+});
+
+// --- the lesson -------------------------------------------------------------------------------------
+
+const scene = (tick, ...places) => ({ tick, teams: Uint8Array.from(places.map(([team]) => team)), positions: Float32Array.from(places.flatMap(([, x, y]) => [x, y])) });
+
+function learn(begin = () => true) {
+  const line = new Line(), lesson = new Lesson(line, { begin, home() {} });
+  return { lesson, line };
+}
+
+test("a step counts only captures near a drawing of one's own, once it can have had an effect", () => {
+  const { lesson } = learn(), steps = [];
+  Object.assign(lesson, { step: 2, held: false });
+  const watch = (tick, captured) => {
+    lesson.watch(scene(tick, [0, 0.5, 0.5], [0, 0.9, 0.9], [1, 0.1, 0.1]), captured, 0);
+    steps.push(lesson.step);
+  };
+  watch(100, [0]); // by chance, before anything was drawn
+  lesson.sent([]);
+  watch(140, [0]);
+  lesson.sent([{ points: [[0.45, 0.5], [0.55, 0.5]] }]);
+  watch(150, []);
+  watch(153, [0]); // too soon
+  watch(200, [1]); // far from it
+  watch(201, [2]); // one's own drone, lost
+  watch(202, [0]);
+  assert.deepEqual(steps, [2, 2, 2, 2, 2, 2, 3]);
+});
+
+test("the first two steps are done once most drones are where they should be, and spread", () => {
+  const { lesson } = learn();
+  const steps = [[0.9, 0.9], [0.9, 0.3], [0.3, 0.3]];
+  const reached = (step, ...places) => {
+    Object.assign(lesson, { step, held: false });
+    lesson.sent([{ points: [[0.9, 0.9]] }]);
+    for (const tick of [100, 130]) lesson.watch(scene(tick, ...places.map((place) => [0, ...place])), [], 0);
+    return lesson.step > step;
+  };
+  assert.equal(reached(0, ...steps), false);
+  assert.equal(reached(0, [0.9, 0.9], [0.8, 0.8], [0.3, 0.3]), true);
+  assert.equal(reached(1, [0.75, 0.5], [0.76, 0.5], [0.74, 0.5]), false, "a bunch");
+  assert.equal(reached(1, [0.75, 0.5], [0.25, 0.5], [0.5, 0.75]), true);
+});
+
+test("who is stuck is told what is wrong, sees where to draw, and may skip the step", () => {
+  const { lesson } = learn();
+  const game = (tick) => scene(tick, [0, 0.5, 0.5], [0, 0.4, 0.5], [1, 0.1, 0.1], [1, 0.6, 0.6]);
+  const goal = () => ["cx", "cy", "r"].map((name) => Math.round(at("goal-circle").getAttribute(name))), task = () => at("lesson-task").textContent;
+  const draw = (tick, ...points) => {
+    lesson.sent([{ points }]);
+    for (const later of [0, 15, 45]) lesson.watch(game(tick + later), [], 0);
+    return task();
+  };
+  lesson.start();
+  lesson.act();
+  lesson.watch(game(0), [], 0);
+  assert.deepEqual([...goal(), at("goal").hasAttribute("hidden")], [100, 0, 35, false]);
+  const told = [100, 200, 300].map((tick) => draw(tick, [0.5, 0.5], [0.6, 0.6]).includes("inside the dashed corner"));
+  assert.deepEqual(told, [false, false, true]);
+  assert.match(draw(400, [0.9, 0.9], [0.95, 0.95]), /now leave it so/);
+  at("lesson-skip").click();
+  assert.deepEqual([at("step-title").textContent, at("goal").hasAttribute("hidden")], ["2 of 3: Go all around", true]);
+  at("on-lift").checked = false;
+  lesson.act();
+  assert.equal(task(), "2 of 3: Draw a big circle around the middle. Then press Send.");
+  lesson.watch(game(500), [], 0);
+  time.pass(15_001);
+  lesson.watch(game(501), [], 0);
+  assert.match(task(), /Follow the dashed circle/);
+  at("lesson-skip").click();
+  lesson.act();
+  lesson.watch(game(600), [], 0);
+  assert.deepEqual(goal(), [60, 40, 10], "the blue drone that is nearest to red");
+});
+
+test("a step for which there is no room waits on, and a game that is over leads to another one", () => {
+  const asked = [];
+  let answers = false;
+  const { lesson, line } = learn((message) => asked.push(message) && answers), seen = [];
+  const look = () => seen.push([lesson.held, asked.length]);
+  lesson.start();
+  lesson.act(); // the server does not answer
+  look();
+  answers = true;
+  lesson.act();
+  look();
+  line.hear("refused", { about: "create" });
+  look();
+  lesson.act();
+  look();
+  assert.deepEqual(seen, [[true, 1], [false, 2], [true, 2], [false, 3]]);
+  assert.ok(asked.every(({ lesson: isLesson }) => isLesson));
+  lesson.over();
+  assert.deepEqual([lesson.held, at("step-title").textContent], [true, "Once more"]);
+  lesson.act();
+  assert.equal(line.count("ready"), 1, "in the same room");
+});
+
+test("rooms of the lesson, and that of the game after it, are such as the server opens", () => {
+  const { lesson, line } = learn((message) => line.send({ type: "create", ...message }));
+  lesson.start();
+  for (let i = 0; i < 3; i++) {
+    lesson.act();
+    lesson.go(lesson.step + 1);
+  }
+  assert.ok(lesson.isLast);
+  lesson.act();
+  assert.deepEqual([line.count("create"), line.last("create").lesson, lesson.running], [3, undefined, false]);
+});
