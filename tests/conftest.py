@@ -23,8 +23,19 @@ BITS = (
 """Tests whose outcome can depend on how the processor rounds; those marked `bits` run a second time as on another."""
 
 
-TOGETHER = ("tests/play/test_page.py", "tests/play/test_page_board.py", "tests/play/test_page", "tests/play/")
+PAGES = ("tests/play/test_page.py", "tests/play/test_page_board.py", "tests/play/test_page")
 """What waits for browsers and clocks: one process each runs these tests, one after another; the first that fits."""
+SERVERS = tuple(
+    f"tests/play/{name}.py"
+    for name in (
+        "ros/test_bridge", "ros/test_origins", "ros/test_process", "ros/test_rosbridge", "ros/test_seat",
+        "server/test_app", "server/test_beginnings", "server/test_inviting", "server/test_lobby",
+        "server/test_policy_workers", "server/test_room", "server/test_serve", "server/test_sockets",
+        "server/test_studies", "server/test_varied_rooms", "test_client", "test_climbers", "test_lsl", "test_soak",
+        "test_study_run",
+    )
+)  # fmt: skip
+"""What waits for servers, processes and clocks: one process runs all these tests, one after another."""
 SHARING = ("tests/test_docs.py::test_the_site", "tests/standard/test_board.py", "tests/standard/test_running.py")
 """Tests that need the same long preparation: one process each, too, or each process would prepare it for itself."""
 
@@ -35,7 +46,9 @@ def pytest_xdist_make_scheduler(config, log):
 
     class Scheduling(LoadScopeScheduling):
         def _split_scope(self, nodeid):
-            return next((together for together in (*TOGETHER, *SHARING) if nodeid.startswith(together)), nodeid)
+            if nodeid.startswith(SERVERS):
+                return "servers"
+            return next((together for together in (*PAGES, *SHARING) if nodeid.startswith(together)), nodeid)
 
     return Scheduling(config, log)
 
@@ -49,7 +62,7 @@ def make_way():
 
 def pytest_runtest_setup(item):
     """Let what the clock measures come first: the process that has it begins with it, the others with other tests."""
-    if "PYTEST_XDIST_WORKER" in os.environ and not item.nodeid.startswith(TOGETHER):
+    if "PYTEST_XDIST_WORKER" in os.environ and not item.nodeid.startswith((*PAGES, *SERVERS)):
         make_way()
 
 
