@@ -17,6 +17,7 @@ from swarm_pz.envs.batch_env import by_game
 from swarm_pz.envs.opponents import DuelBatch, Opponents
 from swarm_pz.policy import Player
 from swarm_pz.rendering.painter import draw
+from swarm_pz.simulator.spawn import check_seed
 from swarm_pz.spaces.actions import ActionKind
 from swarm_pz.spaces.formats import Dtype
 from swarm_pz.spaces.observation import of_game
@@ -92,7 +93,8 @@ class SwarmVecEnv(BatchVecEnv):
             channels_last=channels_last,
         )
         self.render_mode = "rgb_array"
-        self._streams = np.random.SeedSequence(seed).spawn(num_envs)
+        self.num_envs = num_envs
+        self.seed(seed)
         self._actions: NDArray[np.float32] = np.zeros(0, np.float32)
         super().__init__(num_envs, self.duel.format.observation_space, self.duel.format.action_space)
 
@@ -108,7 +110,8 @@ class SwarmVecEnv(BatchVecEnv):
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Seed the games that `reset` starts next; each has a stream of its own."""
-        self._streams = np.random.SeedSequence(seed).spawn(self.num_envs)
+        stream = np.random.SeedSequence() if seed is None else check_seed(seed)
+        self._streams = stream.spawn(self.num_envs)
         return [seed] * self.num_envs
 
     def deal(self, opponent: Opponents, names: Sequence[str] | None = None) -> None:

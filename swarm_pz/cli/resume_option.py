@@ -50,7 +50,10 @@ def begin_with(function: Callable[..., None], first: Path, arguments: Sequence[s
     try:
         kept = type(usual).from_dict(json.loads(path.read_text()))
     except (OSError, ValueError, TypeError, RecursionError) as error:
-        raise CheckpointError(f"the run's settings in {path} cannot be read: {error}") from error
+        raise CheckpointError(
+            f"the run's settings in {path} cannot be read: {error}; put the file back, or begin the run "
+            "again with --overwrite"
+        ) from error
     parameters = [one.replace(default=kept) if key == name else one for key, one in signature.parameters.items()]
     signature = signature.replace(parameters=parameters)
     # What a recipe or a preset says is not taken, but must not contradict, either.

@@ -102,6 +102,10 @@ class Config:
         """
         if not isinstance(values, Mapping):
             raise UnknownNameError(f"{cls.__name__} expects a mapping of field names, got {values!r}")
+        for entry in dataclasses.fields(cls):  # type: ignore[arg-type]
+            is_needed = entry.default is entry.default_factory is dataclasses.MISSING
+            if is_needed and entry.name not in values:
+                raise ConfigError(f"{cls.__name__} needs the field {entry.name!r}, got {_shown(dict(values))}")
         hints = typing.get_type_hints(cls)
         return cls(**{name: _from_plain(hints.get(name), value) for name, value in values.items()})
 

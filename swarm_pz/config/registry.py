@@ -15,6 +15,8 @@ from swarm_pz.errors import ConfigError, nearest
 
 GROUP = "swarm_pz.systems"
 _NAMES = re.compile(r"\w[\w-]*(\.[\w-]+)*", re.ASCII)
+_UNINSTALLED = re.compile(r"[\w.:<>-]+")
+"""That of a class that says no name is its module and its place there, as in module:make.<locals>.System."""
 
 
 def registered() -> dict[str, importlib.metadata.EntryPoint]:
@@ -154,9 +156,11 @@ def read_choice(choice: Any) -> str | ControlSystem:
             f"controllers must be the name of a control system, one of them, or a pair of these, got {choice!r}; "
             f"{nearest(str(choice), registered())}"
         )
+    said = f"controllers: {type(choice).__qualname__}"
+    if not isinstance(choice.name, str) or _UNINSTALLED.fullmatch(choice.name) is None:
+        raise ConfigError(f"{said} must have a name of letters, digits, _, -, . and :, got {choice.name!r}")
     if is_installed(type(choice)):
         return choice.name if choice == type(choice)() else choice
-    said = f"controllers: {type(choice).__qualname__}"
     if choice.name in registered():
         raise ConfigError(f"{said} must have a name of its own: {choice.name!r} is {_said(_find(choice.name))}")
     _check_class(type(choice), said)

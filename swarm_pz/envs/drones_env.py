@@ -146,11 +146,12 @@ class DronesEnv(OneGameEnv):
 
     def observation_space(self, agent: str) -> spaces.Box:
         """Return an agent's observation space, the same object at every call."""
+        self._known(agent)
         return self.view.space
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
         """Return an agent's action space, the same object at every call."""
-        return self._action_spaces[agent]
+        return self._action_spaces[self._known(agent)]
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None

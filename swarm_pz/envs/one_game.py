@@ -13,6 +13,7 @@ from pettingzoo import ParallelEnv
 
 from swarm_pz.config import BLUE, CHANNELS, GRID_CELLS, RED, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
+from swarm_pz.errors import CommandError, nearest
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_scenario, check_seed, next_seed, seeds_of
 
@@ -66,6 +67,12 @@ class OneGameEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc]  # untyped b
     def np_random_seed(self) -> Any:
         """What `np_random` was seeded with."""
         return seeds_of(self.np_random).entropy
+
+    def _known(self, agent: str) -> str:
+        """Return an agent's name, which must be one of this environment's."""
+        if agent not in self.possible_agents:
+            raise CommandError(f"there is no agent {agent!r}; {nearest(str(agent), self.possible_agents)}")
+        return agent
 
     def _asked(
         self, seed: int | None, options: Mapping[str, Any] | None

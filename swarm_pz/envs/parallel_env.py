@@ -144,11 +144,11 @@ class CaptureEnv(OneGameEnv):
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """Return an agent's observation space, the same object at every call."""
-        return self.formats[agent].observation_space
+        return self.formats[self._known(agent)].observation_space
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
         """Return an agent's action space, the same object at every call."""
-        return self.formats[agent].action_space
+        return self.formats[self._known(agent)].action_space
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None

@@ -168,6 +168,8 @@ def load(policy: str | Path | Player | Model, config: GameConfig, system: Contro
 
 
 def _make(policy: str, config: GameConfig) -> object:
+    if not policy.strip():
+        raise PolicyError("a policy's name is empty: give one that swarm-pz policies lists, or a folder")
     points = registered()
     name, *argument = policy.split(":", 1)
     arguments: tuple[object, ...] = (config, *argument)

@@ -245,3 +245,10 @@ def test_what_is_installed_is_listed_and_broken_ones_are_named(capsys):
 def test_a_name_that_nobody_has_is_refused_with_the_nearest():
     with pytest.raises(ConfigError, match="no control system 'flock'; did you mean 'flocking'"):
         GameConfig(controllers="flock")
+
+
+@pytest.mark.parametrize("name", [3, "a\x1b[31m\n", ""])
+def test_a_name_that_no_line_can_show_is_refused(name, monkeypatch):
+    monkeypatch.setattr(Magnet, "name", name)
+    with pytest.raises(ConfigError, match="must have a name of letters"):
+        GameConfig(controllers=Magnet())

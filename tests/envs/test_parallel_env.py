@@ -18,6 +18,7 @@ import swarm_pz
 from swarm_pz import GameConfig, ObservationConfig, env, parallel_env
 from swarm_pz.config import CaptureConfig
 from swarm_pz.envs import STATE_CHANNELS
+from swarm_pz.envs.drones_env import drones_env
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
 
@@ -324,3 +325,10 @@ def test_all_keywords_at_once_are_kept():
     assert environment.batch.simulator.targets.reshape(2, 36).argmax(axis=-1).tolist() == [0, 35]
     assert isinstance(environment.render(), str)
     environment.close()
+
+
+def test_spaces_of_an_unknown_agent_are_refused():
+    for face in (parallel_env(), drones_env()):
+        for space in (face.observation_space, face.action_space):
+            with pytest.raises(CommandError, match=r"there is no agent 'green'; .*red_0"):
+                space("green")

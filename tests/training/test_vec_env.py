@@ -7,6 +7,7 @@ from stable_baselines3.common.vec_env import VecMonitor
 from swarm_pz import policies
 from swarm_pz.config import BLUE, CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.envs.gymnasium_env import DuelEnv
+from swarm_pz.errors import CommandError
 from swarm_pz.simulator import Simulator
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
@@ -262,3 +263,8 @@ def test_stacked_batches_share_no_opponent():
         np.testing.assert_array_equal(
             targets(lambda env, given=given: env.deal(given, ["noise"] * len(given))), targets(apart)
         )
+
+
+def test_a_seed_below_zero_is_refused():
+    with pytest.raises(CommandError, match="a seed must be"):
+        SwarmVecEnv(num_envs=2, seed=-3)

@@ -10,6 +10,7 @@
 from __future__ import annotations
 
 import itertools
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -102,6 +103,7 @@ class Item(Config):
         if self.kind == "text":
             expected = f"a text of at most {MOST_TEXT} characters"
             check(isinstance(answer, str) and len(answer) <= MOST_TEXT, self.id, answer, expected)
+            answer = "".join(sign for sign in answer if sign in "\n\t" or unicodedata.category(sign) != "Cc")
             # Half a sign, as a page may cut it off, is one that cannot be written.
             return answer.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
         is_number = isinstance(answer, int | float) and not isinstance(answer, bool)

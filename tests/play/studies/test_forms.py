@@ -8,6 +8,16 @@ from swarm_pz.play.studies.forms import KNOWN_FORMS, TLX_SCALES, Form, Item, sus
 SUS, TLX, RAW = KNOWN_FORMS["sus"], KNOWN_FORMS["nasa-tlx"], KNOWN_FORMS["nasa-tlx-raw"]
 
 
+@pytest.mark.parametrize(("kind", "missing"), [(Form, "name"), (Item, "id")])
+def test_what_lacks_a_field_is_told_which(kind, missing):
+    with pytest.raises(ConfigError, match=f"{kind.__name__} needs the field '{missing}'"):
+        kind.from_dict({})
+
+
+def test_words_keep_no_control_characters_but_new_lines_and_tabs():
+    assert Item(id="why", text="Why?", kind="text").read("a\0b\n\tc\x1b") == "ab\n\tc"
+
+
 @pytest.mark.parametrize(
     ("points", "score"),
     [
