@@ -49,10 +49,7 @@ def check_values(
         If they do not cast to float, have another shape, or hold NaN, infinity or values outside
         the range.
     """
-    try:
-        values = np.array(given, dtype=np.float64, order="C")  # sums must not depend on memory order
-    except (TypeError, ValueError, OverflowError) as error:
-        raise CommandError(f"{_expected(name, shape, low, high)}, got {describe(given)}") from error
+    values = as_floats(given, _expected(name, shape, low, high))
     if values.shape != shape:
         came = describe(given) if values.ndim == 0 else f"shape {values.shape}"
         raise CommandError(f"{_expected(name, shape, low, high)}, got {came}")
@@ -78,6 +75,26 @@ def check_values(
         expected = _expected(name, shape, low, high)
         raise CommandError(f"{expected}, within {fits} at index {place}, got {values[place]:g} there")
     return np.asarray(np.clip(values, low, high, out=values))
+
+
+def as_floats(given: Any, expected: str) -> NDArray[np.float64]:
+    """Return real numbers as a fresh float64 array in C order; none may be masked, a date or complex.
+
+    Raises
+    ------
+    CommandError
+        Which begins with what was expected, if they are no such numbers.
+    """
+    try:
+        found = np.asanyarray(given)
+        if found.dtype.kind in "cmM" or isinstance(found, np.ma.MaskedArray):
+            kind = "a masked array" if isinstance(found, np.ma.MaskedArray) else f"numbers of type {found.dtype}"
+            raise CommandError(f"{expected}, got {kind}: give plain real numbers")
+        return np.array(found, np.float64, order="C")  # sums must not depend on memory order
+    except CommandError:
+        raise
+    except (TypeError, ValueError, OverflowError) as error:
+        raise CommandError(f"{expected}, got {describe(given)}") from error
 
 
 def _expected(name: str, shape: tuple[int, ...], low: Any, high: Any) -> str:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
 from swarm_pz.config.installed import FAULTS
 from swarm_pz.config.system import ControlSystem, Flight, serve, serves_densities
-from swarm_pz.config.values import TOLERANCE, check_densities, describe, repr_of
+from swarm_pz.config.values import TOLERANCE, as_floats, check_densities, describe, repr_of
 from swarm_pz.errors import CommandError, ConfigError, FlightError, SwarmError
 from swarm_pz.kernels.controllers.communication import communication_parameters
 from swarm_pz.kernels.game import ERGODIC, GIVEN, Games, find_heard
@@ -26,7 +26,7 @@ from swarm_pz.kernels.game import ERGODIC, GIVEN, Games, find_heard
 _SOLVES = 10
 """Solves over which a system must keep up with the game: one alone may have waited for the processor."""
 
-_HARDEST = 1e18
+HARDEST = 1e18
 """Acceleration that no system needs, and whose square is finite in float32."""
 _TIMING = threading.Lock()
 """Held while what a solve took is counted, by one thread of all: a simulator that held one could not be copied."""
@@ -255,16 +255,16 @@ class Control:
         own = flight.own.copy()  # a system that writes there flies no more drones for it
         began, busy = time.perf_counter(), time.thread_time()
         with blame(team, system.name, rows):
-            answer = np.asarray(system.solve(flight, self.config), np.float32)
+            answer = as_floats(system.solve(flight, self.config), "must answer accelerations as numbers")
         expected = (len(rows), *games.positions.shape[1:])
         if answer.shape != expected:
             self._fault(team, system, rows, f"answered accelerations of shape {answer.shape}, not {expected}")
-        broken = own & ~(np.abs(answer) <= _HARDEST).all(axis=2)  # in this form, since no comparison holds for NaN
+        broken = own & ~(np.abs(answer) <= HARDEST).all(axis=2)  # in this form, since no comparison holds for NaN
         if broken.any():
             row, drone = np.argwhere(broken)[0]
             said = (
                 f"answered {answer[row, drone].tolist()} for drone {drone}: accelerations must be finite, "
-                f"in [-{_HARDEST:g}, {_HARDEST:g}]"
+                f"in [-{HARDEST:g}, {HARDEST:g}]"
             )
             self._fault(team, system, rows[broken.any(axis=1)], said)
         games.given[rows] = np.where(own[:, :, None], answer, games.given[rows])

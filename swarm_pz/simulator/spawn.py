@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import BLUE, RED, GameConfig
+from swarm_pz.config.values import as_floats
 from swarm_pz.errors import CommandError
 
 Seed = int | np.random.SeedSequence
@@ -129,7 +130,7 @@ def check_scenario(scenario: Mapping[str, ArrayLike], config: GameConfig) -> dic
             start[name] = check_numbers(f"scenario {name}", scenario[name], low, high, (count, 2))
     if "teams" in scenario:
         expected = f"scenario teams must be {count} numbers that are 0 (red) or 1 (blue)"
-        values = _as_floats(scenario["teams"], expected)
+        values = as_floats(scenario["teams"], expected)
         if values.shape != (count,) or not np.isin(values, (0, 1)).all():
             raise CommandError(f"{expected}, got {scenario['teams']!r}")
         if config.capture.enabled and len(np.unique(values)) < 2:
@@ -149,16 +150,9 @@ def check_numbers(
         If it has another shape, or a number is none from `low` to `high`.
     """
     expected = f"{name} must be numbers in [{low:g}, {high:g}] of shape {shape}"
-    values = _as_floats(numbers, expected)
+    values = as_floats(numbers, expected)
     if values.shape != shape:
         raise CommandError(f"{expected}, got shape {values.shape}")
     if not ((values >= low) & (values <= high)).all():
         raise CommandError(f"{expected}, got {values.tolist()}")
     return values
-
-
-def _as_floats(values: ArrayLike, expected: str) -> NDArray[np.float64]:
-    try:
-        return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise CommandError(f"{expected}, got {values!r}") from error

@@ -51,6 +51,10 @@ class Faulty(Magnet):
             return right[:, 1:]
         if self.fault == "words":
             return [["fly"]]
+        if self.fault == "masked":
+            return np.ma.masked_all(right.shape)
+        if self.fault == "vast":
+            return np.full(right.shape, -1e300)
         return np.where(flight.positions[:, :, :1] > 0.5, 1e30 if self.fault == "huge" else np.nan, right)
 
 
@@ -199,6 +203,8 @@ def test_systems_solve_at_control_periods_however_a_game_is_advanced():
         ([[0.2, np.nan], np.ones((10, 10))], "nan at index"),
         ([np.ones((10, 10)), np.ones((10, 10))], "of shape"),
         ([[0.2, 0.3]], "one for each of 2 games"),
+        ([[0.2, 0.3], np.ma.masked_all((10, 10))], "got a masked array"),
+        ([[0.2 + 0j, 0.3], np.ones((10, 10))], "got numbers of type complex128"),
         (7, "one for each of 2 games"),
     ],
 )
@@ -243,7 +249,9 @@ def test_a_pair_of_commands_steps_a_batch():
         ),
         ("exits", r"raised SystemExit\(3\)"),
         ("shape", r"answered accelerations of shape \(1, 7, 2\), not \(1, 8, 2\)"),
-        ("words", "raised ValueError"),
+        ("words", r"must answer accelerations as numbers, got list \[\['fly'\]\]"),
+        ("masked", "must answer accelerations as numbers, got a masked array"),
+        ("vast", r"answered \[-1e\+300, -1e\+300\] for drone"),
         ("nan", r"answered \[nan, nan\] for drone \d: accelerations must be finite"),
         ("huge", r"for drone \d: accelerations must be finite, in \[-1e\+18, 1e\+18\]"),
     ],
