@@ -19,6 +19,7 @@ from swarm_pz.config import (
     GameConfig,
 )
 from swarm_pz.config.base import check_count
+from swarm_pz.config.values import describe
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
@@ -26,7 +27,7 @@ from swarm_pz.kernels.fourier import make_targets
 from swarm_pz.kernels.game import GIVEN, Games, advance_games
 from swarm_pz.kernels.retracing import retrace_games
 from swarm_pz.simulator.commands import coefficient_matrix, make_target
-from swarm_pz.simulator.control import Control
+from swarm_pz.simulator.control import HARDEST, Control
 from swarm_pz.simulator.parameters import check_finite, rule_parameters, rule_variants
 from swarm_pz.simulator.spawn import (
     FASTEST,
@@ -40,12 +41,20 @@ from swarm_pz.simulator.spawn import (
 )
 from swarm_pz.simulator.waits import shorten_waits
 
-_INDICES = {"teams": (RED, BLUE), "trails": (-1, GRID_CELLS**2 - 1)}
-"""What kernels find places in arrays by, with its range."""
 _NEVER = -(10**9)
 _MOST_GAMES = 10**9
 _MOST_TICKS = 10**6
 """Between two looks at a game: over nine hours."""
+
+
+_RANGES = {
+    "ticks": (0, 10**12),
+    "positions": (0, 1),
+    "velocities": (-FASTEST, FASTEST),
+    "teams": (RED, BLUE),
+    "trails": (-1, GRID_CELLS**2 - 1),
+}
+"""Of a snapshot's numbers: kernels find places in arrays by teams and trails."""
 
 
 class Simulator:
@@ -456,6 +465,8 @@ class Simulator:
             If the snapshot does not fit; no game is changed.
         """
         chosen = self.rows(rows)
+        if not isinstance(snapshot, Games):
+            raise CommandError(f"snapshot must be what Simulator.snapshot returned, got {describe(snapshot)}")
         arrays: list[tuple[str, NDArray[Any], NDArray[Any]]] = list(
             zip(Games._fields, self.games, snapshot, strict=True)
         )
@@ -465,11 +476,16 @@ class Simulator:
                     f"snapshot must hold 1 or {len(chosen)} games with {name} of shape {array.shape[1:]}, "
                     f"got {len(copied)} of shape {copied.shape[1:]}"
                 )
-            low, high = _INDICES.get(name, (0, 0))
-            if high and copied.size and not low <= copied.min() <= copied.max() <= high:
-                raise CommandError(f"snapshot's {name} must be in [{low}, {high}]: they are no game's")
+            low, high = _RANGES.get(name, (-HARDEST, HARDEST))
+            is_checked = copied.size and (name in _RANGES or copied.dtype.kind == "f")
+            fits = not is_checked or low <= copied.min() <= copied.max() <= high  # no comparison holds for NaN
+            if copied.dtype != array.dtype or not fits:
+                raise CommandError(f"snapshot's {name} must be {array.dtype} in [{low}, {high}]: they are no game's")
+        if not set(snapshot.flown_by.flat) <= set(self.control.numbers):
+            raise CommandError(f"snapshot's flown_by must be of {self.control.numbers}, as this configuration has it")
+        places = slice(None) if rows is None else chosen  # a slice copies faster, and pays for the checks
         for _, array, copied in arrays:
-            array[chosen] = copied
+            array[places] = copied
         self._solved[chosen] = _NEVER
 
     def close(self) -> None:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import concurrent.futures
 import copy
+import itertools
 import os
 import pickle
 import threading
@@ -67,9 +68,17 @@ def test_a_snapshot_of_another_game_is_refused_and_nothing_changes():
         simulator.restore(Simulator(GameConfig(drones_per_team=3), num_games=2).snapshot())
     with pytest.raises(CommandError, match="snapshot must hold 1 or 2 games"):
         simulator.restore(Simulator(num_games=3).snapshot())
-    for name, value in (("teams", 2), ("teams", -1), ("trails", 2500), ("trails", -2)):  # kernels would write elsewhere
-        with pytest.raises(CommandError, match=rf"^snapshot's {name} must be in \["):
+    with pytest.raises(CommandError, match=r"snapshot must be what Simulator\.snapshot returned, got NoneType None"):
+        simulator.restore(None)
+    broken = [("teams", 2), ("teams", -1), ("trails", 2500), ("trails", -2), ("ticks", -1), ("positions", 1.5)]
+    floats = [
+        name for name, array in zip(before._fields, before, strict=True) if array.dtype.kind == "f" and array.size
+    ]
+    for name, value in (*broken, *itertools.product(floats, (np.nan, np.inf, -1e30, 1e30))):
+        with pytest.raises(CommandError, match=rf"^snapshot's {name} must be \w+ in \["):
             simulator.restore(before._replace(**{name: np.full_like(getattr(before, name), value)}))
+    with pytest.raises(CommandError, match="flown_by must be of"):
+        simulator.restore(before._replace(flown_by=np.full((2, 2), 127, np.int8)))
     for array, copied in zip(simulator.games, before, strict=True):
         np.testing.assert_array_equal(array, copied)
 
@@ -152,6 +161,9 @@ def test_bad_commands_leave_the_game_as_it_was():
         ({"velocities": "fast"}, "scenario velocities"),
         ({"teams": [0] * 20}, "at least one of each"),
         ({"teams": [2] * 20}, "scenario teams"),
+        ({"positions": np.ma.masked_all((20, 2))}, "scenario positions .* got a masked array"),
+        ({"positions": np.zeros((20, 2), "datetime64[s]")}, "got numbers of type datetime64"),
+        ({"positions": np.full((20, 2), 0.5 + 0j)}, "got numbers of type complex128"),
     ],
 )
 def test_bad_scenarios_are_refused_and_nothing_changes(scenario, message):
