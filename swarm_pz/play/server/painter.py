@@ -37,7 +37,9 @@ class Painter:
         """
         await self._turn.acquire()
         # Who leaves while theirs is made lets the others wait until it is done.
-        return await asyncio.shield(asyncio.create_task(self._make(work, system)))
+        making = asyncio.create_task(self._make(work, system))
+        making.add_done_callback(lambda made: made.cancelled() or made.exception())  # of whom nobody waits for, too
+        return await asyncio.shield(making)
 
     async def _make(self, work: Callable[[], Made], system: str) -> Made:
         try:

@@ -1,6 +1,7 @@
 """Commands are made one at a time, and what hangs while one is made holds up nobody else."""
 
 import asyncio
+import gc
 import threading
 import time
 
@@ -36,6 +37,27 @@ def test_commands_are_made_in_turn_by_one_thread_and_whoever_leaves_keeps_nobody
 
     asyncio.run(script())
     assert [number for number, _ in order] == [0, 2, 3] and len({thread for _, thread in order}) == 1
+
+
+def test_a_command_that_cannot_be_made_after_whoever_gave_it_has_left_is_no_fault_of_the_server(painter):
+    """asyncio logged it with a traceback: nobody had looked at the error."""
+    goes_on, faults = threading.Event(), []
+
+    def work():
+        goes_on.wait(60)
+        raise CommandError("lines may cover the map 100 times")
+
+    async def script():
+        asyncio.get_running_loop().set_exception_handler(lambda _, fault: faults.append(fault))
+        left = asyncio.create_task(painter.make(work, "ergodic"))
+        await asyncio.sleep(0)
+        left.cancel()
+        goes_on.set()
+        await painter.make(lambda: "made", "ergodic")
+        gc.collect()
+
+    asyncio.run(script())
+    assert not faults
 
 
 def test_a_system_that_hangs_over_a_command_reads_no_other_until_it_comes_back_and_others_go_on(painter):
