@@ -12,10 +12,10 @@ import argparse
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.paper.coverage import JUDGED, TARGETS, lone_team, start
 from swarm_pz.config import ControllerConfig, GameConfig, MemoryConfig
 from swarm_pz.evaluation.intervals import bootstrap
 from swarm_pz.evaluation.match import play_match
-from swarm_pz.figures.coverage import JUDGED, TARGETS, lone_team, start
 from swarm_pz.simulator.ergodicity import ErgodicMetric
 
 SIZES = (6, 12, 24)

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from benchmarks.algorithms.methods import METHODS, RECIPE
 from benchmarks.algorithms.runs import COMMAND, SCRIPTS, SEED, Budget
+from benchmarks.paper import style
+from benchmarks.paper.curves import COLOURS, DASHES
 from swarm_pz.errors import require_extra
-from swarm_pz.figures import style
-from swarm_pz.figures.curves import COLOURS, DASHES
 from swarm_pz.files import draft_of
 from swarm_pz.standard.aggregate import drawn_runs, interquartile_mean, interval
 

@@ -17,7 +17,7 @@ from swarm_pz.errors import require_extra
 from swarm_pz.files import check_folder
 
 if TYPE_CHECKING:
-    from swarm_pz.figures import Made
+    from benchmarks.paper import Made
 
 
 def figures(
@@ -40,8 +40,8 @@ def figures(
     """
     for module in ("matplotlib.figure", "scipy.stats"):
         require_extra(module, "ladder")
-    from swarm_pz.figures import EVERY, make_all
-    from swarm_pz.figures.claims import PAGE
+    from benchmarks.paper import EVERY, make_all
+    from benchmarks.paper.claims import PAGE
 
     check_folder(out)
     total, began = len(set(only)) or len(EVERY), time.monotonic()

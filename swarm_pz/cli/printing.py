@@ -186,7 +186,7 @@ def print_status(title: str, rows: Sequence[dict[str, Any]]) -> None:
 
 
 def print_systems(rows: Sequence[dict[str, Any]]) -> None:
-    """Print how control systems stand: rows of the standings of `swarm_pz.figures.systems.making.make`."""
+    """Print how control systems stand: rows of the standings of `benchmarks.systems_ladder.making.make`."""
     lines = []
     for row in rows:
         low, high = row["win_rate_ci95"]

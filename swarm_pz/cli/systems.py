@@ -51,8 +51,8 @@ def systems(
     """
     for module in ("choix", "filelock", "matplotlib.figure"):
         require_extra(module, "ladder")
+    from benchmarks.systems_ladder.making import SystemsConfig, make
     from swarm_pz.evaluation.workers import open_pool
-    from swarm_pz.figures.systems.making import SystemsConfig, make
 
     config = SystemsConfig(
         systems=only, games=games, pilot_games=pilot_games, starts=starts, seconds=seconds, seed=seed, game=game

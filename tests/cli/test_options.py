@@ -134,7 +134,7 @@ def test_of_diagnose(monkeypatch, tmp_path, capsys):
 
 
 def test_of_figures(monkeypatch, tmp_path, capsys):
-    from swarm_pz.figures import Made
+    from benchmarks.paper import Made
 
     def make(names, out, *, seed, processes, done, asked, command):
         assert (names, out, seed, processes, asked()) == (("dropout", "adversary"), tmp_path, 7, 3, False)
@@ -142,7 +142,7 @@ def test_of_figures(monkeypatch, tmp_path, capsys):
         done(Made("dropout", False, 1.0))
         done(Made("adversary", True, 2.0))
 
-    monkeypatch.setattr("swarm_pz.figures.make_all", make)
+    monkeypatch.setattr("benchmarks.paper.make_all", make)
     main(["figures", "--only", "dropout", "adversary", "--seed", "7", "--processes", "3", "--out", str(tmp_path)])
     printed = capsys.readouterr().out
     assert [line.split()[:-2] for line in printed.splitlines()[:2]] == [

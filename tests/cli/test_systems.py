@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.systems_ladder import making
+from benchmarks.systems_ladder.making import SystemsConfig
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
-from swarm_pz.figures.systems import making
-from swarm_pz.figures.systems.making import SystemsConfig
 
 ROW = {
     "entrant": "direct/hem_in",

@@ -6,11 +6,11 @@ import pickle
 import numpy as np
 import pytest
 
+from benchmarks.paper.players import Ensemble
 from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import PolicyError
-from swarm_pz.figures.players import Ensemble
 from swarm_pz.policies import held_out
 from swarm_pz.policies.scripted import SCRIPTS, View, tactic
 from swarm_pz.policy import Policy

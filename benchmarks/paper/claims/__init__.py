@@ -1,0 +1,46 @@
+"""The claims of the paper, each with the rule by which it holds or not."""
+
+from __future__ import annotations
+
+from benchmarks.paper.claims import (
+    adversary,
+    bunching_up,
+    capture_geometry,
+    comebacks,
+    drawing_attention,
+    ensemble_tactic,
+    flocking_comparison,
+    fluctuation,
+    permutation_invariance,
+    scale_invariance,
+    team_sizes,
+    wavefront,
+)
+from benchmarks.paper.figure import Figure
+from benchmarks.paper.page import Page
+
+PAGE = Page(
+    "index.md",
+    "The paper's evidence, made again",
+    "What *A Game Benchmark for Real-Time Human-Swarm Control* says of its game, each with its section and in its own "
+    "words, and whether it holds here. What the paper does not say is [on a page of its own](ours.md).",
+)
+
+FIGURES: dict[str, Figure] = {
+    module.FIGURE.name: module.FIGURE
+    for module in (
+        capture_geometry,
+        scale_invariance,
+        permutation_invariance,
+        fluctuation,
+        ensemble_tactic,
+        team_sizes,
+        flocking_comparison,
+        drawing_attention,
+        adversary,
+        bunching_up,
+        wavefront,
+        comebacks,
+    )
+}
+"""All figures by name, in the order of the page."""

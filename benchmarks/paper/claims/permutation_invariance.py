@@ -1,0 +1,147 @@
+"""Whether it matters which drone is which."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.paper import style
+from benchmarks.paper.coverage import JUDGED, TARGETS, give, lone_team, over_seeds, periods, start
+from benchmarks.paper.figure import Figure, Finding, game_seeds
+from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD
+from swarm_pz.evaluation.intervals import mean_with_interval, rounded
+from swarm_pz.kernels.game import Games
+from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.ergodicity import ErgodicMetric
+
+SEEDS, DRONES = 20, 24
+WARM_UP = 5
+"""Seconds of game before drones are permuted."""
+ROUNDING = 1e-6
+"""Map widths that a permutation may make in one control period: some roundings of float32."""
+SAME = 0.0001
+"""Difference of the ergodic metric that is none."""
+_LAST_AXIS = ("trails", "memory")
+_SECOND_AXIS = (
+    "positions",
+    "velocities",
+    "accelerations",
+    "altitudes",
+    "teams",
+    "memory_weight",
+    "capture_ticks",
+    "failed",
+)
+
+
+def permuted(games: Games, order: NDArray[np.int64]) -> Games:
+    """Return games in which drone i is what drone `order[i]` was."""
+    changed = {name: getattr(games, name)[:, order] for name in _SECOND_AXIS}
+    changed |= {name: np.ascontiguousarray(getattr(games, name)[..., order]) for name in _LAST_AXIS}
+    return games._replace(**changed)
+
+
+def distance(one: Simulator, other: Simulator, order: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return, for each game, the largest distance (E,) between a drone and its permuted self."""
+    apart = one.positions[:, order].astype(np.float64) - other.positions
+    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).max(axis=1))
+
+
+def measure(seed: int) -> Finding:
+    """Fly every game twice, once with its drones in another order."""
+    config, seeds = lone_team(DRONES), game_seeds(seed, SEEDS)
+    order = np.random.default_rng(seed).permutation(DRONES)
+    one, other = (start(config, seeds, TARGETS["bimodal"]) for _ in range(2))
+    one.advance(30 * WARM_UP)
+    other.restore(permuted(one.snapshot(), order))
+    one.advance(TICKS_PER_CONTROL_PERIOD)
+    other.advance(TICKS_PER_CONTROL_PERIOD)
+    after_one = distance(one, other, order)
+
+    one = start(config, seeds, TARGETS["bimodal"])
+    other.restore(permuted(one.snapshot(), order))
+    give(other, TARGETS["bimodal"])
+    metrics = [ErgodicMetric(simulator, RED) for simulator in (one, other)]
+    apart, values = [], []
+
+    def observe(_: int) -> None:
+        other.advance(TICKS_PER_CONTROL_PERIOD)
+        for metric in metrics:
+            metric.observe()
+        apart.append(distance(one, other, order))
+        values.append([metric.value() for metric in metrics])
+
+    periods(one, JUDGED, observe)
+    metric = np.array(values)
+    difference, interval = mean_with_interval(metric[-1, 1] - metric[-1, 0])
+    largest = float(after_one.max())
+    supported = largest <= ROUNDING and max(map(abs, interval)) <= SAME
+    return Finding(
+        statistic={
+            "largest_distance_after_a_control_period": largest,
+            f"difference_of_metric_at_{JUDGED}_s": difference,
+        },
+        interval={f"difference_of_metric_at_{JUDGED}_s": interval},
+        method=f"bootstrap over {SEEDS} seeds; a largest value has none",
+        supported=supported,
+        seen=f"{DRONES} drones in another order are, one control period later, at most {largest:.1e} map widths from "
+        "where they would have been: rounding. The games are chaotic, so single drones go other ways within seconds, "
+        f"but the team covers its target as before: after {JUDGED} s the metric differs by {difference:+.6f} on "
+        "average.",
+        configs={"lone team": config},
+        seeds=seeds,
+        series={
+            "largest_distance": rounded(np.median(apart, axis=1)),
+            "most_distance": rounded(np.max(apart, axis=1)),
+            "original": over_seeds(metric[:, 0].T),
+            "permuted": over_seeds(metric[:, 1].T),
+        },
+    )
+
+
+def draw(figure: Any, series: dict[str, Any]) -> None:
+    """Draw how far drones come apart, and the metric of both orders."""
+    left, right = figure.subplots(1, 2)
+    times = 0.1 * np.arange(1, len(series["largest_distance"]) + 1)
+    left.plot(times, np.maximum(series["largest_distance"], 1e-9), color=style.SERIES[2], label="median of the games")
+    left.plot(
+        times, np.maximum(series["most_distance"], 1e-9), ":", color=style.SERIES[2], label="farthest of all games"
+    )
+    style.mark(left, ROUNDING, "rounding: the limit for the first control period")
+    left.set(
+        yscale="log",
+        xlabel="time since the permutation (s)",
+        ylabel="farthest drone from its permuted self (map widths)",
+        title="single drones: rounding, then chaos",
+        xlim=(0, times[-1]),
+    )
+    left.legend(loc="lower right")
+    for name, colour, dash in (("original", style.SERIES[0], "-"), ("permuted", style.SERIES[1], "--")):
+        style.band(right, times, series[name], colour, dash, f"{name} order: mean over {SEEDS} seeds, band 95 %")
+    right.set(
+        yscale="log",
+        xlabel="time (s)",
+        ylabel="ergodic metric E (no unit)",
+        title="the team: the same coverage",
+        xlim=(0, times[-1]),
+    )
+    right.legend(loc="upper right")
+
+
+FIGURE = Figure(
+    name="permutation_invariance",
+    title=f"{DRONES} drones in another order",
+    claim="Control is permutation-invariant: it does not matter which drone is which.",
+    section="III-C",
+    quote="If Agent 1, Agent 2, etc. swapped positions, the swarm would still converge to the player's target",
+    paper="The paper names permutation invariance beside scale invariance: drones change sides, so that no command "
+    "may depend on which drones a team has.",
+    rule=f"One control period after a permutation no drone is more than {ROUNDING:g} map widths from its permuted "
+    f"self, and the mean difference of the metric after {JUDGED} s is within {SAME:g} of 0, with its whole interval.",
+    measure=measure,
+    draw=draw,
+    size=(10.5, 4.2),
+    seconds=2,
+)

@@ -1,0 +1,230 @@
+"""Plays the ladder of systems, measures the traits, and writes the page: all of it taken up where it was left."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from benchmarks.systems_ladder.contest import (
+    ADVERSARY,
+    Contest,
+    best_scripts,
+    choose_systems,
+    pilot,
+    trained_for,
+)
+from benchmarks.systems_ladder.findings import compare, payoffs, standings
+from benchmarks.systems_ladder.page import draw_field, draw_times, to_markdown
+from benchmarks.systems_ladder.traits import measure_traits
+from swarm_pz.config import GameConfig
+from swarm_pz.config.base import Config, check, check_count
+from swarm_pz.errors import ResultsError, Stopped
+from swarm_pz.evaluation.ledger import held
+from swarm_pz.evaluation.provenance import provenance
+from swarm_pz.evaluation.tournament import TournamentConfig
+from swarm_pz.evaluation.workers import open_pool, share
+from swarm_pz.files import draft_of
+
+PILOT, CONTEST, TRAITS = "pilot", "contest", "traits"
+RESULTS = "systems.json"
+PICTURES = "images/systems"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SystemsConfig(Config):
+    """What the ladder of systems is made of.
+
+    Attributes
+    ----------
+    systems : tuple of str
+        Control systems; all that are installed, if none are given.
+    pilot_games : int
+        Games of every script against the adversary, to choose the best of each system; even.
+    games : int
+        Games of every two entrants, even.
+    starts : int
+        Games behind each trait.
+    seconds : int
+        How long a team flies before it is judged.
+    seed : int
+    game : GameConfig
+        The rules; who flies is not for it to say.
+    """
+
+    systems: tuple[str, ...] = ()
+    pilot_games: int = 20
+    games: int = 40
+    starts: int = 20
+    seconds: int = 30
+    seed: int = 0
+    game: GameConfig = field(default_factory=GameConfig)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, low, high in (
+            ("pilot_games", 2, 10**6),
+            ("games", 2, 10**6),
+            ("starts", 2, 10**4),
+            ("seconds", 1, 10**4),
+            ("seed", 0, 2**32 - 1),
+        ):
+            check_count(getattr(self, name), name, low, high)
+        for name in ("pilot_games", "games"):
+            check(getattr(self, name) % 2 == 0, name, getattr(self, name), "even, half for each side")
+
+    @property
+    def quick(self) -> SystemsConfig:
+        """The same with few and short games: whether all of it works, and nothing about the systems."""
+        short = self.game.replace(time_limit=min(self.game.time_limit, 10.0))
+        return self.replace(pilot_games=2, games=2, starts=2, seconds=2, game=short)
+
+
+Say = Callable[[float, float], None]
+
+
+def make(
+    config: SystemsConfig,
+    folder: Path,
+    out: Path,
+    *,
+    processes: int = 2,
+    progress: Say | None = None,
+    asked: Callable[[], bool] = lambda: False,
+    command: str = "",
+    pool: Executor | None = None,
+) -> dict[str, Any]:
+    """Play and measure what is missing, and write `systems.md` and its pictures.
+
+    Parameters
+    ----------
+    config : SystemsConfig
+    folder : Path
+        Keeps the games and the traits; who gives the same again goes on there.
+    out : Path
+        Where the page goes.
+    processes : int
+    progress : callable, optional
+        Called with what is done and what there is to do, in each part.
+    asked : callable, optional
+        Called now and then: whether to stop there.
+    command : str
+        What was called; it stands on the page.
+    pool : Executor, optional
+        Who plays and measures instead of processes; it is left open.
+
+    Returns
+    -------
+    dict
+        What the page tells, as `systems.json` in `folder` holds it.
+
+    Raises
+    ------
+    Stopped
+        If it was asked to; what was begun is finished and kept.
+    ResultsError
+        If the folder holds another ladder, or another process makes one there.
+    """
+    systems = choose_systems(config.systems)
+    with nullcontext(pool) if pool is not None else open_pool(processes) as workers, held(folder):
+        rules = TournamentConfig(games=config.pilot_games, seed=config.seed, game=config.game)
+        trial = pilot(systems, rules, folder / PILOT, command)
+        trial.play(progress=progress, asked=asked, pool=workers)
+        best = best_scripts(trial)
+        trained = {system: one for system in systems if (one := trained_for(system, config.game)) is not None}
+        entrants = [ADVERSARY, *best.values(), *trained.values()]
+        field_ = Contest(entrants, rules.replace(games=config.games), folder / CONTEST, command)
+        field_.play(progress=progress, asked=asked, pool=workers)
+        traits = _measure_all(systems, config, folder / TRAITS, workers, progress, asked)
+        table = standings(field_)
+        order = [ADVERSARY, *(row["entrant"] for row in table)]
+        results = {
+            "config": config.to_dict(),
+            "adversary": ADVERSARY,
+            "pilot": [{name: row[name] for name in ("entrant", "wins", "draws", "losses")} for row in standings(trial)],
+            "standings": table,
+            "trained_and_script": [
+                compare(field_, entrant, best[system]) for system, entrant in trained.items() if system in best
+            ],
+            "order": order,
+            "payoffs": payoffs(field_, order),
+            "traits": traits,
+            **provenance(config.game, command),
+        }
+        write(results, folder, out)
+        return results
+
+
+def write(results: dict[str, Any], folder: Path, out: Path) -> None:
+    """Write the results, the page and its pictures."""
+    with draft_of(folder / RESULTS) as draft:
+        draft.write_text(json.dumps(results, indent=2) + "\n")
+    (out / PICTURES).mkdir(parents=True, exist_ok=True)
+    draw_times(results, out / PICTURES / "time_to_win.png")
+    draw_field(results, out / PICTURES / "field.png")
+    (out / "systems.md").write_text(to_markdown(results, PICTURES))
+
+
+# --- traits -------------------------------------------------------------------------------------------
+
+
+def _measure_all(
+    systems: Sequence[str],
+    config: SystemsConfig,
+    folder: Path,
+    pool: Executor,
+    progress: Say | None,
+    asked: Callable[[], bool],
+) -> list[dict[str, Any]]:
+    """Return the traits of systems in their order; a file holds those of each, and is read where there is one."""
+    folder.mkdir(parents=True, exist_ok=True)
+    settings = {
+        "starts": config.starts,
+        "seconds": config.seconds,
+        "seed": config.seed,
+        "rules": config.game.rules_hash,
+    }
+    found = {system: _read(folder / f"{system}.json", settings) for system in systems}
+    missing = [system for system in systems if found[system] is None]
+
+    def keep(system: str, traits: dict[str, Any]) -> None:
+        found[system] = traits
+        with draft_of(folder / f"{system}.json") as draft:
+            draft.write_text(json.dumps({"settings": settings, "traits": traits}, indent=2) + "\n")
+        if progress is not None:
+            progress(sum(one is not None for one in found.values()), len(systems))
+
+    share(
+        pool,
+        functools.partial(
+            measure_traits, game=config.game, seed=config.seed, starts=config.starts, seconds=config.seconds
+        ),
+        [(system,) for system in missing],
+        lambda task, traits: keep(task[0], traits),
+        asked=asked,
+        name=lambda task: task[0],
+        verb="measured",
+    )
+    if left := [system for system in systems if found[system] is None]:
+        raise Stopped(f"all games are in {folder.parent}, the traits of {', '.join(left)} are missing")
+    return [traits for system in systems if (traits := found[system]) is not None]
+
+
+def _read(path: Path, settings: dict[str, Any]) -> dict[str, Any] | None:
+    if not path.exists():
+        return None
+    try:
+        kept = json.loads(path.read_text())
+        before, traits = kept["settings"], dict(kept["traits"])
+        if missing := {"system", "coverage", "bimodal"} - traits.keys():
+            raise ValueError(f"there is no {', '.join(sorted(missing))}")
+    except (LookupError, TypeError, ValueError, RecursionError, OSError) as error:
+        raise ResultsError(f"{path} is corrupt or foreign ({error!r}); delete it, or use another folder") from error
+    if before != settings:
+        raise ResultsError(f"{path} was measured with {before}, and not {settings}; delete it, or use another folder")
+    return traits

@@ -1,0 +1,248 @@
+"""The page of the ladder of systems: tables in Markdown, and two pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.paper.style import DASHES, DPI, RC
+from benchmarks.systems_ladder.contest import TRAINED, player_name, system_name
+from benchmarks.systems_ladder.traits import LOSS, LOST, REACHED, SIZES, TALK
+from swarm_pz.errors import require_extra
+from swarm_pz.files import draft_of
+
+_COLOURS = [
+    "tab:blue",
+    "tab:orange",
+    "tab:green",
+    "tab:red",
+    "tab:purple",
+    "tab:brown",
+    "tab:pink",
+    "tab:olive",
+    "tab:cyan",
+]
+_CHANGES = {
+    "size": f"{SIZES[-1]} drones, not {SIZES[0]}",
+    "permutation": "drones in another order",
+    "captured": f"{100 * LOST:g} % captured",
+    "leader": "leader captured",
+    "talk": f"heard within {TALK:g}",
+    "loss": f"{100 * LOSS:g} % of messages lost",
+}
+"""What is changed, as the table's columns say it."""
+_FEWEST = 10
+"""Games of every two, below which a page says nothing about systems."""
+_MORE, _EVEN, _LESS = "more often", "no clear difference", "**less often**"
+
+
+def to_markdown(results: dict[str, Any], pictures: str) -> str:
+    """Return the page; `pictures` is the folder of its pictures, seen from it."""
+    config = results["config"]
+    limit = config["game"]["time_limit"]
+    parts = [
+        ["# The ladder of systems"],
+        [
+            "Control systems compared: which wins more often and sooner against the same adversary? The adversary",
+            f"is `{results['adversary']}`: even coverage, flown by the ergodic controller. Each system is commanded",
+            "by the best script for its kind of commands, and by a policy trained for it, if there is one.",
+        ],
+        ["```bash", results["command"] or "swarm-pz systems", "```"],
+        *(
+            [["**Few and short games: this page only shows that everything works.**"]]
+            if config["games"] < _FEWEST
+            else []
+        ),
+        *([line] for line in _answer(results)),
+        [
+            "**Why systems that come to rest win.** A drone at rest leaves its whole trail in one cell. Its team",
+            "keeps surrounding the ring around it, and captures whoever flies through; a team that covers evenly",
+            "flies through everything. Coverage, formations and potential fields come to rest if their command does",
+            "not change, so nearly any command wins for them. This follows from the paper's rule of capture, not",
+            "from skill. Compare these systems by the time to a win and by the games against each other.",
+        ],
+        ["## Against the adversary"],
+        [
+            f"{config['games']} games each: half from each side, all from the same starts, seed {config['seed']}.",
+            "Intervals are 95 %: Wilson's for games won, a bootstrap over pairs of games for means. Identical games",
+            f"of a pair count once. A draw counts {limit:g} s in the mean length. A game that is drawn or lost",
+            f"counts {limit:g} s in the mean time to a win. A command is new if it differs from the one before; the",
+            "first is new.",
+        ],
+        _standings(results),
+        [f"![Share of games not yet won over time]({pictures}/time_to_win.png)"],
+        ["*Share of the games against the adversary that are not won yet (Kaplan-Meier).*"],
+        ["## The trained policy and the best script"],
+        _comparisons(results),
+        ["## Against each other"],
+        [f"![Each one's share of the points against each other]({pictures}/field.png)"],
+        ["## Traits"],
+        *_traits(results),
+        ["## How the scripts were chosen"],
+        [
+            f"Every script plays {config['pilot_games']} games against the adversary on other seeds. The script with",
+            "most points is chosen, of equals the one that wins soonest. Won-drawn-lost:",
+        ],
+        _pilot(results),
+    ]
+    return "\n\n".join("\n".join(part) for part in parts) + "\n"
+
+
+def _answer(results: dict[str, Any]) -> list[str]:
+    """Return the paragraphs that say where a trained policy beats the best script."""
+    lines = []
+    for verdict, words in (
+        (_MORE, "wins more often than the best script"),
+        (_EVEN, "shows no clear difference from the best script in games won"),
+        (_LESS, "wins **less** often than the best script"),
+    ):
+        names = [f"`{system_name(row['one'])}`" for row in results["trained_and_script"] if _verdict(row) == verdict]
+        if names:
+            lines.append(f"The policy trained for {', '.join(names)} {words}.")
+    trained = {system_name(row["one"]) for row in results["trained_and_script"]}
+    systems = {row["system"] for row in results["standings"]}
+    if without := ", ".join(f"`{system}`" for system in sorted(systems - trained)):
+        lines.append(f"No policy has been trained for {without}.")
+    return lines
+
+
+def _verdict(row: dict[str, Any]) -> str:
+    low, high = row["more_often"]["ci95"]
+    return _MORE if low > 0 else _LESS if high < 0 else _EVEN
+
+
+def _by(row: dict[str, Any]) -> str:
+    return "a trained policy" if row["player"] == TRAINED else f"`{row['player']}`"
+
+
+def _standings(results: dict[str, Any]) -> list[str]:
+    lines = [
+        "| | system | commands | by | won | drawn | lost | won, 95 % | mean length, s | mean time to a win, s "
+        "| new commands a minute |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for rank, row in enumerate(results["standings"], 1):
+        low, high = row["win_rate_ci95"]
+        forfeits = f" ({row['forfeits']} forfeited)" if row["forfeits"] else ""
+        lines.append(
+            f"| {rank} | `{row['system']}` | {row['takes']} | {_by(row)} | {row['wins']} | {row['draws']} "
+            f"| {row['losses']}{forfeits} | {100 * low:.0f} to {100 * high:.0f} % | {_interval(row['length'], 0)} "
+            f"| {_interval(row['time_to_win'], 0)} | {_interval(row['commands_a_minute'], 1)} |"
+        )
+    return lines
+
+
+def _interval(value: dict[str, Any] | None, digits: int) -> str:
+    if value is None:
+        return "-"
+    low, high = value["ci95"]
+    return f"{value['mean']:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
+
+
+def _comparisons(results: dict[str, Any]) -> list[str]:
+    if not results["trained_and_script"]:
+        return ["No policy that was trained for one of these systems is installed."]
+    lines = [
+        "| system | best script | trained: won more often by | sooner by, s | verdict |",
+        "|---|---|---|---|---|",
+    ]
+    for row in results["trained_and_script"]:
+        low, high = row["more_often"]["ci95"]
+        often = {"mean": 100 * row["more_often"]["mean"], "ci95": [100 * low, 100 * high]}
+        lines.append(
+            f"| `{system_name(row['one'])}` | `{player_name(row['other'])}` | {_interval(often, 0)} % "
+            f"| {_interval(row['sooner'], 0)} | {_verdict(row)} |"
+        )
+    return lines
+
+
+def _traits(results: dict[str, Any]) -> list[list[str]]:
+    """Return the paragraphs and tables of what systems can alone."""
+    config = results["config"]
+    explained = [
+        f"Coverage is the ergodic metric of a team alone against even coverage after {config['seconds']} s, times",
+        "1000; 0 is perfect. Some systems are not made to cover. The later columns are ratios: the metric with a",
+        f"change over the metric without it, on the same {config['starts']} starts; more than 1 is worse. Captures",
+        f"happen after {config['seconds']} s, and coverage counts from then on. The leader is the drone nearest to",
+        "where the command asks for most.",
+    ]
+    head = ["system", *(f"{size} drones" for size in SIZES), *_CHANGES.values()]
+    table = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
+    for row in results["traits"]:
+        cells = [f"{1000 * row['coverage'][str(size)]['mean']:.2f}" for size in SIZES]
+        cells += [_interval(row[name], 2) for name in _CHANGES]
+        table.append(f"| `{row['system']}` | " + " | ".join(cells) + " |")
+    asked = [
+        f"**Two modes** of different width: commands until the ergodic metric against them is {REACHED:g}, within "
+        f"{2 * config['seconds']} s. A dash: the system takes no densities, or did not reach it."
+    ]
+    modes = ["| system | reached | commands needed, median | metric in the end, times 1000 |", "|---|---|---|---|"]
+    return [explained, table, asked, [*modes, *(_modes(row["system"], row["bimodal"]) for row in results["traits"])]]
+
+
+def _modes(system: str, found: dict[str, Any] | None) -> str:
+    if found is None:
+        return f"| `{system}` | - | - | - |"
+    needed = "-" if found["commands"] is None else f"{found['commands']:g}"
+    ends = {"mean": 1000 * found["metric"]["mean"], "ci95": [1000 * end for end in found["metric"]["ci95"]]}
+    return f"| `{system}` | {found['reached']} of {found['starts']} | {needed} | {_interval(ends, 2)} |"
+
+
+def _pilot(results: dict[str, Any]) -> list[str]:
+    by_system: dict[str, list[str]] = {}
+    for row in results["pilot"]:
+        system, player = row["entrant"].split("/", 1)
+        by_system.setdefault(system, []).append(f"`{player}` {row['wins']}-{row['draws']}-{row['losses']}")
+    return [f"- `{system}`: " + ", ".join(scripts) for system, scripts in sorted(by_system.items())]
+
+
+# --- pictures -----------------------------------------------------------------------------------------
+
+
+def draw_times(results: dict[str, Any], path: Path) -> None:
+    """Draw which share of the games against the adversary is not won yet, over time."""
+    matplotlib = require_extra("matplotlib", "ladder")
+    figure_class = require_extra("matplotlib.figure", "ladder").Figure
+    limit = results["config"]["game"]["time_limit"]
+    systems = sorted({row["system"] for row in results["standings"]})
+    with matplotlib.rc_context(RC):
+        figure = figure_class(figsize=(8, 4.5), layout="constrained")
+        axes = figure.add_subplot()
+        for row in results["standings"]:
+            times = np.array([0.0, *row["won_after_s"], limit])
+            left = 1.0 - np.arange(len(times) - 1) / row["games"]
+            axes.step(
+                times,
+                [*left, left[-1]],
+                where="post",
+                color=_COLOURS[systems.index(row["system"]) % len(_COLOURS)],
+                linestyle=DASHES[row["kind"] == "learned"],
+                label=f"{row['system']} by {row['player']}",
+            )
+        axes.set(xlabel="seconds of game", ylabel="share of games not won yet", xlim=(0, limit), ylim=(-0.02, 1.02))
+        figure.legend(loc="outside right upper", fontsize=8)
+        with draft_of(path) as draft:
+            figure.savefig(draft, dpi=DPI, format="png")
+
+
+def draw_field(results: dict[str, Any], path: Path) -> None:
+    """Draw each entrant's share of the points against each other."""
+    figure_class = require_extra("matplotlib.figure", "ladder").Figure
+    names, count = results["order"], len(results["order"])
+    size = 0.45 * count + 2.0
+    figure = figure_class(figsize=(1.3 * size, size), layout="constrained")
+    axes = figure.add_subplot()
+    shares = np.array([[np.nan if value is None else value for value in row] for row in results["payoffs"]])
+    image = axes.imshow(100 * shares, cmap="RdBu", vmin=0, vmax=100, aspect="auto")
+    axes.set_xticks(range(count), names, rotation=60, ha="right")
+    axes.set_yticks(range(count), names)
+    for (i, j), value in np.ndenumerate(shares):
+        if np.isfinite(value):
+            colour = "white" if abs(value - 0.5) > 0.3 else "black"
+            axes.text(j, i, f"{100 * value:.0f}", ha="center", va="center", fontsize=7, color=colour)
+    axes.set_title("% of the points that the row takes from the column", fontsize=10)
+    figure.colorbar(image, shrink=0.6)
+    with draft_of(path) as draft:
+        figure.savefig(draft, dpi=DPI, format="png")

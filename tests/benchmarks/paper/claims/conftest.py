@@ -1,0 +1,3 @@
+from tests.benchmarks.paper.given import few_resamples
+
+__all__ = ["few_resamples"]

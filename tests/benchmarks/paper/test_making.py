@@ -1,0 +1,227 @@
+"""Figures are registered, made by the command, and hold what they promise."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import pkgutil
+import re
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.figure import Figure as Canvas
+
+import swarm_pz
+from benchmarks.paper import EVERY, FIGURES, OURS, Finding, Made, claims, make_all, making, ours
+from benchmarks.paper.page import to_dict, to_markdown, write
+from benchmarks.paper.style import RC
+from swarm_pz.cli import evidence, main, report
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import CommandError, Stopped
+
+FIELDS = {
+    "name", "title", "claim", "section", "quote", "paper", "rule", "revised", "statistic", "interval", "supported",
+    "parts", "caption", "config_hash", "rules", "rules_hash", "versions", "command", "seed", "seeds", "swarm_pz",
+    "series",
+}  # fmt: skip
+FOLDERS = (claims, ours)
+
+
+def in_folder(name):
+    """Return the name of the folder that a figure's module stands in: claims or ours."""
+    return "claims" if name in claims.FIGURES else "ours"
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.__name__.rpartition(".")[2])
+def test_every_module_with_a_figure_is_registered(folder):
+    modules = [
+        importlib.import_module(f"{folder.__name__}.{found.name}") for found in pkgutil.iter_modules(folder.__path__)
+    ]
+    made = {module.__name__.rpartition(".")[2]: module.FIGURE for module in modules if hasattr(module, "FIGURE")}
+    assert made == folder.FIGURES
+    assert all(figure.name == name for name, figure in folder.FIGURES.items())
+
+
+def test_no_figure_is_of_both_pages():
+    assert [*FIGURES, *OURS] == [*EVERY]
+    assert FIGURES is claims.FIGURES and OURS is ours.FIGURES
+
+
+@pytest.mark.parametrize("figure", FIGURES.values())
+def test_a_claim_of_the_paper_stands_with_its_section_and_few_of_its_words(figure):
+    assert re.fullmatch(r"(I|II|III|IV|V)(-[A-C])?", figure.section)
+    assert 20 < len(figure.quote) <= 200
+
+
+@pytest.mark.parametrize("figure", OURS.values())
+def test_what_is_ours_is_not_put_into_the_papers_mouth(figure):
+    assert figure.section == figure.quote == ""
+
+
+def check_record(record):
+    assert set(record) == FIELDS
+    assert record["swarm_pz"] == swarm_pz.__version__
+    assert isinstance(record["supported"], bool)
+    assert not record["parts"] or record["supported"] == all(record["parts"].values())
+    assert all(
+        record[name] for name in ("title", "claim", "paper", "rule", "caption", "statistic", "config_hash", "series")
+    )
+    hashes = {name: GameConfig.from_dict(rules).rules_hash for name, rules in record["rules"].items()}
+    assert hashes == record["rules_hash"] and set(hashes) == set(record["config_hash"])
+    assert record["versions"]["swarm-pz"] == swarm_pz.__version__
+    assert record["caption"].startswith(record["paper"])
+    interval = dict(record["interval"])
+    assert interval.pop("level") == 0.95
+    assert interval.pop("method")
+    assert interval and set(interval) <= set(record["statistic"])
+    for name, (low, high) in interval.items():
+        value = record["statistic"][name]
+        for below, above in ((low, value), (value, high)):
+            assert above is None or below <= above + 1e-9
+    assert all(isinstance(seed, int) for seed in record["seeds"])
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_a_figure_measures_describes_and_draws_itself(name, monkeypatch):
+    module = importlib.import_module(f"benchmarks.paper.{in_folder(name)}.{name}")
+    small = importlib.import_module(f"tests.benchmarks.paper.{in_folder(name)}.test_{name}").SMALL
+    for constant, value in small.items():
+        monkeypatch.setattr(module, constant, value)
+    figure = EVERY[name]
+    record = to_dict(figure, figure.measure(0), 0)
+    plain = json.loads(json.dumps(record, allow_nan=False))
+    check_record(plain)
+    with matplotlib.rc_context(RC):
+        canvas = Canvas(figsize=figure.size, layout="constrained")
+        figure.draw(canvas, plain["series"])
+        canvas.draw_without_rendering()
+    assert name in to_markdown(claims.PAGE, [plain])
+
+
+def test_the_command_writes_picture_numbers_and_page(tmp_path, capsys):
+    main(["figures", "--only", "capture_geometry", "--processes", "1", "--out", str(tmp_path)])
+    printed = capsys.readouterr().out
+    assert "capture_geometry" in printed
+    assert "1 of 1 claims hold" in printed
+    check_record(json.loads((tmp_path / "capture_geometry.json").read_text()))
+    width = np.frombuffer((tmp_path / "capture_geometry.png").read_bytes()[16:20], ">u4")[0]
+    assert width == 150 * FIGURES["capture_geometry"].size[0]
+    page = (tmp_path / "index.md").read_text()
+    assert "![What standing drones capture](capture_geometry.png)" in page
+    assert "**Holds**: yes" in page
+
+
+def test_the_same_seed_writes_the_same_files_in_one_process_and_in_two(tmp_path, monkeypatch):
+    names = ["capture_geometry", "permutation_invariance"]
+    make_all(names, tmp_path / "one", processes=1)
+    make_all(names, tmp_path / "two", processes=2)
+    for name in [*(f"{name}.json" for name in names), *(f"{name}.png" for name in names), "index.md", "ours.md"]:
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes(), name
+
+
+def test_an_unknown_figure_is_refused_with_the_nearest_name(tmp_path, capsys):
+    with pytest.raises(CommandError, match="did you mean 'dropout'"):
+        make_all(["dropuot"], tmp_path)
+    with pytest.raises(SystemExit):
+        main(["figures", "--only", "dropuot", "--out", str(tmp_path)])
+    assert "did you mean 'dropout'" in capsys.readouterr().err
+
+
+def test_a_page_says_no_where_a_claim_does_not_hold():
+    finding = FIGURES["capture_geometry"].measure(0)
+    record = to_dict(FIGURES["capture_geometry"], finding, 0) | {"supported": False}
+    record["statistic"]["cells_that_differ"] = None
+    page = to_markdown(claims.PAGE, [record])
+    assert "Of 1 claims 0 hold" in page
+    assert "**Holds**: no" in page
+    assert "| cells that differ | never |" in page
+
+
+def record_of(name, **changed):
+    """A figure's record as its file would hold it, but for games that were played."""
+    finding = Finding(
+        statistic={"share": 0.5}, interval={"share": (0.4, 0.6)}, method="Wilson", supported=True, seen="Half.",
+        configs={"paper": GameConfig()}, seeds=[0], series={},
+    )  # fmt: skip
+    return to_dict(EVERY[name], finding, 0) | changed
+
+
+def test_a_page_quotes_the_paper_with_its_section_and_says_each_part_of_a_verdict():
+    parts = {"paper, every second": True, "paper, every 3 s": False}
+    page = to_markdown(claims.PAGE, [record_of("adversary", supported=False, parts=parts), record_of("comebacks")])
+    assert page.startswith(f"# {claims.PAGE.title}\n") and claims.PAGE.opening in page
+    figure = FIGURES["adversary"]
+    assert f"> \u201c{figure.quote}\u201d (the paper, {figure.section})" in page
+    assert "| figure | section | claim | holds |\n|---|---|---|---|\n| [adversary](#adversary) | IV-B |" in page
+    assert "**Holds**: no (paper, every second: yes; paper, every 3 s: no)." in page
+    assert "**Holds**: yes.\n" in page
+
+
+def test_a_page_tells_of_each_figure_its_numbers_its_rule_and_what_was_changed_after_the_first_look():
+    page = to_markdown(claims.PAGE, [record_of("adversary"), record_of("bunching_up", supported=False)])
+    for figure, word in ((FIGURES["adversary"], "yes"), (FIGURES["bunching_up"], "**no**")):
+        row = f"| [{figure.name}](#{figure.name}) | {figure.section} | {figure.claim} | {word} |"
+        assert row in page and f"**Claim**: {figure.claim} **Holds**" in page and f"\nRule: {figure.rule}\n" in page
+    _, first, second = re.split("^## .*", page, flags=re.MULTILINE)
+    assert "Set right after" not in first
+    assert f"Set right after the first look: {FIGURES['bunching_up'].revised}\n" in second
+    assert "| share | 0.5 | 0.4 to 0.6 |" in second and "Intervals: Wilson." in second
+    assert f"seed 0, swarm-pz {swarm_pz.__version__}" in page and "Of 2 claims 1 hold" in page
+    assert record_of("adversary")["config_hash"] == {"paper": GameConfig().hash}
+
+
+def test_ours_is_a_page_without_sections_beside_the_papers(tmp_path):
+    for name in ("comebacks", "dropout"):
+        write(record_of(name), tmp_path)
+    make_all(["capture_geometry"], tmp_path, processes=1)
+    paper, own = ((tmp_path / name).read_text() for name in ("index.md", "ours.md"))
+    assert re.findall("^## (.*)", paper, re.MULTILINE) == ["capture_geometry", "comebacks"]
+    assert re.findall("^## (.*)", own, re.MULTILINE) == ["dropout"]
+    assert "| figure | claim | holds |\n|---|---|---|\n| [dropout](#dropout) |" in own and "the paper," not in own
+    assert "(ours.md)" in paper and "(index.md)" in own
+
+
+def test_a_figure_that_an_older_version_left_in_the_folder_stands_on_the_page(tmp_path):
+    old = record_of("comebacks")
+    for name in ("section", "quote", "parts"):
+        del old[name]
+    assert "**Holds**: yes.\n" in to_markdown(claims.PAGE, [old])
+
+
+def test_figures_that_are_asked_to_stop_leave_what_is_made_on_the_page(tmp_path, monkeypatch):
+    made = []
+    for names in (["capture_geometry", "permutation_invariance"],):
+        with pytest.raises(Stopped, match="1 of 2 figures are in"):
+            make_all(names, tmp_path, processes=1, done=made.append, asked=lambda: bool(made))
+    assert f"## {made[0].name}" in (tmp_path / "index.md").read_text()
+
+
+def test_ctrl_c_names_the_line_that_makes_the_other_figures(tmp_path, capsys, monkeypatch):
+    def interrupt(name, seed, out, command):
+        if name != "dropout":  # the longest, so the first
+            raise KeyboardInterrupt
+        return Made(name, True, 0.1)
+
+    monkeypatch.setattr(making, "make", interrupt)
+    only = ["--only", "capture_geometry", "dropout", "team_sizes"]
+    with pytest.raises(SystemExit, match="130"):
+        main(["figures", "--seed", "3", *only, "--processes", "1", "--out", str(tmp_path)])
+    line = f"swarm-pz figures --seed 3 --processes 1 --out {tmp_path} --only capture_geometry team_sizes"
+    assert f"go on with: {line}\n" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("given", [["--only", "a", "b", "--seed", "3"], ["--seed", "3", "--only=a"], ["--seed", "3"]])
+def test_the_line_that_goes_on_asks_for_what_is_missing(given):
+    token = report.arguments.set(["figures", *given])
+    try:
+        assert evidence._making(["b"]) == "swarm-pz figures --seed 3 --only b"
+    finally:
+        report.arguments.reset(token)
+
+
+def test_help_lists_the_figures(capsys):
+    with pytest.raises(SystemExit):
+        main(["figures", "--help"])
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in EVERY)
