@@ -20,7 +20,7 @@ import pytest
 import swarm_pz.play.client
 import swarm_pz.training.vec_env
 from swarm_pz import GameConfig
-from swarm_pz.cli import compare, data, evidence, export, learn, machine, main, standard, studies, systems, table
+from swarm_pz.cli import compare, data, export, learn, machine, main, standard, studies, table
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.frames import Frame
 
@@ -34,8 +34,6 @@ COMMANDS = {
     table: ("play", "replay"),
     machine: ("render", "diagnose", "bench", "warmup"),
     data: ("dataset",),
-    evidence: ("figures",),
-    systems: ("systems",),
     standard: ("benchmark",),
     export: ("export",),
 }
@@ -77,7 +75,8 @@ def test_commands_of_the_pages_exist(page, line, monkeypatch):
         path = path if (ROOT / path).is_file() else path.replace(".py", "/__main__.py")  # of a folder
         assert (ROOT / path).is_file()
         options = [argument for argument in arguments if argument.startswith("--")]
-        assert all(f'"{option}"' in (ROOT / path).read_text() for option in options)
+        text = (ROOT / path).read_text()
+        assert all(f'"{one}"' in text or f"    {one[2:].replace('-', '_')}: " in text for one in options)
     else:
         assert program.startswith("scripts/"), f"{page} calls {program}, which this test cannot check"
         assert (ROOT / program).stat().st_mode & 0o100

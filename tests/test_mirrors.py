@@ -10,7 +10,6 @@ HOMES = {
     "policies/onnx_model": "policies/test_onnx_checks",
     "swarm_pz/cli/compare": "cli/test_cli",
     "swarm_pz/cli/data": "cli/test_cli",
-    "swarm_pz/cli/evidence": "benchmarks/paper/test_making",
     "swarm_pz/cli/machine": "cli/test_cli",
     "swarm_pz/cli/player_options": "policies/test_entry_points",
     "swarm_pz/cli/preset_option": "cli/test_cli",

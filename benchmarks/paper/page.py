@@ -101,7 +101,7 @@ def to_markdown(page: Page, records: Sequence[dict[str, Any]]) -> str:
         f"# {page.title}",
         "",
         "```bash",
-        "swarm-pz figures",
+        "python -m benchmarks.paper",
         "```",
         "",
         page.opening,

@@ -49,7 +49,7 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
             f"is `{results['adversary']}`: even coverage, flown by the ergodic controller. Each system is commanded",
             "by the best script for its kind of commands, and by a policy trained for it, if there is one.",
         ],
-        ["```bash", results["command"] or "swarm-pz systems", "```"],
+        ["```bash", results["command"] or "python -m benchmarks.systems_ladder", "```"],
         *(
             [["**Few and short games: this page only shows that everything works.**"]]
             if config["games"] < _FEWEST

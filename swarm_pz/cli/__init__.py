@@ -29,7 +29,6 @@ import tyro
 from swarm_pz.cli import (
     compare,
     data,
-    evidence,
     export,
     learn,
     machine,
@@ -39,7 +38,6 @@ from swarm_pz.cli import (
     resume_option,
     standard,
     studies,
-    systems,
     table,
 )
 from swarm_pz.cli.printing import printable
@@ -59,8 +57,6 @@ def main(arguments: list[str] | None = None) -> None:
         "play": table.play,
         "replay": table.replay,
         "dataset": data.dataset,
-        "figures": evidence.figures,
-        "systems": systems.systems,
         "policies": compare.list_policies,
         "render": machine.render,
         "diagnose": machine.diagnose,

@@ -185,18 +185,6 @@ def print_status(title: str, rows: Sequence[dict[str, Any]]) -> None:
     )
 
 
-def print_systems(rows: Sequence[dict[str, Any]]) -> None:
-    """Print how control systems stand: rows of the standings of `benchmarks.systems_ladder.making.make`."""
-    lines = []
-    for row in rows:
-        low, high = row["win_rate_ci95"]
-        soon = f"{row['time_to_win']['mean']:.0f}" if row["wins"] else "no win"
-        counts = (str(row[name]) for name in ("wins", "draws", "losses"))
-        lines.append((row["entrant"], *counts, f"{100 * low:.0f} to {100 * high:.0f} %", soon))
-    headings = ("entrant", "won", "drawn", "lost", "won 95 %", "s to a win")
-    _print(headings, lines, title="control systems against the same adversary")
-
-
 def print_named(lines: Mapping[str, str]) -> None:
     """Print a line about each name; on a terminal, lines that are too long go on below themselves."""
     console = require_extra("rich.console", "cli").Console()

@@ -220,5 +220,5 @@ def check_flies(policy: str, protocol: Protocol) -> Player:
     except KindError as error:
         raise KindError(
             f"{error}; protocol {protocol.version} is for policies that answer densities, flown by ergodic; "
-            "`swarm-pz systems` compares others"
+            "`python -m benchmarks.systems_ladder` in a clone compares others"
         ) from error

@@ -133,24 +133,6 @@ def test_of_diagnose(monkeypatch, tmp_path, capsys):
     assert "got the folder" in capsys.readouterr().err
 
 
-def test_of_figures(monkeypatch, tmp_path, capsys):
-    from benchmarks.paper import Made
-
-    def make(names, out, *, seed, processes, done, asked, command):
-        assert (names, out, seed, processes, asked()) == (("dropout", "adversary"), tmp_path, 7, 3, False)
-        assert command.startswith("swarm-pz figures --only dropout adversary")
-        done(Made("dropout", False, 1.0))
-        done(Made("adversary", True, 2.0))
-
-    monkeypatch.setattr("benchmarks.paper.make_all", make)
-    main(["figures", "--only", "dropout", "adversary", "--seed", "7", "--processes", "3", "--out", str(tmp_path)])
-    printed = capsys.readouterr().out
-    assert [line.split()[:-2] for line in printed.splitlines()[:2]] == [
-        ["dropout", "does", "not", "hold"], ["adversary", "holds"]
-    ]  # fmt: skip
-    assert "1 of 2 claims hold" in printed and f"rules: {GameConfig().rules_hash}" in printed
-
-
 def test_of_bench(monkeypatch, tmp_path):
     from swarm_pz import bench
 

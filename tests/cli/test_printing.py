@@ -26,10 +26,6 @@ STUDY = SimpleNamespace(
     median_s=1234.0, restricted_mean_s=5678.0, commands_per_minute=98.7, min_command_interval=0.5,
     config_hash="0123456789abcdef", both_seats=False,
 )  # fmt: skip
-SYSTEM = {
-    "entrant": LONG, "wins": 123, "draws": 456, "losses": 789, "win_rate_ci95": (0.1, 1.0),
-    "time_to_win": {"mean": 1234.0},
-}  # fmt: skip
 SPEEDS = {
     "machine": {"cpu": "some"},
     "speeds": [
@@ -94,7 +90,6 @@ def test_names_are_cut_and_numbers_never(columns, show, numbers, capsys, termina
 def test_a_ladder_and_lists_fit_the_terminal(columns, capsys, terminal):
     terminal(columns)
     tables.print_ladder(LADDER)
-    tables.print_systems([SYSTEM])
     tables.print_named({"ring": "a word " * 40, "uniform": "even"})
     printed = capsys.readouterr().out
     assert max(map(len, printed.splitlines())) <= columns

@@ -8,15 +8,13 @@ import pkgutil
 import re
 
 import matplotlib
-import numpy as np
 import pytest
 from matplotlib.figure import Figure as Canvas
 
 import swarm_pz
-from benchmarks.paper import EVERY, FIGURES, OURS, Finding, Made, claims, make_all, making, ours
+from benchmarks.paper import EVERY, FIGURES, OURS, Finding, claims, make_all, ours
 from benchmarks.paper.page import to_dict, to_markdown, write
 from benchmarks.paper.style import RC
-from swarm_pz.cli import evidence, main, report
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError, Stopped
 
@@ -99,19 +97,6 @@ def test_a_figure_measures_describes_and_draws_itself(name, monkeypatch):
     assert name in to_markdown(claims.PAGE, [plain])
 
 
-def test_the_command_writes_picture_numbers_and_page(tmp_path, capsys):
-    main(["figures", "--only", "capture_geometry", "--processes", "1", "--out", str(tmp_path)])
-    printed = capsys.readouterr().out
-    assert "capture_geometry" in printed
-    assert "1 of 1 claims hold" in printed
-    check_record(json.loads((tmp_path / "capture_geometry.json").read_text()))
-    width = np.frombuffer((tmp_path / "capture_geometry.png").read_bytes()[16:20], ">u4")[0]
-    assert width == 150 * FIGURES["capture_geometry"].size[0]
-    page = (tmp_path / "index.md").read_text()
-    assert "![What standing drones capture](capture_geometry.png)" in page
-    assert "**Holds**: yes" in page
-
-
 def test_the_same_seed_writes_the_same_files_in_one_process_and_in_two(tmp_path, monkeypatch):
     names = ["capture_geometry", "permutation_invariance"]
     make_all(names, tmp_path / "one", processes=1)
@@ -123,9 +108,6 @@ def test_the_same_seed_writes_the_same_files_in_one_process_and_in_two(tmp_path,
 def test_an_unknown_figure_is_refused_with_the_nearest_name(tmp_path, capsys):
     with pytest.raises(CommandError, match="did you mean 'dropout'"):
         make_all(["dropuot"], tmp_path)
-    with pytest.raises(SystemExit):
-        main(["figures", "--only", "dropuot", "--out", str(tmp_path)])
-    assert "did you mean 'dropout'" in capsys.readouterr().err
 
 
 def test_a_page_says_no_where_a_claim_does_not_hold():
@@ -195,33 +177,3 @@ def test_figures_that_are_asked_to_stop_leave_what_is_made_on_the_page(tmp_path,
         with pytest.raises(Stopped, match="1 of 2 figures are in"):
             make_all(names, tmp_path, processes=1, done=made.append, asked=lambda: bool(made))
     assert f"## {made[0].name}" in (tmp_path / "index.md").read_text()
-
-
-def test_ctrl_c_names_the_line_that_makes_the_other_figures(tmp_path, capsys, monkeypatch):
-    def interrupt(name, seed, out, command):
-        if name != "dropout":  # the longest, so the first
-            raise KeyboardInterrupt
-        return Made(name, True, 0.1)
-
-    monkeypatch.setattr(making, "make", interrupt)
-    only = ["--only", "capture_geometry", "dropout", "team_sizes"]
-    with pytest.raises(SystemExit, match="130"):
-        main(["figures", "--seed", "3", *only, "--processes", "1", "--out", str(tmp_path)])
-    line = f"swarm-pz figures --seed 3 --processes 1 --out {tmp_path} --only capture_geometry team_sizes"
-    assert f"go on with: {line}\n" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("given", [["--only", "a", "b", "--seed", "3"], ["--seed", "3", "--only=a"], ["--seed", "3"]])
-def test_the_line_that_goes_on_asks_for_what_is_missing(given):
-    token = report.arguments.set(["figures", *given])
-    try:
-        assert evidence._making(["b"]) == "swarm-pz figures --seed 3 --only b"
-    finally:
-        report.arguments.reset(token)
-
-
-def test_help_lists_the_figures(capsys):
-    with pytest.raises(SystemExit):
-        main(["figures", "--help"])
-    printed = capsys.readouterr().out
-    assert all(name in printed for name in EVERY)

@@ -46,7 +46,9 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
     with pytest.MonkeyPatch.context() as monkeypatch:
         measure_quickly(monkeypatch)
-        results = make(TINY, folder / "kept", folder / "docs", processes=1, command="swarm-pz systems")
+        results = make(
+            TINY, folder / "kept", folder / "docs", processes=1, command="python -m benchmarks.systems_ladder"
+        )
     return folder, results
 
 
@@ -64,7 +66,7 @@ def test_a_ladder_is_a_page_with_pictures_and_its_numbers(made):
         assert (folder / "docs" / "images" / "systems" / f"{name}.png").stat().st_size > 1000
     assert [row["entrant"].split("/")[0] for row in results["standings"]] == ["direct"]
     assert len(results["pilot"]) == 4
-    assert results["command"] == "swarm-pz systems" and "swarm-pz systems" in page
+    assert results["command"] == "python -m benchmarks.systems_ladder" and "benchmarks.systems_ladder" in page
 
 
 def test_a_ladder_that_was_stopped_goes_on_where_it_was(tmp_path, quick_traits):

@@ -1,23 +1,32 @@
-"""The command that compares control systems: ``systems``."""
+"""Says which control system wins more often, and sooner, against the same adversary, and what each can.
+
+python -m benchmarks.systems_ladder           # what was stopped goes on where it was
+python -m benchmarks.systems_ladder --quick   # whether all of it works
+"""
 
 from __future__ import annotations
 
+import shlex
+import sys
 from pathlib import Path
-from typing import Annotated
 
 import tyro
 
-from swarm_pz.cli import printing as tables
+from benchmarks.systems_ladder.making import SystemsConfig, make
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
-from swarm_pz.cli.report import command, print_rules, progress
+from swarm_pz.cli.report import progress
+from swarm_pz.cli.system_option import REGISTRY
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check
-from swarm_pz.errors import require_extra
+from swarm_pz.errors import SwarmError
+from swarm_pz.evaluation.workers import open_pool
 from swarm_pz.files import check_folder
+
+COMMAND = ("python", "-m", "benchmarks.systems_ladder")
 
 
 def systems(
-    only: Annotated[tuple[str, ...], tyro.conf.arg(metavar="SYSTEM ...")] = (),
+    only: tuple[str, ...] = (),
     games: int = 40,
     pilot_games: int = 20,
     starts: int = 20,
@@ -30,10 +39,7 @@ def systems(
     out: Path | None = None,
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
-    """Say which control system wins more often, and sooner, against the same adversary, and what each can.
-
-    Each is commanded by its best script and by the policy that was trained for it. What was stopped goes on where
-    it was; more games may be asked for later.
+    """Compare control systems, each commanded by its best script and by the policy that was trained for it.
 
     Args:
         only: Control systems; all that are installed if none.
@@ -49,11 +55,6 @@ def systems(
         out: Where systems.md and its pictures go; the folder, if not given.
         game: The rules. Who flies is not for them to say: `controllers` stays as it is.
     """
-    for module in ("choix", "filelock", "matplotlib.figure"):
-        require_extra(module, "ladder")
-    from benchmarks.systems_ladder.making import SystemsConfig, make
-    from swarm_pz.evaluation.workers import open_pool
-
     config = SystemsConfig(
         systems=only, games=games, pilot_games=pilot_games, starts=starts, seconds=seconds, seed=seed, game=game
     )
@@ -63,21 +64,23 @@ def systems(
     out = folder if out is None else out
     for one in (folder, out):
         check_folder(one)
-    with (
-        goes_on_with(command()),
-        open_pool(processes, ray) as pool,
-        progress() as show,
-        stops_at_safe_points() as asked,
-    ):
-        results = make(
-            config.quick if quick else config,
-            folder,
-            out,
-            pool=pool,
-            progress=show,
-            asked=asked,
-            command=command(),
-        )
-    print_rules(game)
-    tables.print_systems(results["standings"])
+    command = shlex.join([*COMMAND, *sys.argv[1:]])
+    with goes_on_with(command), open_pool(processes, ray) as pool, progress() as show, stops_at_safe_points() as asked:
+        config = config.quick if quick else config
+        results = make(config, folder, out, pool=pool, progress=show, asked=asked, command=command)
+    for row in results["standings"]:
+        print(f"{row['entrant']:<32} {row['wins']:3} won {row['draws']:3} drawn {row['losses']:3} lost")
     print(f"systems: {out / 'systems.md'}")
+
+
+def main() -> None:
+    """Run the command; errors of this project end it with one line."""
+    try:
+        config = (tyro.conf.AvoidSubcommands,)
+        tyro.cli(systems, prog=" ".join(COMMAND), config=config, registry=REGISTRY)
+    except SwarmError as error:
+        sys.exit(str(error))
+
+
+if __name__ == "__main__":
+    main()
