@@ -27,7 +27,7 @@ from swarm_pz.kernels.fourier import make_targets
 from swarm_pz.kernels.game import GIVEN, Games, advance_games
 from swarm_pz.kernels.retracing import retrace_games
 from swarm_pz.simulator.commands import coefficient_matrix, make_target
-from swarm_pz.simulator.control import HARDEST, Control
+from swarm_pz.simulator.control import Control
 from swarm_pz.simulator.parameters import check_finite, rule_parameters, rule_variants
 from swarm_pz.simulator.spawn import (
     FASTEST,
@@ -476,11 +476,11 @@ class Simulator:
                     f"snapshot must hold 1 or {len(chosen)} games with {name} of shape {array.shape[1:]}, "
                     f"got {len(copied)} of shape {copied.shape[1:]}"
                 )
-            low, high = _RANGES.get(name, (-HARDEST, HARDEST))
-            is_checked = copied.size and (name in _RANGES or copied.dtype.kind == "f")
-            fits = not is_checked or low <= copied.min() <= copied.max() <= high  # no comparison holds for NaN
-            if copied.dtype != array.dtype or not fits:
-                raise CommandError(f"snapshot's {name} must be {array.dtype} in [{low}, {high}]: they are no game's")
+            if copied.dtype != array.dtype:
+                raise CommandError(f"snapshot's {name} must be {array.dtype}, got {copied.dtype}: they are no game's")
+            low, high = _RANGES.get(name, (0, 0))
+            if high and copied.size and not low <= copied.min() <= copied.max() <= high:  # nor does NaN fit
+                raise CommandError(f"snapshot's {name} must be in [{low}, {high}]: they are no game's")
         if not set(snapshot.flown_by.flat) <= set(self.control.numbers):
             raise CommandError(f"snapshot's flown_by must be of {self.control.numbers}, as this configuration has it")
         places = slice(None) if rows is None else chosen  # a slice copies faster, and pays for the checks

@@ -71,11 +71,8 @@ def test_a_snapshot_of_another_game_is_refused_and_nothing_changes():
     with pytest.raises(CommandError, match=r"snapshot must be what Simulator\.snapshot returned, got NoneType None"):
         simulator.restore(None)
     broken = [("teams", 2), ("teams", -1), ("trails", 2500), ("trails", -2), ("ticks", -1), ("positions", 1.5)]
-    floats = [
-        name for name, array in zip(before._fields, before, strict=True) if array.dtype.kind == "f" and array.size
-    ]
-    for name, value in (*broken, *itertools.product(floats, (np.nan, np.inf, -1e30, 1e30))):
-        with pytest.raises(CommandError, match=rf"^snapshot's {name} must be \w+ in \["):
+    for name, value in (*broken, *itertools.product(("positions", "velocities"), (np.nan, np.inf, -1e30))):
+        with pytest.raises(CommandError, match=rf"^snapshot's {name} must be in \["):
             simulator.restore(before._replace(**{name: np.full_like(getattr(before, name), value)}))
     with pytest.raises(CommandError, match="flown_by must be of"):
         simulator.restore(before._replace(flown_by=np.full((2, 2), 127, np.int8)))
