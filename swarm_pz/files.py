@@ -17,8 +17,8 @@ from swarm_pz.errors import ConfigError, OutputError
 MOST_TEXT_BYTES = 2**20
 """Of a file that people have written."""
 
-FULL = (errno.ENOSPC, errno.EDQUOT)
-"""Numbers of the system's errors where there is no room left."""
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Numbers of the system's errors where there is no room left: on the disk, in a quota, or in the limit of a file."""
 
 
 @contextmanager

@@ -137,7 +137,7 @@ class Ledger:
                 raise ResultsError(f"config_hash is {before['config_hash']}, its game has {game.hash}")
             differing = [name for name, value in self._settings.items() if before[name] != value]
         except (OSError, LookupError, TypeError, ValueError) as error:
-            raise ResultsError(f"{path} is corrupt or foreign ({error!r}); use another folder") from error
+            raise ResultsError(f"{path} is corrupt or foreign ({error!r:.300}); use another folder") from error
         differing += ["rules"] if game.rules_hash != self._game.rules_hash else []
         if differing:
             raise ResultsError(
