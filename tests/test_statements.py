@@ -48,8 +48,8 @@ def test_files_tests_and_figures_that_rows_name_are_there():
         assert path.is_file(), f"{statement}: {target}"
         if "::" in name:  # a test's name, in words
             file, words = name.split("::")
-            function = f"test_{words.replace(' ', '_')}"
-            assert file == path.stem and f"def {function}(" in path.read_text(), f"{statement}: {name}"
+            begins = f'test("{words}' if path.suffix == ".js" else f"def test_{words.replace(' ', '_')}("
+            assert file == path.stem and begins in path.read_text(), f"{statement}: {name}"
         elif path.is_relative_to(ROOT / "tests"):
             raise AssertionError(f"{statement}: of {target} no test is named")
         if name.startswith("figure "):

@@ -1,6 +1,5 @@
 """The page in a real browser, as people use it."""
 
-import json
 import math
 import re
 import time
@@ -16,7 +15,6 @@ from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import CommandLine, PaintedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from tests.play.conftest import SLOW_MS, Table, new_page
-from tests.play.test_frames import GOLDEN, GOLDEN_HIDDEN, GOLDEN_TARGET
 
 pytestmark = pytest.mark.browser
 INK = """async () => {
@@ -149,67 +147,6 @@ def test_drones_go_where_one_draws(open_page, table, touch):
     assert eventually(page, lambda: latest(table, room, PaintedLine))
 
 
-def test_the_ink_is_seen(open_page):
-    page = open_page()
-    begin(page)
-    page.locator("#on-lift").set_checked(False)
-    page.click("#repel")
-    Hand(page).draw((0.2, 0.2), (0.5, 0.3))
-    one = page.evaluate(INK)
-    assert one > 1000, "ink needs no server"
-    Hand(page).draw((0.2, 0.8), (0.5, 0.7))
-    assert page.evaluate(INK) > 1.5 * one
-    page.click("#undo")
-    assert page.evaluate(INK) == one
-    page.click("#erase")
-    page.locator("#width").fill("0.3")
-    Hand(page).draw((0.2, 0.2), (0.5, 0.3))
-    assert page.evaluate(INK) == 0
-
-
-@pytest.mark.parametrize(("is_kept", "counts"), [(True, [1, 2]), (False, [1, 1])])
-def test_a_drawing_that_was_sent_is_added_to_if_that_is_asked(is_kept, counts, open_page, table):
-    page = open_page(width=1000, height=700)
-    room = begin(page)
-    hand = Hand(page)
-    hand.draw((0.2, 0.2), (0.4, 0.2))
-    page.click("#send")
-    commands(page, table, room, 1)
-    page.locator("#keep").set_checked(is_kept)
-    hand.draw((0.2, 0.8), (0.4, 0.8))
-    page.click("#send")
-    commands(page, table, room, 2)
-    lines = latest(table, room, CommandLine)
-    assert [len(line.strokes) for line in lines] == counts
-    assert [line.number for line in lines] == [1, 2]
-    (x, y), *_ = lines[-1].strokes[-1].points
-    assert (x, y) == (pytest.approx(0.2, abs=0.02), pytest.approx(0.8, abs=0.02))
-
-
-def test_what_the_system_takes_away_is_not_drawn(open_page, table):
-    page = open_page(width=1000, height=700)
-    room = begin(page)
-    page.locator("#on-lift").set_checked(False)
-    page.evaluate(
-        """() => {
-            const arena = document.getElementById("arena"), box = arena.getBoundingClientRect();
-            const at = (type, id, x, y) => arena.dispatchEvent(new PointerEvent(type, {
-                bubbles: true, button: 0, pointerId: id,
-                clientX: box.left + x * box.width, clientY: box.top + y * box.height,
-            }));
-            arena.setPointerCapture = () => {};
-            for (const [id, y, end] of [[1, 0.3, "pointerup"], [2, 0.7, "pointercancel"]]) {
-                at("pointerdown", id, 0.3, y);
-                at("pointermove", id, 0.5, y);
-                at(end, id, 0.5, y);
-            }
-        }"""
-    )
-    page.click("#send")
-    (command,) = eventually(page, lambda: latest(table, room, CommandLine))
-    assert [stroke.points[0][1] for stroke in command.strokes] == [pytest.approx(0.7, abs=0.05)]
-
-
 def test_a_room_is_as_the_form_says(open_page, table):
     page = open_page()
     open_form(page)
@@ -228,75 +165,6 @@ def test_a_room_is_as_the_form_says(open_page, table):
     config = TableConfig.from_dict(header.table)
     assert (config.game.team_sizes, config.game.time_limit, config.speed, config.mapping) == ((0, 7), 120, 0.5, "paper")
     assert (header.blue.kind, header.blue.label, header.red.kind) == ("person", "P3", "free")
-
-
-def test_what_undo_leaves_is_what_is_sent(open_page, table):
-    page = open_page(width=1000, height=700)
-    room = begin(page)
-    page.locator("#on-lift").set_checked(False)
-    hand = Hand(page)
-    for y in (0.2, 0.5, 0.8):
-        hand.draw((0.2, y), (0.4, y))
-    page.click("#undo")
-    page.click("#send")
-    commands(page, table, room, 1)
-    page.click("#repel")
-    page.locator("#width").fill("0.2")
-    hand.draw((0.6, 0.3), (0.9, 0.3))
-    page.click("#send")
-    commands(page, table, room, 2)
-    first, second = latest(table, room, CommandLine)
-    assert [stroke.points[0][1] for stroke in first.strokes] == pytest.approx([0.2, 0.5], abs=0.02)
-    assert {(stroke.brush, stroke.width) for stroke in first.strokes} == {("attract", 0.1)}
-    (stroke,) = second.strokes
-    assert (stroke.brush, stroke.width) == ("repel", 0.2)
-
-
-# --- modules of the page, by themselves -----------------------------------------------------------
-
-
-def test_the_quickest_ping_sets_the_clock(open_page):
-    page = open_page()
-    offset, trip, now = page.evaluate(
-        """async () => {
-            const { Link } = await import("/static/link.js");
-            const link = Object.create(Link.prototype);
-            link.pings = [];
-            const before = performance.now();
-            const answer = (tripMs, offsetMs) => {
-                const sent = performance.now() - tripMs;
-                link.setClock({ sent_ms: sent, server_ms: sent + tripMs / 2 + offsetMs });
-            };
-            for (const tripMs of [800, 200, 3000]) answer(tripMs, 5000 + tripMs);
-            const first = [link.offsetMs, link.roundTripMs, link.now() - performance.now()];
-            return first;
-        }"""
-    )
-    assert offset == pytest.approx(5200, abs=50) and trip == pytest.approx(200, abs=50)
-    assert now == pytest.approx(5200, abs=50), "the server's clock"
-
-
-def test_a_large_drawing_is_sent(open_page, table):
-    page = open_page(width=1000, height=800)
-    room = begin(page)
-    page.locator("#on-lift").set_checked(False)
-    page.evaluate(
-        """() => {
-            const arena = document.getElementById("arena"), box = arena.getBoundingClientRect();
-            const at = (type, x, y) => arena.dispatchEvent(new PointerEvent(type, {
-                bubbles: true, button: 0, pointerId: 1, clientX: box.left + x, clientY: box.top + y,
-            }));
-            arena.setPointerCapture = () => {};
-            for (let stroke = 0; stroke < 20; stroke++) {
-                at("pointerdown", 50, 50 + 30 * stroke);
-                for (let k = 0; k < 600; k++) at("pointermove", 50 + k, 50 + 30 * stroke + 20 * (k % 2));
-                at("pointerup", 650, 50 + 30 * stroke);
-            }
-        }"""
-    )
-    page.click("#send")
-    (command,) = eventually(page, lambda: latest(table, room, CommandLine))
-    assert len(command.strokes) == 20 and sum(len(stroke.points) for stroke in command.strokes) > 2000
 
 
 def test_two_people_play_each_other_to_the_end(open_page, table):
@@ -572,43 +440,3 @@ def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later(
     later = {"climb.js", "embed.js", "lesson.js", "marks.js", "replay.js", "responses.js", "stick.js"}
     of_others = {"jspsych-plugin-swarm-pz.js", "monitor.html", "monitor.js", "study.css", "study.html", "study.js"}
     assert set(sizes) - loaded == later | of_others
-
-
-def test_the_page_reads_the_same_bytes(open_page):
-    page = open_page()
-    frame, target, hidden = page.evaluate(
-        """async (written) => {
-            const { decode } = await import("/static/frames.js");
-            const bytes = (hex) => Uint8Array.from(hex.match(/../g), (byte) => parseInt(byte, 16)).buffer;
-            const plain = (value) => JSON.parse(JSON.stringify(value, (_, v) => ArrayBuffer.isView(v) ? [...v] : v));
-            return written.map((hex) => plain(decode(bytes(hex))));
-        }""",
-        [GOLDEN.hex(), GOLDEN_TARGET.hex(), GOLDEN_HIDDEN.hex()],
-    )
-    assert hidden["positions"] == [0, 1, None, None, 1, 0], "JSON's word for what is no number"
-    assert hidden["velocities"][2:4] == [None, None] and hidden["teams"] == [1, 0, 1]
-    assert (frame["sequence"], frame["tick"], frame["serverMs"], frame["teams"]) == (7, 298, 1000, [1, 0, 1])
-    np.testing.assert_allclose(frame["positions"], [0, 1, 0.5, 0.5, 1, 0], atol=1e-5)
-    np.testing.assert_allclose(frame["velocities"], [0, 0, 4, -4, 1, -1], atol=1e-3)
-    assert frame["altitudes"] == [0, 128, 255] and frame["fields"] is None
-    assert (target["team"], target["number"], target["cells"], target["picture"]) == (1, 9, 2, [0, 255, 128, 64])
-    assert json.dumps(frame)
-
-
-def test_contours_are_traced(open_page):
-    page = open_page()
-    pieces = page.evaluate(
-        """async () => {
-            const { trace } = await import("/static/contours.js");
-            const values = [], cells = 40, pieces = [];
-            for (let row = 0; row < cells; row++) for (let column = 0; column < cells; column++) {
-                values.push(Math.hypot((column + 0.5) / cells - 0.4, (row + 0.5) / cells - 0.6));
-            }
-            trace(values, cells, 0.25, (...piece) => pieces.push(piece));
-            return pieces;
-        }"""
-    )
-    points = np.array(pieces).reshape(-1, 2)
-    np.testing.assert_allclose(np.hypot(points[:, 0] - 0.4, points[:, 1] - 0.6), 0.25, atol=2e-3)
-    lengths = np.hypot(*(np.array(pieces)[:, 2:] - np.array(pieces)[:, :2]).T)
-    assert lengths.sum() == pytest.approx(2 * math.pi * 0.25, rel=0.01)

@@ -1,38 +1,16 @@
-"""The page where an experimenter varies something: delays by synthetic touch, and what is hidden."""
+"""The page where an experimenter varies something: what is hidden and shared."""
 
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import expect
 
 from swarm_pz.play.frames import FRAME, TARGET, decode_frame
-from swarm_pz.play.recordings.format import CommandLine, InForceLine, PaintedLine, Recording
+from swarm_pz.play.recordings.format import InForceLine, PaintedLine, Recording
 from swarm_pz.play.recordings.playback import Playback
 from tests.play.conftest import Table, new_page
 from tests.play.test_page import INK, Hand, eventually, latest, open_form, open_room, recordings
 
 pytestmark = pytest.mark.browser
-TRIPS = """
-    const trips = globalThis.trips = [], Socket = WebSocket;
-    globalThis.WebSocket = class extends Socket {
-        constructor(...given) {
-            super(...given);
-            this.addEventListener("message", ({ data }) => {
-                const told = typeof data === "string" ? JSON.parse(data) : {};
-                if (told.type === "pong") trips.push(performance.now() - told.sent_ms);
-            });
-        }
-    };
-"""
-"""How long each ping took, in milliseconds: the page mistakes the server's clock by half of that at most."""
-LATE = """
-[red]
-command_delay_ms = 100
-display_delay_ms = 100
-[blue]
-command_delay_ms = 300
-display_delay_ms = 300
-"""
 LITTLE = """
 [red]
 hide = ["opponents", "ground", "trails", "target"]
@@ -49,13 +27,6 @@ def serving(folder, factors):
     return Table(folder / "games", "--factors", str(path))
 
 
-@pytest.fixture(scope="module")
-def late(tmp_path_factory):
-    table = serving(tmp_path_factory.mktemp("late"), LATE)
-    yield table
-    table.end()
-
-
 @pytest.fixture
 def visit(chromium):
     """Give a function that opens a table's page on a phone of its own."""
@@ -66,7 +37,6 @@ def visit(chromium):
         pages.append(page)
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.sent = []
-        page.add_init_script(TRIPS)
         page.on("websocket", lambda socket: socket.on("framereceived", lambda data: page.sent.append(data)))
         page.goto(f"http://{table.address}/")
         page.wait_for_selector("#opponent option", state="attached")
@@ -86,29 +56,6 @@ def sit_down(page, side="red"):
     page.click("#ready")
     page.wait_for_selector("#cover", state="hidden")
     return room
-
-
-@pytest.mark.parametrize(("side", "asked"), [(None, 0), ("red", 100), ("blue", 300)])
-def test_commands_count_and_moments_are_painted_as_much_later_as_was_asked(side, asked, visit, table, late):
-    table = late if side else table
-    page = visit(table)
-    room = sit_down(page, side or "red")
-    team = int(side == "blue")
-    expect(page.locator("#varied")).to_be_hidden()
-    hand = Hand(page, touch=True)
-    for count in range(1, 4):
-        hand.draw((0.2, 0.2 + 0.1 * count), (0.4, 0.2 + 0.1 * count))
-        eventually(page, lambda count=count: len(latest(table, room, PaintedLine)) >= count)
-    mistaken_ms = 1.0 + 0.5 * max(page.evaluate("globalThis.trips"))
-    page.click("#leave")
-    page.click("#leave-now")
-    recording = Recording.read(recordings(table, room)[-1])
-    arrived = {line.number: line.received_ms for line in recording.of(CommandLine) if line.team == team}
-    forced = {line.number: line.ms for line in recording.of(InForceLine) if line.team == team}
-    painted = {line.number: line.ms for line in recording.of(PaintedLine)}
-    assert set(painted) == set(arrived) & set(forced) == {1, 2, 3}
-    assert all(forced[number] - arrived[number] >= asked - 1 for number in painted)
-    assert all(painted[number] - forced[number] >= asked - mistaken_ms for number in painted)
 
 
 def test_what_is_hidden_is_neither_sent_nor_painted_and_the_page_says_so(visit, tmp_path):

@@ -1,7 +1,6 @@
 """Around a game: the start, the lesson, rooms that wait, invitations, keys, and the browser's Back."""
 
 import re
-import urllib.parse
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
@@ -47,20 +46,6 @@ def test_one_click_plays_the_opponent_on_a_card(open_page):
     expect(page.locator("#red-who")).to_contain_text("(you)")
     page.goto(page.url.split("#")[0])
     expect(page.locator("#quick")).to_have_text("Play against centre")
-
-
-def test_levels_come_from_ratings_and_who_has_none_is_on_no_level(open_page):
-    levels = open_page().evaluate(
-        """async () => {
-            const { levelsOf } = await import("/static/cards.js");
-            const rated = [["a", 899], ["b", 900], ["c", 1299], ["d", 1300], ["e", 2000]];
-            const policies = rated.map(([name, rating]) => ({ name, card: { rating } }));
-            policies.push({ name: "mine", card: null, answers: "density" });
-            for (const answers of ["formation", "any"]) policies.push({ name: answers, card: null, answers });
-            return levelsOf(policies).map(({ title, policies }) => [title, policies.map(({ name }) => name)]);
-        }"""
-    )
-    assert levels == [["Easy", ["a"]], ["Fair", ["c", "b"]], ["Hard", ["e", "d"]], ["Not rated", ["mine"]]]
 
 
 @pytest.mark.parametrize(("width", "height"), [(1366, 768), (1024, 1366), (390, 844), (320, 640), (800, 500)])
@@ -154,31 +139,6 @@ def test_who_wants_to_watch_gets_no_seat(open_page):
     other.context.close()
 
 
-def test_every_address_of_the_machine_can_be_chosen(open_page, table):
-    page = open_page()
-    page.click("#invite-somebody")
-    room = room_of(page)
-    addresses = [f"https://{table.address}/", f"http://{table.address}/"]  # for which pictures are drawn here
-    first, second, code, has_no_choice = page.evaluate(
-        """async (addresses) => {
-            const { Waiting } = await import("/static/waiting.js");
-            const waiting = Object.create(Waiting.prototype), at = (id) => document.getElementById(id);
-            waiting.setAddresses(addresses);
-            waiting.code = location.hash.slice(-4);
-            waiting.showInvitation();
-            const first = at("invitation-link").value;
-            at("address").selectedIndex = 1;
-            waiting.showInvitation();
-            const code = at("invitation-code").getAttribute("src");
-            return [first, at("invitation-link").value, code, at("address-choice").hidden];
-        }""",
-        addresses,
-    )
-    assert [first, second] == [f"{address}#room={room}" for address in addresses]
-    assert code == f"/invitations/{room}.svg?at={urllib.parse.quote(addresses[1], safe='')}" and not has_no_choice
-    expect(page.locator("#invitation-hint")).to_contain_text("takes the free seat")
-
-
 @pytest.mark.parametrize(
     "address", ["#room=ZZZZ", "#room=zzzz", "#room=!!", "#play=nobody", "#replay=none.jsonl", "#what"]
 )
@@ -212,31 +172,6 @@ def test_axe_finds_nothing_in_a_waiting_room_nor_where_one_is_asked(open_page):
     page = open_page("#room=ZZZZ")
     page.wait_for_selector("#gone", state="visible")
     check(page, "a room that is gone")
-
-
-def test_who_waits_for_a_policy_keeps_the_board_and_is_told_one_true_thing(open_page):
-    page = open_page(width=1366, height=768)
-    seen = page.evaluate(
-        """async () => {
-            const { Cover } = await import("/static/cover.js");
-            const cover = new Cover(new EventTarget(), () => {}), at = (id) => document.getElementById(id);
-            at("table").hidden = false;
-            const seat = { label: "", connected: true, ready: true };
-            const room = { code: "ABCD", phase: "waiting", settings: { red: 10, blue: 10, speed: 1 }, sizes: [],
-                red: { ...seat, kind: "person", name: "" },
-                blue: { ...seat, kind: "policy", name: "blind_ring", policy_state: "loading" } };
-            const seen = [];
-            for (const side of [0, null]) {
-                cover.show(room, side, null);
-                await new Promise(requestAnimationFrame);
-                seen.push([at("waiting").checkVisibility(), at("cover-text").textContent, at("blue-seat").textContent,
-                    getComputedStyle(at("cover")).position]);
-            }
-            return seen;
-        }"""
-    )
-    told = ["blind ring is getting ready.", "blue: blind ring, getting ready"]
-    assert seen == [[False, *told, "absolute"], [True, *told, "fixed"]]
 
 
 # --- going back -----------------------------------------------------------------------------------
@@ -303,32 +238,6 @@ def test_after_the_server_came_back_the_page_leads_to_the_recording(open_page, o
     finally:
         page.context.close()
         again.end()
-
-
-def test_recorded_games_tell_who_played_how_it_ended_and_what_was_a_lesson(open_page):
-    page = open_page()
-    policy = {"kind": "policy", "policy": "blind_ring"}
-    games = [
-        {"red": {"kind": "person", "label": "P3"}, "blue": policy, "outcome": "red"},
-        {"red": {"kind": "program"}, "blue": {"kind": "person"}, "outcome": "draw", "ended_by": "left"},
-        {"red": {"kind": "person"}, "blue": {"kind": "free"}, "lesson": True, "outcome": "stopped"},
-        {"red": {"kind": "person"}, "blue": {"kind": "policy", "policy": "ring"}, "outcome": None},
-        {"red": None, "blue": None, "outcome": None},
-    ]
-    known = {"name": "20260101T120000Z-ABCD-1.jsonl", "seconds": 75.7, "sizes": [12, 8]}
-    page.route("**/recordings", lambda route: route.fulfill(json=[known | game for game in games]))
-    page.click("#recorded summary")
-    expect(page.locator("#games a")).to_have_count(5)
-    texts = page.locator("#games a").all_text_contents()
-    told = [re.sub(r" Jan 1, 2026.*", "", " " + text.strip()).strip() for text in texts]
-    assert told == [
-        "P3 (red) against blind ring (blue) red won after 1:15",
-        "program (red) against person (blue) a draw, 12 to 8, after 1:15, somebody had left",
-        "Lesson: person (red) against nobody (blue) stopped after 1:15",
-        "person (red) against ring (blue) not finished",
-        "not finished",
-    ]
-    assert all("room ABCD, game 1" in text for text in texts)
 
 
 # --- keys -----------------------------------------------------------------------------------------
@@ -463,100 +372,6 @@ def test_the_lesson_waits_at_each_step_until_it_is_done(open_page, table):
     expect(page.locator("#time")).to_have_text(re.compile("0:0"))
 
 
-def test_the_lesson_counts_only_captures_by_a_drawing_of_ones_own(open_page):
-    steps = open_page().evaluate(
-        """async () => {
-            const { Lesson } = await import("/static/lesson.js");
-            const sent = [], link = Object.assign(new EventTarget(), { send: (message) => sent.push(message) });
-            const lesson = new Lesson(link, { begin: (message) => sent.push(message) > 0, home: () => {} });
-            Object.assign(lesson, { step: 2, held: false, drawn: null });
-            const frame = (tick) => ({ tick, teams: Uint8Array.from([0, 0, 1]),
-                positions: Float32Array.from([0.5, 0.5, 0.9, 0.9, 0.1, 0.1]) });
-            const steps = [];
-            const watch = (tick, captured) => {
-                lesson.watch(frame(tick), captured, 0);
-                steps.push(lesson.step);
-            };
-            watch(100, [0]);                                        // by chance, before anything was drawn
-            lesson.sent([]);
-            watch(140, [0]);
-            lesson.sent([{ points: [[0.45, 0.5], [0.55, 0.5]] }]);
-            watch(150, []);
-            watch(153, [0]);                                        // before the drawing can have done it
-            watch(200, [1]);                                        // far from it
-            watch(201, [2]);                                        // one's own drone, lost
-            watch(202, [0]);
-            return steps;
-        }"""
-    )
-    assert steps == [2, 2, 2, 2, 2, 2, 3]
-
-
-def test_the_picture_of_capturing_shows_ground_along_the_ring_that_captures_as_it_does_in_games(open_page):
-    page = open_page("#lesson", width=390, height=844)
-    page.wait_for_selector("#step", state="visible")
-    on_line, inside = page.evaluate(
-        """async () => {
-            const { Lesson } = await import("/static/lesson.js");
-            new Lesson(new EventTarget(), { begin: () => true, home: () => {} }).go(2);
-            const picture = document.getElementById("step-picture"), side = picture.width;
-            const { data } = picture.getContext("2d").getImageData(0, 0, side, side);
-            const counts = [0, 0];
-            for (let i = 0; i < data.length; i += 4) {
-                if (data[i] < data[i + 1] + 30) continue;                       // what is striped red, or a red drone
-                const k = i / 4, r = Math.hypot((k % side) / side - 0.5, Math.floor(k / side) / side - 0.5);
-                if (r > 0.16 || r < 0.1) counts[r > 0.16 ? 0 : 1]++;
-            }
-            return counts;
-        }"""
-    )
-    assert on_line > 3000 and inside < on_line / 10
-    assert page.locator("#step").evaluate("step => step.scrollHeight <= step.clientHeight"), "all of it fits"
-
-
-def test_the_lesson_tells_who_is_stuck_what_is_wrong_marks_where_to_draw_and_lets_one_skip(open_page):
-    seen = open_page().evaluate(
-        """async () => {
-            const { Lesson } = await import("/static/lesson.js");
-            const lesson = new Lesson(new EventTarget(), { begin: () => true, home: () => {} });
-            const at = (id) => document.getElementById(id), seen = [];
-            const frame = (tick) => ({ tick, teams: Uint8Array.from([0, 0, 1, 1]),
-                positions: Float32Array.from([0.5, 0.5, 0.4, 0.5, 0.1, 0.1, 0.6, 0.6]) });
-            const goal = () => ["cx", "cy", "r"].map((name) => Math.round(at("goal-circle").getAttribute(name)));
-            const draw = (tick, ...points) => {
-                lesson.sent([{ points }]);
-                for (const later of [0, 15, 45]) lesson.watch(frame(tick + later), [], 0);
-                seen.push(at("lesson-task").textContent);
-            };
-            lesson.start();
-            lesson.act();
-            lesson.watch(frame(0), [], 0);
-            seen.push([...goal(), at("goal").hasAttribute("hidden")]);
-            for (const tick of [100, 200, 300]) draw(tick, [0.5, 0.5], [0.6, 0.6]);  // far from the corner
-            draw(400, [0.9, 0.9], [0.95, 0.95]);
-            at("lesson-skip").click();
-            seen.push(at("step-title").textContent, at("goal").hasAttribute("hidden"));
-            at("on-lift").checked = false;
-            lesson.act();
-            seen.push(at("lesson-task").textContent);
-            lesson.sinceMs = performance.now() - 15_001;                             // nothing was drawn for long
-            lesson.watch(frame(500), [], 0);
-            seen.push(at("lesson-task").textContent);
-            at("lesson-skip").click();
-            lesson.act();
-            lesson.watch(frame(600), [], 0);
-            seen.push(goal());
-            return seen;
-        }"""
-    )
-    corner, *asked, right, title, is_hidden, circle, around, nearest = seen
-    assert corner == [100, 0, 35, False] and nearest == [60, 40, 10], "the blue drone that is nearest to red"
-    assert ["inside the dashed corner" in text for text in asked] == [False, False, True]
-    assert "now leave it so" in right and title == "2 of 3: Go all around" and is_hidden
-    assert circle.endswith("Draw a big circle around the middle. Then press Send.")
-    assert "Follow the dashed circle" in around
-
-
 def test_the_lesson_is_over_before_it_was_done(open_page):
     page = open_page(width=900, height=700)
     page.click("#start-lesson")
@@ -581,32 +396,6 @@ def test_before_a_game_nothing_is_shown_that_is_of_none(open_page):
     is_playing(page)
     assert page.inner_text("#red-size") == "12" and page.inner_text("#blue-size") == "0"
     assert page.inner_text("#blue-who") == "nobody"
-
-
-def test_a_step_for_which_there_is_no_room_waits_on(open_page):
-    seen = open_page().evaluate(
-        """async () => {
-            const { Lesson } = await import("/static/lesson.js");
-            const link = new EventTarget(), asked = [];
-            let answers = false;
-            const begin = (message) => asked.push([message.lesson, message.settings.blue]) && answers;
-            const lesson = new Lesson(link, { begin, home: () => {} });
-            const seen = [], look = () => seen.push([lesson.held, asked.length]);
-            lesson.start();
-            lesson.act();                                                   // the table does not answer
-            look();
-            answers = true;
-            lesson.act();
-            look();
-            link.dispatchEvent(new CustomEvent("refused", { detail: { about: "create" } }));
-            look();
-            lesson.act();
-            look();
-            lesson.over();
-            return [...seen, asked.every(([isLesson]) => isLesson), lesson.held];
-        }"""
-    )
-    assert seen == [[True, 1], [False, 2], [True, 2], [False, 3], True, True]
 
 
 @pytest.mark.parametrize(("width", "height"), [(1366, 768), (390, 844), (360, 640), (800, 500)])

@@ -1,0 +1,200 @@
+"""What the page paints, to the pixel: its modules on a page without a server."""
+
+import pytest
+
+from tests.play.conftest import new_page
+from tests.play.test_static import STATIC
+
+pytestmark = pytest.mark.browser
+ORIGIN = "http://page.test"
+SCENE = """
+    const load = (name) => import(`/static/${name}.js`);
+    const canvas = (width = 500, height = width) => Object.assign(document.createElement("canvas"), { width, height });
+    const { Arena } = await load("arena");
+    const arena = new Arena(canvas(), canvas(), () => 1000);
+    arena.isLive = arena.isCalm = true;
+    const pixels = (of, ...box) => of.getContext("2d").getImageData(...box).data;
+    const at = (of, x, y) => [...pixels(of, 500 * x, 500 * (1 - y), 1, 1)];
+    const field = (...cells) => {
+        const field = new Uint8Array(2500);
+        for (const [column, row, value] of cells) field[50 * row + column] = value;
+        return field;
+    };
+    const frame = (tick, teams, how = {}) => ({
+        tick, serverMs: 1000, teams: Uint8Array.from(teams), fields: null,
+        positions: Float32Array.from([0.25, 0.11, 0.75, 0.91]), velocities: new Float32Array(4), ...how,
+    });
+"""
+"""An arena of 500 pixels a side, 10 a cell, with two drones."""
+
+
+@pytest.fixture(scope="module")
+def page(chromium):
+    """Give a page with the table's elements, whose own script does not run."""
+    page = new_page(chromium)
+    body = (STATIC / "index.html").read_text().replace('type="module"', 'type="text/plain"')
+    page.route(f"{ORIGIN}/**", lambda route: route.fulfill(path=STATIC / route.request.url.rpartition("/")[2]))
+    page.route(f"{ORIGIN}/", lambda route: route.fulfill(body=body, content_type="text/html"))
+    page.goto(f"{ORIGIN}/", wait_until="domcontentloaded")
+    yield page
+    page.context.close()
+
+
+@pytest.fixture
+def scene(page):
+    """Give a function that plays a scene and returns what it returns."""
+    return lambda script: page.evaluate(f"async () => {{ {SCENE} {script} }}")
+
+
+def test_each_side_is_painted_in_its_colour_and_its_place(scene):
+    red, blue, nothing = scene(
+        """
+        arena.take(frame(3, [0, 1]));
+        arena.paint();
+        return [[0.25, 0.11], [0.75, 0.91], [0.25, 0.91]].map((place) => at(arena.drones, ...place));
+        """
+    )
+    assert red[:3] == [0xD6, 0x28, 0x39] and blue[:3] == [0x1D, 0x62, 0xD6] and nothing[3] == 0
+
+
+def test_ground_that_captures_is_filled_to_its_edge_in_its_teams_colour_and_nothing_else_is(scene):
+    inside, below, beside, other, bottom = scene(
+        """
+        const fields = [field([10, 20, 192], [30, 20, 191], [5, 0, 255]), field([10, 40, 255])];
+        arena.take(frame(3, [0, 1], { fields }));
+        arena.paint();
+        const reds = (column, row) => {
+            const data = pixels(arena.ground.canvas, 10 * column, 490 - 10 * row, 10, 10);
+            const marked = [...Array(100).keys()].filter((i) => data[4 * i] !== 255 || data[4 * i + 2] !== 255);
+            return [marked.length, data[4 * 44], data[4 * 44 + 2]];
+        };
+        return [reds(10, 20), reds(30, 20), reds(12, 20), reds(10, 40), reds(5, 0)];
+        """
+    )
+    assert inside[0] == other[0] == bottom[0] == 100, "the whole cell, and row 0 is at the bottom"
+    assert below[0] == beside[0] == 0, "up to 191 it does not capture, and nothing leaks out"
+    assert inside[1] > inside[2] and bottom[1] > bottom[2] and other[2] > other[1], "red and blue"
+
+
+def test_a_drone_in_danger_has_a_black_ring(scene):
+    safe, endangered = scene(
+        """
+        return [[], [12, 5, 255]].map((cell) => {
+            arena.take(frame(3, [0, 1], { fields: [field(), field(cell)] }));
+            arena.guarded = [0];
+            arena.paint();
+            const data = pixels(arena.drones, 105, 425, 40, 40);
+            return [...Array(1600).keys()].filter((i) => data[4 * i + 3] > 200 && data[4 * i] < 40).length;
+        });
+        """
+    )
+    assert safe == 0 < 100 < endangered
+
+
+def test_trails_end_where_drones_are_shown_at_any_speed(scene):
+    for speed, place, (first, last, count) in scene(
+        """
+        return [0.5, 1, 2].map((speed) => {
+            arena.forget();
+            arena.speed = speed;
+            const moved = (x, serverMs) => (
+                { serverMs, positions: Float32Array.from([x, 0.5]), velocities: Float32Array.from([2, 0]) });
+            arena.take(frame(0, [0], moved(0.1, 990)));
+            arena.take(frame(6, [0], moved(0.2, 950)));  // 50 ms ago
+            arena.paint();
+            const row = pixels(arena.drones, 0, 250, 500, 1);
+            const painted = [...Array(500).keys()].filter((x) => row[4 * x + 3] > 0);
+            return [speed, arena.places[0], [painted.at(0), painted.at(-1), painted.length]];
+        });
+        """
+    ):
+        assert place == pytest.approx(0.2 + 2 * 0.05 * speed)
+        assert first == pytest.approx(50, abs=2) and last == pytest.approx(500 * place, abs=12)
+        assert count == last - first + 1, "there is no gap between a trail and its drone"
+
+
+def test_trails_are_fainter_than_drones(scene):
+    trail, drone = scene(
+        """
+        const still = (x) => ({ positions: Float32Array.from([x, 0.5]), velocities: new Float32Array(2) });
+        arena.take(frame(0, [0], still(0.1)));
+        arena.take(frame(6, [0], still(0.6)));
+        arena.paint();
+        const trail = Math.max(...[0.498, 0.5, 0.502].map((y) => at(arena.drones, 0.3, y)[3]));
+        return [trail, at(arena.drones, 0.6, 0.5)[3]];
+        """
+    )
+    assert 0 < trail < 0.4 * drone
+
+
+def test_a_target_is_one_outline_and_the_whole_square_none(scene):
+    pieces = scene(
+        """
+        const count = (value) => {
+            const picture = new Uint8Array(2500).map((_, i) => value(i % 50, Math.floor(i / 50)));
+            arena.ground.setTarget({ number: 1, cells: 50, picture });
+            arena.paint();
+            const data = pixels(arena.ground.canvas, 0, 255, 500, 1);
+            const dark = [...Array(500).keys()].filter((x) => data[4 * x] < 128);
+            return dark.filter((x, i) => x - dark[i - 1] !== 1).length;
+        };
+        return [count((column, row) => Math.max(255 - 12 * Math.hypot(column - 25, row - 25), 0)), count(() => 255)];
+        """
+    )
+    assert pieces == [2, 0], "a line is crossed going in, and going out"
+
+
+def test_ink_is_seen_and_the_eraser_takes_it_away(scene):
+    one, both, undone, erased = scene(
+        """
+        const { Pen } = await load("pen"), ink = canvas();
+        const pen = new Pen(document.body, ink, { lifted() {}, changed() {}, mayDraw: () => true });
+        const draw = (y) => {
+            pen.extend(pen.start([0.2, y], 0), [0.5, y]);
+            pen.paint();
+            return pixels(ink, 0, 0, 500, 500).filter((value, i) => i % 4 === 3 && value).length;
+        };
+        pen.brush = "repel";
+        const seen = [draw(0.2), draw(0.8)];
+        pen.undo();
+        pen.paint();
+        const undone = pixels(ink, 0, 0, 500, 500).filter((value, i) => i % 4 === 3 && value).length;
+        Object.assign(pen, { brush: "erase", width: 0.3 });
+        return [...seen, undone, draw(0.2)];
+        """
+    )
+    assert one > 1000 and both > 1.5 * one and undone == one and erased == 0
+
+
+def test_the_chart_shows_red_from_below_and_marks_the_turn(scene):
+    low, high, is_marked = scene(
+        """
+        const { Chart } = await load("chart"), seen = canvas(300, 400), chart = new Chart(seen);
+        chart.set([[10, 10], [15, 5], [15, 5], [15, 5], [15, 5], [5, 15]]);
+        const mean = (y) => [0, 2].map((k) => (
+            pixels(seen, 10, y, 40, 40).filter((_, i) => i % 4 === k).reduce((a, b) => a + b) / 1600));
+        const darkest = () => Math.min(...[34, 35].map((x) => pixels(seen, x, 3, 1, 1)[2]));
+        const [low, high, before] = [mean(340), mean(20), darkest()];
+        chart.set(chart.sizes, 3);
+        return [low, high, darkest() < before - 60];
+        """
+    )
+    assert low[0] > low[1] and high[1] > high[0] and is_marked
+
+
+def test_the_picture_of_capturing_shows_ground_along_the_ring_that_captures_as_it_does_in_games(scene):
+    on_line, inside = scene(
+        """
+        const { Lesson } = await load("lesson");
+        new Lesson(new EventTarget(), { begin: () => true, home: () => {} }).go(2);
+        const picture = document.getElementById("step-picture"), side = picture.width;
+        const data = pixels(picture, 0, 0, side, side), counts = [0, 0];
+        for (let i = 0; i < data.length; i += 4) {
+            if (data[i] < data[i + 1] + 30) continue;                       // what is striped red, or a red drone
+            const k = i / 4, r = Math.hypot((k % side) / side - 0.5, Math.floor(k / side) / side - 0.5);
+            if (r > 0.16 || r < 0.1) counts[r > 0.16 ? 0 : 1]++;
+        }
+        return counts;
+        """
+    )
+    assert on_line > 3000 and inside < on_line / 10
