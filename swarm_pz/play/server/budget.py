@@ -138,9 +138,15 @@ class Accounts:
     ----------
     connection, address : Rate
         Seconds of processor time.
+
+    Attributes
+    ----------
+    silent : dict
+        The address of each connection that has asked for nothing yet, the oldest first.
     """
 
     def __init__(self, connection: Rate, address: Rate) -> None:
+        self.silent: dict[Any, str] = {}
         self._connection, self._address = connection, address
         self._addresses: dict[str, _Address] = {}
         self._accounts: WeakValueDictionary[tuple[str, int], Account] = WeakValueDictionary()

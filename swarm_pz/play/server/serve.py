@@ -24,7 +24,7 @@ from swarm_pz.play.server.climbing import Climbing, check_rules
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.policy_workers import Loader, PolicyWorkers
 from swarm_pz.play.server.server_context import COUNTDOWN_S, ServerContext
-from swarm_pz.play.server.sockets import RECEIVED_AT_ONCE, BoundedHTTP, BoundedWebSocket
+from swarm_pz.play.server.sockets import ACCEPTED_AT_ONCE, RECEIVED_AT_ONCE, BoundedHTTP, BoundedWebSocket
 from swarm_pz.play.server.views import capture_fields, target_message
 from swarm_pz.play.strokes import WIDEST, Stroke, density_of
 from swarm_pz.play.studies.folder import StudyFolder
@@ -267,6 +267,7 @@ def serve(
         ws=BoundedWebSocket,
         ws_max_size=protocol.MAX_MESSAGE_BYTES,
         ws_max_queue=32,
+        backlog=ACCEPTED_AT_ONCE,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=_END_S,
         # A peer that is gone, and answers no ping, is closed.

@@ -10,7 +10,7 @@ import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-from swarm_pz.play.server.budget import Account, Budget
+from swarm_pz.play.server.budget import Account, Accounts, Budget
 
 _MOST_PARTS, _PARTS_PER_SECOND = 100.0, 10.0
 """Pings, pongs and parts of messages that a peer may send, at once and in a second: browsers send hardly any."""
@@ -19,6 +19,10 @@ RECEIVED_AT_ONCE = 16 * 1024
 """Bytes that the system keeps of what a peer sent: all of it is read at once, and in six bytes is a ping."""
 MOST_LINES = 256
 """Of what a request begins with: thousands of headers are work."""
+MOST_SILENT, MOST_SILENT_OF_ADDRESS = 256, 64
+"""Connections that have asked for nothing yet; beyond these, the oldest is closed. Browsers open some ahead."""
+ACCEPTED_AT_ONCE = 32
+"""Connections that are taken in one turn of the event loop: games wait meanwhile."""
 REQUEST_S = 10.0
 """Seconds within which a connection must have asked for something whole, and then again and again."""
 
@@ -32,9 +36,21 @@ class BoundedHTTP(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin to look whether requests come."""
         super().connection_made(transport)
-        self._account: Account = self.app_state["accounts"].of(self.client)
+        accounts: Accounts = self.app_state["accounts"]
+        self._account, self._silent = accounts.of(self.client), accounts.silent
         self._lines = 0
+        self._silent[self] = address = self.client[0] if self.client else ""
+        neighbours = [one for one, where in self._silent.items() if where == address]
+        if len(neighbours) > MOST_SILENT_OF_ADDRESS or len(self._silent) > MOST_SILENT:
+            oldest = neighbours[0] if len(neighbours) > MOST_SILENT_OF_ADDRESS else next(iter(self._silent))
+            del self._silent[oldest]
+            oldest.transport.abort()
         self.loop.call_later(REQUEST_S, self._look, None)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Forget it."""
+        self._silent.pop(self, None)
+        super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
         """Read what came, once the connection has no debt."""
@@ -51,6 +67,7 @@ class BoundedHTTP(H11Protocol):
             super().data_received(data)
         if self.conn.their_state is not h11.IDLE:
             self._lines = 0
+            self._silent.pop(self, None)
 
     def _read_on(self, data: bytes) -> None:
         if not self.transport.is_closing():

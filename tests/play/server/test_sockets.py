@@ -118,11 +118,44 @@ def test_who_asks_for_nothing_whole_is_let_go_and_whoever_does_is_answered(first
     asyncio.run(play())
 
 
+def test_of_connections_that_ask_for_nothing_the_oldest_gives_way(monkeypatch):
+    """Five addresses that connected without a word, thousands of times a second, held up every game."""
+    monkeypatch.setattr(sockets, "MOST_SILENT", 5)
+    monkeypatch.setattr(sockets, "MOST_SILENT_OF_ADDRESS", 3)
+
+    async def play():
+        config, accounts = uvicorn.Config(answer, lifespan="off"), Accounts(Rate(1.0, 1.0), Rate(1.0, 1.0))
+        config.load()
+
+        def connected(address):
+            one = BoundedHTTP(config, ServerState(), {"accounts": accounts}, asyncio.get_running_loop())
+            known = {"peername": (address, 5), "sockname": ("here", 80)}
+            one.connection_made(Mock(get_extra_info=known.get, is_closing=lambda: False))
+            return one
+
+        def closed(*connections):
+            return [one.transport.abort.called for one in connections]
+
+        asks = connected("a")
+        asks.data_received(REQUEST)
+        first, second, third = (connected("a") for _ in range(3))
+        assert not any(closed(asks, first, second, third))
+        fourth, other = connected("a"), connected("b")
+        assert closed(asks, first, second, other) == [False, True, False, False]
+        second.connection_lost(None)
+        connected("b"), connected("b")
+        assert not any(closed(second, third, fourth, other))
+        connected("c")
+        assert closed(asks, third, fourth, other) == [False, True, False, False], "the oldest of all"
+
+    asyncio.run(play())
+
+
 def test_a_request_of_thousands_of_headers_is_not_read(monkeypatch):
     read = []
     monkeypatch.setattr(sockets.H11Protocol, "data_received", lambda _, data: read.append(data))
     socket = BoundedHTTP.__new__(BoundedHTTP)
-    socket._account, socket._lines, socket.transport = ACCOUNTS.of(None), 0, Mock()
+    socket._account, socket._lines, socket.transport, socket._silent = ACCOUNTS.of(None), 0, Mock(), {}
     socket.conn = SimpleNamespace(their_state=h11.IDLE)
     socket.data_received(REQUEST)
     socket.data_received(b"a: b\r\n" * 200)
@@ -137,6 +170,7 @@ def test_nothing_is_read_of_a_connection_in_debt_until_that_is_paid(monkeypatch)
     monkeypatch.setattr(sockets.H11Protocol, "data_received", lambda _, data: read.append(data))
     socket = BoundedHTTP.__new__(BoundedHTTP)
     socket._account, socket._lines, socket.transport = Mock(debt_s=lambda: 2.0), 0, Mock(is_closing=lambda: False)
+    socket._silent = {}
     socket.loop, socket.flow, socket.conn = Mock(), Mock(read_paused=False), SimpleNamespace(their_state=h11.DONE)
     socket.data_received(REQUEST)
     socket.transport.pause_reading.assert_called_once()
