@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import logging
 import os
 import threading
@@ -43,26 +44,19 @@ class Recorder:
         What keeps the recording from being written, to be told once; empty if nothing does.
     is_behind : bool
         Whether the last flush left lines to the next one, though the disk took all that it was given.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be made.
     """
 
     def __init__(self, path: Path, header: Header) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
         self.path = path
         self.fault = ""
         self.is_behind = False
-        self._file = path.open("xb", buffering=0)
+        self._file: io.FileIO | None = None
         self._lines: deque[Header | EventLine] = deque([header])
         self._bytes = bytearray()
         self._link = START
         self._failed = 0
         self._open = True
         self._end: threading.Thread | None = None
-        self.flush()
 
     @property
     def written(self) -> bool:
@@ -75,9 +69,18 @@ class Recorder:
             self._lines.append(line)
 
     def flush(self) -> None:
-        """Hand what was written to the system: a process that is killed loses what came after."""
+        """Hand what was written to the system, in a file that the first call makes: what came after may be lost.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be made.
+        """
         if not self._open:
             return
+        if self._file is None:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = self.path.open("xb", buffering=0)
         self._write_some()
         if self._failed > _PATIENCE:
             self.fault = f"the recording breaks off: {self._reason}"
@@ -87,6 +90,8 @@ class Recorder:
         """Finish the file; what takes long is done in a thread."""
         if not self._open:
             return
+        if self._file is None:
+            self.flush()
         self._open = False
         if self._failed <= _PATIENCE:
             self._write_some()
@@ -100,6 +105,7 @@ class Recorder:
 
     def _write_some(self) -> None:
         """Write what waits, but not so much that it takes long; what was not taken goes on waiting."""
+        assert self._file is not None  # noqa: S101
         while self._lines and len(self._bytes) < _ONE_FLUSH:
             line, self._link = chained(_encoder.encode(self._lines.popleft()), self._link)
             self._bytes += line + b"\n"
@@ -116,6 +122,7 @@ class Recorder:
         self.is_behind = bool(self._lines) and not self._failed
 
     def _finish(self) -> None:
+        assert self._file is not None  # noqa: S101
         tries = 1 if self._failed > _PATIENCE else _LAST_TRIES
         while self._lines or self._bytes:
             self._write_some()

@@ -80,7 +80,14 @@ class GameLog:
         return server_ms - self._began_ms
 
     def begin(self) -> None:
-        """Count from now, and write down what came before."""
+        """Count from now, make the file, and write down what came before.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be made.
+        """
+        self.recorder.flush()
         planned, self._began_ms = self._began_ms, self._server_ms()
         self.has_begun = True
         for line in self._early:
@@ -188,9 +195,3 @@ class GameLog:
             )
         )
         self.recorder.close()
-
-    def discard(self) -> None:
-        """Take the file back: nothing of the game was played."""
-        self.recorder.close()
-        with contextlib.suppress(OSError):
-            self.recorder.path.unlink()

@@ -59,6 +59,8 @@ class Callbacks:
     ----------
     began : callable
         The clock runs, and the recording with it.
+    refused : callable
+        Why the game cannot begin after all; it is to be called off.
     show : callable
         Every frame and its number, 30 times a second of game.
     look : callable
@@ -74,6 +76,7 @@ class Callbacks:
     """
 
     began: Callable[[], None]
+    refused: Callable[[str], None]
     show: Callable[[bytes, int], None]
     look: Callable[[], None]
     in_force: Callable[[Command, int], None]
@@ -196,11 +199,10 @@ class LiveSession:
     # --- its end ----------------------------------------------------------------------------------
 
     def call_off(self) -> None:
-        """Take back a game that has not begun, and its file: nothing of it was played."""
+        """Take back a game that has not begun, and so has no file."""
         self._halt()
         self.commands.drop()
         self.game.withdraw()
-        self.log.discard()
 
     def _halt(self) -> None:
         self.ended = True
@@ -222,8 +224,8 @@ class LiveSession:
 
     def _lose(self, error: FlightError) -> None:
         """End a game of which a side has nobody who flies it: the other one has won."""
-        if not self.has_begun:
-            self._begin()
+        if not self.has_begun and not self._begin():
+            return
         self.forfeit = str(error)[:500]
         self.log.note(SeatLine(team=error.team, event="forfeit", ms=self.log.now_ms, reason=self.forfeit))
         self._tell.notice(f"{TEAM_NAMES[error.team]} forfeits this game: {self.forfeit}")
@@ -235,7 +237,8 @@ class LiveSession:
         try:
             self._thinkers.ask()
             await asyncio.gather(asyncio.sleep(self._context.countdown_s), self._thinkers.answers(), self._try_out())
-            self._begin()
+            if not self._begin():
+                return
             clock = GameClock(self.config.speed, self._context.punctuality)
             while not self.game.over:
                 for _ in range(await clock.due()):
@@ -255,9 +258,15 @@ class LiveSession:
         if self._pilot is not None:
             await self._pilot.try_out()
 
-    def _begin(self) -> None:
-        self.log.begin()
+    def _begin(self) -> bool:
+        """Let the clock run, and tell whether it does: a game that cannot be written down does not begin."""
+        try:
+            self.log.begin()
+        except OSError as error:
+            self._tell.refused(f"the game cannot be recorded: {error.strerror}")
+            return False
         self._tell.began()
+        return True
 
     async def _tick(self) -> None:
         game = self.game

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import secrets
+import time
 from collections.abc import Callable, Sequence
 from typing import Literal
 
@@ -22,6 +23,8 @@ from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.server.views import target_message
 
+PAUSE_S = 1.0
+"""Seconds after a countdown was called off in which none begins: to begin one is work."""
 log = logging.getLogger("swarm_pz.play")
 
 
@@ -86,6 +89,7 @@ class RoomGames:
         self._before: tuple[LiveSession | None, Outcome | None] = None, None
         """The session before the one that starts, and its outcome."""
         self._count = 0
+        self._called_off_at = -PAUSE_S
         self._is_called_for = False
         """Somebody who is here wants two policies to begin."""
 
@@ -122,6 +126,8 @@ class RoomGames:
         if ready and failed:
             hint = "; invite another one" if failed[0].policy else ""
             raise RefusedError("not_valid", f"{failed[0].fault}{hint}")
+        if ready and not self.is_on and time.monotonic() - self._called_off_at < PAUSE_S:
+            raise RefusedError("too_many", "the countdown was called off just now; say that you are ready in a second")
         if own is None:
             self._is_called_for = ready
         else:
@@ -178,6 +184,7 @@ class RoomGames:
                 self._context,
                 Callbacks(
                     began=self._began,
+                    refused=self._refused,
                     show=self._audience.show,
                     look=self._look,
                     in_force=self._in_force,
@@ -189,12 +196,17 @@ class RoomGames:
                 self.lesson,
                 self._hosted.path if self._hosted is not None else None,
             )
-        except OSError as error:
-            raise RefusedError("not_valid", f"the game cannot be recorded: {error.strerror}") from error
         except Exception as error:  # of a control system of another package, perhaps
             log.exception("a game did not begin")
             told = str(error) if isinstance(error, SwarmError) else "the server could not do that"
             raise RefusedError("not_valid", f"the game cannot begin: {told}") from error
+
+    def _refused(self, reason: str) -> None:
+        self.call_off()
+        for seat in self._seats:
+            seat.ready = seat.kind == "policy"
+        self._notice(reason)
+        self._changed()
 
     def _began(self) -> None:
         self._count += 1
@@ -249,6 +261,7 @@ class RoomGames:
         if self.session is not None and self.phase == "starting":
             self.session.call_off()
             self.session, self.outcome = self._before
+            self._called_off_at = time.monotonic()
             self._is_called_for = False
 
     def stop(self) -> None:

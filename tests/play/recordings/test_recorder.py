@@ -37,18 +37,21 @@ def begun(tmp_path, monkeypatch):
     """Give a recorder, and its disk that is full from now on."""
     monkeypatch.setattr(module, "_LAST_PAUSE_S", 0.001)
     recorder = Recorder(tmp_path / "a.jsonl", header(CONFIG, 1, "ring"))
+    recorder.flush()
     recorder._file = Disk(recorder._file)
     yield recorder, recorder._file
     recorder.close()
     recorder._end.join()
 
 
-def test_a_recorder_begins_a_file_of_its_own_at_once_and_adds_nothing_once_it_is_closed(tmp_path):
+def test_a_recorder_begins_a_file_of_its_own_when_it_first_writes_and_adds_nothing_once_it_is_closed(tmp_path):
     path = tmp_path / "deep" / "er" / "a.jsonl"
     recorder = Recorder(path, header(CONFIG, 1, "ring"))
+    assert not path.parent.exists()
+    recorder.flush()
     assert Recording.read(path).header.seed == 1
     with pytest.raises(FileExistsError):
-        Recorder(path, header(CONFIG, 2, "ring"))
+        Recorder(path, header(CONFIG, 2, "ring")).flush()
     recorder.write(SeatLine(team=0, event="connected", ms=0.0))
     recorder.close()
     recorder.write(SeatLine(team=0, event="hidden", ms=1.0))
@@ -100,6 +103,7 @@ def test_a_disk_that_stays_full_ends_the_recording_and_not_the_game(begun, caplo
 def test_a_long_past_is_written_little_by_little_and_wholly_at_the_end(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "_ONE_FLUSH", 300)
     recorder = Recorder(tmp_path / "a.jsonl", header(CONFIG, 1, "ring"))
+    recorder.flush()
     for _ in range(100):
         recorder.write(SEAT)
     recorder.flush()
@@ -139,6 +143,6 @@ def test_file_and_folder_are_on_the_disk_when_a_game_has_ended_and_no_event_loop
 def test_a_game_is_not_written_over_a_link(tmp_path):
     (tmp_path / "a.jsonl").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(FileExistsError):
-        Recorder(tmp_path / "a.jsonl", header(CONFIG, 1, "ring"))
+        Recorder(tmp_path / "a.jsonl", header(CONFIG, 1, "ring")).flush()
     with pytest.raises(RecordingError):
         Recording.read(tmp_path / "a.jsonl")

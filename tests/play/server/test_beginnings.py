@@ -1,6 +1,9 @@
 """How a game begins: when both can play, after a countdown, with the first commands of all in force."""
 
 import asyncio
+import contextlib
+from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -13,7 +16,9 @@ from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.server import room_games
 from swarm_pz.play.server.policy_workers import PolicyWorkers
+from swarm_pz.play.server.refusal import RefusedError
 from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
 from swarm_pz.play.server.room_settings import settings_of
 from swarm_pz.policies import load
@@ -259,7 +264,9 @@ def test_a_countdown_that_policies_hold_up_moves_the_recordings_clock(tmp_path):
 
 
 @pytest.mark.parametrize("how", ["not ready", "leaves", "is cut off"])
-def test_who_does_not_play_after_all_calls_the_countdown_off(how, tmp_path):
+def test_who_does_not_play_after_all_calls_the_countdown_off(how, tmp_path, monkeypatch):
+    monkeypatch.setattr(room_games, "PAUSE_S", 0.0)
+
     async def play():
         with opened(tmp_path, countdown_s=FOREVER_S) as room:
             red, blue = starting(room)
@@ -286,6 +293,29 @@ def test_who_does_not_play_after_all_calls_the_countdown_off(how, tmp_path):
     asyncio.run(play())
 
 
+def test_countdowns_that_are_called_off_make_no_file_and_begin_once_a_second(tmp_path, monkeypatch):
+    """Each countdown is work: five clients that began and called off as fast as they could stopped all games."""
+    now = [1000.0]
+    monkeypatch.setattr(room_games, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    made = Mock(side_effect=room_games.LiveSession)
+    monkeypatch.setattr(room_games, "LiveSession", made)
+
+    async def play():
+        with opened(tmp_path, blue=0, countdown_s=FOREVER_S) as room:
+            (red,) = seated(room, "red")
+            for _ in range(100):
+                with contextlib.suppress(RefusedError):
+                    room.ready(red, True)
+                room.ready(red, False)
+                now[0] += 0.0625
+            assert made.call_count == 7, "in 6.25 s"
+            with pytest.raises(RefusedError, match="called off just now; say that you are ready in a second"):
+                room.ready(red, True)
+            assert not room.seats[0].ready and list(tmp_path.iterdir()) == []
+
+    asyncio.run(play())
+
+
 def test_a_countdown_to_another_game_that_is_called_off_leaves_the_last_one_in_view(tmp_path):
     async def play():
         with opened(tmp_path, time_limit=None) as room:
@@ -305,7 +335,8 @@ def test_a_countdown_to_another_game_that_is_called_off_leaves_the_last_one_in_v
     assert asyncio.run(play()).end.outcome == "stopped"
 
 
-def test_a_game_that_goes_on_from_a_moment_counts_down_to_it_and_says_its_speed(tmp_path):
+def test_a_game_that_goes_on_from_a_moment_counts_down_to_it_and_says_its_speed(tmp_path, monkeypatch):
+    monkeypatch.setattr(room_games, "PAUSE_S", 0.0)
     record(tmp_path / "old.jsonl", ticks=90, config=CALM.replace(speed=2.0))
 
     async def play():

@@ -563,10 +563,10 @@ def test_a_game_that_nobody_can_write_down_does_not_begin(tmp_path):
 
     async def play():
         with opened(tmp_path / "games") as room:
-            red, blue = seated(room, "red", "blue")
-            room.ready(red, True)
-            assert code_of(room.ready, blue, True) == "not_valid"
-            assert room.phase == "waiting"
+            red, _ = starting(room)
+            await until(lambda: red.heard(protocol.Notice))
+            assert "cannot be recorded: File exists" in red.heard(protocol.Notice)[0].text
+            assert (red.messages[-1].phase, [seat.ready for seat in room.seats]) == ("waiting", [False, False])
 
     asyncio.run(play())
 
