@@ -45,6 +45,8 @@ from swarm_pz.play.server.views import frame_of
 
 _FIELD_TICKS = 3
 """Ticks between two frames that show capture fields."""
+_HELD_S = 0.1
+"""Seconds between two looks whether a game that is held goes on."""
 _LOOK_TICKS = 6
 """Ticks between two looks at the conditions of automatic responses."""
 log = logging.getLogger("swarm_pz.play")
@@ -61,6 +63,8 @@ class Callbacks:
         The clock runs, and the recording with it.
     refused : callable
         Why the game cannot begin after all; it is to be called off.
+    is_seen : callable
+        Whether the game goes on; else it is held.
     show : callable
         Every frame and its number, 30 times a second of game.
     look : callable
@@ -77,6 +81,7 @@ class Callbacks:
 
     began: Callable[[], None]
     refused: Callable[[str], None]
+    is_seen: Callable[[], bool]
     show: Callable[[bytes, int], None]
     look: Callable[[], None]
     in_force: Callable[[Command, int], None]
@@ -241,6 +246,9 @@ class LiveSession:
                 return
             clock = GameClock(self.config.speed, self._context.punctuality)
             while not self.game.over:
+                while not self._tell.is_seen():
+                    await asyncio.sleep(_HELD_S)
+                    clock = GameClock(self.config.speed, self._context.punctuality)
                 for _ in range(await clock.due()):
                     if not self.game.over:
                         await self._tick()

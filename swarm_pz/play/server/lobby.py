@@ -35,11 +35,10 @@ from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.policy import kind_of
 
 MOST_ROOMS = 100
+"""Of 10 against 10 at normal speed; others count by what they take, as `cost_of` says."""
 MOST_ROOMS_OF_ADDRESS = 40
 """Of these, at once: a class behind one address has enough, and others some left. So many may be opened one after
 another, too, and then one a second: opening a room and beginning its game is work."""
-MOST_EMPTY_ROOMS_OF_ADDRESS = 10
-"""Beyond these, the one that has been without anybody for longest gives way: games that nobody sees are work, too."""
 MOST_REPLAY_BYTES = 256 * 2**20
 """Of the files of recorded games that are watched at once: each takes some times as much memory."""
 EMPTY_S = 30.0
@@ -137,20 +136,9 @@ class Lobby:
             If there are too many, in all or of who opens it, there is no such game, or games cannot be recorded.
         """
         now = time.monotonic()
-        own = [room for room in self.rooms.values() if room.address == address]
-        empty = [room for room in own if not room.connections]
-        gives_way = len(empty) >= MOST_EMPTY_ROOMS_OF_ADDRESS
-        if len(own) - gives_way >= MOST_ROOMS_OF_ADDRESS:
-            raise RefusedError(
-                "full", f"your network has {MOST_ROOMS_OF_ADDRESS} rooms open and no more; leave one, or join one"
-            )
         budget = self._openings.setdefault(address, Budget(MOST_ROOMS_OF_ADDRESS, 1.0, now))
         if not budget.take(1.0, now):
             raise RefusedError("full", "your network opens rooms too fast; wait for a second, or join one")
-        if gives_way:
-            self.close_room(min(empty, key=lambda room: room.last_used))
-        if len(self.rooms) >= MOST_ROOMS:
-            raise RefusedError("full", f"this server has {MOST_ROOMS} rooms and no more; try again later, or join one")
         try:
             check_folder(self.context.folder)
         except OutputError as error:
@@ -158,10 +146,36 @@ class Lobby:
             raise RefusedError("not_valid", "games cannot be recorded on this server now; tell who runs it") from error
         code = self._new_code()
         try:
-            self.rooms[code] = Room(code, settings, self.context, moment, address)
+            room = Room(code, settings, self.context, moment, address)
         except ConfigError as error:
             raise RefusedError("not_valid", str(error)) from error
-        return self.rooms[code]
+        self._make_way(room)
+        self.rooms[code] = room
+        return room
+
+    def _make_way(self, room: Room) -> None:
+        """Refuse a room that takes too much; else close as many of its address that nobody is in as it needs."""
+        kept = list(self.rooms.values())
+        empty = [other for other in kept if other.address == room.address and not other.connections]
+        empty.sort(key=lambda other: other.last_used)
+        while True:
+            own = [other.cost for other in kept if other.address == room.address]
+            left = MOST_ROOMS - sum(other.cost for other in kept)
+            if own:  # a first one may take more than an address has
+                left = min(left, MOST_ROOMS_OF_ADDRESS - sum(own))
+            if room.cost <= left:
+                break
+            if not empty:
+                raise RefusedError(
+                    "full",
+                    f"this room takes as much as {room.cost:.1f} rooms of 10 against 10 at normal speed, and there are "
+                    f"{max(left, 0.0):.1f} left for your network: take fewer drones, a lower speed or a simpler "
+                    "control system, leave another room, or join one",
+                )
+            kept.remove(empty.pop(0))
+        for other in list(self.rooms.values()):
+            if other not in kept:
+                self.close_room(other)
 
     def open_hosted(self, hosted: Hosted) -> Room:
         """Return a new room of a host."""

@@ -17,7 +17,7 @@ from swarm_pz.play.server.orders import Made
 from swarm_pz.play.server.refusal import RefusedError
 from swarm_pz.play.server.responses import ReadyRule
 from swarm_pz.play.server.room_games import RoomGames
-from swarm_pz.play.server.room_settings import Hosted, settings_of, table_config
+from swarm_pz.play.server.room_settings import Hosted, cost_of, settings_of, table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
 from swarm_pz.play.server.server_context import ServerContext
@@ -46,6 +46,8 @@ class Room:
     ----------
     config : TableConfig
     settings : protocol.Settings
+    cost : float
+        What its games take of the server, as `cost_of` says.
     seats : (Seat, Seat)
     audience : Audience
     games : RoomGames
@@ -74,7 +76,7 @@ class Room:
             self.config = table_config(settings, context.table)
         else:  # by its rules; what was varied then is not now
             self.config = moment.game.config.replace(factors=(Factors(), Factors()))
-        self.settings = settings_of(self.config)
+        self.settings, self.cost = settings_of(self.config), cost_of(self.config)
         self.last_used = time.monotonic()
         self.once = self.ranked = False
         self.seats = (

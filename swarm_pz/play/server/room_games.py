@@ -185,6 +185,7 @@ class RoomGames:
                 Callbacks(
                     began=self._began,
                     refused=self._refused,
+                    is_seen=lambda: self._hosted is not None or bool(self._audience.connections),
                     show=self._audience.show,
                     look=self._look,
                     in_force=self._in_force,

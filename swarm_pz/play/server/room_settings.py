@@ -12,6 +12,20 @@ from swarm_pz.config.system import ControlSystem
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 
+_PLAIN_COST = 0.8
+"""What every game takes of the server, in games of 10 against 10 by `ergodic` at normal speed."""
+_COSTS = {
+    "ergodic": (0.0, 0.01),
+    "direct": (1.2, 0.01),
+    "flocking": (1.4, 0.02),
+    "potential_field": (1.4, 0.02),
+    "formation": (2.0, 0.03),
+    "coverage": (1.9, 0.08),
+    "leader_follower": (2.9, 0.08),
+}
+"""What a team that a control system flies takes besides, and each of its drones, as measured on one game by itself."""
+_UNKNOWN_COST = 3.0, 0.1
+"""The same, of another package's system."""
 _UNTIMED = 1e6
 """Seconds that stand for no time limit."""
 
@@ -54,6 +68,15 @@ def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig
         capture=rules.capture.replace(enabled=rules.capture.enabled and min(sizes) > 0),
     )
     return table.replace(game=game, mapping=settings.mapping, speed=settings.speed)
+
+
+def cost_of(config: TableConfig) -> float:
+    """Return what a game takes of the server, in games of 10 against 10 by `ergodic` at normal speed."""
+    cost = _PLAIN_COST
+    for size, system in zip(config.game.team_sizes, config.game.team_systems, strict=True):
+        team, drone = _COSTS.get(system.name, _UNKNOWN_COST)
+        cost += team * (size > 0) + drone * size
+    return round(config.speed * cost, 3)
 
 
 def _system(name: str | None, team: int, rules: GameConfig) -> ControlSystem:

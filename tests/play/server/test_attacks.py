@@ -18,7 +18,7 @@ from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.client_handler import HELLO_S, ClientHandler
 from swarm_pz.play.server.connection import Connection
-from swarm_pz.play.server.lobby import MOST_EMPTY_ROOMS_OF_ADDRESS, MOST_ROOMS_OF_ADDRESS
+from swarm_pz.play.server.lobby import MOST_ROOMS_OF_ADDRESS
 from tests.play.recordings.test_format import record
 from tests.play.recordings.test_playback import CALM
 from tests.play.server.test_client_handler import Guest, visiting
@@ -162,7 +162,7 @@ def test_who_fills_the_house_with_rooms_leaves_most_of_it_to_others(tmp_path):
             for attacker in attackers:
                 attacker.handler.end()
         assert refused == {"full": 1, "out_of_turn": 1}
-        assert len(hall.rooms) <= MOST_EMPTY_ROOMS_OF_ADDRESS + 5 + 1
+        assert len(hall.rooms) <= MOST_ROOMS_OF_ADDRESS + 5 + 1
         assert len(list(tmp_path.glob("*.jsonl"))) <= MOST_ROOMS_OF_ADDRESS + 5, "nor are so many games begun"
         assert await plays_on(guest)
 

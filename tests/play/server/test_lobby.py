@@ -1,27 +1,31 @@
 """The lobby: rooms by code, seats by token, and rooms that are closed when nobody is there."""
 
 import asyncio
+import contextlib
 import os
 import threading
 import time
+from collections import Counter
 
 import pytest
 
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings import summary
 from swarm_pz.play.server import lobby as module
 from swarm_pz.play.server import replays
 from swarm_pz.play.server.lobby import (
     EMPTY_S,
-    MOST_EMPTY_ROOMS_OF_ADDRESS,
     MOST_REPLAY_BYTES,
+    MOST_ROOMS,
     MOST_ROOMS_OF_ADDRESS,
     Lobby,
 )
 from swarm_pz.play.server.policy_workers import PolicyWorkers
 from swarm_pz.play.server.refusal import RefusedError
 from swarm_pz.play.server.room import AWAY_S
+from swarm_pz.play.server.room_settings import cost_of, table_config
 from swarm_pz.play.server.server_context import ServerContext
 from tests.play.faulty import loader
 from tests.play.recordings.test_format import record
@@ -61,11 +65,10 @@ def test_rooms_are_found_by_code_and_seats_by_token(lobby):
 
 def test_there_are_no_more_rooms_than_allowed(lobby, monkeypatch):
     monkeypatch.setattr(module, "MOST_ROOMS", 2)
-    lobby.open_room(protocol.Settings())
-    last = lobby.open_room(protocol.Settings())
-    with pytest.raises(RefusedError, match="2 rooms and no more"):
+    (first,), (_,) = (fill(lobby, f"192.0.2.{place}", 1, watched=True) for place in range(2))
+    with pytest.raises(RefusedError, match=r"0\.0 left for your network"):
         lobby.open_room(protocol.Settings())
-    lobby.close_room(last)
+    lobby.close_room(first)
     assert lobby.open_room(protocol.Settings()).code in lobby.rooms
 
 
@@ -92,7 +95,7 @@ def fill(lobby, address, count, *, watched=False):
 def test_an_address_has_a_share_of_the_rooms(lobby, clock):
     rooms = fill(lobby, "192.0.2.1", MOST_ROOMS_OF_ADDRESS, watched=True)
     clock.now += 60.0
-    with pytest.raises(RefusedError, match="your network has 40 rooms open and no more; leave one") as refused:
+    with pytest.raises(RefusedError, match=r"as much as 1\.0 rooms .* 0\.0 left for your network") as refused:
         fill(lobby, "192.0.2.1", 1)
     assert refused.value.code == "full"
     assert fill(lobby, "192.0.2.2", 1), "others have room"
@@ -100,13 +103,39 @@ def test_an_address_has_a_share_of_the_rooms(lobby, clock):
     assert fill(lobby, "192.0.2.1", 1)
 
 
+def test_rooms_count_by_what_they_take(lobby, clock):
+    """Forty rooms of 200 against 200 at double speed, from one address, slowed all others to a third."""
+    large = protocol.Settings(red=200, blue=200, speed=2.0)
+    opened = Counter()
+    for address in ("192.0.2.1", "192.0.2.2", "192.0.2.3"):
+        for _ in range(20):
+            with contextlib.suppress(RefusedError):
+                lobby.open_room(large, address=address).watch(Client())
+                opened[address] += 1
+    assert list(opened.values()) == [4, 4, 2]
+    assert sum(room.cost for room in lobby.rooms.values()) <= MOST_ROOMS
+
+
+def test_who_has_no_other_room_may_open_the_dearest_one(lobby):
+    slow = protocol.Settings(red=200, blue=200, speed=2.0, red_system="coverage", blue_system="coverage")
+    assert lobby.open_room(slow, address="192.0.2.1").cost > MOST_ROOMS_OF_ADDRESS
+
+
+def test_slow_fliers_many_drones_and_speed_make_a_room_cost_more():
+    costs = [
+        cost_of(table_config(protocol.Settings(**settings), TableConfig()))
+        for settings in ({}, {"red": 100}, {"red": 100, "red_system": "formation"}, {"speed": 2.0})
+    ]
+    assert costs[0] == 1.0 and costs[0] < costs[1] < costs[2] and costs[3] == 2.0
+
+
 def test_of_the_rooms_of_an_address_that_nobody_is_in_the_one_that_was_longest_so_gives_way(lobby, clock):
     (others,) = fill(lobby, "192.0.2.2", 1)
-    rooms = fill(lobby, "192.0.2.1", MOST_EMPTY_ROOMS_OF_ADDRESS + 1)
-    assert rooms[0].code not in lobby.rooms, "all came at once, so the first"
+    rooms = fill(lobby, "192.0.2.1", MOST_ROOMS_OF_ADDRESS)
     rooms[3].watch(Client())
     rooms[5].last_used -= 10.0
     others.last_used = rooms[3].last_used = 0.0
+    clock.now += 60.0
     more = fill(lobby, "192.0.2.1", 3)
     assert [room for room in rooms if room.code not in lobby.rooms] == [*rooms[:2], rooms[5]]
     assert {room.code for room in (others, *more)} <= set(lobby.rooms)
@@ -116,7 +145,7 @@ def test_an_address_opens_so_many_rooms_at_once_and_then_one_a_second(lobby, clo
     fill(lobby, "192.0.2.1", MOST_ROOMS_OF_ADDRESS)
     with pytest.raises(RefusedError, match="opens rooms too fast; wait for a second") as refused:
         fill(lobby, "192.0.2.1", 1)
-    assert refused.value.code == "full" and len(lobby.rooms) == MOST_EMPTY_ROOMS_OF_ADDRESS, "and none gave way"
+    assert refused.value.code == "full" and len(lobby.rooms) == MOST_ROOMS_OF_ADDRESS, "and none gave way"
     fill(lobby, "192.0.2.2", 1)
     clock.now += 2.0
     lobby.close_idle_rooms()

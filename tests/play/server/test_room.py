@@ -14,6 +14,7 @@ from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, PaintedLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.server import live_session
 from swarm_pz.play.server import room as module
 from swarm_pz.play.server.orders import make
 from swarm_pz.play.server.policy_workers import PolicyWorkers
@@ -198,7 +199,10 @@ def test_a_policy_that_fails_keeps_its_last_command_and_the_room_says_so(how, tm
     assert Playback(recording).verify().verified
 
 
-def test_a_table_without_people_plays_on(tmp_path):
+def test_a_game_is_held_while_nobody_sees_it_and_goes_on_where_it_was(tmp_path, monkeypatch):
+    """Rooms that their owners had left took the processor from all others for a minute."""
+    monkeypatch.setattr(live_session, "_HELD_S", 0.01)
+
     async def play():
         shared, client = context(tmp_path), Client()
         room = Room("ABCD", protocol.Settings(time_limit=1.0), shared)
@@ -208,6 +212,10 @@ def test_a_table_without_people_plays_on(tmp_path):
         await playing(room)
         room.leave(client)
         assert room.seats[0].gone and not room.connections
+        left_at = room.session.game.tick
+        await asyncio.sleep(0.5)
+        assert room.session.game.tick <= left_at + 2, "those that were due"
+        room.watch(client)
         await until(lambda: room.phase == "over")
         assert room.seats[0].kind == "free", "a seat that was given up is free for the next game"
         shared.workers.close()
