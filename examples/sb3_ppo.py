@@ -21,13 +21,13 @@ GAME = GameConfig(observation=VIEW, command_period=3)
 def main() -> None:
     """Train, save, and play matches."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--steps", type=int, default=200_000, help="commands to learn from")
+    parser.add_argument("--steps", type=int, default=300_000, help="commands to learn from")
     parser.add_argument("--games", type=int, default=100, help="games against each opponent, even")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("runs/sb3_ppo"))
     asked = parser.parse_args()
 
-    envs = SwarmVecEnv(GAME, num_envs=1, opponent="uniform", action="modes", seed=asked.seed)
+    envs = SwarmVecEnv(GAME, num_envs=4, opponent="uniform", action="modes", seed=asked.seed)
     model = PPO("MlpPolicy", VecMonitor(envs), seed=asked.seed, device="cpu", verbose=1)
     untrained = play_match(model, "uniform", games=asked.games, seed=1, config=GAME)
     model.learn(asked.steps)
