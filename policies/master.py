@@ -88,7 +88,7 @@ class Master:
         settings: PlannerConfig = PlannerConfig(drone_steps=40_000),  # noqa: B008  (frozen)
     ) -> None:
         self.name, self.plays_as = "master", str(tactic) if isinstance(tactic, str | Path) else ""
-        is_given = any(not system.kernel for system in config.team_systems)
+        is_given = any(system.kernel != "ergodic" for system in config.team_systems)
         if is_given:
             config = config.replace(controllers="ergodic")  # any that takes densities: no flight is foretold
         self._config = config

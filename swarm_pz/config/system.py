@@ -62,8 +62,7 @@ class ControlSystem(Config):
         How its commands turn with the square, where what it does turns, too: images (..., A, A), or numbers whose last
         axis begins with x and y, of a place or of a vector; the family's tests try it. Empty: they do not.
     kernel : str
-        The controller of `swarm_pz.kernels.controllers` that flies in the games' own loop in place of `solve`: that is
-        "ergodic" alone; empty for none.
+        What flies in the games' own loop in place of `solve`: "ergodic" or "direct"; empty for none.
     """
 
     name: ClassVar[str]

@@ -20,7 +20,9 @@ from swarm_pz.kernels.trails import cell_of, extend_trails, forget_trail, hand_o
 
 ERGODIC = 0
 """Who flies a team: the ergodic controller, in this loop."""
-GIVEN = 1
+DIRECT = 1
+"""Its commands are its accelerations, in this loop, too."""
+GIVEN = 2
 """From this number on, its accelerations are given by a control system outside of the kernels."""
 
 
@@ -72,9 +74,9 @@ class Games(NamedTuple):
     reconstruction: NDArray[np.float32]
     """(E, 2, G, G) each team's capture field, if it is made of densities; else (E, 2, 0, 0)."""
     given: NDArray[np.float32]
-    """(E, N, 2) accelerations that control systems outside of the kernels have chosen; (E, 0, 2) if there are none."""
+    """(E, N, 2) accelerations that others than the ergodic controller have chosen; (E, 0, 2) if there are none."""
     commands: NDArray[np.float64]
-    """(E, 2, S) the commands in force of teams that they fly, filled up with zeros; else (E, 2, 0)."""
+    """(E, 2, S) the commands in force of teams that others fly, filled up with zeros; else (E, 2, 0)."""
     former: NDArray[np.float64]
     """(E, 2, S) the commands before those."""
     commanded: NDArray[np.int64]
@@ -116,7 +118,9 @@ class RuleVariants(NamedTuple):
     """Of a failed one."""
     communication: Communication
     is_given: bool
-    """Whether control systems outside of the kernels fly any team."""
+    """Whether anything else than the ergodic controller flies any team."""
+    unit: float
+    """The acceleration that `DIRECT` commands are in units of."""
     is_ergodic: bool
     """Whether anything needs the ergodic controller's memories."""
 
@@ -204,6 +208,16 @@ def at_work(teams: NDArray[np.int8], failed: NDArray[np.bool_]) -> NDArray[np.in
 
 
 @kernel
+def pass_on_commands(games: Games, e: int, unit: float) -> None:
+    """Give the drones at work of `DIRECT` teams what their rows of the command ask for."""
+    for i in range(games.teams.shape[1]):
+        team = games.teams[e, i]
+        if games.flown_by[e, team] == DIRECT and not games.failed[e, i]:
+            for axis in range(2):
+                games.given[e, i, axis] = np.float32(games.commands[e, team, 2 * i + axis] * unit)
+
+
+@kernel
 def solve_with_variants(
     games: Games,
     e: int,
@@ -218,6 +232,8 @@ def solve_with_variants(
     Where anybody needs it, the ergodic controller runs for all drones, since memories and coefficients are kept of
     whoever is flown by another one, too; those then get what they were given.
     """
+    if variants.is_given:
+        pass_on_commands(games, e, variants.unit)
     if games.followed.shape[2]:
         take_up_commands(games, e, variants, boards)
     if variants.can_fail:
@@ -240,7 +256,7 @@ def solve_with_variants(
         ergodic(swarm, games.coefficients[e], controller, scratch)
     if variants.is_given:
         for i in range(games.teams.shape[1]):
-            if games.flown_by[e, games.teams[e, i]] >= GIVEN and not games.failed[e, i]:
+            if games.flown_by[e, games.teams[e, i]] != ERGODIC and not games.failed[e, i]:
                 games.accelerations[e, i] = games.given[e, i]
     if variants.reconstructs:
         for team in range(2):

@@ -194,10 +194,10 @@ class LiveGame:
         """Whether a command need not be handed in, by who asks for something at every step.
 
         It asks for what was handed in last, and that held is another thing than that sent again: densities by the
-        rules (see `MemoryConfig`), commands of control systems of Python's always.
+        rules (see `MemoryConfig`), commands of other control systems always.
         """
         game, team, waiting = self.config.game, command.team, self._waiting[command.team]
-        if not self.reader.systems[team].kernel:
+        if self.reader.systems[team].kernel != "ergodic":
             asked = self.reader.packed(command).ravel()
             former = self.simulator.games.commands[0, team]
             if waiting is not None:

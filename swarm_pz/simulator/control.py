@@ -21,7 +21,7 @@ from swarm_pz.config.system import ControlSystem, Flight, serve, serves_densitie
 from swarm_pz.config.values import TOLERANCE, as_floats, check_densities, describe, repr_of
 from swarm_pz.errors import CommandError, ConfigError, FlightError, SwarmError
 from swarm_pz.kernels.controllers.communication import communication_parameters
-from swarm_pz.kernels.game import ERGODIC, GIVEN, Games, find_heard
+from swarm_pz.kernels.game import DIRECT, ERGODIC, GIVEN, Games, find_heard
 
 _SOLVES = 10
 """Solves over which a system must keep up with the game: one alone may have waited for the processor."""
@@ -49,7 +49,9 @@ class Control:
         Of any command among others in an array: (A, A) where all are densities, else one axis that has room for the
         longest; the others begin it, and zeros fill it up.
     is_given : bool
-        Whether any team is flown by a system of Python's, and not by the kernels.
+        Whether any team is flown by another system than the ergodic controller.
+    solves : bool
+        Whether any is flown by a system of Python's, and not by the kernels.
     """
 
     def __init__(self, config: GameConfig) -> None:
@@ -58,7 +60,8 @@ class Control:
         number = _number(first, 0)
         self.numbers = (number, number if second == first else _number(second, 1))
         self.systems: dict[int, ControlSystem] = dict(zip(self.numbers, (first, second), strict=True))
-        self.is_given = any(not system.kernel for system in self.systems.values())
+        self.is_given = any(number != ERGODIC for number in self.systems)
+        self.solves = any(number >= GIVEN for number in self.systems)
         self._densities = (config.command_cells, config.command_cells)
         self._shapes = {number: command_shape(system, config) for number, system in self.systems.items()}
         longest = max(int(np.prod(shape)) for shape in self._shapes.values())
@@ -71,7 +74,7 @@ class Control:
 
     @property
     def room(self) -> int:
-        """Numbers that a command takes, where systems of Python's fly; else 0."""
+        """Numbers that a command takes, where others than the ergodic controller fly; else 0."""
         return int(np.prod(self.command_shape)) if self.is_given else 0
 
     # --- commands -----------------------------------------------------------------------------
@@ -188,11 +191,11 @@ class Control:
                 self.systems[number].check_sizes(own, sizes[chosen], self.config, name)
 
     def _by_system(
-        self, flown_by: NDArray[np.int8], *, kernels: bool = True
+        self, flown_by: NDArray[np.int8], *, since: int = ERGODIC
     ) -> Iterator[tuple[int, NDArray[np.int64]]]:
-        """Yield each system's number, and the places of what it flies; without `kernels`, of Python's systems alone."""
-        for number, system in self.systems.items():
-            if system.kernel and not kernels:
+        """Yield each system's number, and the places of what it flies; only numbers from one on."""
+        for number in self.systems:
+            if number < since:
                 continue
             places = np.flatnonzero(flown_by == number)
             if len(places):
@@ -226,7 +229,7 @@ class Control:
         self, games: Games, commands: NDArray[np.float64], rows: NDArray[np.int64], team: int, *, holds: bool
     ) -> None:
         """Put commands (n, *command_shape) in force."""
-        for number, chosen in self._by_system(games.flown_by[rows, team], kernels=False):
+        for number, chosen in self._by_system(games.flown_by[rows, team], since=DIRECT):
             own, mine = self.unpack(commands[chosen], number), rows[chosen]
             flat = own.reshape(len(mine), -1)
             size = flat.shape[1]
@@ -246,7 +249,7 @@ class Control:
         FlightError
             If one raises, answers anything but finite accelerations, or cannot keep up with the game.
         """
-        for number, chosen in self._by_system(games.flown_by[rows, team], kernels=False):
+        for number, chosen in self._by_system(games.flown_by[rows, team], since=GIVEN):
             self._solve(games, rows[chosen], team, number)
 
     def _solve(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> None:
@@ -425,4 +428,4 @@ def _mismatch(system: ControlSystem, kind: str, name: str) -> CommandError:
 
 
 def _number(system: ControlSystem, place: int) -> int:
-    return ERGODIC if system.kernel else GIVEN + place
+    return {"ergodic": ERGODIC, "direct": DIRECT}.get(system.kernel, GIVEN + place)

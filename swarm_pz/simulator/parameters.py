@@ -56,7 +56,8 @@ def rule_variants(config: GameConfig) -> RuleVariants | None:
         failure_chance=-math.expm1(-dynamics.failure_rate * CONTROL_PERIOD),
         repair_chance=-math.expm1(-dynamics.repair_rate * CONTROL_PERIOD),
         communication=communication,
-        is_given="" in kernels,
+        is_given=not all_ergodic,
+        unit=float(config.controller.max_acceleration),
         is_ergodic="ergodic" in kernels or reconstructs,
     )
 

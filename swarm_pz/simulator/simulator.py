@@ -333,7 +333,7 @@ class Simulator:
         def work(part: NDArray[np.int64]) -> None:
             if commands is not None:
                 self._aim(commands, part, all_rows, teams, holds=True)
-            if self.control.is_given:
+            if self.control.solves:
                 self._advance_by_periods(part, per_game.copy())
             else:
                 advance_games(self.games, part, per_game, self._rules, self.controller, self._variants)

@@ -10,7 +10,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.config.system import ControlSystem, Flight
+from swarm_pz.config.system import ControlSystem
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +22,7 @@ class Direct(ControlSystem):
     """
 
     name: ClassVar[str] = "direct"
+    kernel: ClassVar[str] = "direct"
     takes: ClassVar[str] = "accelerations"
     turns: ClassVar[str] = "vectors"
 
@@ -32,7 +33,3 @@ class Direct(ControlSystem):
     def default(self, config: GameConfig) -> NDArray[np.float64]:
         """Return no acceleration at all."""
         return np.zeros((config.num_drones, 2))
-
-    def solve(self, flight: Flight, config: GameConfig) -> NDArray[np.float64]:
-        """Pass the command on."""
-        return flight.commands * float(config.controller.max_acceleration)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 
@@ -12,12 +10,9 @@ from swarm_pz.config import CaptureConfig, ControllerConfig, GameConfig
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.simulator import Simulator
 from swarm_pz.spaces.formats import Format
-from swarm_pz.systems.direct import Direct
 from tests.systems import reference_direct
-from tests.systems.drawn_flights import permuted, random_flight, together, turn, turned_flight
 
 CONFIG = GameConfig(drones_per_team=3, controllers="direct", capture=CaptureConfig(enabled=False))
-SYMMETRIES = list(itertools.product((False, True), repeat=3))
 
 
 def flown(command, config=CONFIG, teams=None) -> Simulator:
@@ -70,30 +65,6 @@ def test_talk_radius_and_lost_messages_change_nothing():
     command = np.random.default_rng(0).uniform(-1, 1, (6, 2))
     deaf = CONFIG.replace(controller=ControllerConfig(communication_radius=0.0, message_loss=1.0))
     np.testing.assert_array_equal(flown(command).games.accelerations, flown(command, deaf).games.accelerations)
-
-
-@pytest.mark.parametrize("symmetry", SYMMETRIES)
-def test_it_has_the_symmetries_of_the_square(symmetry):
-    generator = np.random.default_rng(0)
-    command = generator.uniform(-1, 1, (6, 2))
-    flight = random_flight(generator, command, 4, 2)
-    found = Direct().solve(turned_flight(flight, symmetry, turn(command, symmetry, 0.0)), CONFIG)
-    np.testing.assert_array_equal(found, turn(Direct().solve(flight, CONFIG), symmetry, 0.0))
-
-
-def test_drones_and_their_rows_can_be_permuted():
-    generator = np.random.default_rng(0)
-    flight, order = random_flight(generator, generator.uniform(-1, 1, (6, 2)), 6, 0), generator.permutation(6)
-    other = permuted(flight, order)._replace(commands=flight.commands[:, order])
-    np.testing.assert_array_equal(Direct().solve(other, CONFIG), Direct().solve(flight, CONFIG)[:, order])
-
-
-def test_a_game_alone_and_among_others_is_the_same_bit_for_bit():
-    generator = np.random.default_rng(0)
-    flights = [random_flight(generator, generator.uniform(-1, 1, (6, 2)), own, 6 - own) for own in range(7)]
-    many = Direct().solve(together(flights), CONFIG)
-    for row, flight in enumerate(flights):
-        np.testing.assert_array_equal(Direct().solve(flight, CONFIG)[0], many[row])
 
 
 @pytest.mark.parametrize(
