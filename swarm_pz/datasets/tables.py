@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from swarm_pz.config import RED, TEAM_NAMES, GameConfig, ObservationConfig
 from swarm_pz.datasets.folder import Episode, Target, name_for, new_dataset
 from swarm_pz.datasets.matches import OUTCOMES
-from swarm_pz.envs.batch_env import BatchEnv, StepResult
+from swarm_pz.envs.batch_env import BatchEnv, StepResult, by_game
 from swarm_pz.envs.reward import red_rewards
 from swarm_pz.errors import RecordingError
 from swarm_pz.play.commands import Command
@@ -211,7 +211,8 @@ def _episode(path: Path, row: SeatRow, form: Format, opponent: int) -> Episode:
     end = recording.last_tick
     followed = _first(playback, team)
     observations = [of_game(batch.observe(form.observation, team), 0)]
-    infos = [batch.infos(None, team, 0)]
+    mine, only = np.array([team]), np.zeros(1, np.int64)
+    infos = by_game(batch.infos(None, mine, only))
     actions, rewards, decided = [], [], []
     while game.tick < end:
         games = game.simulator.games
@@ -229,7 +230,7 @@ def _episode(path: Path, row: SeatRow, form: Format, opponent: int) -> Episode:
             recaptured=games.recaptures - recaptures,
         )
         observations.append(of_game(batch.observe(form.observation, team), 0))
-        infos.append(batch.infos(result, team, 0))
+        infos += by_game(batch.infos(result, mine, only))
         actions.append(followed)
         rewards.append(result.rewards[0, team])
         decided.append(bool(over[0]))

@@ -26,6 +26,7 @@ from swarm_pz.config.base import check_count
 from swarm_pz.config.values import check_densities
 from swarm_pz.envs.reward import red_rewards
 from swarm_pz.errors import CommandError, GameOverError, PolicyError
+from swarm_pz.kernels.observation import count_infos
 from swarm_pz.policy import Player, Policy, answers_of, name_of
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.spawn import Seed, check_team
@@ -89,18 +90,18 @@ class BatchEnv:
         self.simulator = Simulator(self.config, num_games, threads)
         self.num_games = self.simulator.num_games
         self.running = np.zeros(self.num_games, np.bool_)
-        self._limit_ticks = self.config.limit_ticks
+        self._limit_ticks, self._step_ticks = self.config.limit_ticks, self.config.step_ticks
         if max_cycles is not None:
             self.max_cycles = max_cycles
 
     @property
     def max_cycles(self) -> int:
         """Steps until a draw; assigning it replaces the time limit."""
-        return -(-self._limit_ticks // self.config.step_ticks)
+        return -(-self._limit_ticks // self._step_ticks)
 
     @max_cycles.setter
     def max_cycles(self, cycles: int) -> None:
-        self._limit_ticks = check_count(cycles, "max_cycles", 1, _LONGEST) * self.config.step_ticks
+        self._limit_ticks = check_count(cycles, "max_cycles", 1, _LONGEST) * self._step_ticks
 
     @property
     def limit_s(self) -> float:
@@ -180,9 +181,7 @@ class BatchEnv:
             raise GameOverError("no game is running: call reset before step")
         games = self.simulator.games
         captures, recaptures = games.captures.copy(), games.recaptures.copy()
-        blue = games.teams.sum(axis=1, dtype=np.int64)  # drones that are fewer after the step red has gained
-        left = np.where(running, np.minimum(self._limit_ticks - games.ticks, self.config.step_ticks), 0)
-        left = np.maximum(left, 0)
+        left = np.maximum(np.minimum(self._limit_ticks - games.ticks, self._step_ticks), 0) * running
         if after_control_period is None:
             self.simulator.advance_checked(left, checked)
         else:
@@ -196,7 +195,8 @@ class BatchEnv:
         decided = self.simulator.decided & running
         truncated = running & ~decided & (games.ticks >= self._limit_ticks)
         self.running &= ~(decided | truncated)
-        gained = blue - games.teams.sum(axis=1, dtype=np.int64)
+        captured = games.captures - captures
+        gained = captured[:, RED] - captured[:, BLUE]
         rewards = np.empty((self.num_games, 2))
         rewards[:, RED] = red_rewards(self.config, gained, decided, games.teams[:, 0] == RED)
         rewards[:, BLUE] = 0.0 - rewards[:, RED]
@@ -204,7 +204,7 @@ class BatchEnv:
             rewards=rewards,
             terminated=decided,
             truncated=truncated,
-            captured=games.captures - captures,
+            captured=captured,
             recaptured=games.recaptures - recaptures,
         )
 
@@ -301,41 +301,33 @@ class BatchEnv:
         return "draw"
 
     def infos(
-        self, result: StepResult | None, teams: int | NDArray[np.int64], rows: int | NDArray[np.int64]
-    ) -> dict[str, Any]:
+        self, result: StepResult | None, teams: NDArray[np.int64], rows: NDArray[np.int64]
+    ) -> dict[str, NDArray[Any]]:
         """Return what PettingZoo and Gymnasium call info, by name: numbers alone, the same names always.
 
         Parameters
         ----------
         result : StepResult, optional
             Of the last step; none if there was none yet.
-        teams : int or int64 array (n,)
+        teams : int64 array (n,)
             Whose view, in each of the games.
-        rows : int or int64 array (n,)
-            The games, or one game.
+        rows : int64 array (n,)
+            The games.
 
         Returns
         -------
-        dict of array (n,), or of numbers of NumPy
+        dict of array (n,)
             size, captured, lost, recaptured, time_s, and outcome: 1 for a team that has won, -1 for one that
             has lost, 0 as long as the game goes on and for a draw.
         """
-        games = self.simulator.games
-        drones, blue = self.config.num_drones, games.teams[rows].sum(axis=-1, dtype=np.int64)
-        sizes = (drones - blue) + teams * (2 * blue - drones)
-        if result is None:
-            captured, lost, recaptured = np.zeros((3, *np.shape(rows)), np.int64)
-        else:
-            captured, lost = result.captured[rows, teams], result.captured[rows, 1 - teams]
-            recaptured = result.recaptured[rows, teams]
-        return {
-            "size": sizes,
-            "captured": captured,
-            "lost": lost,
-            "recaptured": recaptured,
-            "time_s": games.ticks[rows] / TICKS_PER_SECOND,
-            "outcome": sizes // drones - (sizes == 0) if self.config.capture.enabled else 0 * sizes,
-        }
+        games, (captured, recaptured) = self.simulator.games, np.zeros((2, self.num_games, 2), np.int64)
+        if result is not None:
+            captured, recaptured = result.captured, result.recaptured
+        counts, times = np.empty((5, len(rows)), np.int64), np.empty(len(rows))
+        can_win = self.config.capture.enabled
+        count_infos(games.ticks, games.teams, captured, recaptured, rows, teams, can_win, counts, times)
+        names = ("size", "captured", "lost", "recaptured")
+        return dict(zip(names, counts, strict=False)) | {"time_s": times, "outcome": counts[4]}
 
     def close(self) -> None:
         """End the simulator's threads."""
@@ -346,8 +338,3 @@ def by_game(infos: dict[str, NDArray[Any]]) -> list[dict[str, Any]]:
     """Turn infos of several games into a dict of plain numbers for each."""
     names, columns = list(infos), [values.tolist() for values in infos.values()]
     return [dict(zip(names, values, strict=True)) for values in zip(*columns, strict=True)]
-
-
-def plain(infos: dict[str, Any]) -> dict[str, Any]:
-    """Turn infos of one game into plain numbers."""
-    return {name: value.item() for name, value in infos.items()}

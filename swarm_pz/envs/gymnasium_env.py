@@ -10,7 +10,7 @@ from gymnasium.envs.registration import EnvSpec
 from numpy.typing import ArrayLike
 
 from swarm_pz.config import GameConfig, resolve
-from swarm_pz.envs.batch_env import plain
+from swarm_pz.envs.batch_env import by_game
 from swarm_pz.envs.opponents import DuelBatch, Opponent
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_scenario, check_seed, next_seed
@@ -131,7 +131,7 @@ class DuelEnv(gymnasium.Env[Any, Any]):
         game_seed = next_seed(self.np_random) if seed is None else np.random.SeedSequence(seed)
         self.duel.reset([game_seed], np.zeros(1, np.int64), scenario)
         self.screen.begin()
-        return of_game(self.duel.observe(), 0), plain(self.duel.infos(None, 0))
+        return of_game(self.duel.observe(), 0), by_game(self.duel.infos())[0]
 
     def step(self, action: ArrayLike) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
         """Play one command."""
@@ -141,7 +141,7 @@ class DuelEnv(gymnasium.Env[Any, Any]):
             float(result.rewards[0]),
             bool(result.terminated[0]),
             bool(result.truncated[0]),
-            plain(self.duel.infos(result, 0)),
+            by_game(self.duel.infos(result))[0],
         )
 
     def render(self) -> Any:

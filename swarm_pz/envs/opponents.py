@@ -186,8 +186,8 @@ class DuelBatch:
         games = np.arange(self.batch.num_games)
         return DuelResult(result.rewards[games, self.sides], result.terminated, result.truncated, result)
 
-    def infos(self, result: DuelResult | None = None, rows: int | NDArray[np.int64] | None = None) -> dict[str, Any]:
-        """Return the learners' infos of some games or one, of all if not given, by name: numbers alone.
+    def infos(self, result: DuelResult | None = None, rows: NDArray[np.int64] | None = None) -> dict[str, NDArray[Any]]:
+        """Return the learners' infos of some games, of all if not given, by name: numbers alone.
 
         They are those of `BatchEnv.infos`, and share, side (0 red, 1 blue) and opponent, a number into
         `opponent_names`; the same names always.

@@ -370,6 +370,15 @@ def advance_games(
 
 
 @entry_point
+def are_decided(teams: NDArray[np.int8]) -> NDArray[np.bool_]:
+    """Tell (n,) whether one team owns every drone, by the teams (n, N) of drones."""
+    decided = np.empty(len(teams), np.bool_)
+    for place in range(len(teams)):
+        decided[place] = has_loser(teams[place])
+    return decided
+
+
+@entry_point
 def find_heard(
     games: Games,
     rows: NDArray[np.int64],

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, SOON
-from swarm_pz.kernels import entry_point, kernel
+from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, SOON, TICKS_PER_SECOND
+from swarm_pz.kernels import entry_point, exact, kernel
 from swarm_pz.kernels.capture import BORDER, capture_limit, field_maximum
 from swarm_pz.kernels.controllers.ergodic import list_members
 from swarm_pz.kernels.fourier import largest
@@ -275,3 +275,43 @@ def list_entities(
                 speeds[side, place, number, axis] = velocities[e, drone, axis]
             masks[side, place, number] = 1
             count[side] += 1
+
+
+@exact
+def count_infos(
+    ticks: NDArray[np.int64],
+    teams: NDArray[np.int8],
+    captured: NDArray[np.int64],
+    recaptured: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    sides: NDArray[np.int64],
+    can_win: bool,
+    counts: NDArray[np.int64],
+    times: NDArray[np.float64],
+) -> None:
+    """Count what infos say of some games.
+
+    Parameters
+    ----------
+    ticks : int64 array (E,)
+    teams : int8 array (E, N)
+    captured, recaptured : int64 array (E, 2)
+        Drones that each team took in a step, and took back.
+    rows, sides : int64 array (n,)
+        The games, and the team from whose side each is seen.
+    can_win : bool
+        Whether a team that owns every drone has won.
+    counts : int64 array (5, n)
+        Overwritten: the size, drones captured, lost and recaptured, and the outcome, of `BatchEnv.infos`.
+    times : float64 array (n,)
+        Overwritten: seconds since the start.
+    """
+    drones = teams.shape[1]
+    for place in range(len(rows)):
+        e, side, size = rows[place], sides[place], 0
+        for drone in range(drones):
+            size += teams[e, drone] == side
+        counts[0, place], counts[1, place], counts[2, place] = size, captured[e, side], captured[e, 1 - side]
+        counts[3, place] = recaptured[e, side]
+        counts[4, place] = int(size == drones) - int(size == 0) if can_win else 0
+        times[place] = ticks[e] / TICKS_PER_SECOND

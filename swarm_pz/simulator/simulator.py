@@ -24,7 +24,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.fourier import make_targets
-from swarm_pz.kernels.game import GIVEN, Games, advance_games
+from swarm_pz.kernels.game import GIVEN, Games, advance_games, are_decided
 from swarm_pz.kernels.retracing import retrace_games
 from swarm_pz.simulator.commands import coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
@@ -41,6 +41,7 @@ from swarm_pz.simulator.spawn import (
 )
 from swarm_pz.simulator.waits import shorten_waits
 
+_BOTH = np.array([RED, BLUE])
 _NEVER = -(10**9)
 _MOST_GAMES = 10**9
 _MOST_TICKS = 10**6
@@ -94,6 +95,7 @@ class Simulator:
         self.controller = ergodic_parameters(self.config)
         check_finite(self._rules)
         check_finite(self.controller)
+        self._all_rows = np.arange(num_games)
         self._solved = np.full((num_games, 2), _NEVER, np.int64)
         """Ticks at whose solve a control system of Python's has chosen accelerations already."""
         self.games = self._empty_games()
@@ -328,11 +330,10 @@ class Simulator:
         rows = np.flatnonzero((per_game > 0) & ~self.decided)
         if commands is not None:
             self._check_form(commands, (self.num_games, 2))
-        all_rows, teams = np.arange(self.num_games), np.array([RED, BLUE])
 
         def work(part: NDArray[np.int64]) -> None:
             if commands is not None:
-                self._aim(commands, part, all_rows, teams, holds=True)
+                self._aim(commands, part, self._all_rows, _BOTH, holds=True)
             if self.control.solves:
                 self._advance_by_periods(part, per_game.copy())
             else:
@@ -424,7 +425,7 @@ class Simulator:
         teams = self.games.teams[rows]
         if not self.config.capture.enabled:
             return np.zeros(len(teams), np.bool_)
-        return np.asarray((teams == teams[:, :1]).all(axis=1))
+        return are_decided(teams)
 
     def for_rows(self, rows: NDArray[np.int64], work: Callable[[NDArray[np.int64]], None]) -> None:
         """Call a kernel for parts of the rows, in this simulator's threads; the first part's exception is raised."""

@@ -100,10 +100,9 @@ def test_some_games_are_seen_and_told_of_alone():
     assert len(set(duel.sides.tolist())) == 2
     rows = np.array([4, 1])
     np.testing.assert_array_equal(duel.observe(rows), duel.observe()[rows])
-    every, some, one = duel.infos(), duel.infos(None, rows), duel.infos(None, 4)
+    every, some = duel.infos(), duel.infos(None, rows)
     for name, values in every.items():
         np.testing.assert_array_equal(some[name], values[rows])
-        assert one[name] == values[4]
     assert every["opponent"].tolist() == [0, 1, 0] * 2
     np.testing.assert_array_equal(every["size"], 1)
 
