@@ -180,7 +180,7 @@ class Planner:
             model.reset([0], only)
             answer = bench.present.ask(model, side, only)
             simulator = bench.present.simulator
-            density = simulator.control.pictures(simulator.games, answer, only, 1 - team)[0]
+            density = simulator.control.pictures(simulator.games, answer[:, None], only, side)[0, 0]
             expected.append(density / max(density.sum(), 1e-12))
         self._guesses[row] = _Guess(np.stack(expected), errors)
         return bench.models[int(errors.argmin())]

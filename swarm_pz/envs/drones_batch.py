@@ -17,7 +17,7 @@ from swarm_pz.config.base import check, check_choice, check_number
 from swarm_pz.envs.batch_env import BatchEnv, StepResult, by_game
 from swarm_pz.envs.opponents import DuelBatch, Opponents
 from swarm_pz.envs.reward import drone_rewards
-from swarm_pz.errors import ConfigError, GameOverError
+from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.sight import BOTH
 from swarm_pz.spaces.drones import DroneAction, DroneActions, DroneView
 
@@ -177,8 +177,6 @@ class DronesBatch:
         GameOverError
             If no game is running.
         """
-        if not self.batch.running.any():
-            raise GameOverError("no game is running: call reset before step")
         games = self.batch.simulator.games
         flew, teams, sides = self.flies, games.teams.copy(), self.sides
         # A drone that comes over in this step flies on without a push until its agent has seen something.

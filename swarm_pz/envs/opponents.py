@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from swarm_pz.config import BLUE, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check_choice
 from swarm_pz.envs.batch_env import BatchEnv, StepResult
-from swarm_pz.errors import ConfigError, GameOverError
+from swarm_pz.errors import ConfigError
 from swarm_pz.policy import Player, load, name_of
 from swarm_pz.policy.model_policy import Model
 from swarm_pz.spaces.formats import Format, FormatOptions
@@ -87,7 +87,8 @@ class DuelBatch:
         self.format = Format(config, config.observations[0], config.team_systems[0], **options)
         self._side = side
         self._answer_ticks = config.step_ticks if answer_ticks is None else answer_ticks
-        self._answers = np.zeros((num_games, *self.batch.command_shape))
+        self._commands = np.zeros((num_games, 2, *self.batch.command_shape))
+        self._games = np.arange(num_games)
         self.sides = np.zeros(num_games, np.int64)
         """Team of each game's learner."""
         self.opponent_names: list[str] = []
@@ -156,7 +157,7 @@ class DuelBatch:
 
     def observe(self, rows: NDArray[np.int64] | None = None) -> Observations:
         """Return what the learners of some games see."""
-        chosen = np.arange(self.batch.num_games) if rows is None else rows
+        chosen = self._games if rows is None else rows
         return self.format.show(self.batch.observe_checked(self.format.observation, self.sides[chosen], chosen))
 
     def step(self, actions: ArrayLike, after_control_period: Callable[[], None] | None = None) -> DuelResult:
@@ -173,18 +174,13 @@ class DuelBatch:
         self, commands_read: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
     ) -> DuelResult:
         """As `step`, for who has read the actions already: the learners' commands (E, ...) as their system has them."""
-        learners = self.batch.pack(commands_read)
-        rows = np.flatnonzero(self.batch.running)
-        if not len(rows):
-            raise GameOverError("no game is running: call reset before step")
-        commands = np.zeros((self.batch.num_games, 2, *self.batch.command_shape))
-        commands[rows, self.sides[rows]] = learners[rows]
-        for policy, mine in self._by_opponent(rows[self.batch.simulator.games.ticks[rows] % self._answer_ticks == 0]):
-            self._answers[mine] = self.batch.ask(policy, 1 - self.sides[mine], mine)
-        commands[rows, 1 - self.sides[rows]] = self._answers[rows]
-        result = self.batch.step_checked(commands, after_control_period)
-        games = np.arange(self.batch.num_games)
-        return DuelResult(result.rewards[games, self.sides], result.terminated, result.truncated, result)
+        self._commands[self._games, self.sides] = self.batch.pack(commands_read)
+        ticks, running = self.batch.simulator.games.ticks, self.batch.running
+        for policy, mine in self._by_opponent(np.flatnonzero((ticks % self._answer_ticks == 0) & running)):
+            others = 1 - self.sides[mine]
+            self._commands[mine, others] = self.batch.ask(policy, others, mine)
+        result = self.batch.step_checked(self._commands, after_control_period)
+        return DuelResult(result.rewards[self._games, self.sides], result.terminated, result.truncated, result)
 
     def infos(self, result: DuelResult | None = None, rows: NDArray[np.int64] | None = None) -> dict[str, NDArray[Any]]:
         """Return the learners' infos of some games, of all if not given, by name: numbers alone.
@@ -192,7 +188,7 @@ class DuelBatch:
         They are those of `BatchEnv.infos`, and share, side (0 red, 1 blue) and opponent, a number into
         `opponent_names`; the same names always.
         """
-        chosen = np.arange(self.batch.num_games) if rows is None else rows
+        chosen = self._games if rows is None else rows
         sides = self.sides[chosen]
         infos = self.batch.infos(None if result is None else result.result, sides, chosen)
         infos["share"] = infos["size"] / self.config.num_drones

@@ -370,6 +370,47 @@ def advance_games(
 
 
 @entry_point
+def take_up(
+    asked: NDArray[np.float64],
+    places: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    teams: NDArray[np.int64],
+    holds: bool,
+    ticks: NDArray[np.int64],
+    flown_by: NDArray[np.int8],
+    commands: NDArray[np.float64],
+    former: NDArray[np.float64],
+    commanded: NDArray[np.int64],
+) -> None:
+    """Put commands in force, of teams that others than the ergodic controller fly.
+
+    Parameters
+    ----------
+    asked : float64 array (n, t, S)
+    places : int64 array (parts,)
+        Which of the n to do.
+    rows : int64 array (n,)
+        Game of each place.
+    teams : int64 array (t,)
+        Team of each command of a game.
+    holds : bool
+        Whether a command that asks for what is in force leaves it as it is.
+    ticks, flown_by, commands, former, commanded
+        As of `Games`; the last three are updated.
+    """
+    for place in places:
+        e = rows[place]
+        for number in range(len(teams)):
+            team = teams[number]
+            is_same = (asked[place, number] == commands[e, team]).all()
+            if flown_by[e, team] == ERGODIC or (is_same and holds):
+                continue
+            former[e, team] = commands[e, team]
+            commands[e, team] = asked[place, number]
+            commanded[e, team] = ticks[e]
+
+
+@entry_point
 def are_decided(teams: NDArray[np.int8]) -> NDArray[np.bool_]:
     """Tell (n,) whether one team owns every drone, by the teams (n, N) of drones."""
     decided = np.empty(len(teams), np.bool_)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import collections
+import math
 import threading
 import time
 import traceback
@@ -64,7 +65,7 @@ class Control:
         self.solves = any(number >= GIVEN for number in self.systems)
         self._densities = (config.command_cells, config.command_cells)
         self._shapes = {number: command_shape(system, config) for number, system in self.systems.items()}
-        longest = max(int(np.prod(shape)) for shape in self._shapes.values())
+        longest = max(math.prod(shape) for shape in self._shapes.values())
         are_densities = set(self._shapes.values()) == {self._densities}
         self.command_shape: tuple[int, ...] = self._densities if are_densities else (longest,)
         self._communication = communication_parameters(config)
@@ -75,7 +76,7 @@ class Control:
     @property
     def room(self) -> int:
         """Numbers that a command takes, where others than the ergodic controller fly; else 0."""
-        return int(np.prod(self.command_shape)) if self.is_given else 0
+        return math.prod(self.command_shape) if self.is_given else 0
 
     # --- commands -----------------------------------------------------------------------------
 
@@ -99,7 +100,7 @@ class Control:
     def unpack(self, packed: NDArray[np.float64], number: int) -> NDArray[np.float64]:
         """Undo `pack`: return commands (n, ...) of the shape that a system has them in."""
         shape = self._shapes[number]
-        flat = packed.reshape(len(packed), -1)[:, : int(np.prod(shape))]
+        flat = packed.reshape(len(packed), -1)[:, : math.prod(shape)]
         return np.ascontiguousarray(flat).reshape(len(packed), *shape)
 
     def parse(self, commands: Any, flown_by: NDArray[np.int8], name: str) -> NDArray[np.float64]:
@@ -190,54 +191,40 @@ class Control:
             with reading(self.systems[number], name):
                 self.systems[number].check_sizes(own, sizes[chosen], self.config, name)
 
-    def _by_system(
-        self, flown_by: NDArray[np.int8], *, since: int = ERGODIC
-    ) -> Iterator[tuple[int, NDArray[np.int64]]]:
-        """Yield each system's number, and the places of what it flies; only numbers from one on."""
+    def _by_system(self, flown_by: NDArray[np.int8]) -> Iterator[tuple[int, NDArray[np.int64]]]:
+        """Yield each system's number, and the places of what it flies."""
         for number in self.systems:
-            if number < since:
-                continue
-            places = np.flatnonzero(flown_by == number)
+            places = (flown_by == number).nonzero()[0]
             if len(places):
                 yield number, places
 
     def pictures(
-        self, games: Games, commands: NDArray[np.float64], rows: NDArray[np.int64], team: int
+        self, games: Games, commands: NDArray[np.float64], rows: NDArray[np.int64], teams: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """Return commands (n, *command_shape) as densities (n, A, A) for those who watch.
+        """Return commands (n, t, *command_shape) of t teams as densities (n, t, A, A) for those who watch.
 
         Raises
         ------
         FlightError
             If a system cannot say that.
         """
-        densities = np.zeros((len(rows), *self._densities))
-        for number, chosen in self._by_system(games.flown_by[rows, team]):
-            system, own, mine = self.systems[number], self.unpack(commands[chosen], number), rows[chosen]
-            if system.takes == "density":
-                densities[chosen] = own
-            else:
+        densities = np.ones((*commands.shape[:2], *self._densities))
+        for place, team in enumerate(teams.tolist()):
+            for number, chosen in self._by_system(games.flown_by[rows, team]):
+                system = self.systems[number]
+                if type(system).to_densities is ControlSystem.to_densities and system.takes != "density":
+                    continue  # it asks for no place
+                own, mine = self.unpack(commands[chosen, place], number), rows[chosen]
+                if system.takes == "density":
+                    densities[chosen, place] = own
+                    continue
                 with blame(team, system.name, mine):
-                    densities[chosen] = check_densities(
+                    densities[chosen, place] = check_densities(
                         system.to_densities(own, self.config),
                         (len(mine), *self._densities),
                         "cannot show its commands as densities: they",
                     )
         return densities
-
-    def take_up(
-        self, games: Games, commands: NDArray[np.float64], rows: NDArray[np.int64], team: int, *, holds: bool
-    ) -> None:
-        """Put commands (n, *command_shape) in force."""
-        for number, chosen in self._by_system(games.flown_by[rows, team], since=DIRECT):
-            own, mine = self.unpack(commands[chosen], number), rows[chosen]
-            flat = own.reshape(len(mine), -1)
-            size = flat.shape[1]
-            is_new = (flat != games.commands[mine, team, :size]).any(axis=1) | (not holds)
-            changed = mine[is_new]
-            games.former[changed, team] = games.commands[changed, team]
-            games.commands[changed, team, :size] = flat[is_new]
-            games.commanded[changed, team] = games.ticks[changed]
 
     # --- flying -------------------------------------------------------------------------------
 
@@ -249,8 +236,9 @@ class Control:
         FlightError
             If one raises, answers anything but finite accelerations, or cannot keep up with the game.
         """
-        for number, chosen in self._by_system(games.flown_by[rows, team], since=GIVEN):
-            self._solve(games, rows[chosen], team, number)
+        for number, chosen in self._by_system(games.flown_by[rows, team]):
+            if number >= GIVEN:
+                self._solve(games, rows[chosen], team, number)
 
     def _solve(self, games: Games, rows: NDArray[np.int64], team: int, number: int) -> None:
         system = self.systems[number]

@@ -24,7 +24,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.kernels.capture import BORDER, FIELD_UNIT, FRAMED_CELLS, MANY_DRONES
 from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
 from swarm_pz.kernels.fourier import make_targets
-from swarm_pz.kernels.game import GIVEN, Games, advance_games, are_decided
+from swarm_pz.kernels.game import GIVEN, Games, advance_games, are_decided, take_up
 from swarm_pz.kernels.retracing import retrace_games
 from swarm_pz.simulator.commands import coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
@@ -291,12 +291,12 @@ class Simulator:
         sent = games.sent if self._tells_sending else None
         matrix = coefficient_matrix(self.config.controller.modes, self.config.command_cells)
         if self.control.is_given:
-            mine = rows[places]
-            given = [(commands[places, place], mine, team) for place, team in enumerate(teams.tolist())]
-            pictures = np.stack([self.control.pictures(games, *one) for one in given], axis=1)
-            for one in given:  # only now, when nothing can go wrong any more
-                self.control.take_up(games, *one, holds=holds)
-            commands, places, rows = pictures, np.arange(len(mine)), mine
+            commands, rows = commands[places], rows[places]
+            places = np.arange(len(rows))
+            pictures = self.control.pictures(games, commands, rows, teams)  # first: later nothing can go wrong
+            asked, now = commands.reshape(*commands.shape[:2], self.control.room), (games.ticks, games.flown_by)
+            take_up(asked, places, rows, teams, holds, *now, games.commands, games.former, games.commanded)
+            commands = pictures
         make_targets(commands, places, rows, teams, matrix, mass, holds, games.targets, games.coefficients, sent)
 
     def advance(self, ticks: ArrayLike = TICKS_PER_SECOND, commands: NDArray[np.float64] | None = None) -> None:
