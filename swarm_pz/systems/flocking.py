@@ -40,6 +40,12 @@ class FlockingCommand:
     weight: float
 
 
+def _weights(config: GameConfig) -> tuple[float, float]:
+    """Return the range of weights that lies in the command space, whose numbers are float32."""
+    least, largest = config.flocking.migration
+    return max(least, float(np.float32(least))), min(largest, float(np.float32(largest)))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Flocking(ControlSystem):
     """Everybody flies to one place, as a flock, or to up to four one after the other.
@@ -61,8 +67,7 @@ class Flocking(ControlSystem):
 
     def default(self, config: GameConfig) -> NDArray[np.float64]:
         """Return the middle, with the least weight."""
-        least = config.flocking.migration[0]
-        return np.tile([0.5, 0.5, max(least, float(np.float32(least)))], (MOST, 1))  # in the space, which is float32
+        return np.tile([0.5, 0.5, _weights(config)[0]], (MOST, 1))
 
     def parse(self, command: Any, config: GameConfig, name: str = "command") -> NDArray[np.float64]:
         """Return a command, which may be written as 1 to 4 attractors or as a density, as an array (4, 3).
@@ -113,7 +118,7 @@ class Flocking(ControlSystem):
     def from_densities(self, densities: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64]:
         """Return attractors at the strongest modes, whose weights grow with their shares."""
         attractors = np.empty((len(densities), 3))
-        serve_densities(np.ascontiguousarray(densities, np.float64), config.flocking.migration, attractors)
+        serve_densities(np.ascontiguousarray(densities, np.float64), _weights(config), attractors)
         return np.repeat(attractors[:, None], MOST, axis=1)
 
     def to_densities(self, commands: NDArray[np.float64], config: GameConfig) -> NDArray[np.float64]:

@@ -94,10 +94,11 @@ def test_a_measurement_of_speed_says_where_it_comes_from(tmp_path, monkeypatch):
     assert found["machine"]["swarm-pz"] == version("swarm-pz")
 
 
-def test_the_table_says_its_rules(monkeypatch, capsys):
-    monkeypatch.setattr("swarm_pz.play.server.serve.serve", lambda *_, **__: None)
+def test_the_table_says_its_rules(monkeypatch):
+    served = {}
+    monkeypatch.setattr("swarm_pz.play.server.serve.serve", lambda *_, **how: served.update(how))
     main(["play"])
-    assert re.search(rf"^rules: {GameConfig().rules_hash}\b", capsys.readouterr().out, re.MULTILINE)
+    assert re.search(rf"^rules: {GameConfig().rules_hash}\b", served["greeting"], re.MULTILINE)
 
 
 def test_the_default_game_has_one_hash_in_every_command():

@@ -87,7 +87,7 @@ def senders(table, room):
 
 def test_a_response_acts_is_shown_is_recorded_as_such_and_is_stopped_by_one_tap(open_page, table):
     page = open_page(width=390, height=844)
-    room = begin(page, "uniform")
+    room = begin(page)
     respond(page, "silent_s", "0.5", "ring")
     expect(page.locator("#acting-text")).to_have_text("ring acts for you")
     eventually(page, lambda: "auto:ring" in senders(table, room))

@@ -121,5 +121,5 @@ def test_it_does_what_its_slow_mirror_does_whoever_is_heard():
 def test_any_least_weight_begins_a_game():
     """Its nearest float32, the least that commands may have, can be above it."""
     least = 605480.98
-    assert np.float32(least) > least + 1e-6
+    assert float(np.float32(least)) > least + 1e-6
     Simulator(GameConfig(controllers="flocking", flocking=FlockingConfig(migration=(least, 1e6))))

@@ -10,7 +10,7 @@ import pytest
 
 from swarm_pz.errors import CheckpointError
 from swarm_pz.evaluation.workers import Alone
-from swarm_pz.training import exploit, rating, selfplay
+from swarm_pz.training import exploit, rating
 from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.pool import Member
 from swarm_pz.training.rating import Rating
@@ -86,17 +86,6 @@ def test_exploiters_are_trained_in_turn_of_the_newest_snapshot_and_taken_up_wher
     assert "exploiter_000 against snapshot_001: 1-0-3" in said
 
 
-def test_the_next_exploiter_is_due_from_where_one_began_that_an_earlier_version_was_at(tmp_path, monkeypatch):
-    match = SimpleNamespace(score=lambda: 0.25, standing=lambda: "1-0-3")
-    monkeypatch.setattr(selfplay, "respond", lambda *_: (match, None))
-    league = League(TINY, tmp_path, say=quiet)
-    league.main.model.num_timesteps = league.pool.until = 64
-    league.pool.snapshot_step, league.pool.target = 64, league.pool.newest().source
-    league._follow_up(lambda: False)
-    assert (league.pool.exploiters, league.pool.exploiter_step, league.pool.target) == (1, 64, "")
-    assert league._follow_up(lambda: False) == 64 and league.pool.exploiters == 1
-
-
 def test_a_snapshot_is_rated_among_all_scripts_the_first_and_the_latest(tmp_path, monkeypatch):
     monkeypatch.setattr(rating, "_RATED", 2)
     league = League(PLAIN.replace(rivals=("halo",), scripts=("ring", "uniform")), tmp_path, say=quiet)
@@ -161,7 +150,7 @@ def test_a_league_goes_on_with_other_threads_and_one_that_is_replaced_leaves_not
     League(PLAIN, tmp_path, overwrite=True, say=quiet)
     left = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.parent.name != "main"}
     snapshot = {"pool/snapshot_000", "pool/snapshot_000/policy.json", "pool/snapshot_000/policy.safetensors"}
-    assert left == {"main", "pool", "league.json", "notes.txt"} | snapshot
+    assert left == {"main", "pool", "league.json", "notes.txt"} | {"config.json"} | snapshot
     assert [member["name"] for member in json.loads((tmp_path / "league.json").read_text())["members"]] == [
         "uniform", "ring", "snapshot_000",
     ]  # fmt: skip

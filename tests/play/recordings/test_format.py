@@ -286,7 +286,9 @@ def test_whatever_came_last_tells_how_long_a_game_was(line):
 def test_the_past_of_a_moment_is_what_the_game_itself_did_before_its_solve():
     blank = [[1.0] * 10] * 10
     seat, painted = SeatLine(team=0, event="connected", ms=0.0), PaintedLine(team=0, number=1, ms=9.0)
-    first, second = (CommandLine(team=0, number=number, density=blank, received_ms=0.0, tick=0) for number in (1, 2))
+    first, second = (
+        CommandLine(team=0, number=number, density=blank, received_ms=0.0, tick=6 * number - 6) for number in (1, 2)
+    )
     begins, follows = (InForceLine(team=0, number=number, tick=6 * number - 6, ms=0.0) for number in (1, 2))
     taken, retaken = CapturedLine(tick=5, drone=1, team=1), CapturedLine(tick=6, drone=1, team=0)
     shown, after = FrameLine(tick=6, data=""), FrameLine(tick=9, data="")
