@@ -1,7 +1,7 @@
 """Other libraries learn.
 
 Each row is a file of `examples/` that trains with one library for some minutes, then plays 200 games against each of
-two opponents. Games are small: five drones a team, images of 10 by 10, commands of 5 by 5.
+two opponents. Games are small: images of 10 by 10 and, but for `sb3_ppo.py`, five drones a team and commands of 5 by 5.
 
 ```bash
 scripts/examples              # runs those that have no row yet, each in an environment of its own, and writes this page
