@@ -56,9 +56,13 @@ class Table:
         except urllib.error.HTTPError as error:
             return error.code, error.headers, error.read().decode()
 
-    def recording(self, room):
-        """Return the file of a room's latest game."""
-        return max(self.folder.glob(f"*-{room}-*.jsonl"))
+    def recording(self, room, other_than=None):
+        """Return the file of a room's latest game, which is made when something of it is first written."""
+        end = time.monotonic() + SLOW_MS / 1000
+        while not (found := set(self.folder.glob(f"*-{room}-*.jsonl")) - {other_than}):
+            assert time.monotonic() < end, f"no game of room {room} was recorded"
+            time.sleep(0.05)
+        return max(found)
 
     def status(self):
         """Return the server's own figures."""

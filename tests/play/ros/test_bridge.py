@@ -254,7 +254,7 @@ def test_a_game_over_is_followed_by_another_when_the_button_is_pressed(table):
                 async with asyncio.timeout(0.5):
                     await tablet.hear("/clock", lambda message: message["clock"]["sec"] == 0)
                     break
-        assert table.recording(room) != first
+        assert table.recording(room, other_than=first) > first
 
     meet(table, conversation, opponent="uniform", game=GameConfig(time_limit=1.5))
 
