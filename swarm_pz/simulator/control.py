@@ -27,7 +27,7 @@ from swarm_pz.kernels.game import DIRECT, ERGODIC, GIVEN, Games, find_heard
 _SOLVES = 10
 """Solves over which a system must keep up with the game: one alone may have waited for the processor."""
 
-HARDEST = 1e18
+_HARDEST = 1e18
 """Acceleration that no system needs, and whose square is finite in float32."""
 _TIMING = threading.Lock()
 """Held while what a solve took is counted, by one thread of all: a simulator that held one could not be copied."""
@@ -250,12 +250,12 @@ class Control:
         expected = (len(rows), *games.positions.shape[1:])
         if answer.shape != expected:
             self._fault(team, system, rows, f"answered accelerations of shape {answer.shape}, not {expected}")
-        broken = own & ~(np.abs(answer) <= HARDEST).all(axis=2)  # in this form, since no comparison holds for NaN
+        broken = own & ~(np.abs(answer) <= _HARDEST).all(axis=2)  # in this form, since no comparison holds for NaN
         if broken.any():
             row, drone = np.argwhere(broken)[0]
             said = (
                 f"answered {answer[row, drone].tolist()} for drone {drone}: accelerations must be finite, "
-                f"in [-{HARDEST:g}, {HARDEST:g}]"
+                f"in [-{_HARDEST:g}, {_HARDEST:g}]"
             )
             self._fault(team, system, rows[broken.any(axis=1)], said)
         games.given[rows] = np.where(own[:, :, None], answer, games.given[rows])

@@ -250,7 +250,7 @@ def serve(
     address = f"{here}study" if study is not None else here + (f"#{page}" if page else "")
     if greeting:
         say(greeting)
-    say("the page is not up yet: its address follows, after up to two minutes where the game must be compiled first")
+    say("the page is not up yet: its address follows, after up to a minute where the game must be compiled first")
     _warm_up(table)  # before the address is shown, so that who follows it is answered
     say(f"swarm-pz is at {address}")
     if host_of_study is not None:
