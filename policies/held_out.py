@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
+from swarm_pz.evaluation.bundles import PolicyBundle, unpacked_policy
 from swarm_pz.evaluation.match import MatchResult, play_match
-from swarm_pz.evaluation.parcels import Parcel, at_hand
-from swarm_pz.evaluation.workers import Alone, share
+from swarm_pz.evaluation.workers import SerialExecutor, share
 from swarm_pz.policies.scripted import (
     CLOCK,
     OPPONENTS,
@@ -175,11 +175,11 @@ def play_suites(
     WorkerError
         If a worker died, or has another policy of that name.
     """
-    pool = pool if pool is not None else Alone()
-    digest, parcel = None, None
+    pool = pool if pool is not None else SerialExecutor()
+    digest, bundle = None, None
     if getattr(pool, "elsewhere", False):
         digest, folder = getattr(policies.load(policy, config), "digest", None), folder_of(policy)
-        parcel = None if folder is None else Parcel.of(folder)
+        bundle = None if folder is None else PolicyBundle.of(folder)
     matches: dict[int, MatchResult] = {}
 
     def keep(task: tuple[Any, ...], match: MatchResult) -> None:
@@ -187,7 +187,7 @@ def play_suites(
         if progress is not None:
             progress(len(matches) * games, len(_TRIALS) * games)
 
-    tasks = [(number, policy, config, games, seed, threads, digest, parcel) for number in range(len(_TRIALS))]
+    tasks = [(number, policy, config, games, seed, threads, digest, bundle) for number in range(len(_TRIALS))]
     share(pool, play_trial, tasks, keep, name=lambda task: _TRIALS[task[0]].name)
     played = [matches[number] for number in range(len(_TRIALS))]
     return Generalisation(played[: len(SCRIPTS)], played[len(SCRIPTS) :])
@@ -205,7 +205,7 @@ def play_trial(
     seed: int,
     threads: int,
     digest: str | None,
-    parcel: Parcel | None,
+    bundle: PolicyBundle | None,
 ) -> MatchResult:
     """Play one match of the suites: a task of a pool.
 
@@ -215,13 +215,13 @@ def play_trial(
         Of the match, scripts first.
     policy, config, games, seed, threads
         As of `play_suites`.
-    digest, parcel
-        Of the policy, as for `at_hand`.
+    digest, bundle
+        Of the policy, as for `unpacked_policy`.
     """
     trial = _TRIALS[number]
     size = trial.drones_per_team
     rules = config if size is None else config.replace(drones_per_team=size)
-    with at_hand(policy, rules, digest, parcel) as name:
+    with unpacked_policy(policy, rules, digest, bundle) as name:
         player, opponent = policies.load(name, rules), trial.opponent(rules)
         opponent.name = trial.name
         return play_match(player, opponent, games=games, seed=seed, config=rules, threads=threads)

@@ -6,7 +6,7 @@ import contextlib
 import pickle
 from concurrent.futures import Executor
 
-from swarm_pz.evaluation.workers import Alone
+from swarm_pz.evaluation.workers import SerialExecutor
 
 
 class Elsewhere(Executor):
@@ -32,7 +32,7 @@ class Elsewhere(Executor):
         self.given.append(fn.__name__)
         travelled = pickle.dumps((fn, *args))
         with contextlib.chdir(self._place):
-            done = Alone().submit(*pickle.loads(travelled))  # noqa: S301
+            done = SerialExecutor().submit(*pickle.loads(travelled))  # noqa: S301
         if done.exception() is None:
             pickle.dumps(done.result())
         return done

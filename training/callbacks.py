@@ -132,19 +132,19 @@ class Checkpoint(BaseCallback):
     state : RunState
     save : callable
         Writes all that is needed to go on.
-    asked : callable
+    should_stop : callable
         Says whether to stop.
     standing : callable
         Says how far the run is.
     """
 
     def __init__(
-        self, state: RunState, save: Callable[[], None], asked: Callable[[], bool], standing: Callable[[], str]
+        self, state: RunState, save: Callable[[], None], should_stop: Callable[[], bool], standing: Callable[[], str]
     ) -> None:
         super().__init__()
         self.state = state
         self._save = save
-        self._asked = asked
+        self._should_stop = should_stop
         self._standing = standing
 
     def _on_training_start(self) -> None:
@@ -152,7 +152,7 @@ class Checkpoint(BaseCallback):
 
     # Between two rollouts nothing is half done; what is saved then changes nothing in the run.
     def _on_rollout_start(self) -> None:
-        stops = self._asked()
+        stops = self._should_stop()
         if stops or self.num_timesteps >= self._next:
             self._next = self.num_timesteps + self.state.config.checkpoint_every
             self._save()

@@ -195,12 +195,12 @@ class Training:
         """Say how far the run is."""
         return f"{self.folder} is saved at step {self.model.num_timesteps:,} of {self.config.total_steps:,}"
 
-    def run(self, asked: Callable[[], bool] = never) -> LearnedPolicy:
+    def run(self, should_stop: Callable[[], bool] = never) -> LearnedPolicy:
         """Train to the end, write the policy and return it; of a finished run, say so.
 
         Parameters
         ----------
-        asked : callable, optional
+        should_stop : callable, optional
             Says between two rollouts whether to stop there.
 
         Raises
@@ -215,7 +215,7 @@ class Training:
             )
         else:
             evaluation = PeriodicEvaluation(self.state, self.policy)
-            stops = Checkpoint(self.state, self.save_checkpoint, asked, self.standing)
+            stops = Checkpoint(self.state, self.save_checkpoint, should_stop, self.standing)
             try:
                 self.learn(self.config.total_steps, evaluation, stops, Progress(self.state, self._say))
                 evaluation.evaluate()

@@ -12,7 +12,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.errors import Stopped
 from swarm_pz.evaluation.ratings import rate
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
-from swarm_pz.evaluation.workers import Alone
+from swarm_pz.evaluation.workers import SerialExecutor
 from swarm_pz.policy import Player, folder_of
 from swarm_pz.training.pool import Pool
 
@@ -72,13 +72,13 @@ class Rating:
 
     def begin(self) -> None:
         """Have the games played: by others meanwhile, or here and now."""
-        if isinstance(self._workers, Alone):
+        if isinstance(self._workers, SerialExecutor):
             self._tournament.play()
             return
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="rating")
-        self._played = self._thread.submit(self._tournament.play, pool=self._workers, asked=lambda: self._is_left)
+        self._played = self._thread.submit(self._tournament.play, pool=self._workers, should_stop=lambda: self._is_left)
 
-    def end(self, asked: Callable[[], bool]) -> float:
+    def end(self, should_stop: Callable[[], bool]) -> float:
         """Wait for the games, and return the rating.
 
         Raises
@@ -88,7 +88,7 @@ class Rating:
         """
         if self._played is not None:
             while not wait([self._played], timeout=_LOOK_S).done:
-                if asked():
+                if should_stop():
                     raise Stopped(f"{self._newest} is being rated")
             self._played.result()
         self.leave()

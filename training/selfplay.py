@@ -25,8 +25,8 @@ from stable_baselines3.common.callbacks import BaseCallback
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError, Stopped
-from swarm_pz.evaluation.parcels import Parcel
-from swarm_pz.evaluation.workers import Alone, Errands, never
+from swarm_pz.evaluation.bundles import PolicyBundle
+from swarm_pz.evaluation.workers import BackgroundTasks, SerialExecutor, never
 from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.policy import Player
@@ -103,8 +103,8 @@ class League:
         self.config = config
         self.folder = folder
         self._say = say
-        self._workers = workers if workers is not None else Alone()
-        self._errands = Errands(self._workers)
+        self._workers = workers if workers is not None else SerialExecutor()
+        self._background = BackgroundTasks(self._workers)
         self._rating: Rating | None = None
         self.main = Training(
             config.learner,
@@ -141,12 +141,12 @@ class League:
         except (LookupError, TypeError, ValueError) as error:
             raise CheckpointError(f"{self.main.folder / CHECKPOINT} is corrupt or foreign: {error!r}") from error
 
-    def run(self, asked: Callable[[], bool] = never) -> LearnedPolicy:
+    def run(self, should_stop: Callable[[], bool] = never) -> LearnedPolicy:
         """Play the league to its end, write the learner's tactic and return it.
 
         Parameters
         ----------
-        asked : callable, optional
+        should_stop : callable, optional
             Says now and then whether to stop there.
 
         Raises
@@ -161,13 +161,13 @@ class League:
                 f"{self.main.model.num_timesteps:,} of {total:,} steps; ask for more to go on"
             )
         with self._working():
-            while self._follow_up(asked) < total:
+            while self._follow_up(should_stop) < total:
                 step = self.main.model.num_timesteps
                 if step >= self.pool.until or step == 0:  # at 0 a checkpoint holds no games, and so no deal
                     self._deal()
                     self.pool.until = step + self.config.cycle
                 began = time.monotonic()
-                stops = Checkpoint(self.main.state, self._save, asked, self.main.standing)
+                stops = Checkpoint(self.main.state, self._save, should_stop, self.main.standing)
                 scores = _Scores(self.pool, self.main.env.opponent_names)
                 self.main.learn(min(self.pool.until, total), scores, stops)
                 self._report((self.main.model.num_timesteps - step) / (time.monotonic() - began))
@@ -186,14 +186,14 @@ class League:
     def _working(self) -> Iterator[None]:
         """Have others work; whoever leaves before the end ends what they are at."""
         try:
-            with Errands(self._workers) as self._errands:
+            with BackgroundTasks(self._workers) as self._background:
                 yield
         finally:
             if self._rating is not None:
                 self._rating.leave()
             self.main.logger.close()
 
-    def _follow_up(self, asked: Callable[[], bool]) -> int:
+    def _follow_up(self, should_stop: Callable[[], bool]) -> int:
         """Begin what is due, and wait for what is to be known by now; return the learner's steps.
 
         What has been done is not due again, so a league that was killed here goes on where it was.
@@ -203,27 +203,27 @@ class League:
         since = step - self.pool.snapshot_step
         is_beaten = self.pool.newest().beaten >= self.config.snapshot_score
         if is_over and since and (is_beaten or since >= self.config.snapshot_every):
-            self._end_rating(asked)
+            self._end_rating(should_stop)
             self._snapshot(is_rated=True)
         if self.pool.unrated:
             self._begin_rating()
             if self._is_awaited(self.pool.snapshot_step, step):
-                self._end_rating(asked)
+                self._end_rating(should_stop)
         if is_over and since:
             self.main.logger.dump(step)
         if self._wants_exploiter(step) and is_over and not self.pool.target:
             if self.pool.snapshot_step != step:
-                self._end_rating(asked)
+                self._end_rating(should_stop)
                 self._snapshot()
             self.pool.target = self.pool.newest().source
             self.pool.exploiter_step = step
             self._save()
-        if asked():
+        if should_stop():
             raise Stopped(self.main.standing())
         if self.pool.target:
-            self._begin_exploiter(asked)
+            self._begin_exploiter(should_stop)
             if self._is_awaited(self.pool.exploiter_step, step):
-                self._end_exploiter(asked)
+                self._end_exploiter(should_stop)
         return step
 
     def _is_awaited(self, began: int, step: int) -> bool:
@@ -284,16 +284,16 @@ class League:
             self.pool.unrated = source
         self._save()
 
-    def _begin_exploiter(self, asked: Callable[[], bool]) -> None:
+    def _begin_exploiter(self, should_stop: Callable[[], bool]) -> None:
         """Have a best response to the pool's target trained, or one finished, unless somebody is at it."""
         name = f"exploiter_{self.pool.exploiters:03d}"
-        if name in self._errands:
+        if name in self._background:
             return
         self._say(f"{name} trains for {self.config.exploiter_steps:,} steps against {Path(self.pool.target).name}")
-        target, digest, parcel = self.folder / self.pool.target, None, None
-        if self._errands.is_elsewhere:
-            digest, parcel = LearnedPolicy.read(target, self.config.learner.game).digest, Parcel.of(target)
-        self._errands.send(
+        target, digest, bundle = self.folder / self.pool.target, None, None
+        if self._background.is_elsewhere:
+            digest, bundle = LearnedPolicy.read(target, self.config.learner.game).digest, PolicyBundle.of(target)
+        self._background.send(
             name,
             respond,
             str(target),
@@ -302,18 +302,18 @@ class League:
             self.config.exploiter_steps,
             self.config.learner.seed + 1000 + self.pool.exploiters,
             _EXPLOITED_GAMES,
-            asked if self._errands.is_here else never,
+            should_stop if self._background.is_here else never,
             digest,
-            parcel,
+            bundle,
         )
 
-    def _end_exploiter(self, asked: Callable[[], bool]) -> None:
+    def _end_exploiter(self, should_stop: Callable[[], bool]) -> None:
         """Wait for the exploiter; whoever beats its target joins the pool."""
         name = f"exploiter_{self.pool.exploiters:03d}"
-        match, parcel = self._errands.fetch(name, asked)
-        self._end_rating(asked)
-        if parcel is not None:
-            parcel.unpack(self.folder / "exploiters")
+        match, bundle = self._background.fetch(name, should_stop)
+        self._end_rating(should_stop)
+        if bundle is not None:
+            bundle.unpack(self.folder / "exploiters")
         self._say(f"{name} against {Path(self.pool.target).name}: {match.standing()}")
         if match.score() > 0.5:
             member = Member(name, f"exploiters/{name}", "exploiter")
@@ -330,10 +330,10 @@ class League:
             self._rating.begin()
         return self._rating
 
-    def _end_rating(self, asked: Callable[[], bool]) -> None:
+    def _end_rating(self, should_stop: Callable[[], bool]) -> None:
         """Record the rating that is due, if any; before the pool changes, since it is a rating among that."""
         if self.pool.unrated:
-            self.main.logger.record("league/rating", self._begin_rating().end(asked))
+            self.main.logger.record("league/rating", self._begin_rating().end(should_stop))
             self._rating, self.pool.unrated = None, ""
 
     def _save(self) -> None:

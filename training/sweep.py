@@ -11,8 +11,8 @@ from pathlib import Path
 
 from swarm_pz.config.base import check
 from swarm_pz.errors import CheckpointError, ConfigError
-from swarm_pz.evaluation.parcels import Parcel
-from swarm_pz.evaluation.workers import Errands, never, silent
+from swarm_pz.evaluation.bundles import PolicyBundle
+from swarm_pz.evaluation.workers import BackgroundTasks, never, silent
 from swarm_pz.policies.learned import CARD, LearnedPolicy
 from swarm_pz.policy import folder_of
 from swarm_pz.training.checkpoint import CHECKPOINT, read_story
@@ -28,7 +28,7 @@ def sweep(
     folder: Path,
     pool: Executor,
     *,
-    asked: Callable[[], bool] = never,
+    should_stop: Callable[[], bool] = never,
     say: Say = print,
     show: Callable[[float, float], None] = lambda *_: None,
     command: str = "",
@@ -44,7 +44,7 @@ def sweep(
         The run of seed 3 is in its folder ``seed-3``.
     pool : Executor
         Who trains, as `swarm_pz.evaluation.workers.open_pool` gives it; the policies are the same.
-    asked : callable, optional
+    should_stop : callable, optional
         Called now and then: whether to stop there.
     say : callable, optional
         Where lines of progress go.
@@ -71,12 +71,12 @@ def sweep(
     """
     check(0 < len(seeds) == len(set(seeds)), "seeds", tuple(seeds), "different ones, at least one")
     runs = {folder / f"seed-{seed}": config.replace(seed=seed) for seed in seeds}
-    with Errands(pool) as errands:
-        if errands.is_elsewhere:
+    with BackgroundTasks(pool) as background:
+        if background.is_elsewhere:
             _check_players(config)
         left = [place for place, one in runs.items() if not _is_trained(place, one)]
         total = config.total_steps * len(runs)
-        watch = _Watch(left if not errands.is_here else [], say)
+        watch = _Watch(left if not background.is_here else [], say)
 
         def look() -> None:
             watch.look()
@@ -84,23 +84,25 @@ def sweep(
 
         def look_and_ask() -> bool:
             look()
-            return asked()
+            return should_stop()
 
         for place in left:
-            told = (asked, say) if errands.is_here else (never, silent)
-            errands.send(str(place), train_one, runs[place], None if errands.is_elsewhere else place, command, *told)
+            told = (should_stop, say) if background.is_here else (never, silent)
+            background.send(
+                str(place), train_one, runs[place], None if background.is_elsewhere else place, command, *told
+            )
         for place in left:
-            parcel = errands.fetch(str(place), look_and_ask)
+            bundle = background.fetch(str(place), look_and_ask)
             look()
-            if parcel is not None:
-                parcel.unpack(folder)
+            if bundle is not None:
+                bundle.unpack(folder)
             say(f"{place}: trained")
     return [LearnedPolicy.read(place, one.game) for place, one in runs.items()]
 
 
 def train_one(
-    config: TrainConfig, folder: Path | None, command: str, asked: Callable[[], bool] = never, say: Say = print
-) -> Parcel | None:
+    config: TrainConfig, folder: Path | None, command: str, should_stop: Callable[[], bool] = never, say: Say = print
+) -> PolicyBundle | None:
     """Train one policy: a task of a pool.
 
     Parameters
@@ -109,19 +111,19 @@ def train_one(
     folder : Path, optional
         Of the run, which is taken up if it has begun. Without one nothing is left here, and the policy is returned.
     command : str
-    asked, say : callable
+    should_stop, say : callable
         As of `Training`.
     """
     with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
         where = Path(place, f"seed-{config.seed}") if folder is None else folder
         run = Training(config, where, resume=(where / CHECKPOINT).is_file(), say=say, command=command)
-        policy = run.policy() if run.is_finished else run.run(asked)
+        policy = run.policy() if run.is_finished else run.run(should_stop)
         policy.write(where)  # of a finished run that was killed before it could be
         if folder is not None:
             return None
         out = Path(place, "policy", where.name)
         policy.write(out)
-        return Parcel.of(out)
+        return PolicyBundle.of(out)
 
 
 def _check_players(config: TrainConfig) -> None:

@@ -23,7 +23,7 @@ from benchmarks.algorithms.runs import UPDATE, Budget, digests, run
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check_count
 from swarm_pz.errors import ResultsError, SwarmError
-from swarm_pz.evaluation.ledger import held
+from swarm_pz.evaluation.ledger import folder_lock
 from swarm_pz.evaluation.workers import open_pool, share
 from swarm_pz.files import draft_of
 
@@ -110,7 +110,7 @@ def compare(folder: Path, budget: Budget, seeds: int, processes: int) -> list[Li
     ResultsError
         If the folder holds runs of other settings, or another process is at work in it.
     """
-    with held(folder):
+    with folder_lock(folder):
         check_settings(folder, settings_of(budget))
         runs = Folder(folder)
         left = runs.left(seeds, budget)

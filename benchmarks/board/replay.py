@@ -21,7 +21,7 @@ from swarm_pz.config import CONTROL_PERIOD, TEAM_NAMES
 from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation.rollout import Rollout
 from swarm_pz.evaluation.tournament import TournamentConfig
-from swarm_pz.standard.games import Cast, Line, entry_name, rules_of
+from swarm_pz.standard.games import Line, PlayerFactory, entry_name, rules_of
 from swarm_pz.standard.protocol import Protocol
 
 FILE = "replay.json"
@@ -57,10 +57,10 @@ def record(folder: Path, report: dict[str, Any], line: Line, protocol: Protocol)
     policies = tuple(
         str(folder / one["kept"]) if one["kept"] is not None else str(one["name"]) for one in report["policies"]
     )
-    cast = Cast(policies, track.trials)
+    factory = PlayerFactory(policies, track.trials)
     config = TournamentConfig(games=track.games, seed=track.seed, budget_ms=protocol.budget_ms, game=protocol.game)
     rules = rules_of(config, trial).game
-    players = cast(entry_name(line.policy), rules), cast(line.opponent, rules)
+    players = factory(entry_name(line.policy), rules), factory(line.opponent, rules)
     moments: list[np.ndarray] = []
     teams: list[np.ndarray] = []
     count = 0

@@ -35,7 +35,7 @@ def figures(out: Path = Path("runs/figures"), only: tuple[str, ...] = (), proces
     names, began = list(dict.fromkeys(only or EVERY)), time.monotonic()
     made: list[Made] = []
     try:
-        with progress("figures") as show, stops_at_safe_points() as asked:
+        with progress("figures") as show, stops_at_safe_points() as should_stop:
 
             def done(one: Made) -> None:
                 made.append(one)
@@ -43,7 +43,7 @@ def figures(out: Path = Path("runs/figures"), only: tuple[str, ...] = (), proces
                 show(len(made), len(names))
 
             command = shlex.join([*COMMAND, *sys.argv[1:]])
-            make_all(names, out, seed=seed, processes=processes, done=done, asked=asked, command=command)
+            make_all(names, out, seed=seed, processes=processes, done=done, should_stop=should_stop, command=command)
     except KeyboardInterrupt:
         left = [name for name in names if name not in {one.name for one in made}]
         options = f"--out {shlex.quote(str(out))} --seed {seed} --processes {processes}"

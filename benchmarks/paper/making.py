@@ -63,7 +63,7 @@ def make_all(
     processes: int = 2,
     done: Callable[[Made], None] | None = None,
     command: str = "",
-    asked: Callable[[], bool] = lambda: False,
+    should_stop: Callable[[], bool] = lambda: False,
 ) -> list[Made]:
     """Make figures, and of all that the folder holds two pages: index.md of the paper's claims, ours.md of ours.
 
@@ -80,7 +80,7 @@ def make_all(
         Called with each figure as soon as it is made.
     command : str
         What was called; it stands in the files.
-    asked : callable, optional
+    should_stop : callable, optional
         Called between figures: whether to stop there.
 
     Raises
@@ -111,7 +111,7 @@ def make_all(
             make,
             [(name, seed, out, command) for name in ordered],
             lambda _, result: keep(result),
-            asked=asked,
+            should_stop=should_stop,
             name=lambda task: task[0],
             verb="made",
         )

@@ -65,9 +65,14 @@ def systems(
     for one in (folder, out):
         check_folder(one)
     command = shlex.join([*COMMAND, *sys.argv[1:]])
-    with goes_on_with(command), open_pool(processes, ray) as pool, progress() as show, stops_at_safe_points() as asked:
+    with (
+        goes_on_with(command),
+        open_pool(processes, ray) as pool,
+        progress() as show,
+        stops_at_safe_points() as should_stop,
+    ):
         config = config.quick if quick else config
-        results = make(config, folder, out, pool=pool, progress=show, asked=asked, command=command)
+        results = make(config, folder, out, pool=pool, progress=show, should_stop=should_stop, command=command)
     for row in results["standings"]:
         print(f"{row['entrant']:<32} {row['wins']:3} won {row['draws']:3} drawn {row['losses']:3} lost")
     print(f"systems: {out / 'systems.md'}")

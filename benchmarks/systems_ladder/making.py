@@ -25,7 +25,7 @@ from benchmarks.systems_ladder.traits import measure_traits
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, check, check_count
 from swarm_pz.errors import ResultsError, Stopped
-from swarm_pz.evaluation.ledger import held
+from swarm_pz.evaluation.ledger import folder_lock
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.evaluation.tournament import TournamentConfig
 from swarm_pz.evaluation.workers import open_pool, share
@@ -95,7 +95,7 @@ def make(
     *,
     processes: int = 2,
     progress: Say | None = None,
-    asked: Callable[[], bool] = lambda: False,
+    should_stop: Callable[[], bool] = lambda: False,
     command: str = "",
     pool: Executor | None = None,
 ) -> dict[str, Any]:
@@ -111,7 +111,7 @@ def make(
     processes : int
     progress : callable, optional
         Called with what is done and what there is to do, in each part.
-    asked : callable, optional
+    should_stop : callable, optional
         Called now and then: whether to stop there.
     command : str
         What was called; it stands on the page.
@@ -131,16 +131,16 @@ def make(
         If the folder holds another ladder, or another process makes one there.
     """
     systems = choose_systems(config.systems)
-    with nullcontext(pool) if pool is not None else open_pool(processes) as workers, held(folder):
+    with nullcontext(pool) if pool is not None else open_pool(processes) as workers, folder_lock(folder):
         rules = TournamentConfig(games=config.pilot_games, seed=config.seed, game=config.game)
         trial = pilot(systems, rules, folder / PILOT, command)
-        trial.play(progress=progress, asked=asked, pool=workers)
+        trial.play(progress=progress, should_stop=should_stop, pool=workers)
         best = best_scripts(trial)
         trained = {system: one for system in systems if (one := trained_for(system, config.game)) is not None}
         entrants = [ADVERSARY, *best.values(), *trained.values()]
         field_ = Contest(entrants, rules.replace(games=config.games), folder / CONTEST, command)
-        field_.play(progress=progress, asked=asked, pool=workers)
-        traits = _measure_all(systems, config, folder / TRAITS, workers, progress, asked)
+        field_.play(progress=progress, should_stop=should_stop, pool=workers)
+        traits = _measure_all(systems, config, folder / TRAITS, workers, progress, should_stop)
         table = standings(field_)
         order = [ADVERSARY, *(row["entrant"] for row in table)]
         results = {
@@ -179,7 +179,7 @@ def _measure_all(
     folder: Path,
     pool: Executor,
     progress: Say | None,
-    asked: Callable[[], bool],
+    should_stop: Callable[[], bool],
 ) -> list[dict[str, Any]]:
     """Return the traits of systems in their order; a file holds those of each, and is read where there is one."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -206,7 +206,7 @@ def _measure_all(
         ),
         [(system,) for system in missing],
         lambda task, traits: keep(task[0], traits),
-        asked=asked,
+        should_stop=should_stop,
         name=lambda task: task[0],
         verb="measured",
     )

@@ -172,7 +172,7 @@ def _evaluate_exploit(
     config = exploitability.SearchConfig(**budget)
     out = folders.choose(out, Path("runs/exploiter"), resume=resume, overwrite=overwrite)
     with goes_on_with(resuming(out)), progress() as show:
-        with open_pool(processes) as pool, stops_at_safe_points() as asked:
+        with open_pool(processes) as pool, stops_at_safe_points() as should_stop:
             attackers = exploitability.attack(
                 policy,
                 out,
@@ -181,7 +181,7 @@ def _evaluate_exploit(
                 pool=pool,
                 resume=resume,
                 overwrite=overwrite,
-                asked=asked,
+                should_stop=should_stop,
                 say=functools.partial(print, flush=True),
                 show=show,
                 command=command(),
@@ -234,9 +234,9 @@ def tournament(
         goes_on_with(command()),
         open_pool(processes, ray) as pool,
         progress() as show,
-        stops_at_safe_points() as asked,
+        stops_at_safe_points() as should_stop,
     ):
-        field.play(progress=show, asked=asked, pool=pool)
+        field.play(progress=show, should_stop=should_stop, pool=pool)
     print_rules(game)
     with progress("players", "rating players"):
         figures = ladder.make_ladder(field)

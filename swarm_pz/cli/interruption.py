@@ -3,10 +3,10 @@
 A command whose work may go on later wraps it once, and wraps what must not end just anywhere:
 
     with goes_on_with(command()):
-        with stops_at_safe_points() as asked:
+        with stops_at_safe_points() as should_stop:
             while work_is_left:
                 do_and_save_some()
-                if asked():
+                if should_stop():
                     raise Stopped("12 of 40 games are in runs/ladder")
         draw_what_was_saved()  # a signal here ends it at once
 """
@@ -54,7 +54,7 @@ def stops_at_safe_points() -> Iterator[Callable[[], bool]]:
 
     Yields
     ------
-    asked : callable
+    should_stop : callable
         True once a signal has come. The work then saves what it has and raises `Stopped`; if it ends
         without having asked, KeyboardInterrupt is raised at the end of the block.
     """

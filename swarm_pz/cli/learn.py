@@ -52,8 +52,8 @@ def train(
         untrained = run.untrained()
         if not run.is_finished:
             say(f"training for {config.total_steps:,} steps in {out} (Ctrl-C stops, --resume goes on)")
-        with stops_at_safe_points() as asked:
-            trained = run.run(asked)
+        with stops_at_safe_points() as should_stop:
+            trained = run.run(should_stop)
         plot_learning_curve(run.history, config.opponents[0], out / "learning_curve.png")
         say(f"evaluating over {games} games against uniform coverage, beside the baselines")
         match, comparisons = compare(trained, untrained, config.game, games=games, seed=0, threads=config.threads)
@@ -105,9 +105,11 @@ def sweep(
     check(config.seed == TrainConfig().seed, "seed", config.seed, "left out: --seeds names them")
     check_folder(out)
     with goes_on_with(command()), open_pool(processes, ray) as pool:
-        with progress("steps", "training") as show, stops_at_safe_points() as asked:
+        with progress("steps", "training") as show, stops_at_safe_points() as should_stop:
             say = functools.partial(print, flush=True)
-            trained = train_all(config, seeds, out, pool, asked=asked, say=say, show=show, command=command())
+            trained = train_all(
+                config, seeds, out, pool, should_stop=should_stop, say=say, show=show, command=command()
+            )
         print_rules(config.game)
         tables.print_matches([play_match(policy, "uniform", games=games, config=config.game) for policy in trained])
     folders = " ".join(str(out / f"seed-{seed}") for seed in seeds)
@@ -138,7 +140,7 @@ def league(
         require_extra(module, "training")
     from swarm_pz import policies
     from swarm_pz.evaluation.match import play_match
-    from swarm_pz.evaluation.workers import Alone, open_pool
+    from swarm_pz.evaluation.workers import SerialExecutor, open_pool
     from swarm_pz.policies.scripted import SCRIPTS
     from swarm_pz.training import folders
     from swarm_pz.training.selfplay import League
@@ -150,12 +152,12 @@ def league(
     with goes_on_with(resuming(out)), open_pool(processes, ray) as pool:
         run = League(config, out, resume=resume, overwrite=overwrite, say=say, command=command(), workers=pool)
         print_rules(learner.game)
-        if not isinstance(pool, Alone) and not config.join_after and config.exploiter_steps:
+        if not isinstance(pool, SerialExecutor) and not config.join_after and config.exploiter_steps:
             say("the learner waits for exploiters where they begin: --join-after 500000 lets it go on meanwhile")
         if not run.main.is_finished:
             say(f"training for {learner.total_steps:,} steps in {out} (Ctrl-C stops, --resume goes on)")
-        with stops_at_safe_points() as asked:
-            policy = run.run(asked)
+        with stops_at_safe_points() as should_stop:
+            policy = run.run(should_stop)
         matches = [
             play_match(
                 policy,

@@ -73,7 +73,7 @@ def benchmark(
         goes_on_with(command()),
         open_pool(processes, ray) as pool,
         progress() as show,
-        stops_at_safe_points() as asked,
+        stops_at_safe_points() as should_stop,
     ):
         report = run(
             entry,
@@ -82,7 +82,7 @@ def benchmark(
             baseline=baseline,
             pool=pool,
             progress=show,
-            asked=asked,
+            should_stop=should_stop,
             say=functools.partial(print, flush=True),
             command=command(),
         )

@@ -54,12 +54,12 @@ def check_choice(value: object, name: str, choices: tuple[str, ...]) -> None:
     check(isinstance(value, str) and value in choices, name, value, " or ".join(map(repr, choices)))
 
 
-def later(default: Any, metadata: Mapping[str, Any] | None = None) -> Any:
+def hash_exempt(default: Any, metadata: Mapping[str, Any] | None = None) -> Any:
     """Declare a field that came after files with hashes had been written.
 
     At its default it does not count in the hash, so those files keep theirs.
     """
-    return dataclasses.field(default=default, metadata={"later": True, **(metadata or {})})
+    return dataclasses.field(default=default, metadata={"hash_exempt": True, **(metadata or {})})
 
 
 class Config:
@@ -178,13 +178,13 @@ def _from_plain(hint: Any, value: Any) -> Any:
 def canonical(value: Any) -> Any:
     """Return the plain values that a hash is of; the same for equal configurations.
 
-    Whole floats and integers are written alike, so that 1 and 1.0 hash the same; later fields at rest are left out.
+    1 and 1.0 hash the same. Hash-exempt fields at their defaults are left out.
     """
     if isinstance(value, Config):
         plain: dict[str, Any] = dict(value.tag())
         for entry in dataclasses.fields(value):  # type: ignore[arg-type]
             held = getattr(value, entry.name)
-            if not ("later" in entry.metadata and held == entry.default):
+            if not ("hash_exempt" in entry.metadata and held == entry.default):
                 plain[entry.name] = canonical(held)
         return plain
     if isinstance(value, dict):

@@ -15,7 +15,7 @@ from swarm_pz.config.base import (
     check_count,
     check_number,
     digest,
-    later,
+    hash_exempt,
 )
 from swarm_pz.config.constants import (
     CONTROL_PERIOD,
@@ -90,9 +90,11 @@ class GameConfig(Config):
         default_factory=ObservationConfig, metadata=PER_TEAM
     )
     reward: RewardConfig = field(default_factory=RewardConfig)
-    controllers: str | ControlSystem | tuple[str | ControlSystem, str | ControlSystem] = later("ergodic", PER_TEAM)
-    flocking: FlockingConfig = later(FlockingConfig())
-    dynamics: DynamicsConfig = later(DynamicsConfig())
+    controllers: str | ControlSystem | tuple[str | ControlSystem, str | ControlSystem] = hash_exempt(
+        "ergodic", PER_TEAM
+    )
+    flocking: FlockingConfig = hash_exempt(FlockingConfig())
+    dynamics: DynamicsConfig = hash_exempt(DynamicsConfig())
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -15,7 +15,7 @@ from swarm_pz.config.base import (
     check_choice,
     check_count,
     check_number,
-    later,
+    hash_exempt,
 )
 from swarm_pz.config.constants import (
     CHANNELS,
@@ -53,9 +53,9 @@ class SpawnConfig(Config):
 
     inset: float = 0.1
     radius: float = 0.08
-    layout: Literal["corners", "squares"] = later("corners")
-    side: float = later(0.1)
-    speed: float = later(0.0)
+    layout: Literal["corners", "squares"] = hash_exempt("corners")
+    side: float = hash_exempt(0.1)
+    speed: float = hash_exempt(0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -88,8 +88,8 @@ class MemoryConfig(Config):
 
     trail: float | None = 5.0
     controller: float | None = 4.0
-    trail_forgotten_on: tuple[Occasion, ...] = later(())
-    controller_forgotten_on: tuple[Occasion, ...] = later(("capture",))
+    trail_forgotten_on: tuple[Occasion, ...] = hash_exempt(())
+    controller_forgotten_on: tuple[Occasion, ...] = hash_exempt(("capture",))
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -123,7 +123,7 @@ class CaptureConfig(Config):
 
     enabled: bool = True
     threshold: float = 0.75
-    field: Literal["occupancy", "reconstruction"] = later("occupancy")
+    field: Literal["occupancy", "reconstruction"] = hash_exempt("occupancy")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -173,11 +173,11 @@ class ControllerConfig(Config):
     wall_weight: float = 100.0
     wall_margin: float = 0.05
     max_acceleration: float = 1.0
-    spectrum: Literal["sobolev", "exponential"] = later("sobolev")
-    communication_radius: float | None = later(None)
-    message_loss: float = later(0.0)
-    relay: bool = later(False)
-    target_mass: float = later(1.0)
+    spectrum: Literal["sobolev", "exponential"] = hash_exempt("sobolev")
+    communication_radius: float | None = hash_exempt(None)
+    message_loss: float = hash_exempt(0.0)
+    relay: bool = hash_exempt(False)
+    target_mass: float = hash_exempt(1.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -226,7 +226,7 @@ class FlockingConfig(Config):
     separation_radius: float = 0.05
     max_turn: float = math.pi / 10
     speed: float = 0.25
-    dwell: float = later(5.0)
+    dwell: float = hash_exempt(5.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()

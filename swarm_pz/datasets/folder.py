@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError, OutputError, ResultsError, require_extra
-from swarm_pz.evaluation.ledger import held
+from swarm_pz.evaluation.ledger import folder_lock
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import check_folder
 from swarm_pz.spaces.formats import Format, FormatOptions
@@ -216,7 +216,7 @@ def _alone(folder: Path) -> Iterator[Path]:
     with ExitStack() as stack:
         try:
             with _in_words(folder):
-                stack.enter_context(held(place))
+                stack.enter_context(folder_lock(place))
         except ResultsError as error:
             raise OutputError(
                 f"{str(folder)!r} is being made by another process: wait until it is done, or choose another name"

@@ -15,7 +15,7 @@ from swarm_pz.config import TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check, check_count
 from swarm_pz.datasets.folder import Episode, Target, name_for, new_dataset
 from swarm_pz.envs.opponents import DuelBatch, DuelResult
-from swarm_pz.evaluation.rollout import blame
+from swarm_pz.evaluation.rollout import policy_errors
 from swarm_pz.policy import Player, PrivilegedPolicy, load, name_of
 from swarm_pz.spaces.formats import FormatOptions
 from swarm_pz.spaces.observation import Observations
@@ -126,7 +126,7 @@ def _play(duel: DuelBatch, player: Player, called: str, seeds: range) -> Generat
     """Play games to their ends; give after each step how many have ended, and last the episodes."""
     batch, rows, control = duel.batch, np.arange(len(seeds)), duel.batch.simulator.control
     duel.reset([np.random.SeedSequence(seed) for seed in seeds], rows)
-    with blame(0, called):
+    with policy_errors(0, called):
         player.reset([np.random.SeedSequence(seed, spawn_key=(_PLAYERS_STREAM,)) for seed in seeds], rows)
     idle = _idle(duel.format.action_space, len(seeds))
     observations, infos = [duel.observe()], [duel.infos()]
@@ -135,7 +135,7 @@ def _play(duel: DuelBatch, player: Player, called: str, seeds: range) -> Generat
     lengths = np.zeros(len(seeds), np.int64)
     while batch.running.any():
         running = np.flatnonzero(batch.running)
-        with blame(0, called):
+        with policy_errors(0, called):
             packed = batch.ask(player, duel.sides[running], running)
         chosen = idle.copy()
         chosen[running] = duel.format.write(control.unpack(packed, control.numbers[0]))

@@ -188,7 +188,7 @@ class DronesEnv(OneGameEnv):
         agents = self.possible_agents
         if not isinstance(actions, Mapping) or actions.keys() != self._action_spaces.keys():
             raise CommandError(
-                f"actions must hold one for each agent, also of drones that sit out: {_odd(actions, agents)}"
+                f"actions must hold one for each agent, also of drones that sit out: {_key_mismatch(actions, agents)}"
             )
         read = self.drones.actions.read
         try:  # all at once, which is quicker
@@ -213,7 +213,7 @@ class DronesEnv(OneGameEnv):
         return dict(zip(self.possible_agents, self.drones.infos(result, 0), strict=True))
 
 
-def _odd(actions: Any, agents: list[str]) -> str:
+def _key_mismatch(actions: Any, agents: list[str]) -> str:
     """Say what is wrong with the names of actions."""
     if not isinstance(actions, Mapping):
         return f"got {type(actions).__name__} in place of a mapping"

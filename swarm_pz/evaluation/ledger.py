@@ -69,7 +69,7 @@ class PlayedGame:
 
 
 @contextlib.contextmanager
-def held(folder: Path) -> Iterator[None]:
+def folder_lock(folder: Path) -> Iterator[None]:
     """Keep other processes from playing in a folder.
 
     The lock is the system's: it ends with the process, however that ends. The file beside it only tells

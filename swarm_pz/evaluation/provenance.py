@@ -31,7 +31,7 @@ def versions() -> dict[str, str]:
 
 
 @functools.cache
-def ware() -> dict[str, str]:
+def required_versions() -> dict[str, str]:
     """Return what must be alike where the same games are to be played.
 
     Those are the versions, less that of Python, the source of swarm-pz, and the packages that add policies or control

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from typing import Any, ParamSpec, TypeVar
 
 from swarm_pz.errors import WorkerError, require_extra
-from swarm_pz.evaluation.parcels import Parcel
-from swarm_pz.evaluation.provenance import ware
+from swarm_pz.evaluation.bundles import PolicyBundle
+from swarm_pz.evaluation.provenance import required_versions
 from swarm_pz.evaluation.workers import LostTaskError
 from swarm_pz.kernels.cache import processor
 
@@ -44,8 +44,8 @@ class _Task:
     future: Future[Any]
     work: bytes
     places: list[int]
-    """Where parcels stand among the arguments."""
-    parcels: list[Any]
+    """Where bundles stand among the arguments."""
+    bundles: list[Any]
     deaths: int = 0
 
 
@@ -76,9 +76,9 @@ class RayPool(Executor):
             self._is_ours = not self._ray.is_initialized()
             if self._is_ours:
                 _connect(self._ray, address)
-        self._say, self._expected, self._processor = say, ware(), processor()
+        self._say, self._expected, self._processor = say, required_versions(), processor()
         self._run = self._ray.remote(_make_runner()).options(num_cpus=1, max_retries=0)
-        self._put: dict[Parcel, Any] = {}
+        self._put: dict[PolicyBundle, Any] = {}
         self._queue: deque[_Task] = deque()
         self._running: dict[Any, _Task] = {}
         self._refused: dict[str, str] = {}
@@ -97,8 +97,8 @@ class RayPool(Executor):
         return 2 * self._room()
 
     def submit(self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs) -> Future[Result]:
-        """Give a task to whichever machine is free; parcels among its arguments travel once."""
-        places = [place for place, value in enumerate(args) if isinstance(value, Parcel)]
+        """Give a task to whichever machine is free; bundles among its arguments travel once."""
+        places = [place for place, value in enumerate(args) if isinstance(value, PolicyBundle)]
         bare = [None if place in places else value for place, value in enumerate(args)]
         work = self._ray.cloudpickle.dumps((fn, bare, kwargs))
         future: Future[Result] = Future()
@@ -109,10 +109,10 @@ class RayPool(Executor):
             self._changed.notify()
         return future
 
-    def _sent(self, parcel: Any) -> Any:
-        if parcel not in self._put:
-            self._put[parcel] = self._ray.put((parcel.name, parcel.files))
-        return self._put[parcel]
+    def _sent(self, bundle: Any) -> Any:
+        if bundle not in self._put:
+            self._put[bundle] = self._ray.put((bundle.name, bundle.files))
+        return self._put[bundle]
 
     def end(self) -> None:
         """End what the workers are at."""
@@ -192,7 +192,7 @@ class RayPool(Executor):
         run = self._run
         if self._refused:
             run = run.options(label_selector={"ray.io/node-id": f"!in({','.join(self._refused)})"})
-        self._running[run.remote(self._expected, task.work, task.places, *task.parcels)] = task
+        self._running[run.remote(self._expected, task.work, task.places, *task.bundles)] = task
 
     def _settle(self, refs: list[Any]) -> None:
         again = 0
@@ -262,7 +262,7 @@ class RayPool(Executor):
 
 
 def _make_runner() -> Callable[..., tuple[str, str, str, Any]]:
-    def run(expected: dict[str, str], work: bytes, places: list[int], *parcels: Any) -> tuple[str, str, str, Any]:
+    def run(expected: dict[str, str], work: bytes, places: list[int], *bundles: Any) -> tuple[str, str, str, Any]:
         """Do a task, where all is as expected; it travels as code, since nothing may be installed there."""
         import importlib
         import os
@@ -271,18 +271,18 @@ def _make_runner() -> Callable[..., tuple[str, str, str, Any]]:
 
         node, host = importlib.import_module("ray").get_runtime_context().get_node_id(), platform.node()
         try:
-            from swarm_pz.evaluation.parcels import Parcel
-            from swarm_pz.evaluation.provenance import ware
+            from swarm_pz.evaluation.bundles import PolicyBundle
+            from swarm_pz.evaluation.provenance import required_versions
             from swarm_pz.kernels.cache import processor
         except ImportError:  # it is not there, or another one
             return "refused", node, host, {}
-        found = ware()
+        found = required_versions()
         if any(found.get(name) != version for name, version in expected.items()):
             return "refused", node, host, found
         os.environ["OMP_NUM_THREADS"] = "1"  # as in `prepare_process`
         function, arguments, keywords = pickle.loads(work)  # noqa: S301 - from the driver, as all that Ray runs
-        for place, parcel in zip(places, parcels, strict=True):
-            arguments[place] = Parcel(*parcel)
+        for place, bundle in zip(places, bundles, strict=True):
+            arguments[place] = PolicyBundle(*bundle)
         return "done", node, host, (processor(), function(*arguments, **keywords))
 
     return run

@@ -116,7 +116,7 @@ class GroundedError(FaultError):
 
 
 @contextmanager
-def blame(place: int, name: str) -> Iterator[None]:
+def policy_errors(place: int, name: str) -> Iterator[None]:
     """Turn whatever a policy does wrong in here into a FaultError that says where."""
     try:
         yield
@@ -198,7 +198,7 @@ class Rollout:
         with self._flying():
             self.batch.reset(starts, swapped=self._sides[0] == BLUE)
         for place, player in enumerate(self._players):
-            with blame(place, self._names[place]), self._clock(len(self.rows), True):
+            with policy_errors(place, self._names[place]), self._clock(len(self.rows), True):
                 player.reset(streams[place], self.rows)
         self._spent = np.zeros((2, len(self.rows)))
         self._latest = np.full((len(self.rows), 2, *self.batch.command_shape), np.nan)
@@ -254,7 +254,7 @@ class Rollout:
             teams = self._sides[place, rows]
             began = time.perf_counter()
             clock = self._clock(len(rows), len(self._sizes) == 1)
-            with blame(place, self._names[place]):
+            with policy_errors(place, self._names[place]):
                 commands[rows, teams] = self.batch.ask(player, teams, rows, clock)
             self._spent[place, rows] += 1000.0 * (time.perf_counter() - began) / len(rows)
         is_new = (commands[rows] != self._latest[rows]).any(axis=tuple(range(2, commands.ndim)))

@@ -23,9 +23,9 @@ from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, check, check_count, check_number
 from swarm_pz.config.installed import FAULTS
 from swarm_pz.errors import CommandError, PolicyError, Stopped, SwarmError
-from swarm_pz.evaluation.ledger import Ledger, PlayedGame, held
+from swarm_pz.evaluation.bundles import PolicyBundle, VerifyingLoader
+from swarm_pz.evaluation.ledger import Ledger, PlayedGame, folder_lock
 from swarm_pz.evaluation.match import POINTS
-from swarm_pz.evaluation.parcels import Arrivals, Parcel
 from swarm_pz.evaluation.processes import alarm
 from swarm_pz.evaluation.ratings import Results
 from swarm_pz.evaluation.rollout import Clock, FaultError, Game, play_games
@@ -139,7 +139,7 @@ def play_block_elsewhere(
     numbers: Sequence[int],
     config: TournamentConfig,
     digests: dict[str, str],
-    *parcels: Parcel | None,
+    *bundles: PolicyBundle | None,
 ) -> list[PlayedGame]:
     """Play some games of two players on another machine, from the files of those two that come from folders.
 
@@ -148,8 +148,8 @@ def play_block_elsewhere(
     WorkerError
         If one of them cannot be had there, or is another. That is not its fault, and so no forfeit.
     """
-    carried = {name: parcel for name, parcel in zip((one, other), parcels, strict=True) if parcel is not None}
-    arrivals = Arrivals(loader, digests, carried)
+    carried = {name: bundle for name, bundle in zip((one, other), bundles, strict=True) if bundle is not None}
+    arrivals = VerifyingLoader(loader, digests, carried)
     for name in (one, other):
         arrivals(name, config.game)
     return play_block(arrivals, one, other, numbers, config)
@@ -237,7 +237,7 @@ class Tournament:
         self,
         processes: int = 1,
         progress: Callable[[int, int], None] | None = None,
-        asked: Callable[[], bool] = lambda: False,
+        should_stop: Callable[[], bool] = lambda: False,
         pool: Executor | None = None,
     ) -> None:
         """Play what is missing.
@@ -248,7 +248,7 @@ class Tournament:
             Processes that share the games; with 1 they are played in this one.
         progress : callable, optional
             Called with (games finished, games that were missing).
-        asked : callable, optional
+        should_stop : callable, optional
             Called between blocks of games: whether to stop there.
         pool : Executor, optional
             Who plays them instead, as `open_pool` gives it, or any other; it is left open.
@@ -262,12 +262,15 @@ class Tournament:
         Stopped
             If it was asked to; every game that began is finished and kept.
         """
-        with nullcontext(pool) if pool is not None else open_pool(processes) as workers, held(self._ledger.folder):
+        with (
+            nullcontext(pool) if pool is not None else open_pool(processes) as workers,
+            folder_lock(self._ledger.folder),
+        ):
             self.games = self._ledger.take_up(self.command)
-            self._play_missing(workers, progress, asked)
+            self._play_missing(workers, progress, should_stop)
 
     def _play_missing(
-        self, pool: Executor, progress: Callable[[int, int], None] | None, asked: Callable[[], bool]
+        self, pool: Executor, progress: Callable[[int, int], None] | None, should_stop: Callable[[], bool]
     ) -> None:
         blocks = self.missing()
         done = 0
@@ -289,7 +292,7 @@ class Tournament:
             play_block_elsewhere if is_elsewhere else play_block,
             self._tasks(blocks, is_elsewhere),
             lambda _, games: keep(games),
-            asked=asked,
+            should_stop=should_stop,
             name=lambda task: f"{task[1]} against {task[2]}",
         )
         if self.missing():
@@ -299,11 +302,11 @@ class Tournament:
         """Return what `play_block` is given for each block, and on other machines what players are known by."""
         where = getattr(self._loader, "folder_of", folder_of)
         folders = {name: where(name) for name in self.players} if is_elsewhere else {}
-        parcels = {name: Parcel.of(folder) for name, folder in folders.items() if folder is not None}
+        bundles = {name: PolicyBundle.of(folder) for name, folder in folders.items() if folder is not None}
         for one, other, numbers in blocks:
             task = (self._loader, one, other, numbers, self.rules_of(one, other))
             digests = {name: self._learned[name] for name in (one, other) if name in self._learned}
-            yield (*task, digests, parcels.get(one), parcels.get(other)) if is_elsewhere else task
+            yield (*task, digests, bundles.get(one), bundles.get(other)) if is_elsewhere else task
 
     def _stopped(self) -> Stopped:
         left = sum(len(numbers) for _, _, numbers in self.missing())

@@ -30,7 +30,7 @@ class LostTaskError(BrokenExecutor):
     """Whoever was given a task died of it, again and again; other tasks of the pool are well."""
 
 
-class Alone(Executor):
+class SerialExecutor(Executor):
     """Does each task in this process, as soon as it is given."""
 
     slots = 1
@@ -80,7 +80,7 @@ def open_pool(processes: int = 1, ray: str | None = None) -> Executor:
         from swarm_pz.evaluation.ray_pool import RayPool
 
         return RayPool(ray)
-    return Alone() if processes == 1 else Processes(processes)
+    return SerialExecutor() if processes == 1 else Processes(processes)
 
 
 def share(
@@ -89,7 +89,7 @@ def share(
     tasks: Iterable[Task],
     keep: Callable[[Task, Result], None],
     *,
-    asked: Callable[[], bool] = lambda: False,
+    should_stop: Callable[[], bool] = lambda: False,
     name: Callable[[Task], str] = str,
     verb: str = "played",
 ) -> None:
@@ -104,7 +104,7 @@ def share(
         Long ones first, so that nobody works alone in the end.
     keep : callable
         Called with each task and its result, in this thread alone.
-    asked : callable, optional
+    should_stop : callable, optional
         Called between tasks: whether to stop there. What was begun is then finished and kept.
     name : callable, optional
         What errors call a task.
@@ -120,7 +120,7 @@ def share(
     waiting: dict[Future[Result], Task] = {}
     is_over = False
     try:
-        while not asked():
+        while not should_stop():
             # As many again as can be worked at, so that nobody waits for the next.
             slots = getattr(pool, "slots", 2 * (os.cpu_count() or 1))
             for task in itertools.islice(left, max(0, slots - len(waiting))):
@@ -163,7 +163,7 @@ def silent(_: str) -> None:
     """Drop a line of progress: who works elsewhere says nothing."""
 
 
-class Errands:
+class BackgroundTasks:
     """Long tasks that a pool is at while who gave them does something else, until what they bring is wanted.
 
     A context: who leaves it before all has been fetched ends what the pool is at.
@@ -177,7 +177,7 @@ class Errands:
         self.pool = pool
         self._sent: dict[str, Future[Any]] = {}
 
-    def __enter__(self) -> Errands:
+    def __enter__(self) -> BackgroundTasks:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -191,7 +191,7 @@ class Errands:
     @property
     def is_here(self) -> bool:
         """Whether tasks are done by this process, as soon as they are sent."""
-        return isinstance(self.pool, Alone)
+        return isinstance(self.pool, SerialExecutor)
 
     @property
     def is_elsewhere(self) -> bool:
@@ -202,7 +202,7 @@ class Errands:
         """Give a task to the pool; errors call it by the name, and it is fetched by that."""
         self._sent[name] = self.pool.submit(work, *arguments)
 
-    def fetch(self, name: str, asked: Callable[[], bool] = lambda: False) -> Any:
+    def fetch(self, name: str, should_stop: Callable[[], bool] = lambda: False) -> Any:
         """Wait for a task, and return what it brings.
 
         Raises
@@ -214,7 +214,7 @@ class Errands:
         """
         future = self._sent[name]
         while not wait([future], timeout=_LOOK_S).done:
-            if asked():
+            if should_stop():
                 raise Stopped(f"{name} is under way")
         del self._sent[name]
         try:

@@ -152,7 +152,7 @@ class Control:
             commands = np.zeros((count, *self.command_shape))
             for number, chosen in self._by_system(flown_by):
                 system, team = self.systems[number], int(sides[chosen[0]])
-                with blame(team, system.name, rows[chosen][sides[chosen] == team]):
+                with flight_errors(team, system.name, rows[chosen][sides[chosen] == team]):
                     served = serve(system, densities[chosen], self.config)
                 if served is None:
                     raise _mismatch(system, "density", name)
@@ -218,7 +218,7 @@ class Control:
                 if system.takes == "density":
                     densities[chosen, place] = own
                     continue
-                with blame(team, system.name, mine):
+                with flight_errors(team, system.name, mine):
                     densities[chosen, place] = check_densities(
                         system.to_densities(own, self.config),
                         (len(mine), *self._densities),
@@ -245,7 +245,7 @@ class Control:
         flight = self.flight_of(games, rows, team, number)
         own = flight.own.copy()  # a system that writes there flies no more drones for it
         began, busy = time.perf_counter(), time.thread_time()
-        with blame(team, system.name, rows):
+        with flight_errors(team, system.name, rows):
             answer = as_floats(system.solve(flight, self.config), "must answer accelerations as numbers")
         expected = (len(rows), *games.positions.shape[1:])
         if answer.shape != expected:
@@ -368,7 +368,7 @@ def _check_densities_of(system: ControlSystem, default: NDArray[np.float64], con
     serves_densities(system, config)
 
 
-class blame:  # noqa: N801  (reads like the function that it is)
+class flight_errors:  # noqa: N801  (reads like the function that it is)
     """Turn whatever a control system raises in here into a FlightError that says where."""
 
     def __init__(self, team: int, system: str, rows: NDArray[np.int64]) -> None:

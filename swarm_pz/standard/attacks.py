@@ -12,10 +12,10 @@ import numpy as np
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import require_extra
-from swarm_pz.evaluation.parcels import Parcel, at_hand
-from swarm_pz.evaluation.workers import Errands, never, silent
+from swarm_pz.evaluation.bundles import PolicyBundle, unpacked_policy
+from swarm_pz.evaluation.workers import BackgroundTasks, never, silent
 from swarm_pz.policy import folder_of, load
-from swarm_pz.standard.games import SEARCHED, Cast, TrackGames, entry_name
+from swarm_pz.standard.games import SEARCHED, PlayerFactory, TrackGames, entry_name
 from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.protocol import Protocol, Track
 from swarm_pz.standard.siege import search
@@ -31,11 +31,11 @@ def learn(
     number: int,
     protocol: Protocol,
     folder: Path | None,
-    asked: Callable[[], bool],
+    should_stop: Callable[[], bool],
     say: Callable[[str], None],
     digest: str | None = None,
-    parcel: Parcel | None = None,
-) -> Parcel:
+    bundle: PolicyBundle | None = None,
+) -> PolicyBundle:
     """Train an exploiter of a policy, or take that up, and return the folder of what it has learned.
 
     It starts from the policy's weights if that is a learned one of ours. What is returned names neither paths nor
@@ -49,9 +49,9 @@ def learn(
     protocol : Protocol
     folder : Path, optional
         Of the training; without one it is begun anew, and nothing is left of it.
-    asked, say : callable
-    digest, parcel
-        Of the policy, as for `at_hand`.
+    should_stop, say : callable
+    digest, bundle
+        Of the policy, as for `unpacked_policy`.
 
     Raises
     ------
@@ -62,17 +62,17 @@ def learn(
     """
     with (
         tempfile.TemporaryDirectory(prefix="swarm-pz-") as place,
-        at_hand(policy, protocol.game, digest, parcel) as name,
+        unpacked_policy(policy, protocol.game, digest, bundle) as name,
     ):
         from swarm_pz.policies.learned import LearnedPolicy
 
-        learned = _train(name, number, protocol, folder or Path(place, "run"), asked, say)
+        learned = _train(name, number, protocol, folder or Path(place, "run"), should_stop, say)
         told = {name: learned.card["training"][name] for name in ("game", "total_steps", "seed")}
         card = learned.card | {"seconds": 0.0, "command": "", "training": told}
         card.pop("digest", None)
         out = Path(place, str(number))
         LearnedPolicy(card, learned.weights(), GameConfig.from_dict(told["game"]), out.name).write(out)
-        return Parcel.of(out)
+        return PolicyBundle.of(out)
 
 
 def _train(
@@ -80,7 +80,7 @@ def _train(
     number: int,
     protocol: Protocol,
     folder: Path,
-    asked: Callable[[], bool],
+    should_stop: Callable[[], bool],
     say: Callable[[str], None],
 ) -> LearnedPolicy:
     for module in ("torch", "stable_baselines3"):
@@ -98,36 +98,38 @@ def _train(
         resume=(folder / CHECKPOINT).is_file(),
         say=say,
     )
-    return run.policy() if run.is_finished else run.run(asked)
+    return run.policy() if run.is_finished else run.run(should_stop)
 
 
 class Learning:
     """The exploiter of one policy: learned by whoever is free, and written here; what is there is not learned again."""
 
-    def __init__(self, errands: Errands, protocol: Protocol, work: Path, out: Path, policy: str, number: int) -> None:
-        self._errands, self._protocol, self._policy, self._number = errands, protocol, policy, number
-        self._run = None if errands.is_elsewhere else work / f"exploiter-{number}"
+    def __init__(
+        self, background: BackgroundTasks, protocol: Protocol, work: Path, out: Path, policy: str, number: int
+    ) -> None:
+        self._background, self._protocol, self._policy, self._number = background, protocol, policy, number
+        self._run = None if background.is_elsewhere else work / f"exploiter-{number}"
         self._out = out
         self._name = f"the exploiter of policy {number}"
         from swarm_pz.policies.learned import CARD
 
         self._is_there = (self._out / str(number) / CARD).is_file()
 
-    def begin(self, asked: Callable[[], bool], say: Callable[[str], None]) -> None:
+    def begin(self, should_stop: Callable[[], bool], say: Callable[[str], None]) -> None:
         """Have it learn, unless it has."""
         if self._is_there:
             return
         digest = getattr(load(self._policy, self._protocol.game), "digest", None)
-        folder = folder_of(self._policy) if self._errands.is_elsewhere else None
-        parcel = None if folder is None else Parcel.of(folder)
-        told = (asked, say) if self._errands.is_here else (never, silent)
-        given = (self._policy, self._number, self._protocol, self._run, *told, digest, parcel)
-        self._errands.send(self._name, learn, *given)
+        folder = folder_of(self._policy) if self._background.is_elsewhere else None
+        bundle = None if folder is None else PolicyBundle.of(folder)
+        told = (should_stop, say) if self._background.is_here else (never, silent)
+        given = (self._policy, self._number, self._protocol, self._run, *told, digest, bundle)
+        self._background.send(self._name, learn, *given)
 
-    def end(self, asked: Callable[[], bool]) -> str:
+    def end(self, should_stop: Callable[[], bool]) -> str:
         """Wait for it, and return the digest of what it has learned."""
         if not self._is_there:
-            self._errands.fetch(self._name, asked).unpack(self._out)
+            self._background.fetch(self._name, should_stop).unpack(self._out)
         place = str(self._out / str(self._number))
         return identity_of(place, load(place, self._protocol.game))
 
@@ -135,12 +137,12 @@ class Learning:
 def find(
     number: int,
     protocol: Protocol,
-    cast: Cast,
+    factory: PlayerFactory,
     folder: Path,
     *,
     pool: Executor,
     show: Show,
-    asked: Callable[[], bool],
+    should_stop: Callable[[], bool],
 ) -> str:
     """Search for the tactic of the family that does best against a policy; return its name.
 
@@ -156,10 +158,12 @@ def find(
 
     def score(names: Sequence[str]) -> list[float]:
         nonlocal rounds
-        games = TrackGames(track, protocol, cast, folder, attackers=[(number, name) for name in names])
+        games = TrackGames(track, protocol, factory, folder, attackers=[(number, name) for name in names])
         per_round = len(names) * track.games
         done = rounds * per_round
-        games.play(progress=lambda now, _: show(done + now, robust.generations * per_round), asked=asked, pool=pool)
+        games.play(
+            progress=lambda now, _: show(done + now, robust.generations * per_round), should_stop=should_stop, pool=pool
+        )
         rounds += 1
         found = []
         for name in names:

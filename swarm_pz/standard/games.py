@@ -42,7 +42,7 @@ def entry_name(number: int) -> str:
 
 
 @dataclass(frozen=True)
-class Cast:
+class PlayerFactory:
     """Makes players by the names that they have in a track; goes to other processes.
 
     Attributes
@@ -109,7 +109,7 @@ class TrackGames(Tournament):
     ----------
     track : Track
     protocol : Protocol
-    cast : Cast
+    factory : PlayerFactory
     attackers : sequence of (int, str)
         Who attacks which policy.
     folder : Path
@@ -120,19 +120,19 @@ class TrackGames(Tournament):
         self,
         track: Track,
         protocol: Protocol,
-        cast: Cast,
+        factory: PlayerFactory,
         folder: Path,
         *,
         attackers: Sequence[tuple[int, str]] = (),
         command: str = "",
     ) -> None:
         self.track, self._trials = track, {trial.name: trial for trial in track.trials}
-        entries = [entry_name(number) for number in range(len(cast.policies))]
+        entries = [entry_name(number) for number in range(len(factory.policies))]
         self._pairings = [(one, name) for one in entries for name in self._trials]
         self._pairings += [(entry_name(number), name) for number, name in attackers]
         config = TournamentConfig(games=track.games, seed=track.seed, budget_ms=protocol.budget_ms, game=protocol.game)
         players = list(dict.fromkeys([*entries, *self._trials, *(name for _, name in attackers)]))
-        super().__init__(players, config, folder, cast, command)
+        super().__init__(players, config, folder, factory, command)
 
     def pairings(self) -> list[tuple[str, str]]:
         """Return who plays whom: the entry first, whoever comes first in the alphabet."""
@@ -176,7 +176,7 @@ def line_of(track: str, game: PlayedGame) -> Line:
 
 
 def play_again(
-    lines: Sequence[Line], protocol: Protocol, cast: Cast, say: Callable[[str], None] = silent
+    lines: Sequence[Line], protocol: Protocol, factory: PlayerFactory, say: Callable[[str], None] = silent
 ) -> list[Line]:
     """Play games of a report again, each group of the same players together, and say when another track begins."""
     tracks = {track.name: track for track in all_tracks(protocol)}
@@ -191,7 +191,7 @@ def play_again(
             say(f"track {name}: playing {counts.pop(name)} games again")
         track, trial = tracks[name], trials.get((name, opponent))
         config = TournamentConfig(games=track.games, seed=track.seed, budget_ms=protocol.budget_ms, game=protocol.game)
-        of_track = Cast(cast.policies, track.trials, cast.exploiters)
+        of_track = PlayerFactory(factory.policies, track.trials, factory.exploiters)
         for game in play_block(of_track, entry_name(policy), opponent, sorted(numbers), rules_of(config, trial)):
             again[name, policy, opponent, game.number] = line_of(name, game)
     return [again[line[:4]] for line in lines]

@@ -17,15 +17,15 @@ import numpy as np
 from swarm_pz.bench import machine
 from swarm_pz.config.base import check, check_count
 from swarm_pz.errors import ResultsError
-from swarm_pz.evaluation.ledger import held
+from swarm_pz.evaluation.ledger import folder_lock
 from swarm_pz.evaluation.provenance import versions
-from swarm_pz.evaluation.workers import Errands, open_pool
+from swarm_pz.evaluation.workers import BackgroundTasks, open_pool
 from swarm_pz.files import check_folder, draft_of
 from swarm_pz.kernels.cache import processor
 from swarm_pz.policy import Player, PrivilegedPolicy
 from swarm_pz.standard import attacks
 from swarm_pz.standard.figures import Results, figures, improvement
-from swarm_pz.standard.games import LEARNED, Cast, Line, TrackGames, attacked, check_flies
+from swarm_pz.standard.games import LEARNED, Line, PlayerFactory, TrackGames, attacked, check_flies
 from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.page import render
 from swarm_pz.standard.protocol import Protocol
@@ -68,7 +68,7 @@ def run(
     processes: int = 2,
     pool: Executor | None = None,
     progress: attacks.Show = lambda *_: None,
-    asked: Callable[[], bool] = lambda: False,
+    should_stop: Callable[[], bool] = lambda: False,
     say: Say = lambda _: None,
     command: str = "",
 ) -> dict[str, Any]:
@@ -89,7 +89,7 @@ def run(
         Who does it instead, as `open_pool` gives it; the report is the same, costs aside.
     progress : callable, optional
         Called with what is done and what there is to do, in each part.
-    asked : callable, optional
+    should_stop : callable, optional
         Called now and then: whether to stop there.
     say : callable, optional
         Where lines about the parts go.
@@ -121,7 +121,7 @@ def run(
     players = [check_flies(policy, protocol) for policy in entry.policies]
     check_folder(out)
     work = out / WORK
-    with held(work):
+    with folder_lock(work):
         told = [
             {"name": Path(policy).name, "digest": identity_of(policy, player), "kept": _kept(player, out, number)}
             for number, (policy, player) in enumerate(zip(entry.policies, players, strict=True))
@@ -134,34 +134,46 @@ def run(
         exploiters = tuple(str(out / EXPLOITERS / str(number)) for number in range(len(kept)))
         played: list[TrackGames] = []
         searched: list[str] = []
-        with nullcontext(pool) if pool is not None else open_pool(processes) as workers, Errands(workers) as errands:
+        with (
+            nullcontext(pool) if pool is not None else open_pool(processes) as workers,
+            BackgroundTasks(workers) as background,
+        ):
             # First, since nobody can share in one: they are learned while others play.
             learned = [
-                attacks.Learning(errands, protocol, work, out / EXPLOITERS, policy, number)
+                attacks.Learning(background, protocol, work, out / EXPLOITERS, policy, number)
                 for number, policy in enumerate(kept)
             ]
             for one, name in zip(learned, told, strict=True):
                 say(f"track robust: learning to beat {name['name']}, {protocol.robust.steps:,} commands")
-                one.begin(asked, say)
+                one.begin(should_stop, say)
             for track in protocol.tracks:
                 say(f"track {track.name}: {track.games} games against each of {len(track.trials)}")
-                cast = Cast(kept, track.trials)
-                played.append(TrackGames(track, protocol, cast, work / track.name, command=command))
-                played[-1].play(progress=progress, asked=asked, pool=workers)
+                factory = PlayerFactory(kept, track.trials)
+                played.append(TrackGames(track, protocol, factory, work / track.name, command=command))
+                played[-1].play(progress=progress, should_stop=should_stop, pool=workers)
             for number in range(len(kept)):
                 say(f"track robust: searching for what beats {told[number]['name']}")
-                cast, folder = Cast(kept), work / f"search-{number}"
-                searched.append(attacks.find(number, protocol, cast, folder, pool=workers, show=progress, asked=asked))
+                factory, folder = PlayerFactory(kept), work / f"search-{number}"
+                searched.append(
+                    attacks.find(
+                        number, protocol, factory, folder, pool=workers, show=progress, should_stop=should_stop
+                    )
+                )
             found = [
-                {"policy": number, "learned": f"{EXPLOITERS}/{number}", "digest": one.end(asked), "searched": best}
+                {
+                    "policy": number,
+                    "learned": f"{EXPLOITERS}/{number}",
+                    "digest": one.end(should_stop),
+                    "searched": best,
+                }
                 for number, (one, best) in enumerate(zip(learned, searched, strict=True))
             ]
             track = attacked(protocol)
             attackers = [(number, f"{LEARNED} {number}") for number in range(len(kept))]
             attackers += list(enumerate(searched))
-            cast, attackers = Cast(kept, (), exploiters), list(dict.fromkeys(attackers))
-            played.append(TrackGames(track, protocol, cast, work / track.name, attackers=attackers, command=command))
-            played[-1].play(progress=progress, asked=asked, pool=workers)
+            factory, attackers = PlayerFactory(kept, (), exploiters), list(dict.fromkeys(attackers))
+            played.append(TrackGames(track, protocol, factory, work / track.name, attackers=attackers, command=command))
+            played[-1].play(progress=progress, should_stop=should_stop, pool=workers)
         lines = [line for games in played for line in games.lines()]
         report = describe(entry.name, told, found, lines, protocol, other)
         report["cost"] = {

@@ -13,15 +13,15 @@ import numpy as np
 from swarm_pz.bench import machine
 from swarm_pz.config.base import check_count
 from swarm_pz.errors import ConfigError, ResultsError, SwarmError
+from swarm_pz.evaluation.bundles import MOST_BYTES
 from swarm_pz.evaluation.match import POINTS
-from swarm_pz.evaluation.parcels import MOST_BYTES
 from swarm_pz.evaluation.provenance import versions
 from swarm_pz.evaluation.workers import silent
 from swarm_pz.kernels.cache import processor
 from swarm_pz.policy import Player, PrivilegedPolicy, registered
 from swarm_pz.standard import report as files
 from swarm_pz.standard.figures import ROBUST
-from swarm_pz.standard.games import LEARNED, Cast, Line, check_flies, play_again, siege_of
+from swarm_pz.standard.games import LEARNED, Line, PlayerFactory, check_flies, play_again, siege_of
 from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.page import render
 from swarm_pz.standard.protocol import Protocol
@@ -110,8 +110,8 @@ def verify(
             protocol = protocol.quick()
         _check_protocol(report, protocol)
         _check_figures(report, lines, protocol, folder)
-        cast = _cast(report, folder, policies, protocol)
-        return Verdict(report, _play_sample(report, lines, protocol, cast, games, seed, say), seed)
+        factory = _factory(report, folder, policies, protocol)
+        return Verdict(report, _play_sample(report, lines, protocol, factory, games, seed, say), seed)
     except SwarmError:
         raise
     except (AttributeError, LookupError, TypeError, ValueError) as error:
@@ -152,7 +152,7 @@ def _is_of_this_version(report: dict[str, Any]) -> bool:
     return bool(report["versions"].get("swarm-pz") == versions().get("swarm-pz"))
 
 
-def _cast(report: dict[str, Any], folder: Path, given: Sequence[str], protocol: Protocol) -> Cast:
+def _factory(report: dict[str, Any], folder: Path, given: Sequence[str], protocol: Protocol) -> PlayerFactory:
     """Return who plays again, all of them what the report says they were."""
     if given and len(given) != len(report["policies"]):
         raise ResultsError(f"the report is of {len(report['policies'])} policies, got {len(given)}: {', '.join(given)}")
@@ -179,7 +179,7 @@ def _cast(report: dict[str, Any], folder: Path, given: Sequence[str], protocol: 
         _check_exploiter(player, number, protocol, str(place))
         exploiters.append(str(place))
         siege_of(attack["searched"])
-    return Cast(tuple(policies), (), tuple(exploiters))
+    return PlayerFactory(tuple(policies), (), tuple(exploiters))
 
 
 def _check_exploiter(player: Player, number: int, protocol: Protocol, place: str) -> None:
@@ -223,7 +223,7 @@ def _play_sample(
     report: dict[str, Any],
     lines: list[Line],
     protocol: Protocol,
-    cast: Cast,
+    factory: PlayerFactory,
     games: int,
     seed: int,
     say: Callable[[str], None],
@@ -233,7 +233,7 @@ def _play_sample(
         if line.track == ROBUST and line.opponent not in (searched.get(line.policy), f"{LEARNED} {line.policy}"):
             raise ResultsError(f"{line.opponent!r} in {files.GAMES} is no attack that the report names")
     sample = _choose(lines, games, seed)
-    again = play_again(sample, protocol, cast, say)
+    again = play_again(sample, protocol, factory, say)
     different = [(old, new) for old, new in zip(sample, again, strict=True) if old != new]
     if not different:
         return f"{len(sample)} games played again are the same games"
@@ -250,7 +250,7 @@ def _play_sample(
     say(f"games differ, on {there} and here on {here} or with other versions: comparing shares")
     differences = [
         POINTS[again.outcome] - POINTS[line.outcome]
-        for line, again in zip(larger, play_again(larger, protocol, cast, say), strict=True)
+        for line, again in zip(larger, play_again(larger, protocol, factory, say), strict=True)
     ]
     mean = float(np.mean(differences))
     error = max(float(np.std(differences)), 0.5 / len(differences) ** 0.5) / len(differences) ** 0.5

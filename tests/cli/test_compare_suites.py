@@ -10,7 +10,7 @@ import pytest
 
 from swarm_pz.cli import compare, main
 from swarm_pz.config import GameConfig
-from swarm_pz.evaluation.workers import Alone, Processes
+from swarm_pz.evaluation.workers import Processes, SerialExecutor
 from swarm_pz.policies.held_out import Generalisation
 from swarm_pz.standard import exploitability
 
@@ -50,7 +50,7 @@ def test_held_out_plays_the_suites_as_it_was_asked_and_writes_what_came_out(opti
     words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
     main(["evaluate", "lasso", "--held-out", "--json", "e.json", *words, *SHORT])
     assert asked == [("lasso", RULES, {"games": 200, "seed": 0, "threads": 2} | options)]
-    assert isinstance(pools[0], Alone)
+    assert isinstance(pools[0], SerialExecutor)
     assert tables == [
         ("lasso against the scripts: score 0.500", ["ring", "halo"]),
         ("lasso against the held-out suite: score 0.875", ["drifting"]),
@@ -78,8 +78,8 @@ def test_held_out_plays_the_suites_as_it_was_asked_and_writes_what_came_out(opti
 def test_exploit_searches_and_plays_as_it_was_asked_and_writes_what_came_out(options, more, monkeypatch, capsys):
     seen, pools, shown = [], [], []
 
-    def attack(*args, say, show, asked, pool, **given):
-        assert say.func is print and not asked()
+    def attack(*args, say, show, should_stop, pool, **given):
+        assert say.func is print and not should_stop()
         show(1, 2)
         pools.append(pool)
         seen.append((args, given))
@@ -107,7 +107,7 @@ def test_exploit_searches_and_plays_as_it_was_asked_and_writes_what_came_out(opt
         ("lasso", "attackers", "found", config, RULES),
     ]
     assert shown == [("found", "lasso", config.steps)]
-    assert isinstance(pools[0], Alone if options.get("processes") == 1 else Processes)
+    assert isinstance(pools[0], SerialExecutor if options.get("processes") == 1 else Processes)
     for place in (out / "exploitability.json", Path("e.json")):
         figures = json.loads(place.read_text())
         assert (figures["best"], figures["rules_hash"], figures["command"]) == ("seed-1", RULES.rules_hash, command)

@@ -10,7 +10,7 @@ import pytest
 
 from swarm_pz.cli import learn, main
 from swarm_pz.config import GameConfig
-from swarm_pz.evaluation.workers import Alone
+from swarm_pz.evaluation.workers import SerialExecutor
 from swarm_pz.policies.scripted import SCRIPTS
 from swarm_pz.training.config import RECIPES, LeagueConfig, TrainConfig
 
@@ -139,7 +139,7 @@ def test_league_passes_on_what_it_was_asked_for(given, monkeypatch, capsys, more
     assert given["written"] == (OUT, {name: {"against": name} for name in names})
     assert shown == [(len(names), "mine against the scripts")]
     printed = capsys.readouterr().out
-    assert isinstance(given["workers"], Alone) and "waits for exploiters" not in printed
+    assert isinstance(given["workers"], SerialExecutor) and "waits for exploiters" not in printed
     assert f"rules: {game.rules_hash}\n" in printed
     assert "training for 3,000,000 steps in runs/mine" in printed and printed.endswith("policy: runs/mine\n")
 
@@ -228,7 +228,7 @@ def test_options_that_contradict_the_run_are_named(words, message, capsys):
 
 def test_sweep_passes_on_what_it_was_asked_for(given, monkeypatch, capsys):
     def train(*args, **options):
-        assert options.pop("say").func is print and not options.pop("asked")()
+        assert options.pop("say").func is print and not options.pop("should_stop")()
         options.pop("show")(1, 2)
         given["begun"] = (args[:3], args[3].count, options)
         return [SimpleNamespace(name=f"seed-{seed}") for seed in args[1]]

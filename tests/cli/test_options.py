@@ -13,7 +13,7 @@ import swarm_pz.training.vec_env
 from swarm_pz.cli import main, preset_option, report
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.errors import PolicyError
-from swarm_pz.evaluation.workers import Alone
+from swarm_pz.evaluation.workers import SerialExecutor
 from swarm_pz.rendering.overlays import make_overlays
 
 SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
@@ -56,7 +56,7 @@ def test_of_evaluate_held_out(monkeypatch):
     )
     assert given == ("ring", RULES)
     assert callable(named.pop("progress"))
-    assert isinstance(named.pop("pool"), Alone)
+    assert isinstance(named.pop("pool"), SerialExecutor)
     assert named == {"games": 6, "seed": 7, "threads": 1}
 
 
@@ -72,8 +72,8 @@ def test_of_tournament(monkeypatch, tmp_path):
     arguments += ["--out", str(tmp_path), *SHORT]
     fields = []
 
-    def play(field, progress, asked, pool):
-        fields.append((field, pool.slots, asked()))
+    def play(field, progress, should_stop, pool):
+        fields.append((field, pool.slots, should_stop()))
         progress(1, 2)
         raise EnoughError
 

@@ -11,7 +11,7 @@ from swarm_pz.config import GameConfig
 from swarm_pz.datasets import record_match
 from swarm_pz.datasets.folder import name_for
 from swarm_pz.errors import OutputError
-from swarm_pz.evaluation.ledger import held
+from swarm_pz.evaluation.ledger import folder_lock
 
 SHORT = GameConfig(drones_per_team=4, time_limit=6.0)
 
@@ -48,7 +48,10 @@ def test_what_a_killed_process_left_is_gone_with_the_next_try(tmp_path):
 
 def test_a_dataset_that_another_process_makes_is_refused_at_once(tmp_path):
     told = []
-    with held(tmp_path / ".swarm-ring-v0.draft"), pytest.raises(OutputError, match="made by another process: wait"):
+    with (
+        folder_lock(tmp_path / ".swarm-ring-v0.draft"),
+        pytest.raises(OutputError, match="made by another process: wait"),
+    ):
         record_match("ring", ["uniform"], root=tmp_path, games=1, config=SHORT, progress=lambda *now: told.append(now))
     assert told == []
 

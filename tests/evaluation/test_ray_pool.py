@@ -18,7 +18,7 @@ from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import WorkerError
 from swarm_pz.evaluation import ray_pool
-from swarm_pz.evaluation.parcels import Parcel
+from swarm_pz.evaluation.bundles import PolicyBundle
 from swarm_pz.evaluation.ray_pool import RayPool, _Task
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
 from swarm_pz.evaluation.workers import LostTaskError, share
@@ -65,14 +65,14 @@ class Pretended:
         return value
 
     def get(self, ref):
-        (expected, work, places, *parcels), fate = ref.arguments, ref.fate
+        (expected, work, places, *bundles), fate = ref.arguments, ref.fate
         if fate == "die":
             raise ray.exceptions.WorkerCrashedError
         if fate.startswith("refuse "):
             return "refused", fate[-1], f"host {fate[-1]}", expected | {"numba": "0.1"}
         function, arguments, keywords = pickle.loads(work)  # noqa: S301
-        for place, parcel in zip(places, parcels, strict=True):
-            arguments[place] = Parcel(*parcel)
+        for place, bundle in zip(places, bundles, strict=True):
+            arguments[place] = PolicyBundle(*bundle)
         return "done", "a", "host a", (fate, function(*arguments, **keywords))
 
 
@@ -174,14 +174,14 @@ def test_who_waits_for_a_cluster_that_is_gone_is_told(pretend):
 
 def test_a_folder_travels_once(pretend):
     pretended = pretend()
-    one = Parcel("mine", (("card", b"1"),))
+    one = PolicyBundle("mine", (("card", b"1"),))
     with RayPool("auto", lambda _: None) as pool:
         assert [pool.submit(_name, 7, one).result() for _ in range(3)] == [(7, "mine")] * 3
     assert pretended.put_here == [("mine", (("card", b"1"),))]
 
 
-def _name(number, parcel):
-    return number, parcel.name
+def _name(number, bundle):
+    return number, bundle.name
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 import pytest
 
 from swarm_pz.errors import ConfigError, Stopped, WorkerError
-from swarm_pz.evaluation.workers import Alone, Errands, LostTaskError, Processes, open_pool, share
+from swarm_pz.evaluation.workers import BackgroundTasks, LostTaskError, Processes, SerialExecutor, open_pool, share
 
 
 def double(number):
@@ -26,7 +26,7 @@ def shared(pool, numbers, **given):
     return kept
 
 
-@pytest.mark.parametrize("pool", [Alone, lambda: Processes(2), lambda: ThreadPoolExecutor(2)])
+@pytest.mark.parametrize("pool", [SerialExecutor, lambda: Processes(2), lambda: ThreadPoolExecutor(2)])
 def test_every_pool_does_every_task_once(pool):
     with pool() as workers:
         assert shared(workers, range(12)) == {(number,): 2 * number for number in range(12)}
@@ -34,7 +34,7 @@ def test_every_pool_does_every_task_once(pool):
 
 def test_one_process_is_this_one_and_more_are_others():
     with open_pool(1) as alone, open_pool(3) as others:
-        assert isinstance(alone, Alone) and isinstance(others, Processes) and others.slots == 6
+        assert isinstance(alone, SerialExecutor) and isinstance(others, Processes) and others.slots == 6
         assert alone.submit(os.getpid).result() == os.getpid()
     with pytest.raises(ConfigError, match="processes must be"):
         open_pool(0)
@@ -43,7 +43,7 @@ def test_one_process_is_this_one_and_more_are_others():
 def test_what_a_task_raises_is_raised_and_what_was_done_before_is_kept():
     kept = []
     with pytest.raises(ZeroDivisionError, match="thirteen"):
-        share(Alone(), double, [(1,), (13,), (2,)], lambda *done: kept.append(done))
+        share(SerialExecutor(), double, [(1,), (13,), (2,)], lambda *done: kept.append(done))
     assert kept == [((1,), 2)]
 
 
@@ -94,7 +94,7 @@ def test_a_task_that_kills_its_workers_is_named_alone_and_others_that_began_are_
 def test_who_is_asked_to_stop_gives_out_no_more_and_keeps_what_was_begun():
     pool, kept = Held(), []
     tasks = [("begun",), ("done",), ("queued",), ("never",)]
-    share(pool, str, tasks, lambda task, _: kept.append(task), asked=lambda: bool(kept))
+    share(pool, str, tasks, lambda task, _: kept.append(task), should_stop=lambda: bool(kept))
     assert sorted(kept) == [("begun",), ("done",)]
     assert len(pool.given) == 3 and pool.given[2][1].cancelled()
 
@@ -116,22 +116,22 @@ def _interrupted():
     raise KeyboardInterrupt
 
 
-@pytest.mark.parametrize("pool", [Alone, lambda: ThreadPoolExecutor(2)])
+@pytest.mark.parametrize("pool", [SerialExecutor, lambda: ThreadPoolExecutor(2)])
 def test_what_an_errand_brings_is_there_when_it_is_wanted(pool):
-    with pool() as workers, Errands(workers) as errands:
-        errands.send("six", double, 6)
-        errands.send("thirteen", double, 13)
-        assert errands.fetch("six") == 12
+    with pool() as workers, BackgroundTasks(workers) as background:
+        background.send("six", double, 6)
+        background.send("thirteen", double, 13)
+        assert background.fetch("six") == 12
         with pytest.raises(ZeroDivisionError, match="thirteen"):
-            errands.fetch("thirteen")
-        assert not errands.is_elsewhere and errands.is_here is isinstance(workers, Alone)
+            background.fetch("thirteen")
+        assert not background.is_elsewhere and background.is_here is isinstance(workers, SerialExecutor)
 
 
 def test_who_died_on_an_errand_is_named():
-    with Errands(Held()) as errands:
-        errands.send("the exploiter", str, "lost")
+    with BackgroundTasks(Held()) as background:
+        background.send("the exploiter", str, "lost")
         with pytest.raises(WorkerError, match="died while these were done: the exploiter"):
-            errands.fetch("the exploiter")
+            background.fetch("the exploiter")
 
 
 def test_who_is_asked_to_stop_does_not_wait_for_an_errand_and_ends_what_is_under_way():
@@ -142,14 +142,14 @@ def test_who_is_asked_to_stop_does_not_wait_for_an_errand_and_ends_what_is_under
             self.ended += 1
 
     pool = Ended()
-    with Errands(pool) as errands:
-        errands.send("the exploiter", str, "queued")
+    with BackgroundTasks(pool) as background:
+        background.send("the exploiter", str, "queued")
         pool.given[0][1].set_running_or_notify_cancel()
-        errands.send("later", str, "queued")
+        background.send("later", str, "queued")
         with pytest.raises(Stopped, match="the exploiter is under way"):
-            errands.fetch("the exploiter", lambda: True)
+            background.fetch("the exploiter", lambda: True)
     assert pool.ended == 1 and pool.given[1][1].cancelled()
-    with Errands(pool) as errands:
-        errands.send("done", str, "done")
-        assert errands.fetch("done") == "done"
+    with BackgroundTasks(pool) as background:
+        background.send("done", str, "done")
+        assert background.fetch("done") == "done"
     assert pool.ended == 1

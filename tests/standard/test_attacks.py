@@ -8,9 +8,9 @@ import pytest
 
 from swarm_pz import policies
 from swarm_pz.config import ObservationConfig
-from swarm_pz.evaluation.workers import Alone
+from swarm_pz.evaluation.workers import SerialExecutor
 from swarm_pz.standard import attacks
-from swarm_pz.standard.games import Cast, attacked
+from swarm_pz.standard.games import PlayerFactory, attacked
 from swarm_pz.training.config import TrainConfig
 
 GAMES = {"siege wins": ([[2.0, 0.0, 0.0]], [0.0, 0.0]), "siege draws": ([[0.0, 2.0, 0.0]], [0.25, 0.25])}
@@ -19,13 +19,13 @@ GAMES |= {"siege loses": ([[0.0, 0.0, 2.0]], [1.0, 1.0]), "siege shares": ([[1.0
 
 
 def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_plays(tiny, tmp_path, monkeypatch):
-    begun, shown, asked, workers = [], [], [], Alone()
+    begun, shown, asked, workers = [], [], [], SerialExecutor()
 
     class Played:
-        def __init__(self, track, protocol, cast, folder, *, attackers):
+        def __init__(self, track, protocol, factory, folder, *, attackers):
             begun.append((track, attackers))
 
-        def play(self, *, pool, progress, asked):
+        def play(self, *, pool, progress, should_stop):
             assert pool is workers
             progress(1.0, 2.0)
 
@@ -45,11 +45,11 @@ def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_p
     values = attacks.find(
         1,
         tiny,
-        Cast(("ring", "halo")),
+        PlayerFactory(("ring", "halo")),
         tmp_path,
         pool=workers,
         show=lambda *done: shown.append(done),
-        asked=lambda: False,
+        should_stop=lambda: False,
     )
     assert values == ([1.0, 0.625, 0.0, 0.375], [0.625])
     assert begun[0][1] == [(1, name) for name in GAMES] and begun[0][0].games == tiny.robust.search_games

@@ -33,7 +33,7 @@ def test_a_stopped_run_that_goes_on_is_the_run_that_never_stopped(reported, tiny
             return len(asked) > limit
 
         try:
-            run(entry, tmp_path, protocol=tiny, processes=1, asked=stop)
+            run(entry, tmp_path, protocol=tiny, processes=1, should_stop=stop)
         except Stopped:
             steps += 7
         else:
@@ -68,9 +68,9 @@ def test_whoever_does_the_work_the_report_is_the_same_and_nothing_is_learned_twi
 
 
 def test_a_worker_with_another_policy_of_the_name_learns_nothing(tiny):
-    digest, parcel = "0" * 32, None
+    digest, bundle = "0" * 32, None
     with pytest.raises(WorkerError, match=r"champion is another on .*: expected digest 0{32}"):
-        attacks.learn("champion", 0, tiny, None, lambda: False, print, digest, parcel)
+        attacks.learn("champion", 0, tiny, None, lambda: False, print, digest, bundle)
 
 
 def test_a_folder_of_another_entry_is_refused(reported, tiny):

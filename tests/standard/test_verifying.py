@@ -175,7 +175,7 @@ def test_the_seed_of_a_sample_is_told_and_chooses_it(reported):
 def test_a_few_games_that_differ_elsewhere_are_no_lie(copied, tiny, monkeypatch):
     """What is chaotic ends otherwise on another processor, though as well on the whole."""
 
-    def otherwise(lines, protocol, cast, say):
+    def otherwise(lines, protocol, factory, say):
         return [line._replace(seconds=line.seconds + 1.0, fingerprint="other") for line in lines]
 
     monkeypatch.setattr("swarm_pz.standard.verifying.play_again", otherwise)

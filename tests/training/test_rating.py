@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import Stopped, WorkerError
-from swarm_pz.evaluation.parcels import Parcel
+from swarm_pz.evaluation.bundles import PolicyBundle
 from swarm_pz.evaluation.workers import Processes
 from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.training.callbacks import Checkpoint
@@ -67,7 +67,7 @@ def test_whoever_works_for_a_league_it_is_the_same(alone, tmp_path, monkeypatch)
         league = League(LATER, tmp_path, say=quiet, workers=workers)
 
         def noted(self):
-            during.append("exploiter_000" in league._errands)
+            during.append("exploiter_000" in league._background)
             save(self)
 
         monkeypatch.setattr(Checkpoint, "_on_rollout_start", noted)
@@ -101,5 +101,5 @@ def test_a_league_that_was_stopped_while_others_worked_for_it_goes_on_as_the_sam
 def test_a_worker_with_another_target_trains_nothing(alone, tmp_path):
     target = alone.folder / "pool" / "snapshot_000"
     with pytest.raises(WorkerError, match=r"snapshot_000 is another on .*: expected digest 0{32}"):
-        respond(str(target), tmp_path / "e", LEARNER, 32, 0, 2, digest="0" * 32, parcel=Parcel.of(target))
+        respond(str(target), tmp_path / "e", LEARNER, 32, 0, 2, digest="0" * 32, bundle=PolicyBundle.of(target))
     assert not list(tmp_path.iterdir())

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import CheckpointError
-from swarm_pz.evaluation.workers import Alone
+from swarm_pz.evaluation.workers import SerialExecutor
 from swarm_pz.training import exploit, rating
 from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.pool import Member
@@ -105,7 +105,7 @@ def test_a_snapshot_is_rated_among_all_scripts_the_first_and_the_latest(tmp_path
 
     monkeypatch.setattr(rating, "Tournament", tournament)
     monkeypatch.setattr(rating, "rate", rate)
-    made = Rating(league.pool, tmp_path, LEARNER.game, Alone())
+    made = Rating(league.pool, tmp_path, LEARNER.game, SerialExecutor())
     made.begin()
     found = made.end(lambda: False)
     (names, config, folder, loader), *then = held

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from swarm_pz.errors import CheckpointError, ConfigError, Stopped
-from swarm_pz.evaluation.workers import Alone, Processes
+from swarm_pz.evaluation.workers import Processes, SerialExecutor
 from swarm_pz.training import sweep as sweeps
 from swarm_pz.training.config import TrainConfig
 from swarm_pz.training.ppo import Training
@@ -23,7 +23,7 @@ def quiet(_):
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
-    return sweep(CONFIG, (3, 5), tmp_path_factory.mktemp("alone"), Alone(), say=quiet)
+    return sweep(CONFIG, (3, 5), tmp_path_factory.mktemp("alone"), SerialExecutor(), say=quiet)
 
 
 def assert_same(one, other):
@@ -54,7 +54,7 @@ def test_whoever_trains_them_they_are_the_same(alone, tmp_path):
 def test_what_was_stopped_goes_on_and_what_is_trained_stays(alone, tmp_path, monkeypatch):
     looks = iter([False, True])
     with pytest.raises(Stopped):
-        sweep(CONFIG, (3, 5), tmp_path, Alone(), asked=lambda: next(looks), say=quiet)
+        sweep(CONFIG, (3, 5), tmp_path, SerialExecutor(), should_stop=lambda: next(looks), say=quiet)
     resumed, train_one = [], sweeps.train_one
 
     def train(config, *given):
@@ -63,11 +63,11 @@ def test_what_was_stopped_goes_on_and_what_is_trained_stays(alone, tmp_path, mon
 
     monkeypatch.setattr(sweeps, "train_one", train)
     for _ in range(2):
-        for one, other in zip(alone, sweep(CONFIG, (3, 5), tmp_path, Alone(), say=quiet), strict=True):
+        for one, other in zip(alone, sweep(CONFIG, (3, 5), tmp_path, SerialExecutor(), say=quiet), strict=True):
             assert_same(one, other)
     assert resumed == [3, 5]
     with pytest.raises(CheckpointError, match="seed-3 holds a policy that was trained otherwise"):
-        sweep(CONFIG.replace(gamma=0.5), (3,), tmp_path, Alone(), say=quiet)
+        sweep(CONFIG.replace(gamma=0.5), (3,), tmp_path, SerialExecutor(), say=quiet)
 
 
 def test_what_other_machines_cannot_have_and_seeds_that_are_the_same_are_refused(tmp_path):
@@ -77,5 +77,5 @@ def test_what_other_machines_cannot_have_and_seeds_that_are_the_same_are_refused
         sweep(config, (0,), tmp_path / "out", Elsewhere(tmp_path))
     for seeds in ((), (1, 1)):
         with pytest.raises(ConfigError, match="seeds must be different ones, at least one"):
-            sweep(CONFIG, seeds, tmp_path / "out", Alone())
+            sweep(CONFIG, seeds, tmp_path / "out", SerialExecutor())
     assert not (tmp_path / "out").exists()

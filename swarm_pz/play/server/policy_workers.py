@@ -27,7 +27,7 @@ from swarm_pz.config.system import ControlSystem
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import PolicyError
 from swarm_pz.evaluation.processes import alarm, prepare_process
-from swarm_pz.evaluation.rollout import FaultError, blame
+from swarm_pz.evaluation.rollout import FaultError, policy_errors
 from swarm_pz.kernels.game import Games
 from swarm_pz.policy import Player
 from swarm_pz.simulator.spawn import Seed
@@ -99,7 +99,7 @@ def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
         seat = asked.seat
         answer: object = None
         try:
-            with blame(seat.team, seat.policy):
+            with policy_errors(seat.team, seat.policy):
                 is_new = seat.key not in seats
                 if is_new:
                     seats[seat.key] = _load(seat, loader)

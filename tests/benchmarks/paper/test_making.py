@@ -175,5 +175,5 @@ def test_figures_that_are_asked_to_stop_leave_what_is_made_on_the_page(tmp_path,
     made = []
     for names in (["capture_geometry", "permutation_invariance"],):
         with pytest.raises(Stopped, match="1 of 2 figures are in"):
-            make_all(names, tmp_path, processes=1, done=made.append, asked=lambda: bool(made))
+            make_all(names, tmp_path, processes=1, done=made.append, should_stop=lambda: bool(made))
     assert f"## {made[0].name}" in (tmp_path / "index.md").read_text()

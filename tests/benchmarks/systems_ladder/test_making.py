@@ -12,8 +12,8 @@ from benchmarks.systems_ladder.making import SystemsConfig, make
 from benchmarks.systems_ladder.page import to_markdown
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError, ResultsError, Stopped
-from swarm_pz.evaluation.ledger import held
-from swarm_pz.evaluation.workers import Alone
+from swarm_pz.evaluation.ledger import folder_lock
+from swarm_pz.evaluation.workers import SerialExecutor
 
 TINY = SystemsConfig(
     systems=("direct",), pilot_games=2, games=2, starts=2, seconds=1, game=GameConfig(drones_per_team=2, time_limit=2.0)
@@ -73,7 +73,7 @@ def test_a_ladder_that_was_stopped_goes_on_where_it_was(tmp_path, quick_traits):
     folder = tmp_path / "kept"
     answers = iter([False, False, True])
     with pytest.raises(Stopped, match="games are in"):
-        make(TINY, folder, tmp_path, processes=1, asked=lambda: next(answers))
+        make(TINY, folder, tmp_path, processes=1, should_stop=lambda: next(answers))
     before = (folder / "pilot" / "games.jsonl").read_text()
     assert before and quick_traits == []
     make(TINY, folder, tmp_path, processes=1)
@@ -91,10 +91,10 @@ def test_traits_of_other_settings_are_not_taken_for_these(tmp_path, quick_traits
 
 
 def test_traits_of_another_seed_are_not_taken_for_these(tmp_path, quick_traits):
-    measured = making._measure_all(["direct"], TINY, tmp_path, Alone(), None, lambda: False)
-    assert making._measure_all(["direct"], TINY, tmp_path, Alone(), None, lambda: False) == measured
+    measured = making._measure_all(["direct"], TINY, tmp_path, SerialExecutor(), None, lambda: False)
+    assert making._measure_all(["direct"], TINY, tmp_path, SerialExecutor(), None, lambda: False) == measured
     with pytest.raises(ResultsError, match="was measured with"):
-        making._measure_all(["direct"], TINY.replace(seed=1), tmp_path, Alone(), None, lambda: False)
+        making._measure_all(["direct"], TINY.replace(seed=1), tmp_path, SerialExecutor(), None, lambda: False)
 
 
 def test_traits_that_are_measured_side_by_side_are_kept_as_those_of_their_systems(tmp_path, quick_traits):
@@ -108,14 +108,14 @@ def test_traits_that_are_measured_side_by_side_are_kept_as_those_of_their_system
 
 @pytest.mark.parametrize("kept", ["{", "[]", '{"settings": {}}', '{"settings": {}, "traits": {}}', "[" * 100_000])
 def test_corrupt_traits_are_refused_by_name(kept, tmp_path, quick_traits):
-    making._measure_all(["direct"], TINY, tmp_path, Alone(), None, lambda: False)
+    making._measure_all(["direct"], TINY, tmp_path, SerialExecutor(), None, lambda: False)
     (tmp_path / "direct.json").write_text(kept)
     with pytest.raises(ResultsError, match=r"direct.json is corrupt or foreign .*; delete it, or use another folder"):
-        making._measure_all(["direct"], TINY, tmp_path, Alone(), None, lambda: False)
+        making._measure_all(["direct"], TINY, tmp_path, SerialExecutor(), None, lambda: False)
 
 
 def test_two_ladders_are_not_made_in_one_folder(tmp_path, quick_traits):
-    with held(tmp_path), pytest.raises(ResultsError, match="is being played in by process"):
+    with folder_lock(tmp_path), pytest.raises(ResultsError, match="is being played in by process"):
         make(TINY, tmp_path, tmp_path, processes=1)
 
 

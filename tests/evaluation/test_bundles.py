@@ -12,8 +12,8 @@ import swarm_pz.policies.zoo
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError, WorkerError
-from swarm_pz.evaluation import parcels
-from swarm_pz.evaluation.parcels import Arrivals, Parcel
+from swarm_pz.evaluation import bundles
+from swarm_pz.evaluation.bundles import PolicyBundle, VerifyingLoader
 from swarm_pz.evaluation.tournament import TournamentConfig, play_block, play_block_elsewhere
 from swarm_pz.policy import folder_of
 
@@ -31,22 +31,22 @@ def folder(tmp_path):
 
 def test_a_folder_that_is_gone_plays_from_its_parcel(folder):
     digest = policies.load(str(folder), GAME).digest
-    parcel = pickle.loads(pickle.dumps(Parcel.of(folder)))  # noqa: S301
-    assert [name for name, _ in parcel.files] == ["policy.safetensors", "policy.json"], "the card last"
+    bundle = pickle.loads(pickle.dumps(PolicyBundle.of(folder)))  # noqa: S301
+    assert [name for name, _ in bundle.files] == ["policy.safetensors", "policy.json"], "the card last"
     config = TournamentConfig(game=GAME)
     there = play_block(policies.load, str(folder), "ring", [0, 1], config)
     name = str(folder)
     shutil.rmtree(folder)
-    here = play_block_elsewhere(policies.load, name, "ring", [0, 1], config, {name: digest}, parcel, None)
+    here = play_block_elsewhere(policies.load, name, "ring", [0, 1], config, {name: digest}, bundle, None)
     assert [(game.key, game.fingerprint) for game in here] == [(game.key, game.fingerprint) for game in there]
 
 
 def test_another_player_of_the_name_is_refused_and_forfeits_nothing(folder):
-    parcel, name = Parcel.of(folder), str(folder)
+    bundle, name = PolicyBundle.of(folder), str(folder)
     with pytest.raises(WorkerError, match=f"{name} is another on .*: expected digest 123, got [0-9a-f]+"):
-        play_block_elsewhere(policies.load, name, "ring", [0], TournamentConfig(game=GAME), {name: "123"}, parcel, None)
+        play_block_elsewhere(policies.load, name, "ring", [0], TournamentConfig(game=GAME), {name: "123"}, bundle, None)
     with pytest.raises(WorkerError, match=r"champion is another on .*: expected digest None"):
-        Arrivals(policies.load, {}, {})("champion", GAME)
+        VerifyingLoader(policies.load, {}, {})("champion", GAME)
 
 
 def test_a_player_that_is_not_there_is_refused_and_forfeits_nothing():
@@ -55,9 +55,9 @@ def test_a_player_that_is_not_there_is_refused_and_forfeits_nothing():
 
 
 def test_a_folder_that_is_too_large_is_refused_with_its_size(folder, monkeypatch):
-    monkeypatch.setattr(parcels, "MOST_BYTES", 1000)
+    monkeypatch.setattr(bundles, "MOST_BYTES", 1000)
     with pytest.raises(PolicyError, match=r"mine is too large .* expected 1,000 bytes or fewer, got [\d,]+"):
-        Parcel.of(folder)
+        PolicyBundle.of(folder)
 
 
 def test_only_names_that_are_folders_travel(folder, monkeypatch):

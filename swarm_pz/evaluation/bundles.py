@@ -19,14 +19,14 @@ MOST_BYTES = 2**26
 
 
 @dataclass(frozen=True)
-class Parcel:
+class PolicyBundle:
     """The files of a folder: its name, and name and content of each, without folders in it."""
 
     name: str
     files: tuple[tuple[str, bytes], ...]
 
     @classmethod
-    def of(cls, folder: Path) -> Parcel:
+    def of(cls, folder: Path) -> PolicyBundle:
         """Read a folder.
 
         Raises
@@ -63,7 +63,7 @@ class Parcel:
 
 
 @dataclass(frozen=True)
-class Arrivals:
+class VerifyingLoader:
     """A loader elsewhere: players are who they were where they were entered, or nobody plays.
 
     Parameters
@@ -72,13 +72,13 @@ class Arrivals:
         From a name and a game to a policy.
     digests : dict of str to str
         Of learned players.
-    parcels : dict of str to Parcel
+    bundles : dict of str to PolicyBundle
         Of those who come from folders.
     """
 
     loader: Callable[[str, GameConfig], Player]
     digests: dict[str, str]
-    parcels: dict[str, Parcel]
+    bundles: dict[str, PolicyBundle]
 
     def __call__(self, name: str, game: GameConfig) -> Player:
         """Load a player.
@@ -89,7 +89,7 @@ class Arrivals:
             If that is impossible here, or it is another.
         """
         try:
-            player = self.parcels[name].load(game) if name in self.parcels else self.loader(name, game)
+            player = self.bundles[name].load(game) if name in self.bundles else self.loader(name, game)
         except (OutputError, OSError, SwarmError) as error:
             raise WorkerError(f"{platform.node()} cannot load {name}: {error}") from error
         found, expected = getattr(player, "digest", None), self.digests.get(name)
@@ -101,7 +101,7 @@ class Arrivals:
 
 
 @contextmanager
-def at_hand(name: str, game: GameConfig, digest: str | None, parcel: Parcel | None) -> Iterator[str]:
+def unpacked_policy(name: str, game: GameConfig, digest: str | None, bundle: PolicyBundle | None) -> Iterator[str]:
     """Have a player where a task is done; yield what it is called by there.
 
     Parameters
@@ -110,7 +110,7 @@ def at_hand(name: str, game: GameConfig, digest: str | None, parcel: Parcel | No
     game : GameConfig
     digest : str, optional
         Of a learned player, where it is to be checked.
-    parcel : Parcel, optional
+    bundle : PolicyBundle, optional
         Of one who comes from a folder.
 
     Raises
@@ -118,11 +118,11 @@ def at_hand(name: str, game: GameConfig, digest: str | None, parcel: Parcel | No
     WorkerError
         If it cannot be had, or is another.
     """
-    if digest is not None or parcel is not None:
-        digests, parcels = {} if digest is None else {name: digest}, {} if parcel is None else {name: parcel}
-        Arrivals(load, digests, parcels)(name, game)
-    if parcel is None:
+    if digest is not None or bundle is not None:
+        digests, bundles = {} if digest is None else {name: digest}, {} if bundle is None else {name: bundle}
+        VerifyingLoader(load, digests, bundles)(name, game)
+    if bundle is None:
         yield name
         return
     with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
-        yield str(parcel.unpack(Path(place)))
+        yield str(bundle.unpack(Path(place)))
