@@ -1,7 +1,7 @@
 """How well the controller covers its target, and what other numbers of the rules would cost.
 
 python -m benchmarks.convergence                # the rules: the metric over time
-python -m benchmarks.convergence --candidates   # the table of docs/convergence.md, as far as numbers of the rules go
+python -m benchmarks.convergence --candidates   # docs/tables/convergence_tries.csv, as far as rules go
 python -m benchmarks.convergence --candidates "the rules" --games 400 --seed 1
 """
 

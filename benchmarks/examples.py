@@ -1,26 +1,15 @@
-"""Other libraries learn.
+"""Other libraries learn: runs the files of `examples/` that train, and writes a table of what came of it.
 
-Each row is a file of `examples/` that trains with one library for some minutes, then plays 200 games against each of
-two opponents. Games are small: images of 10 by 10 and, but for `sb3_ppo.py`, five drones a team and commands of 5 by 5.
-
-```bash
-scripts/examples              # runs those that have no row yet, each in an environment of its own, and writes this page
+scripts/examples              # runs those that have no row yet, each in an environment of its own
 scripts/examples cleanrl_ppo  # runs this one again
-```
-
-A *share* is the part of all drones that the learned policy owns when a game ends, with the 95 % interval of its mean;
-it is bold where the whole interval is above a half. An untrained network sends about uniform coverage: its share is a
-half against `uniform` and more against `noise`. *Commands* are those learned from, of both sides in self-play.
-*Minutes* are of the whole file by the clock and, in brackets, of processor time, which says more if a machine was
-busy.
-
-PufferLib is missing because it could not be installed. [Supported libraries](compatibility.md) says what else works.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import hashlib
+import io
 import json
 import os
 import re
@@ -32,7 +21,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 ROOT = Path(__file__).parents[1]
-PAGE, ROWS = ROOT / "docs" / "examples.md", ROOT / "docs" / "examples.json"
+TABLE, ROWS = ROOT / "docs" / "tables" / "examples.csv", ROOT / "docs" / "examples.json"
 OPPONENTS = ("noise", "uniform")
 
 
@@ -63,22 +52,13 @@ def _alone(shows: str, library: str, *distributions: str) -> Example:
 EXAMPLES = {
     "sb3_ppo": _common("Stable-Baselines3: PPO, unwrapped", "stable_baselines3"),
     "sb3_contrib_recurrent_ppo": _common("sb3-contrib: RecurrentPPO, exported as ONNX", "sb3_contrib"),
-    "cleanrl_ppo": _common("In the manner of CleanRL: PPO in one file, on `gymnasium.make_vec`"),
-    "torchrl_selfplay": _alone("TorchRL: PPO on `PettingZooWrapper`, self-play", "torchrl", "torchrl", "tensordict"),
+    "cleanrl_ppo": _common("In the manner of CleanRL: PPO in one file, on gymnasium.make_vec"),
+    "torchrl_selfplay": _alone("TorchRL: PPO on PettingZooWrapper, self-play", "torchrl", "torchrl", "tensordict"),
     "benchmarl_selfplay": _alone(
         "BenchMARL: IPPO, a group and a network a side, in self-play", "benchmarl", "benchmarl", "torchrl", "tensordict"
     ),
-    "rllib_selfplay": _alone("RLlib: PPO, two policies in self-play, on `ParallelPettingZooEnv`", "rllib", "ray"),
+    "rllib_selfplay": _alone("RLlib: PPO, two policies in self-play, on ParallelPettingZooEnv", "rllib", "ray"),
 }
-
-
-ALONE = (
-    "Behaviour cloning in plain PyTorch: [`behaviour_cloning.py`](../examples/behaviour_cloning.py), see "
-    "[learn from recorded games](tutorials/cloning.md)",
-    "First steps, a notebook: [`first_steps.ipynb`](../examples/first_steps.ipynb)",
-    "Tutorials in one file: [PPO in one file](tutorials/ppo.md), [every drone by IPPO](tutorials/ippo.md)",
-)
-"""Examples that this program does not run, in words."""
 
 
 def path_of(name: str) -> Path:
@@ -143,48 +123,33 @@ def run(name: str, options: list[str]) -> dict[str, Any]:
     }
 
 
-def page(rows: dict[str, dict[str, Any]]) -> str:
-    """Return the page that shows rows."""
-    title, _, about = (__doc__ or "").strip().partition("\n\n")
-    columns = (
-        "example",
-        "lines",
-        "commands",
-        "minutes",
-        *(f"share against `{name}`" for name in OPPONENTS),
-        "versions",
-    )
-    table = [columns, ("---", *["---:"] * 5, "---")]
-    table += [_cells(name, rows[name]) for name in EXAMPLES if name in rows]
-    lines = "\n".join(f"| {' | '.join(cells)} |" for cells in table)
-    without = [f"{EXAMPLES[name].shows}: {_link(name)}" for name in EXAMPLES if name not in rows]
-    lists = (("These have no row yet", without), ("More examples", ALONE))
-    told = [f"{head}:\n\n" + "\n".join(f"- {one}" for one in ones) for head, ones in lists if ones]
-    return "\n\n".join([f"# {title.removesuffix('.')}", about, lines, *told]) + "\n"
-
-
-def _link(name: str) -> str:
-    return f"[`{name}.py`](../examples/{name}.py)"
+def table(rows: dict[str, dict[str, Any]]) -> str:
+    """Return the table that shows rows, as CSV."""
+    file = io.StringIO()
+    write = csv.writer(file, lineterminator="\n").writerow
+    shares = (f"share against {name}" for name in OPPONENTS)
+    write(["example", "shows", "lines", "commands", "minutes (of processor)", *shares, "versions"])
+    for name in EXAMPLES:
+        if name in rows:
+            write(_cells(name, rows[name]))
+    return file.getvalue()
 
 
 def _cells(name: str, row: dict[str, Any]) -> tuple[str, ...]:
-    shares = []
-    for opponent in OPPONENTS:
-        mean, low, high = row["shares"][opponent]
-        shares.append(f"**{mean:.2f}** [{low:.2f}, {high:.2f}]" if low > 0.5 else f"{mean:.2f} [{low:.2f}, {high:.2f}]")
     return (
-        f"{EXAMPLES[name].shows}: {_link(name)}",
+        f"{name}.py",
+        EXAMPLES[name].shows,
         str(row["lines"]),
         f"{row['commands']:,}",
         f"{row['minutes']:.1f} ({row['processor_minutes']:.1f})",
-        *shares,
+        *("{:.2f} [{:.2f}, {:.2f}]".format(*row["shares"][opponent]) for opponent in OPPONENTS),
         ", ".join(f"{library} {version}" for library, version in row["versions"].items()),
     )
 
 
 def main() -> None:
-    """Run examples; write the page as each ends."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    """Run examples; write the table as each ends."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("names", nargs="*", choices=[[], *EXAMPLES], help="which; those without a row if not given")
     parser.add_argument("--seed", default="0")
     asked = parser.parse_args()
@@ -200,10 +165,10 @@ def main() -> None:
             failed.append(name)
             continue
         ROWS.write_text(json.dumps(rows, indent=2) + "\n")
-        PAGE.write_text(page(rows))
+        TABLE.write_text(table(rows))
     if failed:
         sys.exit(f"no rows came of {', '.join(failed)}")
-    print(f"{PAGE.relative_to(ROOT)} is up to date: {len(todo)} run, {len(rows)} rows")
+    print(f"{TABLE.relative_to(ROOT)} is up to date: {len(todo)} run, {len(rows)} rows")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
-"""What the site does beyond MkDocs: formulas as MathML, pages for files that pages link to, and the board."""
+"""What the site does beyond MkDocs: formulas as MathML, pages for linked files and tables, and the board."""
 
 from __future__ import annotations
 
+import csv
 import json
 import posixpath
 import re
@@ -58,8 +59,12 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def _as_page(path: Path) -> str:
-    """Return a file's text as a page shows it: as code, and a notebook cell by cell."""
+    """Return a file's text as a page shows it: as code, a table, and a notebook cell by cell."""
     text = path.read_text()
+    if path.suffix == ".csv":
+        head, *rows = csv.reader(text.splitlines())
+        lines = (" | ".join(cell.replace("|", "\\|") for cell in row) for row in (head, ["---"] * len(head), *rows))
+        return "\n".join(f"| {line} |" for line in lines)
     if path.suffix != ".ipynb":
         return _fenced(text, _LANGUAGES.get(path.suffix, "text"))
     cells = [(cell["cell_type"], "".join(cell["source"])) for cell in json.loads(text)["cells"]]
@@ -87,5 +92,5 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 def _outside(page: str, target: str) -> str | None:
     """Return the path from the repository's root of a file that a page links to, or None of what the site has."""
     path = posixpath.normpath(posixpath.join("docs", posixpath.dirname(page), target))
-    is_of_the_site = path.startswith("docs/") and not path.endswith(".py") and path != _ENTRIES
+    is_of_the_site = path.startswith("docs/") and not path.endswith((".py", ".csv")) and path != _ENTRIES
     return None if path.startswith("..") or is_of_the_site else path

@@ -36,7 +36,7 @@ SERVERS = tuple(
     )
 )  # fmt: skip
 """What waits for servers, processes and clocks: one process runs all these tests, one after another."""
-SHARING = ("tests/test_docs.py::test_the_site", "tests/standard/test_board.py", "tests/standard/test_running.py")
+SHARING = ("tests/standard/test_board.py", "tests/standard/test_running.py")
 """Tests that need the same long preparation: one process each, too, or each process would prepare it for itself."""
 
 

@@ -117,23 +117,12 @@ def test_every_example_of_a_library_is_run_by_the_script():
     assert {path.stem for path in EXAMPLES.glob("*.py")} - others == set(examples.EXAMPLES)
 
 
-def test_the_page_of_the_examples_shows_the_rows_that_are_kept():
+def test_the_table_of_the_examples_shows_the_rows_that_are_kept():
     rows = json.loads(examples.ROWS.read_text())
     assert set(rows) <= set(examples.EXAMPLES)
-    assert examples.PAGE.read_text() == examples.page(rows)
-
-
-def test_a_share_is_bold_where_its_interval_is_above_a_half():
-    page = examples.page({"sb3_contrib_recurrent_ppo": ROW})
-    assert "| 60 | 4,096 | 2.0 (2.5) | **0.75** [0.70, 0.80] | 0.52 [0.47, 0.57] | sb3_contrib 2.9.2 |\n" in page
-
-
-@pytest.mark.parametrize("rows", [{}, dict.fromkeys(examples.EXAMPLES, ROW)], ids=["no rows", "all rows"])
-def test_the_page_of_the_examples_links_every_example(rows):
-    page = examples.page(rows)
-    linked = re.findall(r"\]\(\.\./examples/([\w.]+)\)", page)
-    assert sorted(linked) == sorted(path.name for path in EXAMPLES.iterdir() if path.is_file())
-    assert ("These have no row yet:" in page) == (not rows)
+    assert examples.TABLE.read_text() == examples.table(rows)
+    shown = examples.table({"sb3_contrib_recurrent_ppo": ROW})
+    assert '60,"4,096",2.0 (2.5),"0.75 [0.70, 0.80]","0.52 [0.47, 0.57]",sb3_contrib 2.9.2\n' in shown
 
 
 @pytest.fixture
@@ -141,7 +130,7 @@ def asked(tmp_path, monkeypatch):
     """Call the script's program with words; its runs are rows at once, but for those that are to fail."""
     monkeypatch.setattr(examples, "ROOT", tmp_path)
     monkeypatch.setattr(examples, "ROWS", tmp_path / "examples.json")
-    monkeypatch.setattr(examples, "PAGE", tmp_path / "examples.md")
+    monkeypatch.setattr(examples, "TABLE", tmp_path / "examples.csv")
     monkeypatch.setattr(examples, "digest_of", lambda name: name)
     ran = []
 

@@ -1,4 +1,4 @@
-"""Run every row of the page and write it.
+"""Run every row of the table and write it.
 
 scripts/compatibility                # makes the environments that the libraries need, then does this
 scripts/compatibility torchrl rllib  # only some libraries; writes nothing
@@ -7,6 +7,7 @@ scripts/compatibility torchrl rllib  # only some libraries; writes nothing
 from __future__ import annotations
 
 import argparse
+import csv
 import importlib
 import json
 import os
@@ -19,11 +20,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
-import benchmarks.compatibility
 from benchmarks.compatibility.rows import Row, rows_of
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "compatibility.md"
+TABLE = ROOT / "docs" / "tables" / "compatibility.csv"
+COLUMNS = ("library", "what", "keywords", "result", "versions")
 ANSWER = "swarm-pz compatibility: "
 """Begins the line that a row's process answers with; libraries print what they like."""
 TIME_LIMIT = 600.0
@@ -62,15 +63,15 @@ class Trial(NamedTuple):
         """Whether it went as its row says."""
         return (self.error is None) == (not self.row.fails) and (self.without is None) == (not self.row.keywords)
 
-    def line(self) -> str:
-        """Return the line of the page."""
-        keywords = ", ".join(f"`{name}={value!r}`" for name, value in self.row.keywords.items())
-        told = f" **with** {keywords}" if keywords else ""
+    def cells(self, library: str, versions: list[str]) -> tuple[str, ...]:
+        """Return the row of the table."""
+        keywords = ", ".join(f"{name}={value!r}" for name, value in self.row.keywords.items())
+        result = "works"
         if self.error is not None:
-            told += f" **fails**: {self.row.fails or f'`{self.error}`'}"
+            result = f"fails: {self.row.fails or self.error}"
         elif self.without is not None:
-            told += f" (without: `{self.without.partition(':')[0]}`)"
-        return f"- {self.row.what}{told}"
+            result = f"works; without the keywords: {self.without.partition(':')[0]}"
+        return library, self.row.what.replace("`", ""), keywords, result.replace("`", ""), ", ".join(versions)
 
 
 def rows_file(library: str) -> ModuleType:
@@ -107,31 +108,20 @@ def ask(library: str, name: str, *, plain: bool = False) -> tuple[str | None, li
     sys.exit(f"{library}.{name} ended without an answer:\n{done.stderr}")
 
 
-def section(library: str) -> tuple[str, list[Trial]]:
-    """Try a library's rows; return its section of the page, and what came of them."""
-    trials, versions = [], []
+def try_library(library: str) -> list[tuple[Trial, tuple[str, ...]]]:
+    """Try a library's rows; return what came of each, and its row of the table."""
+    tried = []
     for name, told in rows_of(rows_file(library)).items():
         error, versions = ask(library, name)
         without = ask(library, name, plain=True)[0] if told.keywords else None
-        trials.append(Trial(told, error, without))
-        print(f"{library}.{name}: {error or 'works'}{'' if trials[-1].as_told else '  <- NOT AS TOLD'}", flush=True)
-    return head(library, ", ".join(versions)) + "\n".join(trial.line() for trial in trials) + "\n", trials
-
-
-def head(library: str, versions: str) -> str:
-    """Return how a library's section begins."""
-    title, _, about = (rows_file(library).__doc__ or "").strip().partition("\n\n")
-    return f"## {title.removesuffix('.')}\n\n{about}\n\nTried with {versions}:\n\n"
-
-
-def introduction() -> str:
-    """Return how the page begins."""
-    title, _, about = (benchmarks.compatibility.__doc__ or "").strip().partition("\n\n")
-    return f"# {title.removesuffix('.')}\n\n{about}\n"
+        trial = Trial(told, error, without)
+        tried.append((trial, trial.cells(library, versions)))
+        print(f"{library}.{name}: {error or 'works'}{'' if trial.as_told else '  <- NOT AS TOLD'}", flush=True)
+    return tried
 
 
 def main() -> None:
-    """Run rows; write the page if all of them were run."""
+    """Run rows; write the table if all of them were run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("libraries", nargs="*", choices=[[], *LIBRARIES], help="which ones; all if not given")
     parser.add_argument("--row", nargs=2, help=argparse.SUPPRESS)
@@ -146,11 +136,12 @@ def main() -> None:
             sys.exit(
                 f"there is no {LIBRARIES[library].environment}, in which {library} runs: use scripts/compatibility"
             )
-    sections = [section(library) for library in chosen]
+    tried = [one for library in chosen for one in try_library(library)]
     if not options.libraries:
-        PAGE.write_text("\n".join([introduction(), *(text for text, _ in sections)]))
-        print(f"{PAGE} is written")
-    if not all(trial.as_told for _, trials in sections for trial in trials):
+        with TABLE.open("w", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows([COLUMNS, *(cells for _, cells in tried)])
+        print(f"{TABLE} is written")
+    if not all(trial.as_told for trial, _ in tried):
         sys.exit("some rows did not go as told; see above")
 
 

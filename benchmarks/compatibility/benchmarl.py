@@ -1,8 +1,4 @@
-"""BenchMARL.
-
-It needs TorchRL below 0.12. Its PettingZoo task takes this game once a method makes TorchRL's wrapper of it. Its
-networks take vectors for actions and floats for observations.
-"""
+"""What users of BenchMARL do."""
 
 from __future__ import annotations
 

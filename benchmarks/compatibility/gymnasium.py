@@ -1,8 +1,4 @@
-"""Gymnasium.
-
-Wrappers for videos or tensors need `pip install "gymnasium[other]"` or `"gymnasium[torch]"`. `check_env` opens a
-window: without a screen, set `SDL_VIDEODRIVER=dummy`, or pass `skip_render_check=True`.
-"""
+"""What users of Gymnasium do."""
 
 from __future__ import annotations
 

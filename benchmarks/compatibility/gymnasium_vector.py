@@ -1,7 +1,4 @@
-"""Gymnasium's vectors.
-
-`gymnasium.make_vec` gives our own batch of games, or Gymnasium's copies of the single game.
-"""
+"""What users of Gymnasium's vectors do."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""PettingZoo.
-
-`render_test` opens a window: without a screen, set `SDL_VIDEODRIVER=dummy`. `api_test` sends zeros, which flocking
-takes only if actions are normalised.
-"""
+"""What users of PettingZoo do."""
 
 from __future__ import annotations
 

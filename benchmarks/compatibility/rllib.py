@@ -1,9 +1,4 @@
-"""RLlib.
-
-Tried on the new API stack with `num_env_runners=0`. Its networks take vectors for actions and floats for observations,
-colours last; for images of 50 by 50 they must be told the filters.
-[`rllib_selfplay.py`](../examples/rllib_selfplay.py) trains in self-play.
-"""
+"""What users of RLlib do."""
 
 from __future__ import annotations
 

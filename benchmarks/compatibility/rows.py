@@ -1,4 +1,4 @@
-"""A row of the page: what a user would write, what keywords of ours it needs, and why it fails where it must."""
+"""A row of the table: what a user would write, what keywords of ours it needs, and why it fails where it must."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""sb3-contrib.
-
-It takes the same wrappers as Stable-Baselines3.
-"""
+"""What users of sb3-contrib do."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Stable-Baselines3.
-
-`SwarmVecEnv`, one batch of games, is the fastest; `gymnasium.make` gives one game.
-"""
+"""What users of Stable-Baselines3 do."""
 
 from __future__ import annotations
 

@@ -1,9 +1,4 @@
-"""SuperSuit.
-
-SuperSuit expects pictures, colours last. Its path to Stable-Baselines3 has two faults of its own: it loses seeds, and
-it never sets `TimeLimit.truncated`, so a draw on time counts as a defeat or a win. Use `SwarmVecEnv` for one learner
-against an opponent.
-"""
+"""What users of SuperSuit do."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""TorchRL.
-
-For games in processes of their own, the id is `"swarm_pz:swarm_pz/Capture-v0"`, so that they import the module, too.
-[`torchrl_selfplay.py`](../examples/torchrl_selfplay.py) trains in self-play.
-"""
+"""What users of TorchRL do."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ COMMAND = ("python", "-m", "benchmarks.paper")
 
 
 def figures(out: Path = Path("runs/figures"), only: tuple[str, ...] = (), processes: int = 2, seed: int = 0) -> None:
-    """Make figures, and the pages index.md (the paper's claims) and ours.md (ours).
+    """Make figures, and the pages figures.md (the paper's claims) and robustness.md (ours).
 
     Args:
         out: Folder to write: NAME.png and NAME.json for each figure, and both pages.
@@ -50,7 +50,7 @@ def figures(out: Path = Path("runs/figures"), only: tuple[str, ...] = (), proces
         with goes_on_with(f"{' '.join(COMMAND)} {options} --only {' '.join(left)}"):
             raise
     holding = sum(one.supported for one in made)
-    print(f"{holding} of {len(made)} claims hold; {time.monotonic() - began:.0f} s: {out / 'index.md'}")
+    print(f"{holding} of {len(made)} claims hold; {time.monotonic() - began:.0f} s: {out / 'figures.md'}")
 
 
 def main() -> None:

@@ -65,7 +65,7 @@ def make_all(
     command: str = "",
     should_stop: Callable[[], bool] = lambda: False,
 ) -> list[Made]:
-    """Make figures, and of all that the folder holds two pages: index.md of the paper's claims, ours.md of ours.
+    """Make figures, and two pages of all that the folder holds: figures.md (the paper's claims) and robustness.md.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
-"""What a figure leaves behind: its picture, its numbers, and its part of the page."""
+"""What a figure leaves behind: its picture, its numbers, and its part of the page and its tables."""
 
 from __future__ import annotations
 
+import csv
 import io
 import json
 import math
@@ -20,11 +21,16 @@ from swarm_pz.evaluation.provenance import provenance
 
 @dataclass(frozen=True)
 class Page:
-    """A page that holds figures: the file's name, its heading, and the Markdown that it opens with."""
+    """A page that holds figures: its name, its heading, and the Markdown that it opens with."""
 
-    file: str
+    name: str
     title: str
     opening: str
+
+    @property
+    def file(self) -> str:
+        """The file's name."""
+        return f"{self.name}.md"
 
 
 def to_dict(figure: Figure, finding: Finding, seed: int, command: str = "") -> dict[str, Any]:
@@ -88,13 +94,16 @@ def draw(figure: Figure, series: dict[str, Any], out: Path) -> None:
 
 
 def write_page(page: Page, names: Iterable[str], out: Path) -> None:
-    """Write a page of those figures that a folder holds, in the order of `names`."""
+    """Write a page of those figures that a folder holds, in the order of `names`, and its two tables."""
     records = [json.loads(path.read_text()) for name in names if (path := out / f"{name}.json").exists()]
     (out / page.file).write_text(to_markdown(page, records))
+    for name, rows in tables(records).items():
+        with (out / f"{page.name}_{name}.csv").open("w", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows(rows)
 
 
 def to_markdown(page: Page, records: Sequence[dict[str, Any]]) -> str:
-    """Return a page: its opening, a table of verdicts, then each figure with claim, caption and numbers."""
+    """Return a page: its opening, a table of verdicts, then each figure's picture and what is seen."""
     holding = sum(record["supported"] for record in records)
     versions = sorted({f"seed {record['seed']}, swarm-pz {record['swarm_pz']}" for record in records})
     lines = [
@@ -106,56 +115,36 @@ def to_markdown(page: Page, records: Sequence[dict[str, Any]]) -> str:
         "",
         page.opening,
         "",
-        "The command plays the games, draws the pictures and decides each claim by a rule that stands in the code. "
-        "Rules were fixed before the first look; where one was set right after it, that is said. Of "
-        f"{len(records)} claims {holding} hold here; those that do not are discussed. Intervals are 95 %. In the "
-        "folder that it writes, NAME.json holds the numbers, the hashes of the rules, the seeds and what is drawn "
-        f"({'; '.join(versions)}).",
+        "The command plays the games, draws the pictures and decides each claim by a rule in the code. The rules were "
+        f"fixed before the first look, or the table says otherwise. Of {len(records)} claims {holding} hold here "
+        f"({'; '.join(versions)}). [Claims and rules]({page.name}_claims.csv), [numbers with 95 % "
+        f"intervals]({page.name}_numbers.csv).",
         "",
-        *_table(records),
+        "| figure | claim | holds |",
+        "|---|---|---|",
+        *(f"| [{one['name']}](#{one['name']}) | {one['claim']} | {verdict(one)} |" for one in records),
     ]
     for record in records:
-        lines += _part(record)
+        seen = record["caption"].removeprefix(record["paper"]).strip()
+        lines += ["", f"## {record['name']}", "", f"![{record['title']}]({record['name']}.png)", "", seen]
     return "\n".join(lines) + "\n"
 
 
-def _table(records: Sequence[dict[str, Any]]) -> list[str]:
-    """Return a row for each figure; a column of sections where there are any."""
-    with_section = any(record.get("section") for record in records)
-    sections = [f" {record.get('section', '')} |" if with_section else "" for record in records]
-    head, rule = (" section |", "---|") if with_section else ("", "")
-    return [f"| figure |{head} claim | holds |", f"|---|{rule}---|---|"] + [
-        f"| [{record['name']}](#{record['name']}) |{section} {record['claim']} | {verdict(record)} |"
-        for record, section in zip(records, sections, strict=True)
-    ]
-
-
-def _part(record: dict[str, Any]) -> list[str]:
-    """Return a figure's part of the page."""
-    parts = "; ".join(f"{name}: {'yes' if holds else 'no'}" for name, holds in record.get("parts", {}).items())
-    said = f"> \u201c{record['quote']}\u201d (the paper, {record['section']})" if record.get("quote") else ""
-    lines = [
-        "",
-        f"## {record['name']}",
-        "",
-        *([said, ""] if said else []),
-        f"**Claim**: {record['claim']} **Holds**: {verdict(record).strip('*')}{f' ({parts})' if parts else ''}.",
-        "",
-        f"![{record['title']}]({record['name']}.png)",
-        "",
-        record["caption"],
-        "",
-        f"Rule: {record['rule']}",
-        "",
-        *([f"Set right after the first look: {record['revised']}", ""] if record["revised"] else []),
-        "| number | value | 95 % |",
-        "|---|---|---|",
-    ]
-    for name, value in record["statistic"].items():
-        ends = record["interval"].get(name)
-        spread = f"{_show(ends[0])} to {_show(ends[1])}" if ends else ""
-        lines.append(f"| {name.replace('_', ' ')} | {_show(value)} | {spread} |")
-    return [*lines, "", f"Intervals: {record['interval']['method']}."]
+def tables(records: Sequence[dict[str, Any]]) -> dict[str, list[tuple[str, ...]]]:
+    """Return the rows of a page's tables: its claims with their rules, and its numbers."""
+    claims = [("figure", "section", "the paper", "claim", "rule", "changed after the first look", "holds", "parts")]
+    numbers = [("figure", "number", "value", "low", "high", "intervals")]
+    for record in records:
+        parts = "; ".join(f"{name}: {'yes' if holds else 'no'}" for name, holds in record.get("parts", {}).items())
+        of_paper = (record.get("section", ""), record.get("quote", ""))
+        rules = (record["claim"], record["rule"], record["revised"], verdict(record).strip("*"), parts)
+        claims.append((record["name"], *of_paper, *rules))
+        for name, value in record["statistic"].items():
+            ends = record["interval"].get(name)
+            low, high = map(_show, ends) if ends else ("", "")
+            row = (record["name"], name.replace("_", " "), _show(value), low, high, record["interval"]["method"])
+            numbers.append(row)
+    return {"claims": claims, "numbers": numbers}
 
 
 def verdict(record: dict[str, Any]) -> str:

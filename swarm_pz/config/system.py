@@ -94,7 +94,7 @@ class ControlSystem(Config):
         if not is_installed(type(self)):
             raise ConfigError(
                 f"controllers: files name control systems, and {self.name} is not installed: register it under the "
-                "entry points swarm_pz.systems, as docs/systems/extending.md shows"
+                "entry points swarm_pz.systems, as docs/tutorials/system.md shows"
             )
 
     def space(self, config: GameConfig) -> spaces.Box:

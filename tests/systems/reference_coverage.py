@@ -1,6 +1,6 @@
 """Coverage once more, slow: float64, every grid point to its nearest drone, every cell a polygon.
 
-From `docs/systems/coverage.md`; nothing is taken from the kernel.
+From `docs/control_systems.md`; nothing is taken from the kernel.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Direct control, slowly, from the equation of docs/systems/direct.md, drone by drone in float64."""
+"""Direct control, slowly, from the equation of docs/control_systems.md, drone by drone in float64."""
 
 from __future__ import annotations
 

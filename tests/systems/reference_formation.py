@@ -1,4 +1,4 @@
-"""A slow formation, from the equations of docs/systems/formation.md, drone by drone in float64."""
+"""A slow formation, from the equations of docs/control_systems.md, drone by drone in float64."""
 
 from __future__ import annotations
 

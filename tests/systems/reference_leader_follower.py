@@ -1,4 +1,4 @@
-"""Slow leaders and followers, from the equations of docs/systems/leader_follower.md, drone by drone in float64."""
+"""Slow leaders and followers, from the equations of docs/control_systems.md, drone by drone in float64."""
 
 from __future__ import annotations
 

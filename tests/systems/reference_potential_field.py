@@ -1,4 +1,4 @@
-"""The potential field once more, slow: float64 and plain loops, from `docs/systems/potential_field.md`."""
+"""The potential field once more, slow: float64 and plain loops, from `docs/control_systems.md`."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ from swarm_pz.training.config import TrainConfig
 from tests.systems_of_tests import install
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs/systems/extending.md").read_text()
+PAGE = (ROOT / "docs/tutorials/system.md").read_text()
 
 
 def block(language):

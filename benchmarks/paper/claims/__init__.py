@@ -20,10 +20,10 @@ from benchmarks.paper.figure import Figure
 from benchmarks.paper.page import Page
 
 PAGE = Page(
-    "index.md",
+    "figures",
     "The paper's evidence, made again",
-    "What *A Game Benchmark for Real-Time Human-Swarm Control* says of its game, each with its section and in its own "
-    "words, and whether it holds here. What the paper does not say is [on a page of its own](ours.md).",
+    "What *A Game Benchmark for Real-Time Human-Swarm Control* says of its game, and whether it holds here. What the "
+    "paper does not say is on [another page](robustness.md).",
 )
 
 FIGURES: dict[str, Figure] = {

@@ -148,8 +148,8 @@ def measure(seed: int) -> Finding:
 def _describe(found: dict[str, Any], more: dict[str, tuple[float, ...]]) -> str:
     judged = DRAWING.index(JUDGED)
     text = (
-        f"`{TACTIC}` plays as somebody who looks, draws for some seconds and then sends, while its last command stays; "
-        f"{GAMES} games from the same starts, {SECONDS} s of each at most."
+        f"`{TACTIC}` looks, draws for some seconds, and then sends; its last command stays meanwhile. {GAMES} games "
+        f"from the same starts, {SECONDS} s of each at most."
     )
     for opponent, rows in found.items():
         late, prompt = rows["begin"], rows["send"]
@@ -163,9 +163,8 @@ def _describe(found: dict[str, Any], more: dict[str, tuple[float, ...]]) -> str:
         if high < 0:
             text += " So it loses fewer."
     return text + (
-        " This is the price of time, not of attention: a script that draws thinks of nothing else. What people lose "
-        "while they draw `swarm-pz study tables` counts (`lost_while_drawing`), from recordings; no recordings "
-        "of people are part of this project."
+        " This is the price of time, not of attention: a script that draws thinks of nothing else. For people, "
+        "`swarm-pz study tables` counts `lost_while_drawing`."
     )
 
 

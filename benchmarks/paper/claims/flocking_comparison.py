@@ -14,10 +14,8 @@ from benchmarks.paper.claims.flocking_flights import (
     asked,
     first_reached,
     fly,
-    reaches_of,
     series,
     spreads,
-    switch,
     target_map,
     weights,
 )
@@ -65,7 +63,7 @@ def measure(seed: int) -> Finding:
         method=f"Wilson over {SEEDS} seeds; bootstrap over seeds for metrics and widths; order statistics for medians",
         supported=all(parts.values()),
         parts=parts,
-        seen=_describe(reached, {name: median for name, (median, _) in medians.items()}, flights, reaches)
+        seen=_describe(reached, {name: median for name, (median, _) in medians.items()}, flights)
         + _describe_weights(spread, (ratio, low, high), reaches),
         configs={name: flight.config for name, flight in flights.items()},
         seeds=seeds,
@@ -79,25 +77,15 @@ def measure(seed: int) -> Finding:
     )
 
 
-def _describe(reached: dict[str, int], medians: dict[str, float], flights: dict[str, Flight], reaches: Array) -> str:
-    kept = {name: " and ".join(map(_show, reaches_of(flight.places))) for name, flight in flights.items()}
+def _describe(reached: dict[str, int], medians: dict[str, float], flights: dict[str, Flight]) -> str:
     ends = {name: flight.metric[:, -1].mean() for name, flight in flights.items()}
-    least, largest = weights()[0], weights()[-1]
+    when = {name: f" (median {median:.0f} s)" if np.isfinite(median) else "" for name, median in medians.items()}
     return (
         f"Within {SECONDS} s {reached[ERGODIC]} of {SEEDS} ergodic teams reach E = {REACHED:g} by one drawing"
-        + (f", the median in {medians[ERGODIC]:.0f} s" if np.isfinite(medians[ERGODIC]) else "")
-        + f"; of the flocks that are sent to the diffuse spot with weight {least:g} and after {switch()} s, its share "
-        f"of the time, to the compact one with weight {largest:g}, {reached[SEQUENCE]}"
-        + (f", the median in {medians[SEQUENCE]:.0f} s" if np.isfinite(medians[SEQUENCE]) else "")
-        + f"; of those that get the drawing and fly to its strongest mode {reached[ADAPTER]}. At the end the metric is "
-        f"{ends[ERGODIC]:.4f}, {ends[SEQUENCE]:.4f} and {ends[ADAPTER]:.4f}. The drawing asks for rms distances of "
-        f"{reaches[0]:.2f} and {reaches[1]:.2f} from the middles of its spots: ergodic drones keep "
-        f"{kept[ERGODIC]}, the flocks {kept[SEQUENCE]}. "
+        f"{when[ERGODIC]}, {reached[SEQUENCE]} of the flocks that get two attractors one after the other"
+        f"{when[SEQUENCE]}, and {reached[ADAPTER]} of those that get the drawing. At the end the metric is "
+        f"{ends[ERGODIC]:.4f}, {ends[SEQUENCE]:.4f} and {ends[ADAPTER]:.4f}. "
     )
-
-
-def _show(reach: float) -> str:
-    return f"{reach:.2f}" if np.isfinite(reach) else "none"
 
 
 def _describe_weights(spread: Array, ratio: tuple[float, float, float], reaches: Array) -> str:
@@ -108,14 +96,8 @@ def _describe_weights(spread: Array, ratio: tuple[float, float, float], reaches:
         f"{wanted:.2f} times."
     )
     if ratio[1] < wanted:
-        text += (
-            " So with the weights and the flock that are here a player cannot ask for the compactness wanted; other "
-            "flocks may be made so that one can."
-        )
-    return text + (
-        " Whether one attractor takes a person less time than a drawing, as the paper supposes, is not tried: seats at "
-        "the table take no attractors."
-    )
+        text += " So with these weights a player cannot ask for the compactness wanted; other flocks may allow it."
+    return f"{text} Whether a person needs less time for an attractor than for a drawing is not tried."
 
 
 FIGURE = Figure(

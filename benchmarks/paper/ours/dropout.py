@@ -130,7 +130,7 @@ FIGURE = Figure(
     name="dropout",
     title=f"{DRONES} drones that come and go (means over {SEEDS} seeds, bands 95 %; shares out in the long run)",
     claim="A team keeps its target while drones fail and return: nobody needs to be told.",
-    paper="The paper's drones come and go by [capture](index.md#fluctuation), and its commands do not depend on how "
+    paper="The paper's drones come and go by [capture](figures.md#fluctuation), and its commands do not depend on how "
     "many there are. We know of no picture in it of drones that fail.",
     rule=f"With up to half of the drones out at every time the mean metric after {JUDGED} s is at most {COVERED:g}, "
     "with its whole interval.",

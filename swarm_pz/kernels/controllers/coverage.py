@@ -2,7 +2,7 @@
 
 After Diaz-Mercado, Lee and Egerstedt, "Distributed dynamic density coverage for human-swarm interactions" (ACC 2015),
 and Lee, Diaz-Mercado and Egerstedt, "Multirobot control using time-varying density functions" (IEEE Transactions on
-Robotics, 2015); `docs/systems/coverage.md` has the equations.
+Robotics, 2015); `docs/control_systems.md` has the equations.
 """
 
 from __future__ import annotations

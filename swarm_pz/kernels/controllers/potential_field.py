@@ -1,7 +1,7 @@
 """The potential-field controller: drones repel each other, walls repel them, and images attract and repel them.
 
 After Howard, Matarić and Sukhatme, "Mobile sensor network deployment using potential fields: a distributed, scalable
-solution to the area coverage problem" (DARS 2002); `docs/systems/potential_field.md` has the equations.
+solution to the area coverage problem" (DARS 2002); `docs/control_systems.md` has the equations.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure as Canvas
 
 import swarm_pz
 from benchmarks.paper import EVERY, FIGURES, OURS, Finding, claims, make_all, ours
-from benchmarks.paper.page import to_dict, to_markdown, write
+from benchmarks.paper.page import tables, to_dict, to_markdown, write
 from benchmarks.paper.style import RC
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError, Stopped
@@ -101,7 +101,8 @@ def test_the_same_seed_writes_the_same_files_in_one_process_and_in_two(tmp_path,
     names = ["capture_geometry", "permutation_invariance"]
     make_all(names, tmp_path / "one", processes=1)
     make_all(names, tmp_path / "two", processes=2)
-    for name in [*(f"{name}.json" for name in names), *(f"{name}.png" for name in names), "index.md", "ours.md"]:
+    files = [f"{name}.{kind}" for name in names for kind in ("json", "png")]
+    for name in [*files, "figures.md", "robustness.md"]:
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes(), name
 
 
@@ -115,9 +116,9 @@ def test_a_page_says_no_where_a_claim_does_not_hold():
     record = to_dict(FIGURES["capture_geometry"], finding, 0) | {"supported": False}
     record["statistic"]["cells_that_differ"] = None
     page = to_markdown(claims.PAGE, [record])
-    assert "Of 1 claims 0 hold" in page
-    assert "**Holds**: no" in page
-    assert "| cells that differ | never |" in page
+    assert "Of 1 claims 0 hold" in page and f"| {FIGURES['capture_geometry'].claim} | **no** |" in page
+    _, row = tables([record])["numbers"]
+    assert row[:3] == ("capture_geometry", "cells that differ", "never")
 
 
 def record_of(name, **changed):
@@ -129,46 +130,41 @@ def record_of(name, **changed):
     return to_dict(EVERY[name], finding, 0) | changed
 
 
-def test_a_page_quotes_the_paper_with_its_section_and_says_each_part_of_a_verdict():
+def test_tables_hold_claims_with_their_rules_and_numbers_with_their_intervals():
     parts = {"paper, every second": True, "paper, every 3 s": False}
-    page = to_markdown(claims.PAGE, [record_of("adversary", supported=False, parts=parts), record_of("comebacks")])
-    assert page.startswith(f"# {claims.PAGE.title}\n") and claims.PAGE.opening in page
-    figure = FIGURES["adversary"]
-    assert f"> \u201c{figure.quote}\u201d (the paper, {figure.section})" in page
-    assert "| figure | section | claim | holds |\n|---|---|---|---|\n| [adversary](#adversary) | IV-B |" in page
-    assert "**Holds**: no (paper, every second: yes; paper, every 3 s: no)." in page
-    assert "**Holds**: yes.\n" in page
-
-
-def test_a_page_tells_of_each_figure_its_numbers_its_rule_and_what_was_changed_after_the_first_look():
-    page = to_markdown(claims.PAGE, [record_of("adversary"), record_of("bunching_up", supported=False)])
-    for figure, word in ((FIGURES["adversary"], "yes"), (FIGURES["bunching_up"], "**no**")):
-        row = f"| [{figure.name}](#{figure.name}) | {figure.section} | {figure.claim} | {word} |"
-        assert row in page and f"**Claim**: {figure.claim} **Holds**" in page and f"\nRule: {figure.rule}\n" in page
-    _, first, second = re.split("^## .*", page, flags=re.MULTILINE)
-    assert "Set right after" not in first
-    assert f"Set right after the first look: {FIGURES['bunching_up'].revised}\n" in second
-    assert "| share | 0.5 | 0.4 to 0.6 |" in second and "Intervals: Wilson." in second
-    assert f"seed 0, swarm-pz {swarm_pz.__version__}" in page and "Of 2 claims 1 hold" in page
+    records = [record_of("adversary", supported=False, parts=parts), record_of("bunching_up"), record_of("dropout")]
+    found = tables(records)
+    assert found["numbers"][1] == ("adversary", "share", "0.5", "0.4", "0.6", "Wilson")
+    rows = [dict(zip(found["claims"][0], row, strict=True)) for row in found["claims"][1:]]
+    for row, record in zip(rows, records, strict=True):
+        figure = EVERY[row["figure"]]
+        assert (row["claim"], row["rule"], row["section"], row["the paper"]) == (
+            figure.claim, figure.rule, figure.section, figure.quote,
+        )  # fmt: skip
+        assert row["changed after the first look"] == figure.revised
+        assert row["holds"] == ("yes" if record["supported"] else "no")
+    assert rows[0]["parts"] == "paper, every second: yes; paper, every 3 s: no" and not rows[2]["section"]
     assert record_of("adversary")["config_hash"] == {"paper": GameConfig().hash}
 
 
-def test_ours_is_a_page_without_sections_beside_the_papers(tmp_path):
+def test_pages_hold_the_figures_of_a_folder_with_what_is_seen(tmp_path):
     for name in ("comebacks", "dropout"):
         write(record_of(name), tmp_path)
     make_all(["capture_geometry"], tmp_path, processes=1)
-    paper, own = ((tmp_path / name).read_text() for name in ("index.md", "ours.md"))
+    paper, own = ((tmp_path / name).read_text() for name in ("figures.md", "robustness.md"))
     assert re.findall("^## (.*)", paper, re.MULTILINE) == ["capture_geometry", "comebacks"]
     assert re.findall("^## (.*)", own, re.MULTILINE) == ["dropout"]
-    assert "| figure | claim | holds |\n|---|---|---|\n| [dropout](#dropout) |" in own and "the paper," not in own
-    assert "(ours.md)" in paper and "(index.md)" in own
+    for page, other in ((paper, "robustness.md"), (own, "figures.md")):
+        assert f"({other})" in page and f"seed 0, swarm-pz {swarm_pz.__version__}" in page
+        assert page.count("\nHalf.\n") == page.count("![") - ("capture_geometry" in page)
+    assert all((tmp_path / name).is_file() for name in ("figures_claims.csv", "robustness_numbers.csv"))
 
 
 def test_a_figure_that_an_older_version_left_in_the_folder_stands_on_the_page(tmp_path):
     old = record_of("comebacks")
     for name in ("section", "quote", "parts"):
         del old[name]
-    assert "**Holds**: yes.\n" in to_markdown(claims.PAGE, [old])
+    assert "| yes |" in to_markdown(claims.PAGE, [old]) and tables([old])["claims"][1][-2:] == ("yes", "")
 
 
 def test_figures_that_are_asked_to_stop_leave_what_is_made_on_the_page(tmp_path, monkeypatch):
@@ -176,4 +172,4 @@ def test_figures_that_are_asked_to_stop_leave_what_is_made_on_the_page(tmp_path,
     for names in (["capture_geometry", "permutation_invariance"],):
         with pytest.raises(Stopped, match="1 of 2 figures are in"):
             make_all(names, tmp_path, processes=1, done=made.append, should_stop=lambda: bool(made))
-    assert f"## {made[0].name}" in (tmp_path / "index.md").read_text()
+    assert f"## {made[0].name}" in (tmp_path / "figures.md").read_text()

@@ -1,0 +1,197 @@
+"""What the pages say is there: files, commands, names, links; and the site builds without a warning.
+
+scripts/docs check
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import gymnasium
+import pytest
+import yaml
+
+import swarm_pz
+from swarm_pz.cli import main
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+WORDS = 25_000
+"""That README and docs/ have at most; tables in docs/tables do not count."""
+
+
+def text_of(name):
+    """Return what a file of the repository holds."""
+    return (ROOT / name).read_text()
+
+
+def test_the_pages_are_few_words():
+    assert sum(len(page.read_text().split()) for page in PAGES if page.name != "CONTRIBUTING.md") <= WORDS
+    assert len(text_of("README.md").split()) <= 600
+
+
+def test_commands_named_in_the_text_exist():
+    named = {name for page in PAGES for name in re.findall(r"`swarm-pz ([a-z]+)", page.read_text())}
+    assert {"train", "play", "evaluate"} <= named
+    for name in named:
+        with pytest.raises(SystemExit) as stopped:
+            main([name, "--help"])
+        assert stopped.value.code == 0, name
+
+
+def test_scripts_named_in_the_text_exist():
+    for page in PAGES:
+        for name in re.findall(r"`(scripts/[a-z]+)", page.read_text()):
+            assert (ROOT / name).is_file(), f"{page.name} names {name}"
+        for name in re.findall(r"`python -m (benchmarks\.[a-z_]+)", page.read_text()):
+            path = ROOT / name.replace(".", "/")
+            assert path.with_suffix(".py").is_file() or (path / "__main__.py").is_file(), f"{page.name} names {name}"
+
+
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/design.md"])
+def test_files_that_are_named_to_builders_exist(page):
+    named = re.findall(r"`([\w.-]*/[\w./-]*|[\w-]+\.(?:md|toml))`", text_of(page))
+    assert named
+    assert [name for name in named if not list(ROOT.glob(name.replace("NAME", "*").rstrip("/")))] == []
+
+
+def test_the_designs_walk_goes_by_functions_that_are_there():
+    steps = re.findall(r"`([\w.]+)` *\n? *\(`([\w/]+\.py)`\)", text_of("docs/design.md"))
+    assert len(steps) >= 6
+    for name, path in steps:
+        *holder, function = name.split(".")
+        assert f"def {function}(" in text_of(path) and all(f"class {one}" in text_of(path) for one in holder), name
+
+
+def test_the_designs_folders_are_the_layers_in_their_order():
+    rows = re.findall(r"^\| (`\w+`(?:, `\w+`)*) \|", text_of("docs/design.md"), re.M)
+    shown = [set(re.findall(r"\w+", row)) for row in rows]
+    contracts = tomllib.loads(text_of("pyproject.toml"))["tool"]["importlinter"]["contracts"]
+    (layers,) = (contract["layers"] for contract in contracts if contract["type"] == "layers")
+    assert shown == [set(re.findall(r"swarm_pz[.](\w+)", layer)) for layer in layers]
+
+
+def test_the_citation_is_of_this_version_its_holder_and_the_paper():
+    citation, project = yaml.safe_load(text_of("CITATION.cff")), tomllib.loads(text_of("pyproject.toml"))["project"]
+    assert (citation["cff-version"], citation["type"], citation["license"]) == ("1.2.0", "software", project["license"])
+    assert citation["version"] == swarm_pz.__version__ == project["version"]
+    assert set(citation["keywords"]) == set(project["keywords"])
+    assert [author["name"] in text_of("LICENSE") for author in citation["authors"]] == [True]
+    (paper,) = citation["references"]
+    cited = " ".join(text_of("README.md").split())
+    assert paper["title"] in cited and {"year", "conference"} <= set(paper)
+    assert ", ".join(f"{one['given-names']} {one['family-names']}" for one in paper["authors"]) in cited
+
+
+def test_forms_ask_what_is_needed_to_try_it_again():
+    asked = {}
+    for path in sorted((ROOT / ".github/ISSUE_TEMPLATE").glob("*.yml")):
+        form = yaml.safe_load(path.read_text())
+        asked[path.stem] = {field["id"] for field in form["body"] if field["attributes"]["label"]}
+    assert asked["bug"] == {"happened", "expected", "command", "version", "processor", "hash"}
+    assert asked["idea"]
+
+
+def test_extras_named_in_the_text_exist():
+    extras = set(tomllib.loads(text_of("pyproject.toml"))["project"]["optional-dependencies"])
+    lists = [
+        found for page in PAGES for found in re.findall(r"(?:swarm-pz\[|scripts/setup )([\w,]+)", page.read_text())
+    ]
+    named = {name for found in lists for name in found.split(",")}
+    assert named and named <= extras
+
+
+def test_the_readmes_links_lead_somewhere():
+    links = re.findall(r"\]\(([^)#:]+)[^)]*\)", text_of("README.md"))
+    assert links and [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_what_the_players_page_calls_by_a_name_is_on_the_page_and_so_are_its_keys():
+    static, page = ROOT / "swarm_pz/play/static", text_of("docs/play.md")
+    shown = (static / "index.html").read_text()
+    named = re.findall(r"(?<!\*)\*([\w ]+)\*(?!\*)", page)
+    assert {"Go here", "send when I lift", "More"} <= set(named)
+    assert [name for name in named if name not in shown] == []
+    source = "".join(path.read_text() for path in sorted(static.glob("*.js")))
+    acts = re.search(r"const acts = {(.*?)};", source, re.S)
+    keys = set(re.findall(r'"?([^\s"]+?)"?: \(\) =>', acts[1])) - {"="}  # plus without Shift
+    listed = set(re.findall(r"[^\s,|]+", " ".join(re.findall(r"^(\|[^|]*)\|", page.split("| key |")[1], re.M))))
+    listed = {key.lower() if len(key) == 1 else key for key in listed}
+    assert {"g", "+", "u", "Enter"} <= keys
+    assert keys <= {key.replace("\N{MINUS SIGN}", "-") for key in listed}
+
+
+def test_the_wrappers_that_the_page_of_the_environment_names_can_be_made():
+    calls = re.findall(r"`((?:gymnasium|swarm_pz)\.[\w.]+\([^`]*\))`", text_of("docs/environment.md"))
+    assert calls
+    importlib.import_module("swarm_pz.training.vec_env")
+    for call in calls:
+        eval(call, {"gymnasium": gymnasium, "swarm_pz": swarm_pz}).close()  # noqa: S307  (our own page)
+
+
+def public_names():
+    """Return the names that docs/api/public.md lists, by module."""
+    rows = re.findall(r"^\| `(swarm_pz[\w.]*)` \| (.*) \|$", text_of("docs/api/public.md"), re.M)
+    return {module: set(re.findall(r"`(\w+)`", names)) for module, names in rows}
+
+
+def test_the_page_of_public_names_lists_what_packages_export():
+    named = public_names()
+    named["swarm_pz.config"] |= {name for name in named["swarm_pz"] if name.endswith("Config")}
+    assert len(named) > 10
+    for module, names in named.items():
+        exported = getattr(importlib.import_module(module), "__all__", None)
+        missing = {name for name in names if not hasattr(importlib.import_module(module), name)}
+        assert not missing, f"{module} has no {missing}"
+        if module == "swarm_pz":
+            assert names == set(exported)
+        elif exported is not None:
+            assert names <= set(exported), module
+
+
+def test_examples_import_public_names_only():
+    """Kernels are changed in a clone, and so are two tutorials about them."""
+    named, imported = public_names(), 0
+    named["swarm_pz.config"] |= named["swarm_pz"]
+    for page in [*PAGES, *sorted((ROOT / "docs/tutorials").glob("*.py")), *sorted((ROOT / "examples").glob("*.py"))]:
+        lines = re.findall(r"^(?:>>> |\.\.\. )?\s*from (swarm_pz[\w.]*) import ([\w, ]+)", page.read_text(), re.M)
+        for module, names in lines:
+            if module.startswith("swarm_pz.kernels"):
+                assert page.name in ("controller.md", "rule.md")
+                continue
+            unknown = set(names.replace(" ", "").split(",")) - named.get(module, set())
+            assert not unknown, f"{page.name} imports {unknown} of {module}, which docs/api/public.md does not list"
+            imported += 1
+    assert imported > 20
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Give the folder of the built site."""
+    folder = tmp_path_factory.mktemp("site")
+    build = [sys.executable, "-m", "mkdocs", "build", "--strict", "--config-file", str(ROOT / "mkdocs.yml")]
+    done = subprocess.run([*build, "--site-dir", str(folder)], capture_output=True, text=True, cwd=ROOT, check=False)  # noqa: S603
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_the_site_builds_without_a_warning_and_fetches_nothing(site):
+    for path in site.rglob("*.html"):
+        loaded = re.findall(r'<(?:script|img|link|iframe)\b[^>]*?(?:src|href)="(https?:)?//', path.read_text())
+        assert not loaded, f"{path.relative_to(site)} fetches from another host"
+    assert "<math" in (site / "controller.html").read_text()
+    assert "add_potential_gradient" in (site / "source/swarm_pz/kernels/controllers/ergodic.py.html").read_text()
+    assert "<table>" in (site / "source/docs/tables/examples.csv.html").read_text()
+
+
+def test_the_site_shows_the_board_and_the_notebook_where_pages_link_to_them(site):
+    for page in ("index", "benchmark"):
+        assert 'href="board/index.html"' in (site / f"{page}.html").read_text()
+    assert 'href="source/examples/first_steps.ipynb.html"' in (site / "index.html").read_text()
+    notebook = (site / "source/examples/first_steps.ipynb.html").read_text()
+    assert "One game says little" in notebook and "cell_type" not in notebook
