@@ -8,7 +8,9 @@ python -m benchmarks.head_to_head --games 100 --out runs/head_to_head
 from __future__ import annotations
 
 import argparse
+import csv
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -33,15 +35,13 @@ def against_uniform(games: int) -> list[dict[str, Any]]:
 
 
 def print_table(rows: list[dict[str, Any]]) -> None:
-    """Print a Markdown table of matches."""
-    print("| policy | won | drawn | lost | share | share above `uniform` (95 %) | restricted mean |")
-    print("|---|---|---|---|---|---|---|")
+    """Print matches as CSV, as docs/tables/head_to_head.csv has them."""
+    write = csv.writer(sys.stdout, lineterminator="\n").writerow
+    write(["policy", "won", "drawn", "lost", "share of drones", "share above uniform (95 %)", "mean length, s"])
     for row in rows:
-        difference, low, high = row["share_above_uniform"]
-        print(
-            f"| `{row['policy']}` | {row['wins']} | {row['draws']} | {row['losses']} | {row['mean_share']:.2f} "
-            f"| {difference:+.2f} ({low:+.2f} to {high:+.2f}) | {row['restricted_mean_seconds']:.0f} s |"
-        )
+        above = "{:+.2f} ({:+.2f} to {:+.2f})".format(*row["share_above_uniform"])
+        counts = (row["wins"], row["draws"], row["losses"])
+        write([row["policy"], *counts, f"{row['mean_share']:.2f}", above, f"{row['restricted_mean_seconds']:.0f}"])
 
 
 def self_play(games: int, path: Path) -> None:

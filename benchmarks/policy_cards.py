@@ -1,4 +1,4 @@
-"""Write the cards of the policies on the ladder: ratings as docs/ladder.md gives them, pictures from a game each.
+"""Write the cards of the policies on the ladder: ratings of docs/tables/ladder.csv, pictures from a game each.
 
 At a table commands come into force some ticks late, so that nobody can be recognised by them: there a policy has the
 rating of what it plays as among strangers.
@@ -8,8 +8,8 @@ python -m benchmarks.policy_cards
 
 from __future__ import annotations
 
+import csv
 import json
-import re
 from pathlib import Path
 
 import numpy as np
@@ -20,21 +20,21 @@ from swarm_pz.policies.cards import FILE
 from swarm_pz.policy import load
 from swarm_pz.simulator.ergodicity import reconstruct
 
-LADDER = Path(__file__).parents[1] / "docs" / "ladder.md"
+LADDER = Path(__file__).parents[1] / "docs" / "tables" / "ladder.csv"
 CELLS = 10
 SECONDS = 6.0
 """Into the game: swarms have left their corners, and nobody has won."""
 
 
-def ratings(page: str) -> dict[str, float]:
-    """Return the ratings of the ladder's page by name; only those without an argument, which cards are for."""
-    rows = re.findall(r"^\| \d+ \| `(\w+)` \| \w+ \| (\d+) \|", page, re.MULTILINE)
-    return {name: float(rating) for name, rating in rows}
+def ratings(table: str) -> dict[str, float]:
+    """Return the ratings of the ladder's table by name; only those without an argument, which cards are for."""
+    rows = csv.DictReader(table.splitlines())
+    return {row["player"]: float(row["rating"]) for row in rows if ":" not in row["player"]}
 
 
-def ratings_at_table(page: str) -> dict[str, float]:
-    """Return the ratings of the ladder's page as they hold at a table."""
-    rated = ratings(page)
+def ratings_at_table(table: str) -> dict[str, float]:
+    """Return the ratings of the ladder's table as they hold at a table."""
+    rated = ratings(table)
     played = {name: getattr(load(name, GameConfig()), "plays_as", "") or name for name in rated}
     return {name: rated[played[name]] for name in rated}
 

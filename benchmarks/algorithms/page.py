@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from swarm_pz.errors import require_extra
 from swarm_pz.files import draft_of
 from swarm_pz.standard.aggregate import drawn_runs, interquartile_mean, interval
 
-PAGE, PICTURE = "algorithms.md", "images/algorithms.png"
+PAGE, PICTURE, TABLE = "algorithms.md", "images/algorithms.png", "tables/algorithms.csv"
 OPPONENTS = ("uniform", *SCRIPTS)
 Line = dict[str, Any]
 Array = NDArray[np.float64]
@@ -63,12 +64,11 @@ class Row:
         self.ms = float(np.median([line["final"][name]["ms"] for line in self.lines for name in OPPONENTS]))
         self.weights = int(self.lines[0]["weights"])
 
-    def table(self, rank: int) -> str:
-        """Return the row of the table."""
-        return (
-            f"| {rank} | `{self.method}` | {self.all} | {self.uniform} | {self.scripts} | {100 * self.won:.0f} % "
-            f"| {self.seconds:.0f} | {self.busy:.0f} | {self.rate:,.0f} | {self.weights:,} | {self.ms:.2f} |"
-        )
+    def cells(self) -> tuple[str, ...]:
+        """Return the row of the table of all numbers."""
+        scores = (str(self.all), str(self.uniform), str(self.scripts), f"{100 * self.won:.0f} %")
+        costs = (f"{self.seconds:.0f}", f"{self.busy:.0f}", f"{self.rate:.0f}", str(self.weights), f"{self.ms:.2f}")
+        return self.method, *scores, *costs
 
     def curve(self, opponents: Sequence[str]) -> dict[str, list[float]]:
         """Return the estimates against some opponents at each point of the budget, as `style.band` takes them."""
@@ -102,6 +102,11 @@ def write_page(lines: Sequence[Line], budget: Budget, docs: Path) -> Path:
     """Write page and picture into a folder of docs; return the page's path."""
     rows = rows_of(lines)
     draw(rows, docs / PICTURE)
+    (docs / TABLE).parent.mkdir(parents=True, exist_ok=True)
+    head = ("method", "all", "uniform", "scripts", "won of uniform", "wall s", "processor s", "commands a second",
+            "weights", "ms a command")  # fmt: skip
+    with draft_of(docs / TABLE) as draft, draft.open("w", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([head, *(row.cells() for row in rows)])
     with draft_of(docs / PAGE) as draft:
         draft.write_text(to_markdown(rows, budget))
     return docs / PAGE
@@ -116,9 +121,7 @@ def to_markdown(rows: Sequence[Row], budget: Budget) -> str:
     machines = sorted({line["processor"] for line in lines})
     parts = [
         "# Algorithms compared",
-        f"Six learning methods with {budget.commands:,} commands and {seeds} seeds each, in the same games. This "
-        "command trains, rates and writes this page. You can stop it and run it again. It needs a clone with the "
-        "extras `compatibility` and `onnx`:",
+        f"{len(METHODS)} learning methods with {budget.commands:,} commands and {seeds} seeds each, in the same games:",
         f"```bash\n{COMMAND} --page docs\n```",
         "**Few commands or seeds: this page only shows that everything works.**"
         if small
@@ -126,48 +129,24 @@ def to_markdown(rows: Sequence[Row], budget: Budget) -> str:
         f"![Share of points against uniform and against scripts, by commands]({PICTURE})",
         f"*Learning curves: {budget.points} evaluations of each run, each of {budget.games_on_the_way} games against "
         "`uniform` and as many against the scripts. Lines are interquartile means, bands 95 % intervals.*",
-        "## The table",
+        "\n".join(
+            [
+                "| method | what it is | points |",
+                "|---|---|---|",
+                *(f"| `{row.method}` | {METHODS[row.method].about} | {row.all} |" for row in rows),
+            ]
+        ),
         f"After training, each run plays {budget.games} games against `uniform` and {budget.games // len(SCRIPTS)} "
-        f"against each of {', '.join(f'`{name}`' for name in SCRIPTS)}: half from each side, on the same starts (seed "
-        f"{SEED}). Numbers are shares of the points; a draw is half a win. They are interquartile means over seeds and "
-        "opponents, with 95 % intervals from a bootstrap stratified by opponent, as in [the benchmark](benchmark.md). "
-        "**All** weighs the six opponents equally.",
-        "\n".join([
-            "| | method | all | `uniform` | scripts | won of `uniform` | wall, s | processor, s | commands a second "
-            "| weights | ms a command |",
-            "|---|---|---|---|---|---|---|---|---|---|---|",
-            *(row.table(rank) for rank, row in enumerate(rows, 1)),
-        ]),
-        "Seconds count learning only, on one core: wall-clock time, and processor time, which commands a second are "
-        "computed from. Weights include those of a critic. The milliseconds of a command are the median inference "
-        f"time. Times depend on this machine ({', '.join(machines)}), which also did other work. With few seeds the "
-        "intervals may be too narrow.",
-        "## The methods",
-        "\n".join(["| method | what it is |", "|---|---|", *(f"| `{n}` | {m.about} |" for n, m in METHODS.items())]),
-        f"All play {RECIPE.num_envs} games at once. Except for self-play, their opponents are those of the recipe of "
-        "[training](training.md): `uniform` and all scripts, hard ones more often. They observe the recipe's nine "
-        "channels on a 10 by 10 grid (`ppo-sets`: the drones) and answer 5 by 5 log-densities (`dqn`: named commands). "
-        f"All PPO methods use the recipe's settings, but {RECIPE.num_envs} games at once instead of 160 and "
-        f"minibatches of {RECIPE.batch_size}. DQN learns from {RECIPE.batch_size} stored commands twice a step. No "
-        "settings were tuned for this page. The recipe's were chosen for the network of `ppo`, so other methods may "
-        "improve with tuning.",
-        "## The policies",
-        "Each run's policy can be used in every command ([policies](policies.md)). The project's own network is stored "
-        "as safetensors, the others as ONNX files. They are not in the repository: the command above writes them into "
-        "`runs/algorithms/release`, with their digests in `SHA256SUMS`. Digests repeat only with the versions and on "
-        "the kind of processor of this page:",
-        "\n".join([
-            "| policy | file | SHA-256 |",
-            "|---|---|---|",
-            *(
-                f"| `{line['method']}-{line['seed']}` | `{name}` | `{digest}` |"
-                for line in lines
-                for name, digest in line["sha256"].items()
-                if not name.endswith(".json")
-            ),
-        ]),
-        f"Made with {', '.join(sorted(versions))}.",
-    ]  # fmt: skip
+        f"against each of {', '.join(f'`{name}`' for name in SCRIPTS)} (seed {SEED}). Points are interquartile means "
+        "over seeds and these opponents, with intervals as in [the benchmark](benchmark.md). With few seeds they may "
+        f"be too narrow. [All numbers and costs]({TABLE}); times are of one core ({', '.join(machines)}).",
+        f"All play {RECIPE.num_envs} games at once. Except for self-play, opponents are those of "
+        "[the recipe](training.md#the-recipe), and so are observations (`ppo-sets`: lists of drones), actions (`dqn`: "
+        f"named commands) and settings, but for minibatches of {RECIPE.batch_size}. Nothing was tuned for this page. "
+        "The recipe was chosen for the network of `ppo`, so other methods may improve with tuning.",
+        "The command writes each run's [policy](policies.md) into `runs/algorithms/release`, with digests in "
+        f"`SHA256SUMS`. Made with {', '.join(sorted(versions))}.",
+    ]
     return "\n\n".join(parts) + "\n"
 
 

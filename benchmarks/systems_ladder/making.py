@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import functools
 import json
 from collections.abc import Callable, Sequence
@@ -20,7 +21,7 @@ from benchmarks.systems_ladder.contest import (
     trained_for,
 )
 from benchmarks.systems_ladder.findings import compare, payoffs, standings
-from benchmarks.systems_ladder.page import draw_field, draw_times, to_markdown
+from benchmarks.systems_ladder.page import draw_field, draw_times, tables, to_markdown
 from benchmarks.systems_ladder.traits import measure_traits
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import Config, check, check_count
@@ -161,13 +162,17 @@ def make(
 
 
 def write(results: dict[str, Any], folder: Path, out: Path) -> None:
-    """Write the results, the page and its pictures."""
+    """Write the results, the page, its tables and its pictures."""
     with draft_of(folder / RESULTS) as draft:
         draft.write_text(json.dumps(results, indent=2) + "\n")
     (out / PICTURES).mkdir(parents=True, exist_ok=True)
     draw_times(results, out / PICTURES / "time_to_win.png")
     draw_field(results, out / PICTURES / "field.png")
     (out / "systems.md").write_text(to_markdown(results, PICTURES))
+    (out / "tables").mkdir(exist_ok=True)
+    for name, rows in tables(results).items():
+        with (out / "tables" / f"{name}.csv").open("w", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows(rows)
 
 
 # --- traits -------------------------------------------------------------------------------------------

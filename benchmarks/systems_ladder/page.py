@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.paper.style import DASHES, DPI, RC
-from benchmarks.systems_ladder.contest import TRAINED, player_name, system_name
+from benchmarks.systems_ladder.contest import TRAINED, system_name
 from benchmarks.systems_ladder.traits import LOSS, LOST, REACHED, SIZES, TALK
 from swarm_pz.errors import require_extra
 from swarm_pz.files import draft_of
@@ -43,11 +43,11 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
     config = results["config"]
     limit = config["game"]["time_limit"]
     parts = [
-        ["# The ladder of systems"],
+        ["# Control systems compared"],
         [
-            "Control systems compared: which wins more often and sooner against the same adversary? The adversary",
-            f"is `{results['adversary']}`: even coverage, flown by the ergodic controller. Each system is commanded",
-            "by the best script for its kind of commands, and by a policy trained for it, if there is one.",
+            "Which [control system](control_systems.md) wins more often and sooner against the same adversary? The",
+            f"adversary is `{results['adversary']}`: even coverage, flown by the ergodic controller. Each system is",
+            "commanded by the best script for its kind of commands, and by a policy trained for it, if there is one.",
         ],
         ["```bash", results["command"] or "python -m benchmarks.systems_ladder", "```"],
         *(
@@ -57,37 +57,55 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
         ),
         *([line] for line in _answer(results)),
         [
-            "**Why systems that come to rest win.** A drone at rest leaves its whole trail in one cell. Its team",
-            "keeps surrounding the ring around it, and captures whoever flies through; a team that covers evenly",
-            "flies through everything. Coverage, formations and potential fields come to rest if their command does",
-            "not change, so nearly any command wins for them. This follows from the paper's rule of capture, not",
-            "from skill. Compare these systems by the time to a win and by the games against each other.",
+            "**Why systems that come to rest win.** A drone at rest leaves its whole trail in one cell. Its team keeps",
+            "the ring around it, and captures drones that fly through. Coverage, formations and potential fields come",
+            "to rest if their command does not change, so nearly any command wins for them. This follows from the",
+            "paper's rule of capture, not from skill. Compare these systems by the time to a win and by the games",
+            "against each other.",
         ],
         ["## Against the adversary"],
         [
-            f"{config['games']} games each: half from each side, all from the same starts, seed {config['seed']}.",
-            "Intervals are 95 %: Wilson's for games won, a bootstrap over pairs of games for means. Identical games",
-            f"of a pair count once. A draw counts {limit:g} s in the mean length. A game that is drawn or lost",
-            f"counts {limit:g} s in the mean time to a win. A command is new if it differs from the one before; the",
-            "first is new.",
+            f"{config['games']} games each: half from each side, all from the same starts, seed {config['seed']}. A",
+            f"game that is drawn or lost counts {limit:g} s in the mean time to a win. [All numbers with their 95 %",
+            "intervals](tables/systems.csv), [the pilot games that chose the scripts](tables/systems_scripts.csv).",
         ],
         _standings(results),
         [f"![Share of games not yet won over time]({pictures}/time_to_win.png)"],
         ["*Share of the games against the adversary that are not won yet (Kaplan-Meier).*"],
-        ["## The trained policy and the best script"],
-        _comparisons(results),
-        ["## Against each other"],
         [f"![Each one's share of the points against each other]({pictures}/field.png)"],
         ["## Traits"],
-        *_traits(results),
-        ["## How the scripts were chosen"],
         [
-            f"Every script plays {config['pilot_games']} games against the adversary on other seeds. The script with",
-            "most points is chosen, of equals the one that wins soonest. Won-drawn-lost:",
+            "[The table of traits](tables/systems_traits.csv) has the ergodic metric of a team alone against even",
+            f"coverage after {config['seconds']} s, times 1000, by the number of drones; some systems are not made to",
+            "cover. Then it has the factor by which the metric grows with a change, over",
+            f"{config['starts']} starts. The last columns are of a target of two modes: how many teams reach a metric",
+            f"of {REACHED:g}, and with how many commands.",
         ],
-        _pilot(results),
     ]
     return "\n\n".join("\n".join(part) for part in parts) + "\n"
+
+
+def tables(results: dict[str, Any]) -> dict[str, list[tuple[Any, ...]]]:
+    """Return the rows of the page's tables, by the name of each."""
+    standings: list[tuple[Any, ...]] = [
+        ("system", "commands", "by", "won", "drawn", "lost", "forfeited", "won, 95 %", "mean length, s",
+         "mean time to a win, s", "new commands a minute"),
+    ]  # fmt: skip
+    for row in results["standings"]:
+        low, high = row["win_rate_ci95"]
+        counts = (row["wins"], row["draws"], row["losses"], row["forfeits"], f"{100 * low:.0f} to {100 * high:.0f} %")
+        times = (_interval(row["length"], 0), _interval(row["time_to_win"], 0), _interval(row["commands_a_minute"], 1))
+        standings.append((row["system"], row["takes"], row["player"], *counts, *times))
+    modes = ("two modes reached", "commands needed, median", "metric in the end, times 1000")
+    traits: list[tuple[Any, ...]] = [("system", *(f"{size} drones" for size in SIZES), *_CHANGES.values(), *modes)]
+    for row in results["traits"]:
+        covered = (f"{1000 * row['coverage'][str(size)]['mean']:.2f}" for size in SIZES)
+        traits.append(
+            (row["system"], *covered, *(_interval(row[name], 2) for name in _CHANGES), *_modes(row["bimodal"]))
+        )
+    pilot = [(*row["entrant"].split("/", 1), row["wins"], row["draws"], row["losses"]) for row in results["pilot"]]
+    scripts = [("system", "script", "won", "drawn", "lost"), *sorted(pilot)]
+    return {"systems": standings, "systems_traits": traits, "systems_scripts": scripts}
 
 
 def _answer(results: dict[str, Any]) -> list[str]:
@@ -118,18 +136,12 @@ def _by(row: dict[str, Any]) -> str:
 
 
 def _standings(results: dict[str, Any]) -> list[str]:
-    lines = [
-        "| | system | commands | by | won | drawn | lost | won, 95 % | mean length, s | mean time to a win, s "
-        "| new commands a minute |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
-    ]
-    for rank, row in enumerate(results["standings"], 1):
-        low, high = row["win_rate_ci95"]
+    lines = ["| system | by | won | drawn | lost | mean time to a win, s |", "|---|---|---|---|---|---|"]
+    for row in results["standings"]:
         forfeits = f" ({row['forfeits']} forfeited)" if row["forfeits"] else ""
         lines.append(
-            f"| {rank} | `{row['system']}` | {row['takes']} | {_by(row)} | {row['wins']} | {row['draws']} "
-            f"| {row['losses']}{forfeits} | {100 * low:.0f} to {100 * high:.0f} % | {_interval(row['length'], 0)} "
-            f"| {_interval(row['time_to_win'], 0)} | {_interval(row['commands_a_minute'], 1)} |"
+            f"| `{row['system']}` | {_by(row)} | {row['wins']} | {row['draws']} | {row['losses']}{forfeits} "
+            f"| {_interval(row['time_to_win'], 0)} |"
         )
     return lines
 
@@ -141,61 +153,12 @@ def _interval(value: dict[str, Any] | None, digits: int) -> str:
     return f"{value['mean']:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
 
 
-def _comparisons(results: dict[str, Any]) -> list[str]:
-    if not results["trained_and_script"]:
-        return ["No policy that was trained for one of these systems is installed."]
-    lines = [
-        "| system | best script | trained: won more often by | sooner by, s | verdict |",
-        "|---|---|---|---|---|",
-    ]
-    for row in results["trained_and_script"]:
-        low, high = row["more_often"]["ci95"]
-        often = {"mean": 100 * row["more_often"]["mean"], "ci95": [100 * low, 100 * high]}
-        lines.append(
-            f"| `{system_name(row['one'])}` | `{player_name(row['other'])}` | {_interval(often, 0)} % "
-            f"| {_interval(row['sooner'], 0)} | {_verdict(row)} |"
-        )
-    return lines
-
-
-def _traits(results: dict[str, Any]) -> list[list[str]]:
-    """Return the paragraphs and tables of what systems can alone."""
-    config = results["config"]
-    explained = [
-        f"Coverage is the ergodic metric of a team alone against even coverage after {config['seconds']} s, times",
-        "1000; 0 is perfect. Some systems are not made to cover. The later columns are ratios: the metric with a",
-        f"change over the metric without it, on the same {config['starts']} starts; more than 1 is worse. Captures",
-        f"happen after {config['seconds']} s, and coverage counts from then on. The leader is the drone nearest to",
-        "where the command asks for most.",
-    ]
-    head = ["system", *(f"{size} drones" for size in SIZES), *_CHANGES.values()]
-    table = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
-    for row in results["traits"]:
-        cells = [f"{1000 * row['coverage'][str(size)]['mean']:.2f}" for size in SIZES]
-        cells += [_interval(row[name], 2) for name in _CHANGES]
-        table.append(f"| `{row['system']}` | " + " | ".join(cells) + " |")
-    asked = [
-        f"**Two modes** of different width: commands until the ergodic metric against them is {REACHED:g}, within "
-        f"{2 * config['seconds']} s. A dash: the system takes no densities, or did not reach it."
-    ]
-    modes = ["| system | reached | commands needed, median | metric in the end, times 1000 |", "|---|---|---|---|"]
-    return [explained, table, asked, [*modes, *(_modes(row["system"], row["bimodal"]) for row in results["traits"])]]
-
-
-def _modes(system: str, found: dict[str, Any] | None) -> str:
+def _modes(found: dict[str, Any] | None) -> tuple[str, str, str]:
     if found is None:
-        return f"| `{system}` | - | - | - |"
+        return "-", "-", "-"
     needed = "-" if found["commands"] is None else f"{found['commands']:g}"
     ends = {"mean": 1000 * found["metric"]["mean"], "ci95": [1000 * end for end in found["metric"]["ci95"]]}
-    return f"| `{system}` | {found['reached']} of {found['starts']} | {needed} | {_interval(ends, 2)} |"
-
-
-def _pilot(results: dict[str, Any]) -> list[str]:
-    by_system: dict[str, list[str]] = {}
-    for row in results["pilot"]:
-        system, player = row["entrant"].split("/", 1)
-        by_system.setdefault(system, []).append(f"`{player}` {row['wins']}-{row['draws']}-{row['losses']}")
-    return [f"- `{system}`: " + ", ".join(scripts) for system, scripts in sorted(by_system.items())]
+    return f"{found['reached']} of {found['starts']}", needed, _interval(ends, 2)
 
 
 # --- pictures -----------------------------------------------------------------------------------------

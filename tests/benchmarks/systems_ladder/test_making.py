@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.systems_ladder import making
 from benchmarks.systems_ladder.making import SystemsConfig, make
-from benchmarks.systems_ladder.page import to_markdown
+from benchmarks.systems_ladder.page import tables, to_markdown
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError, ResultsError, Stopped
 from swarm_pz.evaluation.ledger import folder_lock
@@ -64,6 +64,8 @@ def test_a_ladder_is_a_page_with_pictures_and_its_numbers(made):
     for name in ("time_to_win", "field"):
         assert f"(images/systems/{name}.png)" in page
         assert (folder / "docs" / "images" / "systems" / f"{name}.png").stat().st_size > 1000
+    for name in tables(results):
+        assert f"(tables/{name}.csv)" in page and (folder / "docs" / "tables" / f"{name}.csv").is_file()
     assert [row["entrant"].split("/")[0] for row in results["standings"]] == ["direct"]
     assert len(results["pilot"]) == 4
     assert results["command"] == "python -m benchmarks.systems_ladder" and "benchmarks.systems_ladder" in page
@@ -147,8 +149,10 @@ def test_the_pilot_and_the_contest_play_as_many_games_as_each_is_to(tmp_path, mo
 def test_the_page_tells_wins_draws_losses_and_forfeits_in_this_order(results):
     row = results["standings"][0] | {"wins": 3, "draws": 5, "losses": 7, "forfeits": 2}
     trial = {"entrant": "direct/hem_in", "wins": 11, "draws": 13, "losses": 17}
-    page = to_markdown(results | {"standings": [row], "pilot": [trial]}, "images")
-    assert "| 3 | 5 | 7 (2 forfeited) |" in page and "- `direct`: `hem_in` 11-13-17" in page
+    told = results | {"standings": [row], "pilot": [trial]}
+    assert "| 3 | 5 | 7 (2 forfeited) |" in to_markdown(told, "images")
+    assert tables(told)["systems"][1][3:7] == (3, 5, 7, 2)
+    assert tables(told)["systems_scripts"][1] == ("direct", "hem_in", 11, 13, 17)
 
 
 def test_the_page_says_where_a_trained_policy_does_not_beat_the_best_script(results):
