@@ -88,7 +88,7 @@ def test_every_python_snippet_is_run(monkeypatch, capsys):
     """Doctests run by themselves; the others are programs at a table, which is played by a stand-in here.
 
     Those of docs/data.md read an export, which tests/play/studies/test_export.py makes for them; that of docs/ros.md
-    plays in tests/play/ros/test_process.py, and that of docs/studies.md in tests/play/server/test_studies.py.
+    plays in tests/play/ros/test_process.py.
     """
 
     def stand_in(address, tactic, **how):
@@ -103,9 +103,7 @@ def test_every_python_snippet_is_run(monkeypatch, capsys):
 
     monkeypatch.setattr(swarm_pz.play.client, "play", stand_in)
     programs = [(page, text) for page, text in snippets("python") if ">>>" not in text and "--8<--" not in text]
-    programs = [
-        (page, text) for page, text in programs if page not in ("docs/data.md", "docs/ros.md", "docs/studies.md")
-    ]
+    programs = [(page, text) for page, text in programs if page not in ("docs/data.md", "docs/ros.md")]
     for page, text in programs:
         assert "swarm_pz.play.client" in text, f"a snippet of {page} is run by no test: make it a doctest"
         exec(compile(text, page, "exec"), {})  # noqa: S102  (our own pages)
@@ -115,7 +113,7 @@ def test_every_python_snippet_is_run(monkeypatch, capsys):
 def test_toml_snippets_are_toml():
     for page, text in snippets("toml"):
         read = tomllib.loads(text)
-        if page == "docs/factors.md":
+        if page == "docs/studies.md":
             assert all(Factors.from_dict(read[team]) != Factors() for team in ("red", "blue"))
             continue
         groups = read["project"]["entry-points"]
