@@ -112,21 +112,15 @@ def measure(seed: int) -> Finding:
 
 
 def _describe(rows: list[dict[str, Any]], compact: float, spread: float, supported: bool) -> str:
-    tight, even = rows[0], rows[-1]
+    even = rows[-1]
     each = ", ".join(f"{max(row['lost'])} of {GAMES} at {row['sigma']:g}" for row in rows if row["sigma"] is not None)
-    held = [value for value in tight["held"] if value is not None]
     return (
-        "Blue starts in a disc in the centre and holds it, and red aims at it, by a disc on blue's mean position "
-        "(`chase`) or a ring around it (`ring`). Under the better of the two all of blue is lost within "
+        "Blue holds a disc in the centre, and red aims at it by a disc (`chase`) or a ring (`ring`), of which the "
+        "better counts. All of blue is lost within "
         f"{AT_ONCE:g} s of its first loss in {each} map widths, and in {max(even['lost'])} where blue covers the whole "
         f"square. Teams that are close together (up to {COMPACT:g}) lose {100 * compact:.0f} % of their games so, "
         f"spread ones (from {SPREAD:g} on) {100 * spread:.1f} %: "
         + ("to bunch up is to risk the game at once." if supported else "close drones are not surely lost at once.")
-        + (
-            f" When it first lost a drone, the team with {tight['sigma']:g} stood {min(held):.2f} around its mean."
-            if held
-            else ""
-        )
     )
 
 

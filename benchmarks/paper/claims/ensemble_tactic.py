@@ -63,7 +63,7 @@ def measure(seed: int) -> Finding:
         interval=interval,
         method=f"Wilson over {GAMES} games; bootstrap over pairs of games from the same start for what is gained",
         supported=all(parts.values()),
-        seen=_describe(series, shown),
+        seen=_describe(series),
         configs=configs,
         seeds=[seed],
         series={"played": series, "shown": shown},
@@ -87,20 +87,16 @@ def _longest_stand(games: list[Game], total: int) -> Game:
     return max(won, key=lambda game: ensemble_moments.last_stand([total - size for size in game.sizes]))
 
 
-def _describe(series: dict[str, Any], shown: dict[str, Any] | None) -> str:
+def _describe(series: dict[str, Any]) -> str:
     text = []
     for variant, rows in series.items():
         standing = {row["policy"]: "-".join(str(row[key]) for key in ("win", "draw", "loss")) for row in rows}
         best = max(rows[2:-1], key=lambda row: row["win"])
         text.append(
             f"Under the rules `{variant}` the tactic as the paper says it stands at {standing[SAID]} (won, drawn, "
-            f"lost) against `{OPPONENT}`: it {_wins(rows[0])}. "
-            f"Without its second command it stands at {standing[ALONE]}; of other widths the best ({best['policy']}) "
-            f"at {standing[best['policy']]}; a ring instead, which is ours, at {standing[rows[-1]['policy']]}."
-        )
-    if shown is not None:
-        text.append(
-            f"Shown is a game won under `{shown['rules']}`, the one in which the last opposing drone held out longest."
+            f"lost) against `{OPPONENT}`: it {_wins(rows[0])}. Without its second command it stands at "
+            f"{standing[ALONE]}, with the best other width ({best['policy']}) at {standing[best['policy']]}; a ring, "
+            f"which is ours, at {standing[rows[-1]['policy']]}."
         )
     return " ".join(text)
 

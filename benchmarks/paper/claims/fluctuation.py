@@ -12,7 +12,6 @@ from benchmarks.paper import style
 from benchmarks.paper.coverage import (
     COVERED,
     JUDGED,
-    SECONDS,
     TARGETS,
     hand_over,
     metric_over_time,
@@ -88,7 +87,6 @@ def measure(seed: int) -> Finding:
         f"{changes}: " + ", ".join(f"{mean:.5f} ({target})" for target, (mean, _) in found.items())
         for changes, found in judged.items()
     )
-    later = ", ".join(f"{values[:, -1].mean():.5f} ({target})" for target, values in metric[list(CHANGES)[-1]].items())
     unsure = [
         f"{target} ({changes}: {interval[0]:.5f} to {interval[1]:.5f})"
         for changes in parts
@@ -101,10 +99,8 @@ def measure(seed: int) -> Finding:
         method=f"bootstrap over {SEEDS} seeds",
         supported=all(parts.values()),
         parts=parts,
-        seen=f"Red's {DRONES} drones follow one command, sent once, blue's {DRONES} cover the square; captured drones "
-        "are drawn by lot and handed over as captures do it, so that where a team is stays the controller's doing. "
-        f"The metric of all places where red's drones were, after {JUDGED} s: {said}. After {SECONDS} s with a drone "
-        f"that changes sides each second: {later}."
+        seen=f"Red's {DRONES} drones follow one command, sent once; blue's {DRONES} cover the square. Captured drones "
+        f"are drawn by lot. The metric of all places where red's drones were, after {JUDGED} s: {said}."
         + (f" Not surely at most {COVERED:g}: {', '.join(unsure)}." if unsure else ""),
         configs={"two teams": config},
         seeds=seeds,

@@ -90,13 +90,11 @@ def _describe(both: Array, agreements: dict[tuple[str, str], float], covers: boo
     shares = {name: ", ".join(f"{100 * agreements[name, drawing]:.0f}" for drawing in DRAWINGS) for name in CONTROLLERS}
     names = [drawing.replace("_", " ") for drawing in DRAWINGS]
     return (
-        f"One drawing, sent once, to {', '.join(map(str, SIZES))} drones: after {JUDGED} s the worst mean metric is "
-        f"{means.max():.5f} ({SIZES[place[1]]} drones, {names[place[0]]}), "
-        + (f"so that all nine are below {COVERED:g}" if covers else f"not surely below {COVERED:g}")
-        + f". Maps hold all of the first {SECONDS} s of one flight; in them {SIZES[0]} and {SIZES[-1]} drones are in "
-        f"different cells of the command for {shares['ergodic']} % of the time ({', '.join(names)}). A flock that is "
-        f"given a drawing flies to its strongest mode: {SIZES[0]} and {SIZES[-1]} drones that flock are in different "
-        f"cells for {shares['flocking']} % of the time, and their worst mean metric is {flocking:.2f}."
+        f"After {JUDGED} s the worst mean metric is {means.max():.5f} ({SIZES[place[1]]} drones, {names[place[0]]}), "
+        + (f"so all nine are below {COVERED:g}" if covers else f"not surely below {COVERED:g}")
+        + f". In the first {SECONDS} s, {SIZES[0]} and {SIZES[-1]} drones are in different cells of the command for "
+        f"{shares['ergodic']} % of the time ({', '.join(names)}). Flocks fly to a drawing's strongest mode: "
+        f"{shares['flocking']} % of the time, with a worst mean metric of {flocking:.2f}."
     )
 
 

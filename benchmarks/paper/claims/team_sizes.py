@@ -50,7 +50,7 @@ def measure(seed: int) -> Finding:
         interval=interval,
         method=f"bootstrap over {GAMES} games, of which {len(won)} were won; order statistics for the median",
         supported=all(parts.values()),
-        seen=_describe(statistic, interval, [game.outcome for game in games]),
+        seen=_describe(statistic, interval),
         configs={"paper": config},
         seeds=[seed],
         series=_shown(games[:SHOWN]),
@@ -72,7 +72,7 @@ def _shown(games: list[Game]) -> dict[str, Any]:
     }
 
 
-def _describe(statistic: dict[str, float], interval: dict[str, tuple[float, float]], results: list[str]) -> str:
+def _describe(statistic: dict[str, float], interval: dict[str, tuple[float, float]]) -> str:
     low, high = interval["mean_seconds"]
     place = (
         "as long as" if low <= PAPER_SECONDS <= high else ("shorter than" if high < PAPER_SECONDS else "longer than")
@@ -80,10 +80,8 @@ def _describe(statistic: dict[str, float], interval: dict[str, tuple[float, floa
     text = (
         f"In {GAMES} games of `{RED_PLAYER}` against `{BLUE_PLAYER}` a drone changes sides every "
         f"{1 / statistic['captures_a_second']:.1f} s, and the lead turns {statistic['turns_of_the_lead_a_game']:.1f} "
-        f"times a game. `{RED_PLAYER}` wins {results.count('win')}, loses {results.count('loss')} and draws "
-        f"{results.count('draw')}. A game takes {statistic['mean_seconds']:.0f} s on average ({low:.0f} to {high:.0f}; "
-        f"draws count with the limit), {place} the {PAPER_SECONDS:g} s of the paper's game, as far as one game between "
-        "two people and these can be compared."
+        f"times a game. A game takes {statistic['mean_seconds']:.0f} s on average ({low:.0f} to {high:.0f}; draws "
+        f"count with the limit), {place} the {PAPER_SECONDS:g} s of the paper's one game."
     )
     if "lead_taken_after_share_of_game" in statistic:
         rarer = interval["captures_at_the_end_over_middle"][1] < 1.0
@@ -94,7 +92,7 @@ def _describe(statistic: dict[str, float], interval: dict[str, tuple[float, floa
             f"winner leads for good after {100 * statistic['lead_taken_after_share_of_game']:.0f} % of the game, "
             f"{'' if late else 'not '}surely late."
         )
-    return f"{text} The bold line is the game of median length."
+    return text
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
