@@ -72,8 +72,8 @@ def _describe(
 ) -> str:
     times = ", ".join(f"{gain:.0f} ({target})" for target, (gain, _) in gains.items())
     text = (
-        f"{DRONES} drones, metric after {JUDGED} s over {SEEDS} seeds. Lone drones, which know of nobody, do worse "
-        f"than a team in which all hear all: {times} times. A team with radius 0 does as they do. Of "
+        f"The metric of {DRONES} drones after {JUDGED} s over {SEEDS} seeds. Lone drones do worse than a team in which "
+        f"all hear all: {times} times. A team with radius 0 does as they do. Of "
         f"{len(TARGETS) * (len(RADII) - 1)} steps to a smaller radius {falls[:, 0].sum()}, and of "
         f"{len(TARGETS) * (len(LOSSES) - 1)} to more loss {falls[:, 1].sum()}, surely lower the metric."
     )
@@ -82,8 +82,8 @@ def _describe(
     worse = [f"{target} ({most:.1f} times)" for target, most in zip(TARGETS, worst, strict=True) if most > 1 + CLOSE]
     if worse:
         text += (
-            f" To hear a little can be worse than to hear nothing: {', '.join(worse)}. Who hears few takes them for "
-            "the whole team; [short_memory](#short_memory) and [relays](#relays) try what mends it."
+            f" Hearing a little can be worse than hearing nothing: {', '.join(worse)}. A drone that hears few takes "
+            "them for the whole team."
         )
     return text
 

@@ -93,14 +93,14 @@ def measure(seed: int) -> Finding:
         f"{1 / REPAIR_RATE:.0f} s on average. After {JUDGED} s the metric is {whole:.5f} without failures, {half:.5f} "
         f"with half of the drones out at every time, and {most:.5f} with three quarters out. "
         + (
-            "Nobody is told: whoever works fills the gaps."
+            "Nobody is told: the others fill the gaps."
             if supported
-            else "The target is still followed, but not as closely as claimed, and the smaller number is not all of "
-            f"it: {DRONES // 2} drones that never fail come to {judged[FEWER][0]:.5f}."
+            else "The target is still followed, but not as closely as claimed, and not only because they are fewer: "
+            f"{DRONES // 2} drones that never fail come to {judged[FEWER][0]:.5f}."
         )
-        + f" Drones that are captured and come back at the same rates, instead of failing, come to "
-        f"{judged_captured[name_of(HALF_OUT)][0]:.5f} with half of them away: the metric of those that fail is "
-        f"{times:.2f} times that ({ends[0]:.2f} to {ends[1]:.2f}).",
+        + f" Drones that are captured and come back at the same rates come to "
+        f"{judged_captured[name_of(HALF_OUT)][0]:.5f} with half of them away; those that fail to {times:.2f} times that "
+        f"({ends[0]:.2f} to {ends[1]:.2f}).",
         configs=configs,
         seeds=seeds,
         series={

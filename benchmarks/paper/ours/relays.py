@@ -46,10 +46,9 @@ def measure(seed: int) -> Finding:
         interval={name: (float(below), float(above)) for name, below, above in zip(names, low, high, strict=True)},
         method=f"bootstrap over {SEEDS} seeds; a step falls if the whole interval of its mean does",
         supported=bool(high[1] <= 1.0 + CLOSE),
-        seen=f"{DRONES} drones, metric after {JUDGED} s over {SEEDS} seeds. At the worst radius it is {worst[0]:.1f} "
-        f"times that of drones that hear nobody if they hear only those near them, and {worst[1]:.1f} times with "
-        f"relays; {falls[0]} and {falls[1]} of {len(TARGETS) * (len(RADII) - 1)} steps to a smaller radius surely lower"
-        f" the metric. Relays help most at a radius of {RADII[place]:g} ({list(TARGETS)[number]}): by a factor of "
+        seen=f"At the worst radius the metric is {worst[0]:.1f} times that of drones that hear nobody, and with relays "
+        f"{worst[1]:.1f} times; {falls[0]} and {falls[1]} of {len(TARGETS) * (len(RADII) - 1)} steps to a smaller "
+        f"radius surely lower the metric. Relays help most at a radius of {RADII[place]:g} ({list(TARGETS)[number]}): by a factor of "
         f"{gains[number, place]:.0f}.",
         configs={name: config for by_radius in configs.values() for name, config in by_radius.items()},
         seeds=seeds,

@@ -63,10 +63,9 @@ def measure(seed: int) -> Finding:
         },
         method=f"bootstrap over {SEEDS} seeds; a step falls if the whole interval of its mean does",
         supported=bool((most < 1.0).all()),
-        seen=f"{DRONES} drones, metric after {JUDGED} s over {SEEDS} seeds, for time constants from "
-        f"{REMEMBERED_S[0]:g} to {REMEMBERED_S[-1]:g} s. At the worst radius it is, in times of the metric of drones "
-        f"that hear nobody: {found}; {counts} of {steps} steps to a smaller radius surely lower the metric. Those that "
-        f"hear nobody are no fixed mark: on the uniform target they come to {silent}.",
+        seen=f"The metric at the worst radius, relative to that of drones that hear nobody: {found}. {counts} of {steps} "
+        "steps to a smaller radius surely lower the metric. Drones that hear nobody differ, too: on the uniform target "
+        f"they come to {silent}.",
         configs={name: config for by_radius in configs.values() for name, config in by_radius.items()},
         seeds=seeds,
         series={

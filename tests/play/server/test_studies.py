@@ -58,6 +58,7 @@ def planned(folder, text=PLAN):
     return folder / "study.toml"
 
 
+STUDY = Path(__file__).parents[3] / "docs/examples/study"
 PAGE = (Path(__file__).parents[3] / "docs" / "studies.md").read_text().split("## A program as a participant")[1]
 PILOT = """
 title = "A pilot"
@@ -254,13 +255,14 @@ def test_who_knows_the_page_alone_takes_part(tmp_path):
     """The page's transcript is what is said, and its program does all of a study, beside another one."""
     table = NearStudyTable(planned(tmp_path / "plan", PILOT), tmp_path / "data")
     codes = table.kept.codes
-    transcript = re.findall(r"^> POST (\S+) (.*)\n< (\d+) (.*)", PAGE.replace("KQ7F2MPD4X", codes[0]), re.M)
+    said = (STUDY / "transcript.txt").read_text().replace("KQ7F2MPD4X", codes[0])
+    transcript = re.findall(r"^> POST (\S+) (.*)\n< (\d+) (.*)", said, re.M)
     assert len(transcript) == 4
     for path, said, status, told in transcript:
         answer = table.ask(path, json.loads(said))
         assert (answer[0], shape(answer[1])) == (int(status), shape(json.loads(told)))
     space = {}
-    exec((Path(__file__).parents[3] / "docs/examples/study/participant.py").read_text(), space)  # noqa: S102  (ours)
+    exec((STUDY / "participant.py").read_text(), space)  # noqa: S102  (our own)
     with ThreadPoolExecutor() as pool:
         told = [*pool.map(space["take_part"], [table.address] * 2, codes)]
     for number, steps in enumerate(told):
