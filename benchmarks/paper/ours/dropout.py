@@ -99,8 +99,8 @@ def measure(seed: int) -> Finding:
             f"{DRONES // 2} drones that never fail come to {judged[FEWER][0]:.5f}."
         )
         + f" Drones that are captured and come back at the same rates come to "
-        f"{judged_captured[name_of(HALF_OUT)][0]:.5f} with half of them away; those that fail to {times:.2f} times that "
-        f"({ends[0]:.2f} to {ends[1]:.2f}).",
+        f"{judged_captured[name_of(HALF_OUT)][0]:.5f} with half of them away; those that fail to {times:.2f} times "
+        f"that ({ends[0]:.2f} to {ends[1]:.2f}).",
         configs=configs,
         seeds=seeds,
         series={

@@ -48,8 +48,8 @@ def measure(seed: int) -> Finding:
         supported=bool(high[1] <= 1.0 + CLOSE),
         seen=f"At the worst radius the metric is {worst[0]:.1f} times that of drones that hear nobody, and with relays "
         f"{worst[1]:.1f} times; {falls[0]} and {falls[1]} of {len(TARGETS) * (len(RADII) - 1)} steps to a smaller "
-        f"radius surely lower the metric. Relays help most at a radius of {RADII[place]:g} ({list(TARGETS)[number]}): by a factor of "
-        f"{gains[number, place]:.0f}.",
+        f"radius surely lower the metric. Relays help most at a radius of {RADII[place]:g} "
+        f"({list(TARGETS)[number]}): by a factor of {gains[number, place]:.0f}.",
         configs={name: config for by_radius in configs.values() for name, config in by_radius.items()},
         seeds=seeds,
         series={

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.paper.coverage import JUDGED, TARGETS, over_seeds
+from benchmarks.paper.coverage import TARGETS, over_seeds
 from benchmarks.paper.figure import Figure, Finding, game_seeds
 from benchmarks.paper.talk import (
     DRONES,
@@ -63,9 +63,9 @@ def measure(seed: int) -> Finding:
         },
         method=f"bootstrap over {SEEDS} seeds; a step falls if the whole interval of its mean does",
         supported=bool((most < 1.0).all()),
-        seen=f"The metric at the worst radius, relative to that of drones that hear nobody: {found}. {counts} of {steps} "
-        "steps to a smaller radius surely lower the metric. Drones that hear nobody differ, too: on the uniform target "
-        f"they come to {silent}.",
+        seen=f"The metric at the worst radius, relative to that of drones that hear nobody: {found}. {counts} of "
+        f"{steps} steps to a smaller radius surely lower the metric. Drones that hear nobody differ, too: on the "
+        f"uniform target they come to {silent}.",
         configs={name: config for by_radius in configs.values() for name, config in by_radius.items()},
         seeds=seeds,
         series={
