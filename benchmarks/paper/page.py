@@ -132,8 +132,10 @@ def to_markdown(page: Page, records: Sequence[dict[str, Any]]) -> str:
 
 def tables(records: Sequence[dict[str, Any]]) -> dict[str, list[tuple[str, ...]]]:
     """Return the rows of a page's tables: its claims with their rules, and its numbers."""
-    claims = [("figure", "section", "the paper", "claim", "rule", "changed after the first look", "holds", "parts")]
-    numbers = [("figure", "number", "value", "low", "high", "intervals")]
+    claims: list[tuple[str, ...]] = [
+        ("figure", "section", "the paper", "claim", "rule", "changed after the first look", "holds", "parts")
+    ]
+    numbers: list[tuple[str, ...]] = [("figure", "number", "value", "low", "high", "intervals")]
     for record in records:
         parts = "; ".join(f"{name}: {'yes' if holds else 'no'}" for name, holds in record.get("parts", {}).items())
         of_paper = (record.get("section", ""), record.get("quote", ""))
