@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.paper.claims import fluctuation
-from benchmarks.paper.coverage import hand_over, start
+from benchmarks.paper.coverage import SECONDS, hand_over, start
 from tests.benchmarks.paper.given import SEED, spread_around
 
 SMALL = {"SEEDS": 2}
@@ -23,7 +23,7 @@ def test_all_targets_must_surely_be_covered_whoever_is_captured(monkeypatch, mea
     def fly(config, seeds, name, changes):
         flown.append((config.drones_per_team, tuple(seeds), name, changes))
         here = (changes, name) == (WAYS[way], target)
-        found = np.full((len(seeds), fluctuation.SECONDS), 100.0)
+        found = np.full((len(seeds), SECONDS), 100.0)
         found[:, fluctuation.JUDGED - 1] = fluctuation.COVERED * spread_around(
             mean if here else 0.3, apart if here else 0.0, len(seeds)
         )
