@@ -22,8 +22,8 @@ from benchmarks.paper.page import Page
 PAGE = Page(
     "figures",
     "The paper's evidence, made again",
-    "What *A Game Benchmark for Real-Time Human-Swarm Control* says of its game, and whether it holds here. What the "
-    "paper does not say is on [another page](robustness.md).",
+    "The claims of *A Game Benchmark for Real-Time Human-Swarm Control* about its game, and whether they hold here. "
+    "Claims of our own are on [another page](robustness.md).",
 )
 
 FIGURES: dict[str, Figure] = {

@@ -83,7 +83,7 @@ def _describe(series: dict[str, Any], statistic: dict[str, float], interval: dic
         above = [f"`{row['policy']}`" for row in series[part] if row["win_ci95"][0] > 0.5]
         more = f"; {', '.join(above)} win{'s' * (len(above) == 1)} clearly more than half" if above else ""
         sentences.append(f"Rules {part}: {100 * statistic[name]:.0f} %, so uniform coverage is {verdict}{more}.")
-    return f"What the median of {len(NAIVE)} naive tactics wins, of {2 * PAIRS} games each. " + " ".join(sentences)
+    return f"The median share that {len(NAIVE)} naive tactics win, of {2 * PAIRS} games each. " + " ".join(sentences)
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.paper import talk
+from benchmarks.paper.coverage import JUDGED
 from benchmarks.paper.ours import short_memory
 from tests.benchmarks.paper.given import SEED, flights
 
@@ -26,7 +27,7 @@ NOISE = np.linspace(-0.02, 0.02, short_memory.SEEDS)
 @pytest.mark.parametrize("target", short_memory.TARGETS)
 def test_memory_is_why_where_each_longer_one_makes_the_worst_radius_better(monkeypatch, worst, holds, target):
     def values(config, command, seeds, seconds):
-        assert (seeds, seconds) == (short_memory.SEEDS, short_memory.JUDGED)
+        assert (seeds, seconds) == (short_memory.SEEDS, JUDGED)
         tau, radius = config.memory.controller, config.controller.communication_radius
         here = command is short_memory.TARGETS[target]
         # Silence is not the same at every time constant.
