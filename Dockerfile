@@ -8,5 +8,5 @@ RUN useradd --create-home player
 USER player
 WORKDIR /home/player/swarm-pz
 COPY --chown=player . .
-RUN scripts/setup test
+RUN scripts/setup dev
 CMD ["scripts/train"]

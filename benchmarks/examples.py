@@ -30,8 +30,7 @@ class Example(NamedTuple):
 
     shows: str
     environment: str
-    extras: str
-    constraints: str
+    requirements: str
     distributions: tuple[str, ...]
 
     def python(self) -> Path:
@@ -41,12 +40,12 @@ class Example(NamedTuple):
 
 def _common(shows: str, *distributions: str) -> Example:
     pinned = (*distributions, "gymnasium", "torch")
-    return Example(shows, ".venv-compatibility", "compatibility,onnx", "constraints.txt", pinned)
+    return Example(shows, ".venv-compatibility", "benchmarks/compatibility/requirements.txt", pinned)
 
 
 def _alone(shows: str, library: str, *distributions: str) -> Example:
     pinned = (*distributions, "pettingzoo", "gymnasium", "torch")
-    return Example(shows, f".venv-{library}", library, f"benchmarks/compatibility/{library}-constraints.txt", pinned)
+    return Example(shows, f".venv-{library}", f"benchmarks/compatibility/{library}-requirements.txt", pinned)
 
 
 EXAMPLES = {
@@ -92,8 +91,8 @@ def run(name: str, options: list[str]) -> dict[str, Any]:
         If either ended with an error, which it has then printed.
     """
     example, out = EXAMPLES[name], ROOT / "runs" / "examples" / name
-    settings = {"VENV": example.environment, "CONSTRAINTS": example.constraints}
-    subprocess.run([ROOT / "scripts" / "setup", example.extras], check=True, env=os.environ | settings)  # noqa: S603
+    settings = {"VENV": example.environment}
+    subprocess.run([ROOT / "scripts" / "setup", example.requirements], check=True, env=os.environ | settings)  # noqa: S603
     python = [example.python(), "-u"]
     asked = f"from importlib.metadata import version; print(*map(version, {example.distributions!r}))"
     versions = subprocess.run([*python, "-c", asked], check=True, capture_output=True, text=True).stdout.split()  # noqa: S603

@@ -30,7 +30,8 @@ def measure(task: str, amount: int) -> float:
     """Return the speed of one task, in a process whose imports are done."""
     from stable_baselines3 import PPO
 
-    from swarm_pz import GameConfig, ObservationConfig, Simulator, play_match
+    from swarm_pz import GameConfig, ObservationConfig, Simulator
+    from swarm_pz.evaluation import play_match
     from swarm_pz.training.vec_env import SwarmVecEnv
 
     Simulator().reset([0])  # before PyTorch's own threads start

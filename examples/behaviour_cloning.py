@@ -19,7 +19,8 @@ import numpy as np
 import torch
 from matplotlib import pyplot as plt
 
-from swarm_pz import GameConfig, play_match
+from swarm_pz import GameConfig
+from swarm_pz.evaluation import play_match
 from swarm_pz.training.config import TrainConfig
 from swarm_pz.training.networks import GridPolicy, as_policy
 

@@ -20,7 +20,8 @@ from benchmarl.models.mlp import MlpConfig
 from tensordict import TensorDict
 from torchrl.envs import EnvBase, ExplorationType, PettingZooWrapper, set_exploration_type
 
-from swarm_pz import GameConfig, ObservationConfig, parallel_env, play_match
+from swarm_pz import GameConfig, ObservationConfig, parallel_env
+from swarm_pz.evaluation import play_match
 
 GAME = GameConfig(drones_per_team=5, observation=ObservationConfig(grid=10))
 FORMAT = {"action": "normalised", "action_cells": 5, "flatten_actions": True, "observation_dtype": "float32"}

@@ -15,7 +15,8 @@ from gymnasium.vector import AutoresetMode
 from torch import nn
 from torch.distributions import Normal
 
-from swarm_pz import GameConfig, ObservationConfig, play_match
+from swarm_pz import GameConfig, ObservationConfig
+from swarm_pz.evaluation import play_match
 
 GAME = GameConfig(drones_per_team=5, observation=ObservationConfig(grid=10))
 NUM_ENVS, NUM_STEPS, EPOCHS, MINIBATCHES = 64, 64, 4, 4

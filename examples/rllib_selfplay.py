@@ -16,7 +16,8 @@ from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 from ray.rllib.env.wrappers.pettingzoo_env import ParallelPettingZooEnv
 from ray.tune.registry import register_env
 
-from swarm_pz import GameConfig, ObservationConfig, parallel_env, play_match
+from swarm_pz import GameConfig, ObservationConfig, parallel_env
+from swarm_pz.evaluation import play_match
 
 GAME = GameConfig(drones_per_team=5, observation=ObservationConfig(grid=10))
 FORMAT = {

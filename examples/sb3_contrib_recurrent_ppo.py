@@ -12,7 +12,8 @@ from pathlib import Path
 import torch
 from sb3_contrib import RecurrentPPO
 
-from swarm_pz import GameConfig, ObservationConfig, play_match
+from swarm_pz import GameConfig, ObservationConfig
+from swarm_pz.evaluation import play_match
 from swarm_pz.policies.exporting import export_model
 from swarm_pz.training.vec_env import SwarmVecEnv
 

@@ -11,7 +11,8 @@ from pathlib import Path
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor
 
-from swarm_pz import GameConfig, ObservationConfig, play_match
+from swarm_pz import GameConfig, ObservationConfig
+from swarm_pz.evaluation import play_match
 from swarm_pz.training.vec_env import SwarmVecEnv
 
 VIEW = ObservationConfig(grid=10, channels=("own_positions", "opposing_positions", "own_share", "time_left"))

@@ -20,7 +20,8 @@ from torchrl.envs import MarlGroupMapType, PettingZooWrapper, SerialEnv
 from torchrl.modules import ProbabilisticActor, TanhNormal
 from torchrl.objectives import ClipPPOLoss, ValueEstimators
 
-from swarm_pz import GameConfig, ObservationConfig, parallel_env, play_match
+from swarm_pz import GameConfig, ObservationConfig, parallel_env
+from swarm_pz.evaluation import play_match
 
 GAME = GameConfig(drones_per_team=5, observation=ObservationConfig(grid=10))
 FORMAT = {"action": "normalised", "action_cells": 5, "flatten_actions": True, "observation_dtype": "float32"}

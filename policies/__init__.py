@@ -62,7 +62,7 @@ def read_folder(folder: Path, config: GameConfig) -> Player:
         from swarm_pz.policies.onnx_policy import OnnxPolicy
 
         return OnnxPolicy.read(folder, config)
-    require_extra("torch", "training")
+    require_extra("torch", "train")
     from swarm_pz.policies.learned import LearnedPolicy
 
     return LearnedPolicy.read(folder, config)

@@ -269,7 +269,7 @@ def to_dict(speeds: Sequence[Speed], parts: dict[str, float], config: GameConfig
 
 def plot(speeds: Sequence[Speed], path: Path) -> None:
     """Draw drone-steps a second over the number of games, a panel for each face."""
-    figure_module = require_extra("matplotlib.figure", "training")
+    figure_module = require_extra("matplotlib.figure", "cli")
     faces = [face for face in dict.fromkeys(speed.face for speed in speeds) if face != "parallel_env"]
     figure = figure_module.Figure(figsize=(3.2 * len(faces), 3.4), layout="constrained")
     axes = figure.subplots(1, len(faces), sharey=True, squeeze=False)[0]

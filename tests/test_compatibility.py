@@ -12,7 +12,7 @@ from benchmarks.compatibility.__main__ import LIBRARIES, TABLE, rows_file
 from benchmarks.compatibility.rows import rows_of
 
 IN_TESTS = ("stable_baselines3", "gymnasium", "gymnasium_vector", "pettingzoo")
-"""Libraries that the extra "test" brings along."""
+"""Libraries that the extra "dev" brings along."""
 ROWS = [
     pytest.param(row, id=f"{library}-{name}")
     for library in IN_TESTS

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 
 @pytest.fixture
 def setup(tmp_path):
-    """Run scripts/setup in an environment that is none, and give the extras that it installs."""
+    """Run scripts/setup in an environment that is none, and give what it installs."""
     python = tmp_path / "bin" / "python"
     python.parent.mkdir()
     python.write_text(f'#!/bin/sh\necho "$@" >> {tmp_path}/said\n')
@@ -25,7 +25,7 @@ def setup(tmp_path):
         environment = os.environ | {"VENV": str(tmp_path)}
         script = [ROOT / "scripts/setup", extras]
         done = subprocess.run(script, check=True, env=environment, capture_output=True, text=True)  # noqa: S603
-        installed = re.findall(r"--editable [.]\[(.*)\]", (tmp_path / "said").read_text())
+        installed = re.findall(r"--(?:editable [.]\[|requirement )([^\]\n]*)", (tmp_path / "said").read_text())
         assert ("a minute or a few" in done.stdout) is bool(installed)  # who waits is told how long
         return installed
 
@@ -33,21 +33,22 @@ def setup(tmp_path):
 
 
 def test_what_is_installed_is_not_installed_again(setup):
-    assert setup("training,play") == ["training,play"]
-    assert setup("training") == setup("play") == setup("play,training") == []
-    assert setup("study") == ["study"]
-    assert setup("study,play") == []
+    assert setup("train,play") == ["train,play"]
+    assert setup("train") == setup("play") == setup("play,train") == []
+    assert setup("lab") == ["lab"]
+    assert setup("lab,play") == []
 
 
-def test_the_tests_extra_holds_all_but_the_peers(setup):
-    assert setup("test") == ["test"]
-    assert setup("docs") == setup("training,play") == []
-    assert setup("peers") == ["peers"]
+def test_the_developers_extra_holds_all_but_what_other_libraries_need(setup):
+    peers = "benchmarks/peers-requirements.txt"
+    assert setup("dev") == ["dev"]
+    assert setup("cluster") == setup("train,play") == []
+    assert setup(peers) == [peers]
 
 
 def test_the_readmes_commands_work_after_its_first_one():
     (extras,) = re.findall(r"^scripts/setup (.*)$", (ROOT / "scripts/train").read_text(), re.MULTILINE)
-    assert set(extras.split(",")) == {"training", "play"}
+    assert set(extras.split(",")) == {"train", "play"}
 
 
 @pytest.mark.parametrize("words", [["--help"], ["add", "-h"], []])

@@ -78,15 +78,15 @@ def write(record: dict[str, Any], out: Path) -> None:
 
 def draw(figure: Figure, series: dict[str, Any], out: Path) -> None:
     """Draw a figure's NAME.png."""
-    matplotlib = require_extra("matplotlib", "ladder")
-    figure_class = require_extra("matplotlib.figure", "ladder").Figure
+    matplotlib = require_extra("matplotlib", "cli")
+    figure_class = require_extra("matplotlib.figure", "cli").Figure
     with matplotlib.rc_context(RC):
         canvas = figure_class(figsize=figure.size, layout="constrained")
         canvas.suptitle(figure.title, x=0.01, ha="left")
         figure.draw(canvas, series)
         drawn = io.BytesIO()
         canvas.savefig(drawn)
-    image_module = require_extra("PIL.Image", "ladder")
+    image_module = require_extra("PIL.Image", "cli")
     # A palette takes less than half of the room.
     cut, plain = image_module.Quantize.MEDIANCUT, image_module.Dither.NONE
     picture = image_module.open(drawn).convert("RGB").quantize(256, method=cut, dither=plain)

@@ -105,7 +105,7 @@ def captured_ground(axes: Any, cells: Sequence[Sequence[int]], team: int) -> Non
     """Hatch the cells (column, row) in which a team captures, upwards for red and downwards for blue."""
     side = 1 / GRID_CELLS
     squares = [rectangle((side * column, side * row), side, side) for column, row in cells]
-    collection = require_extra("matplotlib.collections", "ladder").PatchCollection(
+    collection = require_extra("matplotlib.collections", "cli").PatchCollection(
         squares,
         hatch="/////" if team == RED else "\\\\\\\\\\",
         facecolor=(*GROUND[team], 0.3),
@@ -127,19 +127,19 @@ def drones(axes: Any, positions: NDArray[np.float64], teams: NDArray[np.int64], 
 
 def rectangle(corner: tuple[float, float], width: float, height: float, **look: Any) -> Any:
     """Make a rectangle to be added to axes."""
-    return require_extra("matplotlib.patches", "ladder").Rectangle(corner, width, height, **look)
+    return require_extra("matplotlib.patches", "cli").Rectangle(corner, width, height, **look)
 
 
 def circle(centre: tuple[float, float], radius: float, **look: Any) -> Any:
     """Make a circle to be added to axes."""
-    return require_extra("matplotlib.patches", "ladder").Circle(centre, radius, **look)
+    return require_extra("matplotlib.patches", "cli").Circle(centre, radius, **look)
 
 
 def swatch(
     text: str, colour: Any, *, marker: str = "none", line: float = 0.0, dash: str = "-", hollow: bool = False
 ) -> Any:
     """Make a legend's entry."""
-    return require_extra("matplotlib.lines", "ladder").Line2D(
+    return require_extra("matplotlib.lines", "cli").Line2D(
         [], [], color=colour, marker=marker, linewidth=line, linestyle=dash if line else "none",
         markerfacecolor="none" if hollow else colour, markersize=7, label=text,
     )  # fmt: skip

@@ -166,8 +166,8 @@ def _modes(found: dict[str, Any] | None) -> tuple[str, str, str]:
 
 def draw_times(results: dict[str, Any], path: Path) -> None:
     """Draw which share of the games against the adversary is not won yet, over time."""
-    matplotlib = require_extra("matplotlib", "ladder")
-    figure_class = require_extra("matplotlib.figure", "ladder").Figure
+    matplotlib = require_extra("matplotlib", "cli")
+    figure_class = require_extra("matplotlib.figure", "cli").Figure
     limit = results["config"]["game"]["time_limit"]
     systems = sorted({row["system"] for row in results["standings"]})
     with matplotlib.rc_context(RC):
@@ -192,7 +192,7 @@ def draw_times(results: dict[str, Any], path: Path) -> None:
 
 def draw_field(results: dict[str, Any], path: Path) -> None:
     """Draw each entrant's share of the points against each other."""
-    figure_class = require_extra("matplotlib.figure", "ladder").Figure
+    figure_class = require_extra("matplotlib.figure", "cli").Figure
     names, count = results["order"], len(results["order"])
     size = 0.45 * count + 2.0
     figure = figure_class(figsize=(1.3 * size, size), layout="constrained")

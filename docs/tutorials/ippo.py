@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 
-from swarm_pz import GameConfig, Simulator, paired_difference, play_match
+from swarm_pz import GameConfig, Simulator
+from swarm_pz.evaluation import paired_difference, play_match
 from swarm_pz.simulator import Seed
 from swarm_pz.spaces import DroneView
 from swarm_pz.training.drones_vec_env import DronesVecEnv, PlayingRolloutBuffer

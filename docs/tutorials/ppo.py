@@ -18,8 +18,8 @@ from torch import Tensor, nn
 from torch.distributions import Normal
 
 import swarm_pz
-from swarm_pz import play_match
 from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.evaluation import play_match
 from swarm_pz.simulator import Seed
 from swarm_pz.spaces import command_from_action
 

@@ -45,7 +45,7 @@ class Shipped:
         MissingExtraError
             If PyTorch is not installed.
         """
-        require_extra("torch", "training")
+        require_extra("torch", "train")
         from swarm_pz.policies.learned import LearnedPolicy
 
         return LearnedPolicy.read(self.folder, config)
@@ -74,7 +74,7 @@ class trained:  # noqa: N801  (reads like the policy's name that it is)
         if not (folder / "policy.json").is_file():
             there = ", ".join(sorted(path.name for path in (_HERE / "systems").glob("*"))) or "none"
             raise KindError(f"no policy was trained for {system.name}; there are some for: {there}")
-        require_extra("torch", "training")
+        require_extra("torch", "train")
         from swarm_pz.policies.learned import LearnedPolicy
 
         return LearnedPolicy.read(folder, self._config).for_system(system)

@@ -212,8 +212,8 @@ def plot(diagnosis: Diagnosis, path: Path) -> None:
     MissingExtraError
         If matplotlib is not installed.
     """
-    figure = require_extra("matplotlib.figure", "ladder").Figure(figsize=(9.0, 10.5), layout="constrained")
-    integers = require_extra("matplotlib.ticker", "ladder").MaxNLocator
+    figure = require_extra("matplotlib.figure", "cli").Figure(figsize=(9.0, 10.5), layout="constrained")
+    integers = require_extra("matplotlib.ticker", "cli").MaxNLocator
     panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.8, 1.0, 0.8])
     sizes, captures, metric, command = panels
     for team in range(2):

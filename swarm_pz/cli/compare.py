@@ -164,7 +164,7 @@ def _evaluate_exploit(
     overwrite: bool,
 ) -> None:
     for module in ("filelock", "stable_baselines3", "torch"):
-        require_extra(module, "training")
+        require_extra(module, "train")
     from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.standard import exploitability
     from swarm_pz.training import folders
@@ -220,7 +220,7 @@ def tournament(
         game: The rules.
     """
     for module in ("choix", "matplotlib.figure"):
-        require_extra(module, "ladder")
+        require_extra(module, "cli")
     from swarm_pz import policies
     from swarm_pz.evaluation import ladder
     from swarm_pz.evaluation.tournament import Tournament, TournamentConfig

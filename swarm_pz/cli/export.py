@@ -33,7 +33,7 @@ def export(
 
     check_new(out)  # before libraries are imported, which takes seconds
     for module in ("torch", "stable_baselines3"):
-        require_extra(module, "training")
+        require_extra(module, "train")
     is_model, system = policy.lower().endswith(".zip"), game.team_systems[0]
     if is_model and not trust:
         raise CheckpointError(
@@ -43,7 +43,7 @@ def export(
     with progress("files", "exporting"):
         learned = None if is_model else _learned(policy, game)
         for module in ("onnx", "onnxruntime", "onnxscript"):
-            require_extra(module, "onnx")
+            require_extra(module, "train")
         from swarm_pz.policies import exporting
 
         if learned is None:

@@ -37,7 +37,7 @@ def train(
         games: Games of the evaluation at the end, even.
     """
     for module in ("torch", "stable_baselines3", "matplotlib"):
-        require_extra(module, "training")
+        require_extra(module, "train")
     from swarm_pz.analysis.video import film_game
     from swarm_pz.training import folders
     from swarm_pz.training.ppo import Training
@@ -96,7 +96,7 @@ def sweep(
         games: Games of the evaluation at the end, even.
     """
     for module in ("torch", "stable_baselines3"):
-        require_extra(module, "training")
+        require_extra(module, "train")
     from swarm_pz.evaluation.match import play_match
     from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.training.sweep import sweep as train_all
@@ -137,7 +137,7 @@ def league(
         ray: Have the machines of a Ray cluster do that instead: auto, or HOST:PORT.
     """
     for module in ("torch", "stable_baselines3", "choix"):
-        require_extra(module, "training")
+        require_extra(module, "train")
     from swarm_pz import policies
     from swarm_pz.evaluation.match import play_match
     from swarm_pz.evaluation.workers import SerialExecutor, open_pool

@@ -106,7 +106,7 @@ def diagnose(
     from swarm_pz import policies
     from swarm_pz.analysis import diagnosis
 
-    require_extra("matplotlib.figure", "ladder")
+    require_extra("matplotlib.figure", "cli")
     check(out.suffix in (".png", ".pdf", ".svg"), "out", str(out), "a file .png, .pdf or .svg")
     for path in (out, json):
         if path is not None:
@@ -151,7 +151,7 @@ def bench(
     from swarm_pz import bench as speed
 
     if plot is not None:
-        require_extra("matplotlib.figure", "training")
+        require_extra("matplotlib.figure", "cli")
     for name, values in (("games", games), ("drones", drones), ("threads", threads), ("repeats", (repeats,))):
         check(bool(values) and min(values) >= 1, name, values, "at least 1")
     check(all(size % 2 == 0 for size in drones), "drones", drones, "even, for two teams alike")

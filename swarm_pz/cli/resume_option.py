@@ -34,7 +34,7 @@ def begin_with(function: Callable[..., None], first: Path, arguments: Sequence[s
     CheckpointError
         If the settings cannot be read.
     """
-    require_extra("torch", "training")
+    require_extra("torch", "train")
     from swarm_pz.training import folders
 
     out, _ = take_name("--out", ["a folder's name"], arguments)

@@ -45,7 +45,7 @@ def benchmark(
         seed: Seed of that sample; a fresh one if none is given.
     """
     for module in ("cma", "filelock", "safetensors", "stable_baselines3", "torch"):
-        require_extra(module, "benchmark")
+        require_extra(module, "train")
     from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.standard import Entry, Protocol, run
     from swarm_pz.standard import verify as verify_report

@@ -43,7 +43,7 @@ def run(
             stream of this name; swarm-pz if none is given.
     """
     need_play()
-    require_extra("markdown_it", "study")
+    require_extra("markdown_it", "lab")
     from swarm_pz import policies
     from swarm_pz.play.lsl import Markers
     from swarm_pz.play.server.serve import serve

@@ -135,7 +135,7 @@ def figure(value: float | None, digits: int) -> str:
 
 def plot(ladder: dict[str, Any], path: Path) -> None:
     """Draw ratings with intervals beside the payoff matrix."""
-    figure_class = require_extra("matplotlib.figure", "ladder").Figure
+    figure_class = require_extra("matplotlib.figure", "cli").Figure
     names = [entry["player"] + ("*" if entry["kind"] == "planned" else "") for entry in ladder["players"]]
     count = len(names)
     size = 0.42 * count + 2.0

@@ -80,7 +80,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
     ResultsError
         If another process holds it.
     """
-    filelock = require_extra("filelock", "ladder")
+    filelock = require_extra("filelock", "cli")
     folder.mkdir(parents=True, exist_ok=True)
     lock, holder = filelock.FileLock(folder / _LOCK), folder / _HOLDER
     try:

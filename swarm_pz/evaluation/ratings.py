@@ -84,7 +84,7 @@ class Ratings:
 
 def strengths(points: Array) -> Array:
     """Return maximum-likelihood strengths r (n,), mean 0, of points (n, n), all positive off the diagonal."""
-    choix = require_extra("choix", "ladder")
+    choix = require_extra("choix", "cli")
     return np.asarray(choix.ilsr_pairwise_dense(points, max_iter=1000))
 
 

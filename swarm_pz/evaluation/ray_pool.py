@@ -72,7 +72,7 @@ class RayPool(Executor):
 
     def __init__(self, address: str, say: Callable[[str], None] = _print) -> None:
         with _handlers_kept():
-            self._ray: Any = require_extra("ray", "ray")
+            self._ray: Any = require_extra("ray", "cluster")
             self._is_ours = not self._ray.is_initialized()
             if self._is_ours:
                 _connect(self._ray, address)

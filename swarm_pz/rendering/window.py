@@ -31,7 +31,7 @@ class Window:
 
     def __init__(self, title: str, rate: int) -> None:
         os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-        self._pygame = require_extra("pygame", "window")
+        self._pygame = require_extra("pygame", "render")
         advice = (
             "render_mode='human' needs a display and found none: use 'rgb_array' or 'ansi', or set "
             "SDL_VIDEODRIVER=dummy to run without showing anything"

@@ -84,7 +84,7 @@ def _train(
     say: Callable[[str], None],
 ) -> LearnedPolicy:
     for module in ("torch", "stable_baselines3"):
-        require_extra(module, "training")
+        require_extra(module, "train")
     from swarm_pz.training.checkpoint import CHECKPOINT
     from swarm_pz.training.exploit import fixed_learner, make_exploiter
 

@@ -70,7 +70,7 @@ def search(score: Score, *, prefix: str, generations: int, candidates: int, seed
         What names begin with.
     generations, candidates, seed : int
     """
-    cma = require_extra("cma", "benchmark")
+    cma = require_extra("cma", "train")
     bounds = {"bounds": [0.0, 1.0], "popsize": candidates, "seed": seed, "verbose": -9, "CMA_stds": None}
     strategy = cma.CMAEvolutionStrategy(np.full(NUMBERS, 0.4), 0.3, bounds)
     best, highest = "", -np.inf

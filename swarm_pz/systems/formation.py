@@ -1,7 +1,7 @@
 """Formations: a shape, or drawn points, with a slot for every drone, which flies to its own.
 
 Who takes which slot is the assignment of least squared distance (Kuhn, "The Hungarian method for the assignment
-problem", 1955; as `scipy.optimize.linear_sum_assignment` solves it), and drones hold their slots by a PD law.
+problem", 1955; `swarm_pz.kernels.assignment` finds it), and drones hold their slots by a PD law.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from typing import Any, ClassVar
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import linear_sum_assignment
 
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check_number
 from swarm_pz.config.system import ControlSystem, Flight
 from swarm_pz.config.values import check_values, describe
 from swarm_pz.errors import CommandError, nearest
+from swarm_pz.kernels.assignment import assign
 from swarm_pz.spaces.densities import density_at
 from swarm_pz.systems.shapes import SHAPES, unit_slots
 
@@ -219,7 +219,8 @@ class Formation(ControlSystem):
             places = flight.positions[game, members].astype(np.float64)
             offered = self.slots(flight.commands[game], len(members))
             x, y = (places[:, None, axis] - offered[None, :, axis] for axis in range(2))
-            _, taken = linear_sum_assignment(x * x + y * y)
+            taken = np.empty(len(members), np.int64)
+            assign(x * x + y * y, taken)
             slots[game, drones] = offered[taken[np.searchsorted(members, drones)]]
         pull = self.stiffness / float(config.dynamics.speed_factor) * (slots - flight.positions)
         return np.where(flight.own[:, :, None], pull - self.damping * flight.velocities.astype(np.float64), 0.0)

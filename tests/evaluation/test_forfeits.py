@@ -10,10 +10,11 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from swarm_pz import parallel_env, play_match, policies
+from swarm_pz import parallel_env, policies
 from swarm_pz.cli import main
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ConfigError, FlightError
+from swarm_pz.evaluation import play_match
 from swarm_pz.evaluation.rollout import FaultError, GroundedError, Rollout
 from swarm_pz.evaluation.tournament import TournamentConfig, play_block
 from tests.systems_of_tests import Magnet, install

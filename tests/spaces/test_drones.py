@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz import CommandError, ConfigError, GameConfig, ObservationConfig, Simulator
+from swarm_pz import GameConfig, ObservationConfig, Simulator
 from swarm_pz.config import CaptureConfig
+from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.spaces import DIRECTIONS
 from swarm_pz.spaces.drones import GROUND, DroneActions, DroneView
 from swarm_pz.spaces.observation import observe

@@ -19,11 +19,12 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
 
-from swarm_pz import env, parallel_env, play_match
+from swarm_pz import env, parallel_env
 from swarm_pz.config import ControllerConfig, GameConfig, ObservationConfig
 from swarm_pz.config.registry import registered, system_class, system_of
 from swarm_pz.envs import DuelVectorEnv
 from swarm_pz.errors import CommandError, ConfigError
+from swarm_pz.evaluation import play_match
 from swarm_pz.kernels.game import Games
 from swarm_pz.simulator import Simulator
 from swarm_pz.training.vec_env import SwarmVecEnv

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz import FlockingCommand
 from swarm_pz.config import ControllerConfig, DynamicsConfig, FlockingConfig, GameConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.simulator import Simulator
+from swarm_pz.systems import FlockingCommand
 from swarm_pz.systems.flocking import Flocking
 from tests.systems.flights import game_of, put, random_states, solve
 from tests.systems.reference_flocking import compare

@@ -7,8 +7,9 @@ import pytest
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecMonitor
 
-from swarm_pz import CommandError, ConfigError, drones_env
+from swarm_pz import drones_env
 from swarm_pz.config import CaptureConfig
+from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.training.drones_vec_env import DronesVecEnv, PlayingRolloutBuffer
 
 SMALL = {"drones_per_team": 2, "action_period": 0.5}

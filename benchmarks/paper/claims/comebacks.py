@@ -17,7 +17,7 @@ from swarm_pz.policy import load
 
 GAMES = 100
 PLAYERS = ("ring", "hunter", "champion")
-"""From the weakest to the strongest; learned ones need the extra "training"."""
+"""From the weakest to the strongest; learned ones need the extra "train"."""
 HANDICAPS = ((1, 19), (3, 17))
 OPPONENT = "uniform"
 LEAST = 0.05

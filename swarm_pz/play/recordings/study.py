@@ -198,9 +198,9 @@ def write_tables(
         names = [field.name for field in fields(kind)]
         path = folder / f"{name}.{'parquet' if parquet else 'csv'}"
         if parquet:
-            arrow = require_extra("pyarrow", "study")
+            arrow = require_extra("pyarrow", "lab")
             columns = {column: [getattr(entry, column) for entry in entries] for column in names}
-            require_extra("pyarrow.parquet", "study").write_table(arrow.table(columns), path)
+            require_extra("pyarrow.parquet", "lab").write_table(arrow.table(columns), path)
         else:
             with path.open("w", newline="") as file:
                 writer = csv.DictWriter(file, names)

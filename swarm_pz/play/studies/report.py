@@ -173,7 +173,7 @@ def _scores(rows: Sequence[ScoreRow]) -> str:
 
 def _draw(games: Sequence[StudyGame], path: Path) -> None:
     """Draw shares won, with their intervals and each participant's own, and how long games last."""
-    figure = require_extra("matplotlib.figure", "lab").Figure(figsize=(9.0, 3.8), layout="constrained")
+    figure = require_extra("matplotlib.figure", "cli").Figure(figsize=(9.0, 3.8), layout="constrained")
     wins, lengths = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
     rows = conditions(games)
     _draw_wins(wins, games, rows)

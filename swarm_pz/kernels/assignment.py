@@ -1,0 +1,56 @@
+"""Who takes which place, at the least cost in all: shortest augmenting paths.
+
+After Crouse, "On implementing 2D rectangular assignment algorithms" (IEEE Transactions on Aerospace and Electronic
+Systems 52, 2016), with the order of `scipy.optimize.linear_sum_assignment`, so that equal costs are shared out alike.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from swarm_pz.kernels import exact
+
+
+@exact
+def assign(costs: NDArray[np.float64], columns: NDArray[np.int64]) -> None:
+    """Write the column of each row into `columns` (n,), each taken once, so that the sum of costs (n, n) is least."""
+    count = len(costs)
+    row_prices, column_prices, shortest = np.zeros(count), np.zeros(count), np.empty(count)
+    rows, path, left = np.full(count, -1), np.full(count, -1), np.empty(count, np.int64)
+    seen_rows, seen_columns = np.empty(count, np.bool_), np.empty(count, np.bool_)
+    columns[:] = -1
+    for first in range(count):
+        left[:] = np.arange(count - 1, -1, -1)  # so that equal costs leave row i column i
+        seen_rows[:], seen_columns[:], shortest[:] = False, False, np.inf
+        row, sink, length, remaining = first, -1, 0.0, count
+        while sink < 0:
+            seen_rows[row] = True
+            lowest, best = np.inf, -1
+            for place in range(remaining):
+                column = left[place]
+                through = length + costs[row, column] - row_prices[row] - column_prices[column]
+                if through < shortest[column]:
+                    path[column], shortest[column] = row, through
+                if shortest[column] < lowest or (shortest[column] == lowest and rows[column] < 0):
+                    lowest, best = shortest[column], place
+            length, column = lowest, left[best]
+            if rows[column] < 0:
+                sink = column
+            else:
+                row = rows[column]
+            seen_columns[column] = True
+            remaining -= 1
+            left[best] = left[remaining]
+        row_prices[first] += length
+        for row in range(count):
+            if seen_rows[row] and row != first:
+                row_prices[row] += length - shortest[columns[row]]
+        for column in range(count):
+            if seen_columns[column]:
+                column_prices[column] -= length - shortest[column]
+        column = sink
+        while column >= 0:  # the path back to the first row, which had no column
+            row = path[column]
+            rows[column] = row
+            columns[row], column = column, columns[row]
