@@ -5,21 +5,20 @@ from __future__ import annotations
 import copy
 import itertools
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from swarm_pz.config import GameConfig, resolve
+from swarm_pz.config import GameConfig
 from swarm_pz.envs.batch_env import by_game
 from swarm_pz.envs.opponents import DuelBatch, Opponents
 from swarm_pz.policy import Player
 from swarm_pz.rendering.painter import draw
 from swarm_pz.simulator.spawn import check_seed
-from swarm_pz.spaces.actions import ActionKind
-from swarm_pz.spaces.formats import Dtype
+from swarm_pz.spaces.formats import WrapperOptions, read_options
 from swarm_pz.spaces.observation import of_game
 
 
@@ -54,7 +53,7 @@ class SwarmVecEnv(BatchVecEnv):
     Parameters
     ----------
     num_envs : int
-    config, opponent, side, max_cycles, **overrides
+    config, opponent, side, max_cycles, **options
     action, action_cells, flatten_actions, observation_dtype, channels_last
         As of `swarm_pz.envs.gymnasium_env.DuelEnv`; `opponent` may be a sequence, dealt to the games in turn.
     threads : int
@@ -68,29 +67,21 @@ class SwarmVecEnv(BatchVecEnv):
         *,
         opponent: Opponents = "uniform",
         side: Literal["random", "red", "blue"] = "random",
-        action: ActionKind = "normalised",
-        action_cells: int | None = None,
-        flatten_actions: bool = False,
-        observation_dtype: Dtype = "uint8",
-        channels_last: bool = False,
         threads: int = 1,
         seed: int | None = None,
         max_cycles: int | None = None,
-        **overrides: Any,
+        **options: Unpack[WrapperOptions],
     ) -> None:
+        rules, written = read_options(config, options, type(self))
         # The base class asks for attributes while it initialises, so ours come first.
         self.duel = DuelBatch(
-            resolve(config, overrides, type(self)),
+            rules,
             num_envs,
             opponent=opponent,
             side=side,
             threads=threads,
             max_cycles=max_cycles,
-            action=action,
-            action_cells=action_cells,
-            flatten_actions=flatten_actions,
-            observation_dtype=observation_dtype,
-            channels_last=channels_last,
+            **written,
         )
         self.render_mode = "rgb_array"
         self.num_envs = num_envs

@@ -55,10 +55,7 @@ def check_choice(value: object, name: str, choices: tuple[str, ...]) -> None:
 
 
 def hash_exempt(default: Any, metadata: Mapping[str, Any] | None = None) -> Any:
-    """Declare a field that came after files with hashes had been written.
-
-    At its default it does not count in the hash, so those files keep theirs.
-    """
+    """Declare a field that does not count in the hash at its default, so files from before it keep theirs."""
     return dataclasses.field(default=default, metadata={"hash_exempt": True, **(metadata or {})})
 
 
@@ -87,9 +84,6 @@ class Config:
     def tag(self) -> dict[str, str]:
         """Return what stands before the plain values of one of several kinds, so that who reads them knows which."""
         return {}
-
-    def check_can_be_written(self) -> None:
-        """Refuse to become plain values where nobody could read them again."""
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:
@@ -122,7 +116,8 @@ class Config:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the configuration as nested dicts, lists, numbers and strings."""
-        return _plain(self)  # type: ignore[no-any-return]
+        fields = dataclasses.fields(self)  # type: ignore[arg-type]
+        return self.tag() | {entry.name: _plain(getattr(self, entry.name)) for entry in fields}
 
     @property
     def hash(self) -> str:
@@ -131,11 +126,8 @@ class Config:
 
 
 def _plain(value: Any) -> Any:
-    """Return a configuration as plain values, however deep it stands."""
     if isinstance(value, Config):
-        value.check_can_be_written()
-        fields = dataclasses.fields(value)  # type: ignore[arg-type]
-        return value.tag() | {entry.name: _plain(getattr(value, entry.name)) for entry in fields}
+        return value.to_dict()
     return tuple(_plain(entry) for entry in value) if isinstance(value, tuple) else value
 
 
@@ -178,7 +170,8 @@ def _from_plain(hint: Any, value: Any) -> Any:
 def canonical(value: Any) -> Any:
     """Return the plain values that a hash is of; the same for equal configurations.
 
-    1 and 1.0 hash the same. Hash-exempt fields at their defaults are left out.
+    Whole floats and integers are written alike, so that 1 and 1.0 hash the same; exempt fields at their defaults are
+    left out.
     """
     if isinstance(value, Config):
         plain: dict[str, Any] = dict(value.tag())

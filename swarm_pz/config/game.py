@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,7 +25,7 @@ from swarm_pz.config.constants import (
     TICKS_PER_SECOND,
 )
 from swarm_pz.config.presets import PRESETS
-from swarm_pz.config.registry import read_choice, system_of
+from swarm_pz.config.registry import is_installed, read_choice, system_of
 from swarm_pz.config.sections import (
     CaptureConfig,
     ControllerConfig,
@@ -39,6 +39,8 @@ from swarm_pz.config.sections import (
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import ConfigError, UnknownNameError, nearest
 
+Controller = str | ControlSystem
+"""Who flies a team: the name of an installed control system, or one with numbers of its own."""
 _NOT_RULES = ("observation", "reward")
 """Fields of a `GameConfig` that change no game between two policies."""
 
@@ -90,9 +92,7 @@ class GameConfig(Config):
         default_factory=ObservationConfig, metadata=PER_TEAM
     )
     reward: RewardConfig = field(default_factory=RewardConfig)
-    controllers: str | ControlSystem | tuple[str | ControlSystem, str | ControlSystem] = hash_exempt(
-        "ergodic", PER_TEAM
-    )
+    controllers: Controller | tuple[Controller, Controller] = hash_exempt("ergodic", PER_TEAM)
     flocking: FlockingConfig = hash_exempt(FlockingConfig())
     dynamics: DynamicsConfig = hash_exempt(DynamicsConfig())
 
@@ -150,6 +150,22 @@ class GameConfig(Config):
             raise ConfigError(f"there is no preset {name!r}; {nearest(str(name), PRESETS)}")
         return cls(**PRESETS[name])
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the configuration as nested dicts, lists, numbers and strings.
+
+        Raises
+        ------
+        ConfigError
+            If a control system is not installed: nobody could read its name again.
+        """
+        for system in self._controllers:
+            if isinstance(system, ControlSystem) and not is_installed(type(system)):
+                raise ConfigError(
+                    f"controllers: files name control systems, and {system.name} is not installed: register it under "
+                    "the entry points swarm_pz.systems, as docs/tutorials/system.md shows"
+                )
+        return super().to_dict()
+
     @property
     def rules(self) -> dict[str, Any]:
         """All that can change a game between two policies, as plain values.
@@ -188,7 +204,7 @@ class GameConfig(Config):
         return given if isinstance(given, tuple) else (given, given)
 
     @property
-    def _controllers(self) -> tuple[str | ControlSystem, ...]:
+    def _controllers(self) -> tuple[Controller, ...]:
         both = self.controllers
         return both if isinstance(both, tuple) else (both, both)
 
@@ -228,8 +244,13 @@ class GameConfig(Config):
         return round(self.time_limit / CONTROL_PERIOD) * TICKS_PER_CONTROL_PERIOD
 
 
-def resolve(config: GameConfig | Mapping[str, Any] | None, overrides: Mapping[str, Any], face: type) -> GameConfig:
-    """Return the configuration that a face's keywords ask for.
+def resolve(
+    config: GameConfig | Mapping[str, Any] | None,
+    overrides: Mapping[str, Any],
+    wrapper: type,
+    others: Iterable[str] = (),
+) -> GameConfig:
+    """Return the configuration that a wrapper's keywords ask for.
 
     Parameters
     ----------
@@ -237,8 +258,10 @@ def resolve(config: GameConfig | Mapping[str, Any] | None, overrides: Mapping[st
         The default one if not given. Files, which hold no objects, give its dict.
     overrides : mapping
         Fields to replace, and `preset`, the name of one to begin with in place of `config`.
-    face : type
-        Whose keywords they are; an error knows the others.
+    wrapper : type
+        Whose keywords they are; an error knows those that its constructor names.
+    others : iterable of str
+        Its other keywords, which an error knows, too.
 
     Raises
     ------
@@ -251,9 +274,11 @@ def resolve(config: GameConfig | Mapping[str, Any] | None, overrides: Mapping[st
     preset = fields.pop("preset", None)
     for name in fields:
         if name not in GameConfig.__dataclass_fields__:
-            known = {"preset", *GameConfig.__dataclass_fields__, *inspect.signature(face).parameters} - {"overrides"}
+            named = inspect.signature(wrapper).parameters.values()
+            known = {"preset", *GameConfig.__dataclass_fields__, *others}
+            known |= {parameter.name for parameter in named if parameter.kind is not parameter.VAR_KEYWORD}
             # Python's own words: libraries look for them to find out what they may leave away.
-            argument = f"{face.__name__}() got an unexpected keyword argument {name!r}"
+            argument = f"{wrapper.__name__}() got an unexpected keyword argument {name!r}"
             raise UnknownNameError(f"{argument}; {nearest(name, known)}")
     if preset is not None:
         check(config is None, "preset", preset, "given alone, not beside a config")

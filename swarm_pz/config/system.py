@@ -81,22 +81,6 @@ class ControlSystem(Config):
         """Return the name, which stands among a system's plain values."""
         return {"name": self.name}
 
-    def check_can_be_written(self) -> None:
-        """Refuse to become plain values if nobody could read the name.
-
-        Raises
-        ------
-        ConfigError
-            If it is not installed.
-        """
-        from swarm_pz.config.registry import is_installed  # which needs this module
-
-        if not is_installed(type(self)):
-            raise ConfigError(
-                f"controllers: files name control systems, and {self.name} is not installed: register it under the "
-                "entry points swarm_pz.systems, as docs/tutorials/system.md shows"
-            )
-
     def space(self, config: GameConfig) -> spaces.Box:
         """Return the space of one command, in its own units."""
         raise NotImplementedError(f"{type(self).__name__} must say which commands it takes")

@@ -1,4 +1,4 @@
-"""The environments: many games at once, and the faces that libraries know."""
+"""The environments: many games at once, and a wrapper for each library's interface."""
 
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.envs.drones_env import DronesEnv

@@ -1,6 +1,6 @@
 """The Markov decision process over E games: simulator, observations, rewards and ends.
 
-Every environment of this project is a face of `BatchEnv`, so that none can drift from the others.
+Every environment of this project wraps `BatchEnv`, so they always agree.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Every drone an agent, in each of E games: what the faces for drones share.
-
-Who plays, what each drone sees, what its action means, and what it gets.
-"""
+"""Every drone an agent, in each of E games: what the wrappers for drones share."""
 
 from __future__ import annotations
 

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import gymnasium
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
 from numpy.typing import ArrayLike
 
-from swarm_pz.config import GameConfig, resolve
+from swarm_pz.config import GameConfig
 from swarm_pz.envs.batch_env import by_game
 from swarm_pz.envs.opponents import DuelBatch, Opponent
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_scenario, check_seed, next_seed
-from swarm_pz.spaces.actions import ActionKind
-from swarm_pz.spaces.formats import Dtype
+from swarm_pz.spaces.formats import WrapperOptions, read_options
 from swarm_pz.spaces.observation import Observations, of_game
 
 
@@ -46,7 +45,7 @@ class DuelEnv(gymnasium.Env[Any, Any]):
         How actions and images are written; see `swarm_pz.spaces.formats`.
     render_mode : str, optional
     max_cycles : int, optional
-    **overrides
+    **options
         Fields of `GameConfig` to replace; `preset`, the name of one to begin with.
 
     Examples
@@ -68,26 +67,18 @@ class DuelEnv(gymnasium.Env[Any, Any]):
         *,
         opponent: Opponent = "uniform",
         side: Literal["random", "red", "blue"] = "random",
-        action: ActionKind = "normalised",
-        action_cells: int | None = None,
-        flatten_actions: bool = False,
-        observation_dtype: Dtype = "uint8",
-        channels_last: bool = False,
         render_mode: str | None = None,
         max_cycles: int | None = None,
-        **overrides: Any,
+        **options: Unpack[WrapperOptions],
     ) -> None:
+        rules, written = read_options(config, options, type(self))
         self.duel = DuelBatch(
-            resolve(config, overrides, type(self)),
+            rules,
             1,
             opponent=opponent,
             side=side,
             max_cycles=max_cycles,
-            action=action,
-            action_cells=action_cells,
-            flatten_actions=flatten_actions,
-            observation_dtype=observation_dtype,
-            channels_last=channels_last,
+            **written,
         )
         self.render_mode = render_mode
         self.screen = Screen(render_mode, self.duel.batch.simulator)

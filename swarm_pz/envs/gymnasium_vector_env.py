@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
@@ -12,13 +12,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import GameConfig, resolve
+from swarm_pz.config import GameConfig
 from swarm_pz.envs.opponents import DuelBatch, DuelResult, Opponents
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_scenario, check_seed, next_seed, seeds_of
-from swarm_pz.spaces.actions import ActionKind
-from swarm_pz.spaces.formats import Dtype
+from swarm_pz.spaces.formats import WrapperOptions, read_options
 from swarm_pz.spaces.observation import Observations, of_game
 
 
@@ -28,7 +27,7 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
     Parameters
     ----------
     num_envs : int
-    config, opponent, side, max_cycles, **overrides
+    config, opponent, side, max_cycles, **options
     action, action_cells, flatten_actions, observation_dtype, channels_last
         As of `DuelEnv`; `opponent` may be a sequence, dealt to the games in turn.
     threads : int
@@ -59,31 +58,23 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         *,
         opponent: Opponents = "uniform",
         side: Literal["random", "red", "blue"] = "random",
-        action: ActionKind = "normalised",
-        action_cells: int | None = None,
-        flatten_actions: bool = False,
-        observation_dtype: Dtype = "uint8",
-        channels_last: bool = False,
         threads: int = 1,
         render_mode: str | None = None,
         max_cycles: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        **overrides: Any,
+        **options: Unpack[WrapperOptions],
     ) -> None:
         self.autoreset_mode = _check_autoreset(autoreset_mode)
         self.num_envs = num_envs
+        rules, written = read_options(config, options, type(self))
         self.duel = DuelBatch(
-            resolve(config, overrides, type(self)),
+            rules,
             num_envs,
             opponent=opponent,
             side=side,
             threads=threads,
             max_cycles=max_cycles,
-            action=action,
-            action_cells=action_cells,
-            flatten_actions=flatten_actions,
-            observation_dtype=observation_dtype,
-            channels_last=channels_last,
+            **written,
         )
         self.render_mode = render_mode
         shown = 1 if render_mode in (None, "human") else num_envs

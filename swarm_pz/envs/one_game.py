@@ -1,4 +1,4 @@
-"""What the PettingZoo faces share: one game of a batch, its seeds, its end, its board and its pictures."""
+"""What the PettingZoo wrappers share: one game of a batch, its seeds, its end, its board and its pictures."""
 
 from __future__ import annotations
 

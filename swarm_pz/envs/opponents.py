@@ -1,7 +1,4 @@
-"""One learner against an opponent in each of E games: what the one-learner faces share.
-
-Who sits where, what the learner sees, what its action means, and the opponents' answers.
-"""
+"""One learner against an opponent in each of E games: what the wrappers for one learner share."""
 
 from __future__ import annotations
 

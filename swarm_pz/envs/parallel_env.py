@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from gymnasium import spaces
@@ -12,12 +12,11 @@ from pettingzoo import AECEnv
 from pettingzoo.utils import BaseParallelWrapper, wrappers
 from pettingzoo.utils.conversions import parallel_to_aec_wrapper
 
-from swarm_pz.config import AGENTS, BLUE, RED, GameConfig, resolve
+from swarm_pz.config import AGENTS, BLUE, RED, GameConfig
 from swarm_pz.envs.batch_env import BatchEnv, StepResult, by_game
 from swarm_pz.envs.one_game import OneGameEnv
 from swarm_pz.errors import CommandError, GameOverError
-from swarm_pz.spaces.actions import ActionKind
-from swarm_pz.spaces.formats import Dtype, Format
+from swarm_pz.spaces.formats import Format, WrapperOptions, read_options
 from swarm_pz.spaces.observation import Observations, of_game
 
 Step = tuple[dict[str, Observations], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]
@@ -86,7 +85,7 @@ class CaptureEnv(OneGameEnv):
     action, action_cells, flatten_actions, observation_dtype, channels_last
         How actions and images are written, for libraries that want them otherwise than above; see
         `swarm_pz.spaces.formats`.
-    **overrides
+    **options
         Fields of `GameConfig` to replace; `preset`, the name of one to begin with.
 
     Examples
@@ -111,14 +110,10 @@ class CaptureEnv(OneGameEnv):
         *,
         render_mode: str | None = None,
         max_cycles: int | None = None,
-        action: ActionKind = "command",
-        action_cells: int | None = None,
-        flatten_actions: bool = False,
-        observation_dtype: Dtype = "uint8",
-        channels_last: bool = False,
-        **overrides: Any,
+        **options: Unpack[WrapperOptions],
     ) -> None:
-        self.config = resolve(config, overrides, type(self))
+        self.config, written = read_options(config, options, type(self))
+        written.setdefault("action", "command")
         super().__init__(BatchEnv(self.config, max_cycles=max_cycles), render_mode)
         self.possible_agents = list(AGENTS)
         self.formats = {
@@ -126,11 +121,7 @@ class CaptureEnv(OneGameEnv):
                 self.config,
                 observation,
                 system,
-                action=action,
-                action_cells=action_cells,
-                flatten_actions=flatten_actions,
-                observation_dtype=observation_dtype,
-                channels_last=channels_last,
+                **written,
             )
             for agent, observation, system in zip(
                 AGENTS, self.config.observations, self.config.team_systems, strict=True
@@ -247,7 +238,7 @@ def parallel_env(config: GameConfig | None = None, **keywords: Any) -> CaptureEn
 
 
 def env(config: GameConfig | None = None, **keywords: Any) -> AECEnv[str, Observations, Any]:
-    """Make the environment's AEC face: the agents send their commands in turn; keywords are those of `CaptureEnv`."""
+    """Make PettingZoo's AEC environment, whose agents take turns; keywords are those of `CaptureEnv`."""
     return CaptureAECEnv(CaptureEnv(config, **keywords))
 
 

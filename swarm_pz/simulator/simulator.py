@@ -28,6 +28,7 @@ from swarm_pz.kernels.game import GIVEN, Games, advance_games, are_decided, take
 from swarm_pz.kernels.retracing import retrace_games
 from swarm_pz.simulator.commands import coefficient_matrix, make_target
 from swarm_pz.simulator.control import Control
+from swarm_pz.simulator.openmp import limit_spinning
 from swarm_pz.simulator.parameters import check_finite, rule_parameters, rule_variants
 from swarm_pz.simulator.spawn import (
     FASTEST,
@@ -39,7 +40,6 @@ from swarm_pz.simulator.spawn import (
     random_start,
     random_velocities,
 )
-from swarm_pz.simulator.waits import shorten_waits
 
 _BOTH = np.array([RED, BLUE])
 _NEVER = -(10**9)
@@ -184,7 +184,7 @@ class Simulator:
         CommandError
             If seeds, rows, scenario or `swapped` do not fit; no game is changed.
         """
-        shorten_waits()
+        limit_spinning()
         chosen = self.rows(rows)
         if seeds is None:
             seeds = list(np.random.SeedSequence().spawn(len(chosen)))

@@ -1,4 +1,4 @@
-"""How a face reads actions as the commands of a control system."""
+"""How wrappers read actions as the commands of a control system."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a face writes what a player sees, and reads what it answers: the same options in every face.
+"""How wrappers write observations and read actions: the same options in every wrapper.
 
 The game itself knows images of bytes, channel first, and densities. Libraries want other things; each
 option answers one of them, and all combine. Commands are those of the control system that flies the player's team.
@@ -18,14 +18,27 @@ mean uniform.
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypedDict, get_args
+from collections.abc import Mapping
+from typing import Any, Literal, TypedDict, cast, get_args
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config import (
+    CaptureConfig,
+    ControllerConfig,
+    DynamicsConfig,
+    FlockingConfig,
+    GameConfig,
+    MemoryConfig,
+    ObservationConfig,
+    RewardConfig,
+    SpawnConfig,
+    resolve,
+)
 from swarm_pz.config.base import check, check_choice
+from swarm_pz.config.game import Controller
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import ConfigError
 from swarm_pz.spaces.actions import ActionKind, make_actions
@@ -42,6 +55,35 @@ class FormatOptions(TypedDict, total=False):
     flatten_actions: bool
     observation_dtype: Dtype
     channels_last: bool
+
+
+class WrapperOptions(FormatOptions, total=False):
+    """Keywords of a wrapper: the options of its format, a preset's name, and fields of `GameConfig` to replace."""
+
+    preset: str
+    drones_per_team: int | tuple[int, int]
+    time_limit: float
+    command_period: float
+    command_cells: int
+    spawn: SpawnConfig
+    memory: MemoryConfig
+    capture: CaptureConfig
+    controller: ControllerConfig
+    observation: ObservationConfig | tuple[ObservationConfig, ObservationConfig]
+    reward: RewardConfig
+    controllers: Controller | tuple[Controller, Controller]
+    flocking: FlockingConfig
+    dynamics: DynamicsConfig
+
+
+def read_options(
+    config: GameConfig | Mapping[str, Any] | None, options: WrapperOptions, wrapper: type
+) -> tuple[GameConfig, FormatOptions]:
+    """Return the rules and the format that a wrapper's keywords ask for; errors as of `swarm_pz.config.resolve`."""
+    names = FormatOptions.__annotations__
+    rules = {name: value for name, value in options.items() if name not in names}
+    written = {name: value for name, value in options.items() if name in names}
+    return resolve(config, rules, wrapper, names), cast("FormatOptions", written)
 
 
 class Format:

@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from swarm_pz import Simulator
-from swarm_pz.simulator.waits import shorten_waits
+from swarm_pz.simulator.openmp import limit_spinning
 
 CHOICES = ("GOMP_SPINCOUNT", "OMP_WAIT_POLICY")
 
@@ -39,7 +39,7 @@ def test_a_later_import_of_pytorch_reads_short_waits(monkeypatch):
     """As many threads as before: OpenMP is not loaded yet."""
     monkeypatch.delitem(sys.modules, "torch")
     before = threads() if sys.platform == "linux" else 0
-    shorten_waits()
+    limit_spinning()
     assert os.environ["GOMP_SPINCOUNT"] == "1000"
     assert before == (threads() if sys.platform == "linux" else 0)
 
@@ -48,6 +48,6 @@ def test_a_later_import_of_pytorch_reads_short_waits(monkeypatch):
 @pytest.mark.parametrize("name", CHOICES)
 def test_waits_that_the_user_has_chosen_stay(name, monkeypatch):
     monkeypatch.setenv(name, "7")
-    shorten_waits()
+    limit_spinning()
     assert [os.environ.get(one) for one in CHOICES if one != name] == [None]
     assert os.environ[name] == "7"
