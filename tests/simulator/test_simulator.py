@@ -7,6 +7,7 @@ import os
 import pickle
 import threading
 from collections import deque
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -36,6 +37,14 @@ def assert_same_game(one: Simulator, row: int, other: Simulator, other_row: int)
         np.testing.assert_array_equal(array[row], other_array[other_row], err_msg=name)
 
 
+@contextmanager
+def unchanged(simulator: Simulator):
+    before = simulator.snapshot()
+    yield
+    for name, array, copied in zip(before._fields, simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array, copied, err_msg=name)
+
+
 def test_a_row_of_a_batch_is_the_game_alone_and_threads_change_nothing():
     seeds = list(range(8))
     batch = Simulator(num_games=8, threads=2)
@@ -61,42 +70,6 @@ def test_a_snapshot_continues_bit_for_bit_in_any_row():
     assert_same_game(simulator, 1, other, 1)
 
 
-def test_a_snapshot_of_another_game_is_refused_and_nothing_changes():
-    simulator = Simulator(num_games=2)
-    before = simulator.snapshot()
-    with pytest.raises(CommandError, match="snapshot must hold 1 or 2 games"):
-        simulator.restore(Simulator(GameConfig(drones_per_team=3), num_games=2).snapshot())
-    with pytest.raises(CommandError, match="snapshot must hold 1 or 2 games"):
-        simulator.restore(Simulator(num_games=3).snapshot())
-    with pytest.raises(CommandError, match=r"snapshot must be what Simulator\.snapshot returned, got NoneType None"):
-        simulator.restore(None)
-    broken = [("teams", 2), ("teams", -1), ("trails", 2500), ("trails", -2), ("ticks", -1), ("positions", 1.5)]
-    for name, value in (*broken, *itertools.product(("positions", "velocities"), (np.nan, np.inf, -1e30))):
-        with pytest.raises(CommandError, match=rf"^snapshot's {name} must be in \["):
-            simulator.restore(before._replace(**{name: np.full_like(getattr(before, name), value)}))
-    with pytest.raises(CommandError, match="flown_by must be of"):
-        simulator.restore(before._replace(flown_by=np.full((2, 2), 127, np.int8)))
-    for array, copied in zip(simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array, copied)
-
-
-def test_drones_start_at_rest_near_corners_with_distinct_altitudes():
-    simulator = Simulator(num_games=50)
-    simulator.reset(range(50))
-    corners = np.array([[x, y] for x in (0.1, 0.9) for y in (0.1, 0.9)])
-    distance = np.linalg.norm(simulator.positions[:, :, None] - corners, axis=-1)
-    assert distance.min(axis=-1).max() <= 0.08 + 1e-6
-    assert {int(corner) for corner in distance.argmin(axis=-1).ravel()} == {0, 1, 2, 3}
-    assert not simulator.velocities.any()
-    assert all(len(set(row)) == 20 for row in simulator.altitudes.tolist())
-    np.testing.assert_array_equal(simulator.sizes, 10)
-    assert not simulator.occupancy.any()
-
-
-def test_unequal_teams_start_as_asked():
-    assert Simulator(GameConfig(drones_per_team=(1, 19))).sizes.tolist() == [[1, 19]]
-
-
 def test_trails_hold_the_cells_of_the_last_ticks():
     config = GameConfig(drones_per_team=3, capture=CaptureConfig(enabled=False), memory=MemoryConfig(trail=1.0))
     simulator = Simulator(config)
@@ -113,88 +86,6 @@ def test_trails_hold_the_cells_of_the_last_ticks():
         np.testing.assert_array_equal(simulator.occupancy[0], occupancy)
 
 
-def test_a_decided_game_stays_as_it_is():
-    simulator = Simulator(GameConfig(drones_per_team=2), num_games=2)
-    simulator.reset(
-        [0, 1], scenario={"positions": [[0.5, 0.5], [0.1, 0.1], [0.9, 0.9], [0.9, 0.1]], "teams": [0, 0, 1, 1]}
-    )
-    simulator.games.teams[0] = 1  # all blue
-    before = simulator.snapshot()
-    simulator.advance(10)
-    assert simulator.games.ticks.tolist() == [0, 10]
-    for array, copied in zip(simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array[0], copied[0])
-
-
-def test_advance_takes_ticks_for_each_game():
-    simulator = Simulator(num_games=3)
-    simulator.advance([0, 3, 7])
-    assert simulator.games.ticks.tolist() == [0, 3, 7]
-
-
-@pytest.mark.parametrize("ticks", [-1, 1.5, [1, 2], "three", None])
-def test_bad_ticks_are_refused(ticks):
-    simulator = Simulator(num_games=3)
-    with pytest.raises(CommandError, match="ticks must be whole"):
-        simulator.advance(ticks)
-
-
-def test_bad_commands_leave_the_game_as_it_was():
-    simulator = Simulator()
-    before = simulator.snapshot()
-    for team, command in ((0, np.full((1, 10, 10), np.nan)), (1, np.ones((10, 10))), (2, np.ones((1, 10, 10)))):
-        with pytest.raises(CommandError):
-            simulator.command(team, command)
-    for array, copied in zip(simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array, copied)
-
-
-@pytest.mark.parametrize(
-    ("scenario", "message"),
-    [
-        ({"positions": np.full((20, 2), 1.5)}, "scenario positions"),
-        ({"positions": np.full((20, 2), np.nan)}, "scenario positions"),
-        ({"positions": [[0.5, 0.5]]}, r"got shape \(1, 2\)"),
-        ({"velocities": "fast"}, "scenario velocities"),
-        ({"teams": [0] * 20}, "at least one of each"),
-        ({"teams": [2] * 20}, "scenario teams"),
-        ({"positions": np.ma.masked_all((20, 2))}, "scenario positions .* got a masked array"),
-        ({"positions": np.zeros((20, 2), "datetime64[s]")}, "got numbers of type datetime64"),
-        ({"positions": np.full((20, 2), 0.5 + 0j)}, "got numbers of type complex128"),
-    ],
-)
-def test_bad_scenarios_are_refused_and_nothing_changes(scenario, message):
-    simulator = Simulator()
-    simulator.reset([7])
-    before = simulator.snapshot()
-    with pytest.raises(CommandError, match=message):
-        simulator.reset([8], scenario=scenario)
-    for array, copied in zip(simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array, copied)
-
-
-@pytest.mark.parametrize("seeds", [[-1], ["a"], [1, 2], [1.5]])
-def test_bad_seeds_are_refused(seeds):
-    with pytest.raises(CommandError, match="seed"):
-        Simulator().reset(seeds)
-
-
-def test_bad_sizes_of_the_simulator_are_refused():
-    with pytest.raises(ConfigError, match=r"num_games must be a whole number in \[1, .*, got 0"):
-        Simulator(num_games=0)
-    with pytest.raises(ConfigError, match="threads"):
-        Simulator(threads=0)
-    with pytest.raises(CommandError, match="rows"):
-        Simulator().reset([0], rows=[1])
-
-
-@pytest.mark.parametrize("rows", [[False, True], [0.0], ["a"], [-1], [2]])
-def test_rows_that_are_not_numbers_of_games_are_refused(rows):
-    simulator = Simulator(num_games=2)
-    with pytest.raises(CommandError, match=r"rows must be whole numbers in \[0, 2\)"):
-        simulator.reset(rows=rows)
-
-
 def test_a_command_is_the_same_in_any_memory_order():
     command = np.random.default_rng(0).random((1, 10, 10))
     simulators = [Simulator(), Simulator()]
@@ -202,11 +93,6 @@ def test_a_command_is_the_same_in_any_memory_order():
         simulator.reset([0])
         simulator.command(0, np.array(command, order=order))
     assert_same_game(simulators[0], 0, simulators[1], 0)
-
-
-def test_views_cannot_be_written():
-    with pytest.raises(ValueError, match="read-only"):
-        Simulator().positions[0, 0, 0] = 0.5
 
 
 @given(seed=st.integers(0, 2**32), red=st.integers(1, 12), blue=st.integers(1, 12))
@@ -233,40 +119,6 @@ def test_a_wall_stops_a_drone_and_takes_its_normal_velocity():
     assert simulator.velocities[0, 0, 1] > 0.25
 
 
-@pytest.mark.parametrize("swapped", [1, [True], [[True, False]], [0, 1], "red", None])
-def test_who_is_swapped_must_be_said_for_every_game(swapped):
-    simulator = Simulator(GameConfig(controllers=("ergodic", "flocking")), num_games=2)
-    before = simulator.snapshot()
-    with pytest.raises(CommandError, match="swapped must be True or False, once or for each of the 2 games"):
-        simulator.reset([0, 1], swapped=swapped)
-    for array, copied in zip(simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array, copied)
-
-
-def test_games_that_are_swapped_take_flocking_commands_for_the_other_team():
-    simulator = Simulator(GameConfig(controllers=("ergodic", "flocking")), num_games=2)
-    simulator.reset([0, 1], swapped=[False, True])
-    command = FlockingCommand(position=(0.2, 0.3), weight=60.0)
-    simulator.command(1, [command], rows=[0])
-    simulator.command(0, [command], rows=[1])
-    for team, row in ((0, [0]), (1, [1])):
-        with pytest.raises(CommandError, match="for ergodic, which takes density"):
-            simulator.command(team, [command], rows=row)
-    with pytest.raises(CommandError, match=r"red's command .*for ergodic, which takes density"):
-        simulator.command(0, [command] * 2)
-    simulator.advance(3)
-    np.testing.assert_allclose(simulator.games.commands[[0, 1], [1, 0], :3], [(0.2, 0.3, 60.0)] * 2)
-
-
-def test_a_team_without_drones_flies_alone():
-    config = GameConfig(drones_per_team=(4, 0), capture=CaptureConfig(enabled=False))
-    simulator = Simulator(config)
-    simulator.reset([0])
-    simulator.advance(60)
-    assert np.isfinite(simulator.positions).all()
-    assert simulator.sizes.tolist() == [[4, 0]]
-
-
 def test_batches_of_any_size_and_threads_run_the_same_machine_code():
     for games, threads in ((1, 1), (4, 1), (5, 2)):
         simulator = Simulator(num_games=games, threads=threads)
@@ -277,25 +129,6 @@ def test_batches_of_any_size_and_threads_run_the_same_machine_code():
         assert (rows.layout, rows.mutable, ticks.layout, ticks.mutable) == ("C", True, "C", True)
 
 
-def test_commands_of_another_shape_do_not_reach_the_kernel():
-    simulator = Simulator(num_games=2)
-    with pytest.raises(CommandError, match="float64 of shape"):
-        simulator.advance(3, np.ones((2, 2, 5, 5)))
-    for densities in (np.ones((2, 5, 5)), np.ones((1, 10, 10)), np.ones((2, 10, 10), np.float32)):
-        with pytest.raises(CommandError, match="float64 of shape"):
-            simulator.command_checked(0, densities, np.arange(2))
-
-
-def test_a_snapshot_stays_what_it_was_while_the_games_go_on():
-    simulator = Simulator(GameConfig(drones_per_team=2), num_games=2)
-    simulator.reset([0, 1])
-    taken = [simulator.snapshot(), simulator.snapshot([0, 1])]
-    simulator.advance(30)
-    for snapshot in taken:
-        assert (snapshot.ticks == 0).all() and (simulator.games.ticks == 30).all()
-        assert not np.array_equal(snapshot.positions, simulator.positions)
-
-
 EVERYTHING = GameConfig.preset("released").replace(
     drones_per_team=(3, 5),
     controllers=("ergodic", "flocking"),
@@ -303,33 +136,6 @@ EVERYTHING = GameConfig.preset("released").replace(
     dynamics=DynamicsConfig(speed_factor=0.8, failure_rate=1.0, repair_rate=1.0),
 )
 """Rules with which every array of a game changes, but for the fields of trails."""
-
-
-@pytest.mark.parametrize("config", [GameConfig(drones_per_team=3), EVERYTHING], ids=["paper", "everything"])
-def test_a_game_begun_again_is_as_if_it_was_the_first_and_the_others_go_on(config):
-    simulator = Simulator(config, num_games=3)
-    simulator.reset([0, 1, 2])
-    play(simulator, 3, [0, 1, 2])
-    kept = simulator.snapshot()
-    simulator.reset([8, 9], rows=[2, 0])
-    for row, seed in ((0, 9), (2, 8)):
-        first = Simulator(config)
-        first.reset([seed])
-        assert_same_game(simulator, row, first, 0)
-        for name in ("positions", "trails", "memory", "targets", "coefficients", "velocities"):
-            assert not np.array_equal(getattr(kept, name)[row], getattr(simulator.games, name)[row]), name
-    for name, array, then in zip(kept._fields, simulator.games, kept, strict=True):
-        np.testing.assert_array_equal(array[1], then[1], err_msg=name)
-
-
-def test_both_teams_start_with_a_uniform_target():
-    simulator = Simulator(GameConfig(drones_per_team=1, command_cells=5), num_games=2)
-    simulator.command(1, np.eye(5)[None], rows=[1])
-    simulator.reset([0], rows=[1])
-    np.testing.assert_allclose(simulator.targets, 0.04)
-    only_the_mean = np.zeros((10, 10))
-    only_the_mean[0, 0] = 1.0
-    np.testing.assert_allclose(simulator.games.coefficients, np.broadcast_to(only_the_mean, (2, 2, 10, 10)), atol=1e-6)
 
 
 PEACE = {"drones_per_team": 3, "capture": CaptureConfig(enabled=False)}
@@ -432,76 +238,9 @@ def test_games_without_seeds_are_all_different():
     assert len({start.tobytes() for start in [*starts, *simulator.positions]}) == 6
 
 
-@pytest.mark.parametrize("controllers", ["ergodic", "flocking", ("ergodic", "flocking"), ("flocking", "ergodic")])
-@pytest.mark.parametrize("team", [0, 1])
-def test_a_command_is_for_the_games_and_the_team_that_it_names(controllers, team):
-    config = GameConfig(drones_per_team=2, controllers=controllers)
-    simulator = Simulator(config, num_games=4)
-    images = np.random.default_rng(0).random((2, 10, 10)) ** 4
-    orders = [images]
-    if config.team_controllers[team] == "flocking":
-        orders.append(
-            [FlockingCommand(position=(0.2, 0.7), weight=60.0), FlockingCommand(position=(0.9, 0.1), weight=80)]
-        )
-    for order in orders:
-        simulator.reset(range(4))
-        before = simulator.snapshot()
-        simulator.command(team, order, rows=[3, 1])
-        for name, array, then in zip(before._fields, simulator.games, before, strict=True):
-            changed = name in ("targets", "coefficients") or config.team_controllers[team] == "flocking"
-            if name in ("targets", "coefficients", "commands"):
-                np.testing.assert_array_equal(array[[0, 2]], then[[0, 2]], err_msg=name)
-                np.testing.assert_array_equal(array[:, 1 - team], then[:, 1 - team], err_msg=name)
-                for row in (1, 3):
-                    assert changed != np.array_equal(array[row, team], then[row, team]), name
-            else:
-                np.testing.assert_array_equal(array, then, err_msg=name)
-        for place, row in enumerate((3, 1)):
-            alone = Simulator(config)
-            alone.reset([row])
-            alone.command(team, order[place : place + 1])
-            assert_same_game(simulator, row, alone, 0)
-    if len(orders) > 1:
-        np.testing.assert_allclose(simulator.games.commands[[3, 1], team, :3], [[0.2, 0.7, 60], [0.9, 0.1, 80]])
-        targets, centres = simulator.targets[[3, 1], team], (np.arange(10) + 0.5) / 10
-        middles = np.stack([targets.sum(axis=1) @ centres, targets.sum(axis=2) @ centres], axis=1)
-        np.testing.assert_allclose(middles, [[0.2, 0.7], [0.9, 0.1]], atol=1e-6)
-        assert ((targets > 1e-6).sum(axis=(1, 2)) <= 4).all()
-
-
-def test_commands_with_an_advance_are_for_the_games_that_advance():
-    simulator, apart = (Simulator(GameConfig(drones_per_team=2), num_games=4) for _ in range(2))
-    for one in (simulator, apart):
-        one.reset(range(4))
-        one.games.teams[3] = 1  # decided
-    commands = np.random.default_rng(0).random((4, 2, 10, 10)) ** 4
-    simulator.advance([3, 0, 7, 5], commands)
-    for team in range(2):
-        apart.command(team, commands[[0, 2], team], rows=[0, 2])
-    apart.advance([3, 0, 7, 5])
-    assert simulator.games.ticks.tolist() == [3, 0, 7, 0]
-    for row in range(4):
-        assert_same_game(simulator, row, apart, row)
-
-
-def test_games_put_back_go_to_the_rows_asked_for():
-    simulator = Simulator(GameConfig(drones_per_team=2), num_games=4)
-    simulator.reset(range(4))
-    begun = simulator.snapshot()
-    simulator.restore(simulator.snapshot([3, 0]), rows=[1, 2])
-    for name, array, then in zip(begun._fields, simulator.games, begun, strict=True):
-        np.testing.assert_array_equal(array, then[[0, 3, 0, 3]], err_msg=name)
-
-
 @pytest.fixture
 def two_processors(monkeypatch):
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
-
-
-@pytest.mark.usefixtures("two_processors")
-def test_there_are_no_more_threads_than_games_and_processors():
-    for games, threads, expected in ((5, 4, 2), (1, 2, 1), (5, 1, 1)):
-        assert Simulator(GameConfig(drones_per_team=1), games, threads).threads == expected
 
 
 def workers(simulator) -> set[int]:
@@ -530,22 +269,6 @@ def test_threads_share_all_rows_and_copies_have_threads_of_their_own_unless_they
         one.close()
 
 
-@pytest.mark.usefixtures("two_processors")
-@pytest.mark.parametrize("bad", [0, 1])
-def test_what_goes_wrong_in_a_thread_is_told_when_all_have_done_their_part(bad):
-    simulator, done = Simulator(GameConfig(drones_per_team=1), num_games=4, threads=2), []
-
-    def work(rows):
-        if bad in rows:
-            raise ValueError(bad)
-        done.extend(rows.tolist())
-
-    with pytest.raises(ValueError, match=str(bad)):
-        simulator.for_rows(np.arange(4), work)
-    assert sorted(done) == [row for row in range(4) if row % 2 != bad]
-    simulator.close()
-
-
 def test_no_thread_goes_on_once_the_caller_has_an_exception(monkeypatch):
     """The second thread fails while the third still changes its game."""
     monkeypatch.setattr(os, "cpu_count", lambda: 3)
@@ -572,48 +295,140 @@ def test_no_thread_goes_on_once_the_caller_has_an_exception(monkeypatch):
         simulator.close()
 
 
-@pytest.mark.usefixtures("two_processors")
-def test_closing_ends_the_threads():
-    simulator, threads = Simulator(GameConfig(drones_per_team=1), num_games=4, threads=2), []
-    simulator.for_rows(np.arange(4), lambda rows: threads.append(threading.current_thread()))
-    others = [thread for thread in threads if thread is not threading.current_thread()]
-    assert [thread.is_alive() for thread in others] == [True]
-    simulator.close()
-    assert [thread.is_alive() for thread in others] == [False]
+MIXED = GameConfig(controllers=("ergodic", "flocking"))
+FLOCK, ONES = FlockingCommand(position=(0.2, 0.3), weight=60.0), np.ones((2, 10, 10))
+DOUBTFUL = {
+    "NaN": (lambda s: s.command(0, ONES * np.nan), "got nan at index"),
+    "one command for two games": (lambda s: s.command(0, ONES[:1]), "shape"),
+    "a third team": (lambda s: s.command(2, ONES), "team"),
+    "ticks": (lambda s: s.advance(-1), "ticks"),
+    "half a tick": (lambda s: s.advance(1.5), "ticks"),
+    "ticks of three games": (lambda s: s.advance([1, 2, 3]), "ticks"),
+    "no ticks": (lambda s: s.advance(None), "ticks"),
+    "coarse commands": (lambda s: s.advance(3, np.ones((2, 2, 5, 5))), "float64 of shape"),
+    "one checked command": (lambda s: s.command_checked(0, ONES[:1], np.arange(2)), "float64 of shape"),
+    "float32": (lambda s: s.command_checked(0, ONES.astype(np.float32), np.arange(2)), "float64 of shape"),
+    "a negative seed": (lambda s: s.reset([0, -1]), "seed"),
+    "a word as a seed": (lambda s: s.reset([0, "a"]), "seed"),
+    "one seed": (lambda s: s.reset([0]), "seeds"),
+    "bools as rows": (lambda s: s.reset(rows=[False, True]), r"rows must be whole numbers in \[0, 2\)"),
+    "floats as rows": (lambda s: s.reset(rows=[0.0]), "rows"),
+    "ragged rows": (lambda s: s.reset(rows=[[0], [0, 1]]), "rows"),
+    "row -1": (lambda s: s.reset(rows=[-1]), "rows"),
+    "row 2": (lambda s: s.reset(rows=[2]), "rows"),
+    "swapped by number": (lambda s: s.reset([0, 1], swapped=[0, 1]), "swapped"),
+    "swapped by name": (lambda s: s.reset([0, 1], swapped="red"), "swapped"),
+    "one swapped of two": (lambda s: s.reset([0, 1], swapped=[True]), "swapped"),
+    "no snapshot": (lambda s: s.restore(None), "got NoneType"),
+    "of other teams": (lambda s: s.restore(Simulator(GameConfig(drones_per_team=3), 2).snapshot()), "1 or 2 games"),
+    "of three games": (lambda s: s.restore(Simulator(num_games=3).snapshot()), "1 or 2 games"),
+    "of other types": (lambda s: s.restore(s.snapshot()._replace(ticks=np.zeros(2, np.int32))), "must be int64"),
+}
+
+
+@pytest.mark.parametrize("name", DOUBTFUL)
+def test_what_does_not_fit_changes_no_game(name):
+    simulator = Simulator(num_games=2)
+    simulator.reset([7, 8])
+    call, said = DOUBTFUL[name]
+    with unchanged(simulator), pytest.raises(CommandError, match=said):
+        call(simulator)
+
+
+def test_no_snapshot_sends_the_kernels_beyond_their_arrays():
+    simulator = Simulator(num_games=2)
+    broken = [("teams", 2), ("teams", -1), ("trails", 2500), ("trails", -2), ("ticks", -1), ("positions", 1.5)]
+    with unchanged(simulator):
+        before = simulator.snapshot()
+        for name, value in (*broken, *itertools.product(("positions", "velocities"), (np.nan, np.inf, -1e30))):
+            with pytest.raises(CommandError, match=f"snapshot's {name}"):
+                simulator.restore(before._replace(**{name: np.full_like(getattr(before, name), value)}))
+        with pytest.raises(CommandError, match="flown_by"):
+            simulator.restore(before._replace(flown_by=np.full((2, 2), 127, np.int8)))
+
+
+def test_a_simulator_has_games_and_threads():
+    for wrong in ({"num_games": 0}, {"threads": 0}):
+        with pytest.raises(ConfigError, match=rf"{next(iter(wrong))} must be .* got 0"):
+            Simulator(**wrong)
+
+
+@pytest.mark.parametrize("config", [GameConfig(drones_per_team=3), EVERYTHING], ids=["paper", "everything"])
+def test_a_game_begun_again_is_as_if_it_was_the_first_and_the_others_go_on(config):
+    simulator = Simulator(config, num_games=3)
+    simulator.reset([0, 1, 2])
+    play(simulator, 3, [0, 1, 2])
+    kept = simulator.snapshot()
+    simulator.reset([8, 9], rows=[2, 0])
+    for row, seed in ((0, 9), (2, 8)):
+        first = Simulator(config)
+        first.reset([seed])
+        assert_same_game(simulator, row, first, 0)
+        assert not np.array_equal(kept.memory[row], simulator.games.memory[row])
+    for name, array, then in zip(kept._fields, simulator.games, kept, strict=True):
+        np.testing.assert_array_equal(array[1], then[1], err_msg=name)
+
+
+def test_a_decided_game_stays_as_it_is_and_takes_no_commands():
+    simulator, apart = (Simulator(GameConfig(drones_per_team=2), num_games=4) for _ in range(2))
+    for one in (simulator, apart):
+        one.reset(range(4))
+        one.games.teams[3] = 1
+    assert simulator.decided.tolist() == [False, False, False, True]
+    commands = np.random.default_rng(0).random((4, 2, 10, 10)) ** 4
+    simulator.advance([3, 0, 7, 5], commands)
+    for team in range(2):
+        apart.command(team, commands[[0, 2], team], rows=[0, 2])
+    apart.advance([3, 0, 7, 5])
+    assert simulator.games.ticks.tolist() == [3, 0, 7, 0]
+    for row in range(4):
+        assert_same_game(simulator, row, apart, row)
+
+
+def test_a_command_is_for_the_games_and_the_team_that_it_names():
+    simulator = Simulator(MIXED, num_games=4)
+    simulator.reset(range(4), swapped=[False, True, False, True])
+    before = simulator.snapshot()
+    simulator.command(1, [FLOCK, ONES[0] * np.linspace(0, 1, 10)], rows=[2, 1])
+    for name, array, then in zip(before._fields, simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array[[0, 3]], then[[0, 3]], err_msg=name)
+        if name in ("targets", "coefficients", "commands"):
+            np.testing.assert_array_equal(array[:, 0], then[:, 0], err_msg=name)
+            assert not np.array_equal(array[2, 1], then[2, 1]), name
+    np.testing.assert_allclose(simulator.games.commands[2, 1, :3], [0.2, 0.3, 60.0])
+    centres = (np.arange(10) + 0.5) / 10
+    shown = simulator.targets[2, 1]  # to those who watch
+    assert [shown.sum(axis=0) @ centres, shown.sum(axis=1) @ centres] == pytest.approx([0.2, 0.3])
+    for row in range(4):
+        team = 0 if row % 2 else 1  # which flocks there
+        with pytest.raises(CommandError, match="for ergodic, which takes density"):
+            simulator.command(1 - team, [FLOCK], rows=[row])
+    with unchanged(simulator), pytest.raises(CommandError, match="for ergodic, which takes density"):
+        simulator.command(0, [FLOCK] * 4)
 
 
 def test_what_can_be_seen_cannot_be_changed_and_is_what_the_games_hold():
     peaceful = GameConfig(capture=CaptureConfig(enabled=False), dynamics=DynamicsConfig(speed_factor=0.5))
-    simulator = Simulator(peaceful.replace(drones_per_team=(1, 2)), num_games=2)
-    simulator.reset([0, 1])
+    simulator = Simulator(peaceful.replace(drones_per_team=(4, 0)), num_games=2)
     simulator.advance(4)
     for name in ("positions", "velocities", "failed", "altitudes", "teams", "targets"):
         seen, held = getattr(simulator, name), getattr(simulator.games, name)
         np.testing.assert_array_equal(seen, held)
         assert not seen.flags.writeable and held.flags.writeable
     np.testing.assert_array_equal(simulator.speeds, simulator.velocities / 2)
-    assert simulator.velocities.any()
     np.testing.assert_allclose(simulator.time_s, 4 / 30)
+    assert simulator.velocities.any() and np.isfinite(simulator.positions).all()
+    assert simulator.sizes.tolist() == [[4, 0]] * 2
+    assert simulator.decided.tolist() == [False, False], "without captures nothing is decided"
 
 
-def test_sizes_are_counted_and_without_captures_nothing_is_decided():
-    simulator = Simulator(GameConfig(drones_per_team=(3, 1)), num_games=2)
-    simulator.games.teams[1] = (0, 0, 0, 0)
-    assert simulator.sizes.tolist() == [[3, 1], [4, 0]]
-    assert simulator.decided.tolist() == [False, True]
-    peaceful = Simulator(GameConfig(drones_per_team=(4, 0), capture=CaptureConfig(enabled=False)))
-    assert peaceful.decided.tolist() == [False]
-
-
-def test_a_flocking_command_is_refused_if_any_of_the_games_is_flown_by_another_controller():
-    config = GameConfig(controllers=("ergodic", "flocking"))
-    simulator = Simulator(config, num_games=2)
-    simulator.reset(seeds=[1, 2], swapped=[False, True])  # blue flocks in game 0 alone
-    before = simulator.snapshot()
-    commands = [FlockingCommand(position=(0.2, 0.7), weight=config.flocking.migration[1])] * 2
-    with pytest.raises(CommandError, match=r"blue's command .*for ergodic, which takes density"):
-        simulator.command(BLUE, commands)
-    assert all(np.array_equal(one, other) for one, other in zip(before, simulator.games, strict=True))
-    simulator.command(BLUE, commands[:1], rows=[0])
-    simulator.command(RED, commands[:1], rows=[1])
-    np.testing.assert_allclose(simulator.games.commands[[0, 1], [BLUE, RED], :2], [(0.2, 0.7)] * 2)
+@pytest.mark.usefixtures("two_processors")
+def test_there_are_no_more_threads_than_games_and_processors_and_closing_ends_them():
+    for games, threads, expected in ((5, 4, 2), (1, 2, 1), (5, 1, 1)):
+        simulator, seen = Simulator(GameConfig(drones_per_team=1), games, threads), []
+        assert simulator.threads == expected
+        simulator.for_rows(np.arange(games), lambda rows, seen=seen: seen.append(threading.current_thread()))
+        others = [thread for thread in seen if thread is not threading.current_thread()]
+        assert len(others) == expected - 1 and all(thread.is_alive() for thread in others)
+        simulator.close()
+        assert not any(thread.is_alive() for thread in others)

@@ -1,0 +1,283 @@
+"""Every field of every section: its range, its spellings, its plain values, and the hashes."""
+
+from __future__ import annotations
+
+import json
+import math
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import (
+    CaptureConfig,
+    ControllerConfig,
+    DynamicsConfig,
+    FlockingConfig,
+    GameConfig,
+    MemoryConfig,
+    ObservationConfig,
+    RewardConfig,
+    SpawnConfig,
+)
+from swarm_pz.config.base import digest
+from swarm_pz.errors import ConfigError, UnknownNameError
+from swarm_pz.play.game import TableConfig
+from swarm_pz.spaces.formats import FormatOptions, WrapperOptions
+from swarm_pz.systems.formation import Formation
+from swarm_pz.training.config import RECIPES, LeagueConfig, TrainConfig
+
+COUNTS = [
+    (ControllerConfig, "controller.modes", 2, 16),
+    (ControllerConfig, "controller.horizon", 2, 100),
+    (ObservationConfig, "observation.grid", 1, 50),
+    (GameConfig, "command_cells", 2, 50),
+    (GameConfig, "drones_per_team", 1, 10_000),
+]
+NUMBERS = [
+    (SpawnConfig, "spawn.radius", 0.0, 0.1),
+    (SpawnConfig, "spawn.side", 0.0, 0.9),
+    (SpawnConfig, "spawn.speed", 0.0, 10.0),
+    (MemoryConfig, "memory.trail", 1 / 30, 600.0),
+    (MemoryConfig, "memory.controller", 0.01, 1e6),
+    (CaptureConfig, "capture.threshold", 0.001, 0.999),
+    (ControllerConfig, "controller.ergodic_weight", 0.0, 1e6),
+    (ControllerConfig, "controller.control_weight", 1e-4, 1e6),
+    (ControllerConfig, "controller.wall_weight", 0.0, 1e6),
+    (ControllerConfig, "controller.wall_margin", 0.0, 0.5),
+    (ControllerConfig, "controller.max_acceleration", 1e-9, 100.0),
+    (ControllerConfig, "controller.communication_radius", 0.0, 2.0),
+    (ControllerConfig, "controller.message_loss", 0.0, 1.0),
+    (ControllerConfig, "controller.target_mass", 1e-3, 1e3),
+    (FlockingConfig, "flocking.alignment", 0.0, 1e6),
+    (FlockingConfig, "flocking.cohesion", 0.0, 1e6),
+    (FlockingConfig, "flocking.separation", 0.0, 1e6),
+    (FlockingConfig, "flocking.communication_radius", 0.0, 2.0),
+    (FlockingConfig, "flocking.separation_radius", 0.0, 2.0),
+    (FlockingConfig, "flocking.max_turn", 1e-3, math.pi),
+    (FlockingConfig, "flocking.speed", 1e-3, 10.0),
+    (FlockingConfig, "flocking.dwell", 0.1, 1e6),
+    (DynamicsConfig, "dynamics.speed_factor", 1e-3, 10.0),
+    (DynamicsConfig, "dynamics.failure_rate", 0.0, 1e3),
+    (DynamicsConfig, "dynamics.repair_rate", 0.0, 1e3),
+    (RewardConfig, "reward.size_change", -1e6, 1e6),
+    (RewardConfig, "reward.outcome", -1e6, 1e6),
+    (GameConfig, "time_limit", 0.1, 1e6),
+    (GameConfig, "command_period", 0.1, 1e6),
+]
+OPTIONS = [
+    GameConfig.preset("released"),
+    GameConfig(controllers="flocking"),
+    GameConfig(controllers=("ergodic", "flocking"), flocking=FlockingConfig(migration=(1, 2))),
+    GameConfig(memory=MemoryConfig(trail=None, controller=None, trail_forgotten_on=("command",))),
+    GameConfig(controller=ControllerConfig(spectrum="exponential", communication_radius=0.2, message_loss=0.1)),
+    GameConfig(controller=ControllerConfig(relay=True)),
+    GameConfig(dynamics=DynamicsConfig(speed_factor=0.5, failure_rate=0.1, repair_rate=0.2)),
+    GameConfig(spawn=SpawnConfig(layout="squares", side=0.3), drones_per_team=(1, 19)),
+    GameConfig(spawn=SpawnConfig(speed=0.2)),
+    GameConfig(controller=ControllerConfig(target_mass=10.0)),
+    GameConfig(memory=MemoryConfig(controller_forgotten_on=("capture", "sending"))),
+    GameConfig(time_limit=60),
+    GameConfig(command_period=2.0),
+    GameConfig(command_cells=5),
+    GameConfig(capture=CaptureConfig(threshold=0.7)),
+]
+"""Each of them is another game."""
+SEAT = ObservationConfig(grid=10)
+
+
+@pytest.mark.parametrize(("section", "name", "low", "high"), COUNTS + NUMBERS)
+def test_a_number_is_taken_up_to_the_ends_of_its_range_and_no_further(section, name, low, high):
+    field, is_count = name.rpartition(".")[2], isinstance(low, int)
+    for number in (low, high):
+        assert getattr(section(**{field: number}), field) == number
+    beyond = (low - 1, high + 1, float(low)) if is_count else (np.nextafter(low, -9e9), np.nextafter(high, 9e9), "1")
+    for number in (*beyond, math.nan, True, 10**400):
+        with pytest.raises(ConfigError, match=rf"^{name} must be .*, got"):
+            section(**{field: number})
+
+
+NO_CAPTURES = CaptureConfig(enabled=False)
+
+
+@pytest.mark.parametrize(
+    ("make", "name"),
+    [
+        (lambda: SpawnConfig(inset=-0.01, radius=0.0), "spawn.inset"),
+        (lambda: SpawnConfig(inset=0.51), "spawn.inset"),
+        (lambda: SpawnConfig(inset=0.05, radius=0.06), r"spawn.radius .*\[0, 0.05\]"),
+        (lambda: SpawnConfig(layout="rings"), "spawn.layout .*'corners' or 'squares'"),
+        (lambda: SpawnConfig(layout="squares", inset=0.3, side=0.71), r"spawn.side .*\[0, 0.7\]"),
+        (lambda: SpawnConfig(layout="squares", radius=0.51), r"spawn.radius .*\[0, 0.5\]"),
+        (lambda: MemoryConfig(trail=1.01), "memory.trail .*ticks"),
+        (lambda: MemoryConfig(trail_forgotten_on=("noon",)), "memory.trail_forgotten_on"),
+        (lambda: MemoryConfig(controller_forgotten_on="capture"), "memory.controller_forgotten_on"),
+        (lambda: CaptureConfig(enabled=1), "capture.enabled .*got 1"),
+        (lambda: CaptureConfig(field="trails"), "capture.field"),
+        (lambda: ControllerConfig(relay=1), "controller.relay"),
+        (lambda: ControllerConfig(spectrum="flat"), "controller.spectrum"),
+        (lambda: FlockingConfig(migration=5.0), "flocking.migration"),
+        (lambda: FlockingConfig(migration=(1.0, 2.0, 3.0)), "flocking.migration"),
+        (lambda: FlockingConfig(migration=(-1.0, 2.0)), r"flocking.migration\[0\]"),
+        (lambda: FlockingConfig(migration=(3.0, 2.0)), r"flocking.migration\[1\] .*\[3, 1e\+06\]"),
+        (lambda: FlockingConfig(migration=(3.0, 1.1e6)), r"flocking.migration\[1\]"),
+        (lambda: ObservationConfig(grid=20), "observation.grid .*divisor of 50, got 20"),
+        (lambda: ObservationConfig(kind="pixels"), "observation.kind"),
+        (lambda: ObservationConfig(channels=()), "observation.channels"),
+        (lambda: ObservationConfig(channels="own_share"), "observation.channels"),
+        (lambda: ObservationConfig(channels=("own_share", "own_share")), "observation.channels"),
+        (lambda: ObservationConfig(channels=("own_share", "weather")), "observation.channels"),
+        (lambda: GameConfig(time_limit=0.25), "time_limit .*control periods"),
+        (lambda: GameConfig(command_period=0.25), "command_period .*control periods"),
+        (lambda: GameConfig(time_limit=np.True_), "time_limit .*got True"),
+        (lambda: GameConfig(observation="grids"), "observation"),
+        (lambda: GameConfig(observation=(SEAT,) * 3), "observation"),
+        (lambda: GameConfig(observation=(SEAT, 5)), "observation"),
+        (lambda: GameConfig(controllers="herding"), "no control system 'herding'; did you mean"),
+        (lambda: GameConfig(controllers=("ergodic",) * 3), "controllers"),
+        (lambda: GameConfig(drones_per_team=(1, 2, 3)), "drones_per_team"),
+        (lambda: GameConfig(drones_per_team=(3, 10_001)), r"drones_per_team .*\[1, 10000\]"),
+        (lambda: GameConfig(drones_per_team=(3, 0)), "drones_per_team"),
+        (lambda: GameConfig(drones_per_team=(1, True)), "drones_per_team .*got True"),
+        (lambda: GameConfig(drones_per_team=(10, 10.0)), "drones_per_team .*got 10.0"),
+        (lambda: GameConfig(drones_per_team=np.array([5, 5])), "drones_per_team"),
+        (lambda: GameConfig(drones_per_team=(np.array([5, 5]),) * 2), "drones_per_team"),
+        (lambda: GameConfig(drones_per_team=-(10**5000)), "drones_per_team .*bits"),
+        (lambda: GameConfig(drones_per_team=0, capture=NO_CAPTURES), "drones_per_team"),
+        (lambda: GameConfig(drones_per_team=(-1, 2), capture=NO_CAPTURES), r"\[0, 10000\], got -1"),
+        (lambda: GameConfig.preset("papr"), "did you mean 'paper'"),
+        (lambda: GameConfig(drone_per_team=3), "did you mean 'drones_per_team'"),
+        (lambda: GameConfig().replace(drones=3), "no field 'drones'"),
+        (lambda: GameConfig.from_dict({"capture": {"treshold": 0.5}}), "did you mean 'threshold'"),
+        (lambda: GameConfig.from_dict([]), "mapping"),
+        (lambda: Formation(takes="density"), "Known: damping, margin, stiffness"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name(make, name):
+    with pytest.raises(ConfigError, match=name):
+        make()
+
+
+@pytest.mark.parametrize("name", ["spawn", "memory", "capture", "controller", "reward", "flocking", "dynamics"])
+def test_a_section_is_not_taken_for_another_one(name):
+    other = {"memory": SpawnConfig()}.get(name, MemoryConfig())
+    for wrong in (other, None, {}, 0.5):
+        with pytest.raises(ConfigError, match=f"^{name} must be a {type(getattr(GameConfig(), name)).__name__}"):
+            GameConfig(**{name: wrong})
+
+
+def test_configurations_are_frozen_and_made_by_name():
+    with pytest.raises(AttributeError):
+        GameConfig().time_limit = 1.0
+    with pytest.raises(TypeError):
+        GameConfig(10)
+    with pytest.raises(UnknownNameError):
+        SpawnConfig(outset=1.0)
+
+
+def test_the_ends_of_ranges_that_depend_on_other_fields_are_taken():
+    assert SpawnConfig(inset=0.0, radius=0.0).inset == 0.0
+    assert SpawnConfig(inset=0.5, radius=0.5, side=0.5).radius == 0.5
+    assert SpawnConfig(layout="squares", inset=0.4, radius=0.3, side=0.6).side == 0.6
+    assert GameConfig(drones_per_team=(3, 0), capture=NO_CAPTURES).team_sizes == (3, 0)
+
+
+@pytest.mark.parametrize(
+    "config",
+    [*OPTIONS, GameConfig(), GameConfig(observation=(SEAT, ObservationConfig(kind="entities", channels=["time_left"])))],
+)
+def test_plain_values_and_pickles_come_back(config):
+    again = GameConfig.from_dict(json.loads(json.dumps(config.to_dict())))
+    assert again == config == pickle.loads(pickle.dumps(config))  # noqa: S301
+    assert again.hash == config.hash
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (GameConfig(), GameConfig.preset("paper")),
+        (GameConfig(), GameConfig(drones_per_team=(10, 10), controllers=("ergodic", "ergodic"))),
+        (GameConfig(controllers="flocking"), GameConfig(controllers=["flocking", np.str_("flocking")])),
+        (GameConfig(observation=SEAT), GameConfig(observation=(SEAT, SEAT))),
+        (GameConfig(drones_per_team=(3, 7)), GameConfig(drones_per_team=[np.int64(3), 7])),
+        (GameConfig(time_limit=60), GameConfig(time_limit=np.float32(60))),
+        (GameConfig(capture=NO_CAPTURES), GameConfig(capture=CaptureConfig(enabled=np.False_))),
+        (RewardConfig(outcome=0), RewardConfig(outcome=-0.0)),
+        (FlockingConfig(migration=(1.0, 2.0)), FlockingConfig(migration=[1, np.float64(2)])),
+        (ObservationConfig(grid=10, channels=("time_left",)), ObservationConfig(grid=np.int8(10), channels=["time_left"])),
+        (MemoryConfig(trail_forgotten_on=("capture", "command")),
+         MemoryConfig(trail_forgotten_on=["command", "capture", "command"])),
+        (TableConfig(), TableConfig(game=GameConfig(drones_per_team=(10, 10)))),
+        (LeagueConfig(), LeagueConfig(learner=RECIPES["long"].replace(game=GameConfig(observation=(SEAT, SEAT))))),
+        (Formation(stiffness=9.0), Formation().replace(stiffness=9.0)),
+    ],
+)  # fmt: skip
+def test_what_means_the_same_is_the_same(one, other):
+    assert one == other and hash(one) == hash(other) and one.hash == other.hash
+    assert json.loads(json.dumps(one.to_dict())) == json.loads(json.dumps(other.to_dict()))
+
+
+def test_the_rules_are_all_but_what_a_seat_sees_and_is_rewarded_for():
+    learners = GameConfig(observation=SEAT, reward=RewardConfig(outcome=3.0))
+    assert learners.hash != GameConfig().hash
+    assert learners.rules_hash == GameConfig().rules_hash == TrainConfig().game.rules_hash
+    assert set(learners.to_dict()) - set(learners.rules) == {"observation", "reward"}
+    assert GameConfig.from_dict(json.loads(json.dumps(learners.rules))) == GameConfig()
+    for hashes in ({config.hash for config in OPTIONS}, {config.rules_hash for config in OPTIONS}):
+        assert len(hashes | {GameConfig().hash, GameConfig().rules_hash}) == len(OPTIONS) + 2
+
+
+def test_defaults_and_hashes_are_those_that_shipped_files_name():
+    assert (GameConfig().hash, GameConfig().rules_hash) == ("6c87a3d2c1f6ff12", "bd58485b8294f145")
+    assert digest(GameConfig().to_dict()) == "f0b537f269c5b403"  # also of the fields that hashes leave out
+    code = "from swarm_pz import GameConfig; print(GameConfig(time_limit=60.0).hash)"
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)  # noqa: S603
+    assert printed.stdout.strip() == GameConfig(time_limit=60).hash
+
+
+@pytest.mark.parametrize(
+    ("ticks", "setting"),
+    [
+        (1, lambda seconds: GameConfig(memory=MemoryConfig(trail=seconds))),
+        (3, lambda seconds: GameConfig(time_limit=seconds)),
+        (3, lambda seconds: GameConfig(command_period=seconds)),
+    ],
+)
+def test_times_count_as_the_nearest_ticks_not_as_those_that_are_over(ticks, setting):
+    hashes = set()
+    for count in range(2, 130):
+        seconds = count * ticks / 30
+        around = {setting(float(np.nextafter(seconds, to))).rules_hash for to in (0.0, seconds, np.inf)}
+        assert len(around) == 1, seconds
+        hashes |= around
+    assert len(hashes) == 128
+
+
+@pytest.mark.parametrize(
+    ("changes", "trail", "step", "limit"),
+    [
+        ({}, 150, 30, 9000),
+        ({"time_limit": 60.0, "command_period": 0.7}, 150, 21, 1800),
+        ({"memory": MemoryConfig(trail=4.1)}, 123, 30, 9000),
+        ({"memory": MemoryConfig(trail=None), "time_limit": 4.1}, 123, 30, 123),
+        ({"memory": MemoryConfig(trail=None), "time_limit": 1000.0}, 18_000, 30, 30_000),
+    ],
+)
+def test_times_are_told_in_ticks(changes, trail, step, limit):
+    config = GameConfig(**changes)
+    assert (config.trail_ticks, config.step_ticks, config.limit_ticks) == (trail, step, limit)
+
+
+def test_only_some_rules_tell_a_command_that_is_sent_again_from_one_that_is_held():
+    assert GameConfig.preset("released").tells_sending
+    assert GameConfig(controller=ControllerConfig(target_mass=2.0)).tells_sending
+    for name in ("trail_forgotten_on", "controller_forgotten_on"):
+        assert GameConfig(memory=MemoryConfig(**{name: ("sending",)})).tells_sending
+        assert not GameConfig(memory=MemoryConfig(**{name: ("capture", "command")})).tells_sending
+
+
+def test_wrappers_take_every_field_and_option_by_name():
+    fields = set(GameConfig.__dataclass_fields__) | {"preset"}
+    assert set(WrapperOptions.__annotations__) == fields | set(FormatOptions.__annotations__)
