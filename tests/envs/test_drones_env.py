@@ -10,20 +10,11 @@ from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, ren
 from pettingzoo.utils import parallel_to_aec
 
 import swarm_pz
-from swarm_pz import (
-    CommandError,
-    ConfigError,
-    GameConfig,
-    GameOverError,
-    ObservationConfig,
-    PolicyError,
-    RewardConfig,
-    Simulator,
-    drones_env,
-)
+from swarm_pz import GameConfig, ObservationConfig, RewardConfig, Simulator, drones_env
 from swarm_pz.config import CaptureConfig, DynamicsConfig
 from swarm_pz.envs.drones_batch import DronesBatch
 from swarm_pz.envs.reward import drone_rewards
+from swarm_pz.errors import CommandError, ConfigError, GameOverError, PolicyError
 
 VARIANTS = {
     "default": {"drones_per_team": 3},
