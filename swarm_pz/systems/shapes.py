@@ -1,7 +1,15 @@
 """Shapes of formations: as many slots as there are drones, in a frame of their own.
 
 The middle is (0, 0), and a shape reaches 1 away from it along its axes; it faces along x, and is its own mirror image
-about that axis.
+about that axis. A formation at c, of size s and turn a, has the slots c + s Rot(a) e. For m drones, i = 0 to m - 1:
+
+- `ring`: e_i on the unit circle at the angle 2 pi i / m.
+- `disc`: one drone in the middle, and rings r = 1 to g of radius r/g, each as `ring`; g is the least number with
+  3 g (g + 1) >= m - 1; up to ring r there are (m - 1) r (r + 1) / (g (g + 1)) beside the middle, rounded (halves up).
+- `line`: (t_i, 0), with t_i = (2 i - m + 1) / (m - 1), or 0 for one drone.
+- `wedge`: the line bent at its middle, which points forward: (1 - 1.5 |t_i|, sin(120 degrees) t_i).
+- `grid`: ranks of a = ceil(sqrt(m)) drones from the front, +x, to the rear, the last with the rest; gap 2 / (a - 1), or
+  2 for one drone; each rank, and all together, centred.
 """
 
 from __future__ import annotations

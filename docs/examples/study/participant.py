@@ -1,4 +1,41 @@
-"""A participant of a study, without swarm-pz: answers with the first choice, and draws once a game."""
+"""A participant of a study, without swarm-pz: answers with the first choice, and draws once a game.
+
+The server answers these requests; transcript.txt beside this file shows the first steps.
+
+POST /study/CODE/state
+    The state: what comes next for a participant. Ask for it every two seconds.
+POST /study/CODE/done
+    A step is done: the state after it. Takes `step`, its id, and of a form the `answers`, by the questions' ids.
+POST /study/CODE/play
+    The participant is ready for the game `step`: the state.
+GET /socket
+    The WebSocket of the game; docs/protocol.md explains it.
+GET /study/monitor/data
+    JSON: `title`, `games` a block, and `rows`, a participant each; needs the header `Authorization: Bearer TOKEN`.
+GET /status
+    JSON: the server's figures.
+GET / /study /study/CODE /study/CODE/game /study/monitor /static
+    The pages.
+
+The body of a POST is a JSON object with `window`, a text that is unique to the program, `loaded`, when it started, and
+optionally `here`: true takes over the session. It is safe to repeat a request. In the state:
+
+elsewhere
+    True if another window has the session; then the rest is missing.
+done, of
+    Number of steps done, and of all steps known so far.
+step
+    The next step, missing at the end: `id`, `kind` ("consent", "form", "text", "break", "practice" or "game"),
+    `heading`; `html` of a text; `items` of a form; `seconds` left of a break.
+game
+    `phase`: in "before" send `play`; "waiting" is for the other player; "ready", "running" and "saving" have a `seat`
+    with `room`, `seat` and `token`. Send this token in `hello`.
+refused
+    Why the request was refused; nothing has changed.
+
+Errors are JSON, {"fault": "..."}: 400 for a bad body, 404 and 410 for an unknown or withdrawn code, 429 after too many
+wrong codes, 409, 503 and 500 if data cannot be read or written, and 403 for a wrong token, Host or Origin.
+"""
 
 import json
 import time

@@ -59,7 +59,6 @@ def planned(folder, text=PLAN):
 
 
 STUDY = Path(__file__).parents[3] / "docs/examples/study"
-PAGE = (Path(__file__).parents[3] / "docs" / "studies.md").read_text().split("## A program as a participant")[1]
 PILOT = """
 title = "A pilot"
 participants = 2
@@ -232,7 +231,9 @@ def test_the_monitor_opens_with_its_token_alone(study):
 
 def test_the_page_names_every_request_that_a_studys_server_answers(tmp_path):
     """A lab that scripts a study knows only what the page says."""
-    named = re.findall(r"`(GET|POST) (/[^` ]*)`", "\n".join(re.findall(r"^\| `[GP].*", PAGE, re.M)))
+    named = re.findall(
+        r"`(GET|POST) (/[^` ]*)`", "\n".join(re.findall(r"^\| `[GP].*", (STUDY / "participant.py").read_text(), re.M))
+    )
     with contextlib.closing(StudyFolder.begin(planned(tmp_path / "plan"), tmp_path / "data")) as folder:
         server = Server(SimpleNamespace(embedders=()), StudyHost(folder, None))
         routes = server.app(["localhost"])._app.routes
