@@ -231,9 +231,8 @@ def test_the_monitor_opens_with_its_token_alone(study):
 
 def test_the_page_names_every_request_that_a_studys_server_answers(tmp_path):
     """A lab that scripts a study knows only what the page says."""
-    named = re.findall(
-        r"`(GET|POST) (/[^` ]*)`", "\n".join(re.findall(r"^\| `[GP].*", (STUDY / "participant.py").read_text(), re.M))
-    )
+    lines = re.findall(r"^(GET|POST) (.*)", (STUDY / "participant.py").read_text(), re.M)
+    named = [(method, path) for method, paths in lines for path in paths.split()]
     with contextlib.closing(StudyFolder.begin(planned(tmp_path / "plan"), tmp_path / "data")) as folder:
         server = Server(SimpleNamespace(embedders=()), StudyHost(folder, None))
         routes = server.app(["localhost"])._app.routes
