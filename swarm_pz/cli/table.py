@@ -215,7 +215,7 @@ def _beside(
     if port is None:
         return lambda _: contextlib.nullcontext()
     from swarm_pz.play.ros import process
-    from swarm_pz.play.ros.origins import origins_of
+    from swarm_pz.play.ros.rosbridge import origins_of
 
     check_count(port, "rosbridge", 0, 65535)
     allowed = origins_of(host, origins)

@@ -1,7 +1,7 @@
 """Lines that hold together: each ends with a hash of its own content and of the hash before it.
 
-A line that is changed, cut out, doubled or moved breaks the chain there; whoever makes all hashes after it anew
-mends it. So the last link, noted elsewhere when a game ended, vouches for the whole file.
+A line that is changed, cut out, doubled or moved breaks the chain there. Somebody who makes all later hashes anew can
+mend it, so note the last link elsewhere when a game ends: it vouches for the whole file.
 """
 
 from __future__ import annotations
@@ -36,13 +36,7 @@ def unchained(line: bytes) -> tuple[bytes, str] | None:
 
 
 def followed(line: bytes, before: str, where: str) -> str:
-    """Return the link of a line of a recording.
-
-    Raises
-    ------
-    RecordingError
-        If the line does not follow the one whose link came before.
-    """
+    """Return a line's link, or raise RecordingError if the line does not follow the one whose link came before."""
     parts = unchained(line)
     if parts is None or link_of(parts[0], before) != parts[1]:
         raise RecordingError(

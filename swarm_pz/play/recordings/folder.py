@@ -1,6 +1,6 @@
 """A folder of recorded games: only regular files of the folder itself, and none that is too large.
 
-A link may lead to what is nobody's business, and who opens a pipe waits for its writer.
+A link may lead to somebody's private file, and opening a pipe waits for its writer.
 """
 
 from __future__ import annotations
@@ -19,13 +19,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}\.jsonl")
 
 
 def checked_name(name: str) -> str:
-    """Return the name of a recording, if it is one and no path.
-
-    Raises
-    ------
-    RecordingError
-        If it is not a plain file name that ends in ``.jsonl``.
-    """
+    """Return the name of a recording, or raise RecordingError if it is no plain file name that ends in ``.jsonl``."""
     if not _NAME.fullmatch(name) or ".." in name:
         raise RecordingError(f"a recording's name must be letters, digits and . _ - with {SUFFIX}, got {name[:80]!r}")
     return name
@@ -40,13 +34,7 @@ def is_regular(path: Path) -> bool:
 
 
 def read_regular(path: Path) -> bytes:
-    """Return what stands in a recording's file.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be read, is no regular file (a link, a folder, a pipe, a device) or is larger than `MOST_BYTES`.
-    """
+    """Return what stands in a recording's file; RecordingError if it is no regular file or above `MOST_BYTES`."""
     try:
         return read_bytes(path, MOST_BYTES, links=False)
     except ConfigError as error:
@@ -54,13 +42,7 @@ def read_regular(path: Path) -> bytes:
 
 
 def read_ends(path: Path, count: int) -> tuple[bytes, bytes]:
-    """Return the first and the last bytes of a recording's file, so many of each at most.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be read, or is no regular file.
-    """
+    """Return the first and the last bytes of a recording's file, so many of each at most; as `read_regular`."""
     try:
         with opened(path, links=False) as (file, size):
             first = file.read(count)

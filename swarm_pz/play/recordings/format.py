@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
 import msgspec
-import numpy as np
 from msgspec import Meta, Struct
 
 from swarm_pz.config.values import check_densities
@@ -213,9 +212,8 @@ class Recording:
         The last of its chain, which stands for all that was read; empty where nothing was read.
     """
 
-    def __init__(self, name: str, header: Header, events: list[EventLine]) -> None:
-        self.name, self.header, self.events = name, header, events
-        self.link = START
+    def __init__(self, name: str, header: Header, events: list[EventLine], link: str = START) -> None:
+        self.name, self.header, self.events, self.link = name, header, events, link
         try:
             self.config = TableConfig.from_dict(header.table)
             check_seed(header.seed)
@@ -229,18 +227,21 @@ class Recording:
     def _check_order(self) -> None:
         """Check that drones and ticks are the game's, that ticks follow each other, and that the end comes last."""
         latest, drones, limit = 0, self.config.game.num_drones, self.config.game.limit_ticks
+        is_over = False
         for number, line in enumerate(self.events, 2):
             where = f"line {number} of {self.name}"
-            if number > 2 and isinstance(self.events[number - 3], EndLine):
+            if is_over:
                 raise RecordingError(f"{where} comes after the game's end")
+            is_over = isinstance(line, EndLine)
             if isinstance(line, CapturedLine) and line.drone >= drones:
                 raise RecordingError(f"{where}: drone must be below {drones}, the drones of its game, got {line.drone}")
-            tick = line.tick if not isinstance(line, PaintedLine | SeatLine | ClockLine) else None
-            if tick is not None and tick < latest:
-                raise RecordingError(f"{where}: tick must be {latest} or later, as before it, got {tick}")
-            if tick is not None and tick > limit:
-                raise RecordingError(f"{where}: tick must be at most {limit}, the game's time limit, got {tick}")
-            latest = latest if tick is None else tick
+            if isinstance(line, PaintedLine | SeatLine | ClockLine):
+                continue
+            if line.tick < latest:
+                raise RecordingError(f"{where}: tick must be {latest} or later, as before it, got {line.tick}")
+            if line.tick > limit:
+                raise RecordingError(f"{where}: tick must be at most {limit}, the game's time limit, got {line.tick}")
+            latest = line.tick
         origin = self.header.origin
         if origin is not None and not 0 <= origin.lines <= len(self.events):
             raise RecordingError(f"line 1 of {self.name}: origin.lines must be at most {len(self.events)}")
@@ -259,30 +260,27 @@ class Recording:
         link = START
         *lines, rest = read_regular(path).split(b"\n")
         for number, line in enumerate(lines, 1):
+            where = f"line {number} of {path}"
             try:
                 decoded = decode(_decoder, line)
             except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
                 # What is wrong may be quoted, however long it is.
-                raise RecordingError(
-                    f"line {number} of {path} is not one of a recorded game: {str(error)[:300]}"
-                ) from error
+                raise RecordingError(f"{where} is not one of a recorded game: {str(error)[:300]}") from error
             if isinstance(decoded, Header) != (header is None):
                 raise RecordingError(f"{path} is not one recorded game: its first line alone must be of type 'game'")
-            if isinstance(decoded, Header):
-                header = decoded
-                if header.version != VERSION:
-                    raise RecordingError(f"{path} is of version {header.version}, expected {VERSION}")
-            else:
+            if not isinstance(decoded, Header):
                 events.append(decoded)
-            link = followed(line, link, f"line {number} of {path}")
+            elif decoded.version != VERSION:
+                raise RecordingError(f"{path} is of version {decoded.version}, expected {VERSION}")
+            else:
+                header = decoded
+            link = followed(line, link, where)
         if header is None:
             raise RecordingError(f"{path} is not a recorded game: it is empty")
         if rest and events and isinstance(events[-1], EndLine):
             raise RecordingError(f"line {len(lines) + 1} of {path} comes after the game's end")
         # A name that is no text is written as text: tables and messages hold it.
-        recording = cls(path.name.encode(errors="backslashreplace").decode(), header, events)
-        recording.link = link
-        return recording
+        return cls(path.name.encode(errors="backslashreplace").decode(), header, events, link)
 
     def of(self, kind: type[L]) -> list[L]:
         """Return the events of one kind."""
@@ -291,8 +289,7 @@ class Recording:
     @property
     def end(self) -> EndLine | None:
         """How it ended; None if the recording breaks off."""
-        ends = self.of(EndLine)
-        return ends[-1] if ends else None
+        return next(iter(self.of(EndLine)), None)
 
     @property
     def live(self) -> list[EventLine]:
@@ -303,11 +300,9 @@ class Recording:
     @property
     def away(self) -> set[int]:
         """The teams whose client was away at the end."""
-        away: set[int] = set()
-        for line in self.live:
-            if isinstance(line, SeatLine) and line.event in ("connected", "disconnected"):
-                (away.add if line.event == "disconnected" else away.discard)(line.team)
-        return away
+        seats = [line for line in self.live if isinstance(line, SeatLine)]
+        last = {line.team: line.event for line in seats if line.event in ("connected", "disconnected")}
+        return {team for team, event in last.items() if event == "disconnected"}
 
     @property
     def forfeit(self) -> str:
@@ -317,10 +312,8 @@ class Recording:
     @cached_property
     def last_tick(self) -> int:
         """The last tick that it knows of."""
-        return max(
-            (line.tick for line in self.events if isinstance(line, CapturedLine | FrameLine | EndLine | InForceLine)),
-            default=0,
-        )
+        known = CapturedLine | FrameLine | EndLine | InForceLine
+        return max((line.tick for line in self.events if isinstance(line, known)), default=0)
 
     def in_force(self) -> list[tuple[int, Command]]:
         """Return the commands that were followed, each with its tick."""
@@ -334,9 +327,8 @@ class Recording:
             elif isinstance(line, InForceLine):
                 command = arrived.get((line.team, line.sender, line.number))
                 if command is None:
-                    raise RecordingError(
-                        f"{self.name} lacks command {line.number} of team {line.team}, which was followed"
-                    )
+                    number = f"command {line.number} of team {line.team}"
+                    raise RecordingError(f"{self.name} lacks {number}, which was followed")
                 followed.append((line.tick, command))
         return followed
 
@@ -348,12 +340,11 @@ class Recording:
     def _command(self, line: CommandLine) -> Command:
         game, name = self.config.game, f"command {line.number} of team {line.team}"
         cells, system = game.command_cells, game.team_systems[line.team]
-        kind, values = "density", np.zeros(0)
         try:
             if (line.density is None) == (line.command is None):
                 raise CommandError(f"{name} must be a density or of another kind")
             if line.density is not None:
-                values = check_densities(line.density, (cells, cells), name)
+                kind, values = "density", check_densities(line.density, (cells, cells), name)
             else:
                 kind, values = system.takes, read_form(line.command, system, game, name)
         except CommandError as error:
@@ -364,25 +355,24 @@ class Recording:
         """Return what of the game itself had happened before the solve at a tick: commands, captures, frames."""
         kept: list[EventLine] = []
         for line in self.events:
-            if isinstance(line, InForceLine) and line.tick >= tick:
-                break
-            if isinstance(line, CommandLine | CapturedLine | FrameLine) and line.tick > tick:
-                break
             if isinstance(line, CommandLine | InForceLine | CapturedLine | FrameLine):
+                if line.tick > tick or (line.tick == tick and isinstance(line, InForceLine)):
+                    break
                 kept.append(line)
         return kept
 
     def frames(self) -> Iterator[Frame]:
         """Return the recorded frames, one by one."""
         for line in self.of(FrameLine):
+            where = f"{self.name}: the frame at tick {line.tick}"
             try:
                 frame = decode_frame(base64.b64decode(line.data, validate=True))
             except (ProtocolError, ValueError) as error:
-                raise RecordingError(f"{self.name}: the frame at tick {line.tick} is corrupt: {error}") from error
+                raise RecordingError(f"{where} is corrupt: {error}") from error
             if len(frame.teams) != self.config.game.num_drones:
-                raise RecordingError(f"{self.name}: the frame at tick {line.tick} has another number of drones")
+                raise RecordingError(f"{where} has another number of drones")
             if frame.tick != line.tick:
-                raise RecordingError(f"{self.name}: the frame at tick {line.tick} shows tick {frame.tick}")
+                raise RecordingError(f"{where} shows tick {frame.tick}")
             yield frame
 
 

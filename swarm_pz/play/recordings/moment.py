@@ -10,20 +10,9 @@ from swarm_pz.play.recordings.format import EventLine, Origin
 
 @dataclass(frozen=True, kw_only=True)
 class Moment:
-    """A moment of a recorded game.
+    """A moment of a recorded game: the game at that moment, where it is from, and the recording's lines up to there.
 
-    Attributes
-    ----------
-    game : LiveGame
-        At that moment.
-    seed : int
-        Of its start.
-    sizes : list of (int, int)
-        Drones of red and blue, once a second since the start.
-    origin : Origin
-        Where it is from.
-    past : list
-        The lines of the recording up to there.
+    `sizes` are the drones of red and blue, once a second since the start, which `seed` decides.
     """
 
     game: LiveGame

@@ -51,8 +51,7 @@ class Playback:
         self.game = LiveGame(recording.config, recording.header.seed)
         self._next = 0
         start = self.game.simulator.snapshot()
-        self._marks = {0: start}
-        self._mark_ticks = _MARK_TICKS
+        self._marks, self._mark_ticks = {0: start}, _MARK_TICKS
         self._most_marks = max(2, _MARKS_BYTES // sum(array.nbytes for array in start))
 
     def seek(self, tick: int) -> None:
@@ -83,8 +82,7 @@ class Playback:
             return
         if len(self._marks) >= self._most_marks:
             self._mark_ticks *= 2
-            for tick in [known for known in self._marks if known % self._mark_ticks]:
-                del self._marks[tick]
+            self._marks = {tick: kept for tick, kept in self._marks.items() if tick % self._mark_ticks == 0}
         if self.game.tick % self._mark_ticks == 0:
             self._marks[self.game.tick] = self.game.simulator.snapshot()
 
@@ -164,7 +162,9 @@ class Playback:
             If the file cannot be written.
         """
         every = max(1, round(speed / CONTROL_PERIOD / FILM_RATE)) * TICKS_PER_CONTROL_PERIOD
-        painter, last = Painter(self._names, targets=True, layout=FILM), self.recording.last_tick
+        seats = (self.recording.header.red, self.recording.header.blue)
+        red, blue = (seat.policy or seat.label or seat.kind for seat in seats)
+        painter, last = Painter((red, blue), targets=True, layout=FILM), self.recording.last_tick
         with open_film(path, speed * TICKS_PER_SECOND / every, painter.size) as append:
             for tick in range(0, last + every, every):
                 self.seek(tick)
@@ -172,23 +172,14 @@ class Playback:
                 if progress is not None:
                     progress(min(tick, last) / TICKS_PER_SECOND, last / TICKS_PER_SECOND)
 
-    @property
-    def _names(self) -> tuple[str, str]:
-        header = self.recording.header
-        red, blue = (seat.policy or seat.label or seat.kind for seat in (header.red, header.blue))
-        return red, blue
-
     def _shows(self, frame: Frame) -> bool:
+        """Whether a frame, which holds neither altitudes nor fields in recordings, shows the present moment."""
         simulator = self.game.simulator
         positions = np.abs(frame.positions - simulator.positions[0]).max(initial=0.0)
         velocities = np.abs(np.clip(simulator.speeds[0], -FASTEST, FASTEST) - frame.velocities).max(initial=0.0)
-        return (
-            positions <= 0.51 * _POSITION_STEP
-            and velocities <= 0.51 * _VELOCITY_STEP
-            and bool((frame.teams == simulator.teams[0]).all())
-            and frame.altitudes is None  # recordings hold neither
-            and frame.fields is None
-        )
+        is_here = positions <= 0.51 * _POSITION_STEP and velocities <= 0.51 * _VELOCITY_STEP
+        is_same = is_here and (frame.teams == simulator.teams[0]).all()
+        return bool(is_same) and frame.altitudes is None and frame.fields is None
 
 
 def check(path: Path) -> None:

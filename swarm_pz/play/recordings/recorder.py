@@ -17,7 +17,7 @@ from swarm_pz.play.recordings.chain import START, chained
 from swarm_pz.play.recordings.format import EventLine, Header
 
 _ONE_FLUSH = 256 * 1024
-"""Bytes that a flush writes at most: an event loop waits for it, and a game that is taken over has a long past."""
+"""Bytes that a flush writes at most: an event loop waits for it, and a game that is taken over has many lines."""
 _PATIENCE = 120
 """Flushes in a row that may fail, a minute of game, before the recording breaks off."""
 _LAST_TRIES, _LAST_PAUSE_S = 20, 0.5
@@ -27,29 +27,18 @@ _encoder = msgspec.json.Encoder()
 
 
 class Recorder:
-    """Writes a game down as it is played; a game goes on even if it can no longer be written down.
+    """Writes a game into a file that is not there yet; a game goes on even if it can no longer be written down.
 
-    Lines come into the file whole, or are gone on with where they stopped: what a full disk did not take waits
-    until there is room again. When a game has ended, its file is written through to the disk itself.
-
-    Parameters
-    ----------
-    path : Path
-        A file that is not there yet.
-    header : Header
-
-    Attributes
-    ----------
-    fault : str
-        What keeps the recording from being written, to be told once; empty if nothing does.
-    is_behind : bool
-        Whether the last flush left lines to the next one, though the disk took all that it was given.
+    What a full disk did not take waits until there is room again, and the file goes on where it stopped. When a game
+    has ended, its file is written through to the disk itself.
     """
 
     def __init__(self, path: Path, header: Header) -> None:
         self.path = path
         self.fault = ""
+        """What keeps the recording from being written, to be told once; empty if nothing does."""
         self.is_behind = False
+        """Whether the last flush left lines to the next one, though the disk took all that it was given."""
         self._file: io.FileIO | None = None
         self._lines: deque[Header | EventLine] = deque([header])
         self._bytes = bytearray()
@@ -69,13 +58,7 @@ class Recorder:
             self._lines.append(line)
 
     def flush(self) -> None:
-        """Hand what was written to the system, in a file that the first call makes: what came after may be lost.
-
-        Raises
-        ------
-        OSError
-            If the file cannot be made.
-        """
+        """Hand what was written to the system, in a file that the first call makes, or raise OSError if it cannot."""
         if not self._open:
             return
         if self._file is None:
@@ -114,8 +97,7 @@ class Recorder:
                 del self._bytes[: self._file.write(self._bytes)]  # a disk that is nearly full takes a part
         except OSError as error:
             self._reason = explain(OSError(error.errno, error.strerror))
-            if not self._failed:
-                self.fault = f"the recording waits, {self._reason}; the game goes on"
+            self.fault = self.fault if self._failed else f"the recording waits, {self._reason}; the game goes on"
             self._failed += 1
         else:
             self._failed = 0

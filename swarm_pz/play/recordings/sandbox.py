@@ -1,7 +1,7 @@
-"""A process of its own for recordings of strangers, so that what one asks for ends nobody else.
+"""A process of its own for recordings of strangers, so that a forged one cannot end the server.
 
-A recording says which rules to simulate, and may be forged. What reads and simulates it runs in this process, with
-little time and memory. If that process dies, its death is an error that names the file.
+A recording says which rules to simulate. What reads and simulates it runs in this process, with little time and memory.
+If that process dies, its death is an error that names the file.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import IO, Any, TypeVar, cast
 
 from swarm_pz.errors import RecordingError, SwarmError
 
@@ -54,28 +54,16 @@ class Sandbox:
     def do(
         self, name: str | Path, work: Callable[..., T], *given: Any, progress: Callable[..., None] | None = None
     ) -> T:
-        """Return what some work returns.
+        """Return what some work, a function of a module, returns for arguments that can be pickled.
 
-        Parameters
-        ----------
-        name : str or Path
-            Of the recording, for errors.
-        work : callable
-            A function of a module, called in the process.
-        *given
-            Its arguments, which can be pickled.
-        progress : callable, optional
-            Called here with what the work tells; the work is then given one, too, as its last argument.
-
-        Raises
-        ------
-        RecordingError
-            If the process died of it, or the work raised what is no `SwarmError`; those are raised as they are.
+        `name` is the recording's, for errors. `progress` is called here with what the work tells; the work is then
+        given one, too, as its last argument. Raises RecordingError if the process died of the work, or the work raised
+        what is no SwarmError; those are raised as they are.
         """
         with self._lock:
             process, is_done = self._started(), False
             try:
-                is_raised, answer = _asked(process, (work, given, progress is not None), progress)
+                is_raised, answer = _answer_of(process, (work, given, progress is not None), progress)
                 is_done = True
             except (EOFError, OSError, pickle.UnpicklingError) as error:
                 raise RecordingError("the server is ending" if self._is_closed else _death(name, process)) from error
@@ -83,7 +71,7 @@ class Sandbox:
                 if not is_done:
                     self._end()
         if not is_raised:
-            return answer  # type: ignore[no-any-return]
+            return cast("T", answer)
         if isinstance(answer, SwarmError):
             raise answer
         raise RecordingError(f"{name} cannot be played again: {answer}; ask for it again where it is from")
@@ -94,13 +82,12 @@ class Sandbox:
         if self._process is None:
             # As multiprocessing would, but without the caller's main module, which need not be made for that.
             path = os.pathsep.join(filter(None, sys.path))
-            threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
             self._process = subprocess.Popen(  # noqa: S603
                 [sys.executable, "-P", "-c", f"from {__name__} import _main; _main()"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                env=os.environ | threads | {"PYTHONPATH": path},
+                env=os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": path},
             )
         return self._process
 
@@ -112,10 +99,10 @@ class Sandbox:
                 process.communicate()
 
 
-def _asked(
+def _answer_of(
     process: subprocess.Popen[bytes], asked: tuple[Any, ...], progress: Callable[..., None] | None
 ) -> tuple[bool, Any]:
-    """Return whether the work raised, and what it raised or returned."""
+    """Ask a process for work; return whether it raised, and what it raised or returned."""
     assert process.stdin is not None and process.stdout is not None  # noqa: S101
     is_over = False
     while not is_over:
@@ -164,22 +151,26 @@ def _main() -> None:
 
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    while True:
-        try:
+    with contextlib.suppress(EOFError):
+        while True:
             work, given, tells = pickle.load(asked)  # noqa: S301
-        except EOFError:
-            return
-        _renew()
-        if tells:
-            given = (*given, lambda *so_far: _answer(answers, False, False, so_far))
-        try:
-            answer = (True, False, work(*given))
-        except MemoryError:
-            answer = (True, True, f"it takes more than {MEMORY >> 30} GiB of memory")
-        except Exception as error:
-            words = str(error).strip().partition("\n")[0][:300]
-            answer = (True, True, error if isinstance(error, SwarmError) else f"{type(error).__name__}: {words}")
-        _answer(answers, *answer)
+            _renew()
+            if tells:
+                given = (*given, lambda *so_far: _answer(answers, False, False, so_far))
+            _answer(answers, True, *_result(work, given))
+
+
+def _result(work: Callable[..., Any], given: tuple[Any, ...]) -> tuple[bool, Any]:
+    """Return whether work raised, and what it returned, or an error in words if that is no SwarmError."""
+    try:
+        return False, work(*given)
+    except MemoryError:
+        return True, f"it takes more than {MEMORY >> 30} GiB of memory"
+    except SwarmError as error:
+        return True, error
+    except Exception as error:
+        words = str(error).strip().partition("\n")[0][:300]
+        return True, f"{type(error).__name__}: {words}"
 
 
 def _answer(pipe: IO[bytes], *answer: Any) -> None:

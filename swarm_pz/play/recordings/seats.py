@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,12 @@ import numpy as np
 from swarm_pz.config import PRESETS, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
 from swarm_pz.play.recordings.format import (
     CapturedLine,
-    ClockLine,
     CommandLine,
     EndLine,
-    FrameLine,
     InForceLine,
     PaintedLine,
     Recording,
+    SeatLine,
 )
 from swarm_pz.play.shared import SHARED
 
@@ -117,71 +116,72 @@ class SeatRow:
     hidden_s: float
 
 
+def trial_rows(recording: Recording) -> list[dict[str, Any]]:
+    """Return a row for each seat, as experiments keep them: `seat_rows`, captures and losses, and the start's seed."""
+    takers = [capture.team for capture in recording.of(CapturedLine)]
+    counts = {name: takers.count(team) for team, name in enumerate(TEAM_NAMES)}
+    more = {"seed": recording.header.seed}
+    rows = seat_rows(recording)
+    return [asdict(row) | {"captured": counts[row.side], "lost": len(takers) - counts[row.side]} | more for row in rows]
+
+
 def seat_rows(recording: Recording) -> list[SeatRow]:
     """Return what the seats of a game did; seats that nobody took are left out."""
-    header, config, end = recording.header, recording.config, recording.end
-    tick = end.tick if end is not None else recording.last_tick
-    seconds = tick / TICKS_PER_SECOND
-    teams = np.repeat((0, 1), config.game.team_sizes)
+    header, config, game, end = recording.header, recording.config, recording.config.game, recording.end
+    seconds = (end.tick if end is not None else recording.last_tick) / TICKS_PER_SECOND
+    teams = np.repeat((0, 1), game.team_sizes)
     for capture in recording.of(CapturedLine):
         teams[capture.drone] = capture.team
     seats = (header.red, header.blue)
     habits = [_habits(recording, team, seconds) for team in range(2)]
-    ended_by = _ended_by(recording)
-    left_out = _left_out(recording, ended_by, [habit["commands"] for habit in habits])
-    rows = []
-    for team, seat in enumerate(seats):
-        if seat.kind == "free":
-            continue
-        other = seats[1 - team]
-        outcome = "stopped"
-        if end is not None and end.outcome != "stopped":
-            outcome = "draw" if end.outcome == "draw" else "win" if end.outcome == TEAM_NAMES[team] else "loss"
-        rows.append(
-            SeatRow(
-                recording=recording.name,
-                started=header.started,
-                config_hash=config.hash,
-                rules_hash=config.game.rules_hash,
-                rules=_PRESET_OF.get(config.game.rules_hash, ""),
-                mapping=config.mapping,
-                min_command_interval=config.min_command_interval,
-                speed=config.speed,
-                time_limit=config.game.time_limit,
-                taken_over=header.origin is not None,
-                lesson=header.lesson,
-                ended_by=ended_by,
-                left_out=left_out,
-                side=TEAM_NAMES[team],
-                kind=seat.kind,
-                player=seat.policy or seat.label,
-                system=config.game.team_controllers[team],
-                opponent_kind=other.kind,
-                opponent=other.policy or other.label,
-                opponent_system=config.game.team_controllers[1 - team],
-                start_size=config.game.team_sizes[team],
-                drones=config.game.num_drones,
-                outcome=outcome,
-                seconds=seconds,
-                final_share=float((teams == team).mean()),
-                **habits[team],
-            )
+    left_out = _left_out(recording, [habit["commands"] for habit in habits])
+    return [
+        SeatRow(
+            recording=recording.name,
+            started=header.started,
+            config_hash=config.hash,
+            rules_hash=game.rules_hash,
+            rules=_PRESET_OF.get(game.rules_hash, ""),
+            mapping=config.mapping,
+            min_command_interval=config.min_command_interval,
+            speed=config.speed,
+            time_limit=game.time_limit,
+            taken_over=header.origin is not None,
+            lesson=header.lesson,
+            ended_by=end.ended_by if end is not None else "",
+            left_out=left_out,
+            side=TEAM_NAMES[team],
+            kind=seat.kind,
+            player=seat.policy or seat.label,
+            system=game.team_controllers[team],
+            opponent_kind=other.kind,
+            opponent=other.policy or other.label,
+            opponent_system=game.team_controllers[1 - team],
+            start_size=game.team_sizes[team],
+            drones=game.num_drones,
+            outcome=outcome_of(end, TEAM_NAMES[team]),
+            seconds=seconds,
+            final_share=float((teams == team).mean()),
+            **habits[team],
         )
-    return rows
+        for team, (seat, other) in enumerate((seats, seats[::-1]))
+        if seat.kind != "free"
+    ]
 
 
-def _ended_by(recording: Recording) -> str:
-    end = recording.end
-    if end is None:
-        return ""
-    return end.ended_by
+def outcome_of(end: EndLine | None, side: str) -> str:
+    """Return how a game ended for a side: "win", "draw" or "loss"; "stopped" if nobody played it to its end."""
+    if end is None or end.outcome in ("stopped", "draw"):
+        return "draw" if end is not None and end.outcome == "draw" else "stopped"
+    return "win" if end.outcome == side else "loss"
 
 
-def _left_out(recording: Recording, ended_by: str, commands: Sequence[int]) -> str:
+def _left_out(recording: Recording, commands: Sequence[int]) -> str:
     """Return why a game does not count in the summary; empty if it does."""
-    header, seats = recording.header, (recording.header.red, recording.header.blue)
+    header, end, seats = recording.header, recording.end, (recording.header.red, recording.header.blue)
+    ended_by = end.ended_by if end is not None else ""
     reasons = {
-        "unfinished": recording.end is None,
+        "unfinished": end is None,
         "taken over": header.origin is not None,
         "no opponent": "free" in (seat.kind for seat in seats),
         "lesson": header.lesson,
@@ -195,73 +195,59 @@ def _left_out(recording: Recording, ended_by: str, commands: Sequence[int]) -> s
 
 def _habits(recording: Recording, team: int, seconds: float) -> dict[str, Any]:
     """Return what a seat's player did; of a game that was taken over, only from there on."""
-    origin = recording.header.origin
+    origin, live = recording.header.origin, recording.live
     begin_s = origin.tick / TICKS_PER_SECOND if origin is not None else 0.0
-    played_s = seconds - begin_s
-    speed = recording.config.speed
     inputs: dict[int, float] = {}
-    forced = 0
-    drawing_s, first_s, commands, automatic, lost, disconnections = [], None, 0, 0, 0, 0
-    spans: list[tuple[float, float]] = []
-    captured_ms: list[float] = []
-    to_force, to_paint = [], []
-    hidden_ms, hidden_since, last_ms = 0.0, None, 0.0
-    away_ms, away_since = 0.0, None
+    commands, automatic, forced, first_s = 0, 0, 0, None
+    drawing_s, to_force, to_paint, spans = [], [], [], []
     # In order, since a page that was reloaded counts its commands from the start again.
-    for line in recording.live:
-        last_ms = max(last_ms, getattr(line, "ms", 0.0))
-        if isinstance(line, CapturedLine):
-            if line.team != team:
-                captured_ms.append(1000.0 * (line.tick / TICKS_PER_SECOND - begin_s) / speed)
-        elif isinstance(line, FrameLine | EndLine | ClockLine) or line.team != team:
+    for line in live:
+        if not isinstance(line, CommandLine | InForceLine | PaintedLine) or line.team != team:
             continue
-        elif isinstance(line, CommandLine | InForceLine) and line.sender and not line.sender.startswith(SHARED):
+        sender = "" if isinstance(line, PaintedLine) else line.sender
+        if sender and not sender.startswith(SHARED):
             automatic += isinstance(line, CommandLine)
-        elif isinstance(line, CommandLine) and line.sender:
-            continue  # made of the player's, which counts by itself
-        elif isinstance(line, InForceLine) and line.sender and line.number in (0, forced):
-            continue  # its helper alone asked for something else
         elif isinstance(line, CommandLine):
+            if sender:
+                continue  # made of the player's, which counts by itself
             commands += 1
             inputs.pop(line.number, None)
             if (timing := line.timing) is not None:
                 # When it arrived, less what its sender says had passed since.
-                inputs[line.number] = line.received_ms - (timing.sent_ms - timing.input_ms) - timing.round_trip_ms / 2
-                spans.append((inputs[line.number] - timing.drawing_ms, inputs[line.number]))
+                made = line.received_ms - (timing.sent_ms - timing.input_ms) - timing.round_trip_ms / 2
+                inputs[line.number] = made
+                spans.append((made - timing.drawing_ms, made))
                 drawing_s += [timing.drawing_ms / 1000.0] if timing.drawing_ms > 0 else []
-        elif isinstance(line, InForceLine):
+        elif isinstance(line, PaintedLine):
+            to_paint += [line.ms - inputs[line.number]] if line.number in inputs else []
+        elif not sender or line.number not in (0, forced):  # else its helper alone asked for something else
             forced = line.number
             first_s = line.tick / TICKS_PER_SECOND - begin_s if first_s is None else first_s
             to_force += [line.ms - inputs[line.number]] if line.number in inputs else []
-        elif isinstance(line, PaintedLine):
-            to_paint += [line.ms - inputs[line.number]] if line.number in inputs else []
-        else:
-            if hidden_since is not None:
-                hidden_ms += line.ms - hidden_since
-            hidden_since = line.ms if line.event == "hidden" else None
-            disconnections += line.event == "disconnected"
-            if line.event == "connected" and away_since is not None:
-                away_ms, away_since = away_ms + line.ms - away_since, None
-            elif line.event == "disconnected" and away_since is None:
-                away_since = line.ms
-    if away_since is not None:
-        away_ms += last_ms - away_since
-    if hidden_since is not None:
-        hidden_ms += last_ms - hidden_since
-    lost = sum(any(began <= ms <= ended for began, ended in spans) for ms in captured_ms)
+    taken = [line.tick / TICKS_PER_SECOND for line in live if isinstance(line, CapturedLine) and line.team != team]
+    lost_ms = [1000.0 * (second - begin_s) / recording.config.speed for second in taken]
+    seat = [line for line in live if isinstance(line, SeatLine) and line.team == team]
+    links = [line for line in seat if line.event in ("connected", "disconnected")]
+    last_ms = max((getattr(line, "ms", 0.0) for line in live), default=0.0)
     return {
         "commands": commands,
         "automatic_commands": automatic,
-        "commands_per_minute": 60.0 * commands / played_s if played_s > 0 else 0.0,
+        "commands_per_minute": 60.0 * commands / (seconds - begin_s) if seconds > begin_s else 0.0,
         "first_command_s": first_s,
         "drawing_s_per_command": float(np.mean(drawing_s)) if drawing_s else None,
-        "lost_while_drawing": lost,
+        "lost_while_drawing": sum(any(began <= ms <= ended for began, ended in spans) for ms in lost_ms),
         "input_to_in_force_ms": _median(to_force),
         "input_to_painted_ms": _median(to_paint),
-        "disconnections": disconnections,
-        "away_s": away_ms / 1000.0,
-        "hidden_s": hidden_ms / 1000.0,
+        "disconnections": sum(line.event == "disconnected" for line in seat),
+        "away_s": _lasted_s(links, "disconnected", last_ms),
+        "hidden_s": _lasted_s(seat, "hidden", last_ms),
     }
+
+
+def _lasted_s(lines: Sequence[SeatLine], event: str, last_ms: float) -> float:
+    """Return the seconds from each line of an event to the next line, or to the last moment."""
+    ends = [*(line.ms for line in lines[1:]), max(last_ms, 0.0)]
+    return sum(end - line.ms for line, end in zip(lines, ends, strict=False) if line.event == event) / 1000.0
 
 
 def _median(values: Sequence[float]) -> float | None:

@@ -14,8 +14,8 @@ from __future__ import annotations
 import csv
 import json
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Callable, Sequence
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,8 @@ NOTES = {
     "once, as red's: won is what red won, and win_rate tells whether a side is better off, not a player.",
 }
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
+_KEY = ("kind", "player", "system", "opponent_kind", "opponent", "opponent_system", "config_hash")
+"""Columns in which the games of a row of the summary are alike."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,44 +117,35 @@ def summarise(rows: Sequence[SeatRow], every_game: bool = False) -> list[Summary
     groups: dict[tuple[str, ...], list[SeatRow]] = {}
     for row in rows:
         if counts(row, every_game):
-            key = (row.kind, row.player, row.system, row.opponent_kind, row.opponent, row.opponent_system)
-            groups.setdefault((*key, row.config_hash), []).append(row)
-    summary = []
-    for (*player_of, config_hash), seats in sorted(groups.items()):
-        kind, player, system, opponent_kind, opponent, opponent_system = player_of
-        both_seats = (kind, player, system) == (opponent_kind, opponent, opponent_system)
-        group = [row for row in seats if row.side == TEAM_NAMES[RED]] if both_seats else seats
-        outcomes = [row.outcome for row in group]
-        wins = outcomes.count("win")
-        low, high = wilson(wins, len(group))
-        median, mean = kaplan_meier([row.seconds for row in group], [row.outcome != "draw" for row in group])
-        summary.append(
-            SummaryRow(
-                kind=kind,
-                player=player,
-                system=system,
-                opponent_kind=opponent_kind,
-                opponent=opponent,
-                opponent_system=opponent_system,
-                both_seats=both_seats,
-                config_hash=config_hash,
-                rules_hash=group[0].rules_hash,
-                rules=group[0].rules,
-                min_command_interval=group[0].min_command_interval,
-                games=len(group),
-                wins=wins,
-                draws=outcomes.count("draw"),
-                losses=outcomes.count("loss"),
-                win_rate=wins / len(group),
-                win_rate_low=low,
-                win_rate_high=high,
-                median_s=median,
-                restricted_mean_s=mean,
-                final_share=float(np.mean([row.final_share for row in group])),
-                commands_per_minute=float(np.mean([row.commands_per_minute for row in seats])),
-            )
-        )
-    return summary
+            groups.setdefault(tuple(getattr(row, name) for name in _KEY), []).append(row)
+    return [_summary(groups[key]) for key in sorted(groups)]
+
+
+def _summary(seats: Sequence[SeatRow]) -> SummaryRow:
+    """Return the row of seats that are alike."""
+    first = seats[0]
+    player, opponent = (first.kind, first.player, first.system), (first.opponent_kind, first.opponent)
+    both_seats = player == (*opponent, first.opponent_system)
+    games = [row for row in seats if row.side == TEAM_NAMES[RED]] if both_seats else seats
+    outcomes = [row.outcome for row in games]
+    wins = outcomes.count("win")
+    low, high = wilson(wins, len(games))
+    median, mean = kaplan_meier([row.seconds for row in games], [row.outcome != "draw" for row in games])
+    return SummaryRow(
+        **{name: getattr(first, name) for name in (*_KEY, "rules_hash", "rules", "min_command_interval")},
+        both_seats=both_seats,
+        games=len(games),
+        wins=wins,
+        draws=outcomes.count("draw"),
+        losses=outcomes.count("loss"),
+        win_rate=wins / len(games),
+        win_rate_low=low,
+        win_rate_high=high,
+        median_s=median,
+        restricted_mean_s=mean,
+        final_share=float(np.mean([row.final_share for row in games])),
+        commands_per_minute=float(np.mean([row.commands_per_minute for row in seats])),
+    )
 
 
 def read_folder(folder: Path) -> tuple[list[SeatRow], list[str]]:
@@ -189,24 +182,13 @@ def write_tables(
         If Parquet is asked for and not installed.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    tables: dict[str, tuple[type[SeatRow] | type[SummaryRow], Sequence[SeatRow] | Sequence[SummaryRow]]] = {
+    tables: dict[str, tuple[type[Any], Sequence[Any]]] = {
         "seats": (SeatRow, rows),
         "summary": (SummaryRow, summarise(rows, every_game)),
     }
-    for name, (kind, entries) in tables.items():
-        names = [field.name for field in fields(kind)]
-        path = folder / f"{name}.{'parquet' if parquet else 'csv'}"
-        if parquet:
-            arrow = require_extra("pyarrow", "lab")
-            columns = {column: [getattr(entry, column) for entry in entries] for column in names}
-            require_extra("pyarrow.parquet", "lab").write_table(arrow.table(columns), path)
-        else:
-            with path.open("w", newline="") as file:
-                writer = csv.DictWriter(file, names)
-                writer.writeheader()
-                writer.writerows([{key: plain(value) for key, value in asdict(entry).items()} for entry in entries])
-        written.append(path)
+    paths = [folder / f"{name}.{'parquet' if parquet else 'csv'}" for name in tables]
+    for path, (kind, entries) in zip(paths, tables.values(), strict=True):
+        write_table(entries, kind, path)
     schema = {
         "version": SCHEMA_VERSION,
         "versions": versions(),
@@ -217,7 +199,27 @@ def write_tables(
         "tables": {name: {field.name: str(field.type) for field in fields(kind)} for name, (kind, _) in tables.items()},
     }
     (folder / "schema.json").write_text(json.dumps(schema, indent=2) + "\n")
-    return [*written, folder / "schema.json"]
+    return [*paths, folder / "schema.json"]
+
+
+def write_table(rows: Sequence[Any], kind: type[Any], path: Path, cell: Callable[[Any], Any] | None = None) -> None:
+    """Write rows of a dataclass as Parquet or, with any other suffix, as CSV in UTF-8.
+
+    Columns of Parquet have the same types even where they are empty. `cell` returns a value for CSV; if not given,
+    `plain` does.
+    """
+    types = {field.name: str(field.type).removesuffix(" | None") for field in fields(kind)}
+    if path.suffix == ".parquet":
+        arrow = require_extra("pyarrow", "lab")
+        known = {"str": arrow.string(), "int": arrow.int64(), "float": arrow.float64(), "bool": arrow.bool_()}
+        schema = arrow.schema([(name, known[type_of]) for name, type_of in types.items()])
+        columns = {name: [getattr(row, name) for row in rows] for name in types}
+        require_extra("pyarrow.parquet", "lab").write_table(arrow.table(columns, schema=schema), path)
+        return
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(types)
+        writer.writerows([(cell or plain)(value) for value in astuple(row)] for row in rows)
 
 
 def plain(value: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -38,9 +39,9 @@ class Summary(Struct):
 
 
 def summary_of(path: Path) -> Summary:
-    """Return what a file tells of its game."""
+    """Return what a file tells of its game: as much as can be read."""
     summary = Summary(path.name)
-    try:
+    with contextlib.suppress(RecordingError, msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         first, last = read_ends(path, END_BYTES)
         header = decode(_header, first.partition(b"\n")[0])
         summary.started, summary.lesson = header.started, header.lesson
@@ -48,8 +49,6 @@ def summary_of(path: Path) -> Summary:
         end = decode(_end, last.removesuffix(b"\n").rpartition(b"\n")[2])
         summary.outcome, summary.ended_by, summary.sizes = end.outcome, end.ended_by, end.sizes
         summary.seconds = round(end.tick / TICKS_PER_SECOND, 1)
-    except (RecordingError, msgspec.DecodeError, UnicodeDecodeError, RecursionError):
-        pass  # it is listed by what it told
     return summary
 
 
@@ -57,18 +56,15 @@ class Summaries:
     """What files tell of their games, each read once for as long as it stays as it is; for one thread."""
 
     def __init__(self) -> None:
-        self._known: dict[Path, tuple[tuple[int, int], Summary]] = {}
+        self._known: dict[tuple[Path, int, int], Summary] = {}
 
     def of(self, paths: Sequence[Path]) -> list[Summary]:
         """Return what files tell, in order, without those that are gone; only these are kept in mind."""
-        known: dict[Path, tuple[tuple[int, int], Summary]] = {}
+        known: dict[tuple[Path, int, int], Summary] = {}
         for path in paths:
-            try:
+            with contextlib.suppress(OSError):
                 status = path.lstat()
-            except OSError:
-                continue
-            stamp = (status.st_mtime_ns, status.st_size)
-            before = self._known.get(path)
-            known[path] = before if before is not None and before[0] == stamp else (stamp, summary_of(path))
+                stamp = path, status.st_mtime_ns, status.st_size
+                known[stamp] = self._known.get(stamp) or summary_of(path)
         self._known = known
-        return [summary for _, summary in known.values()]
+        return list(known.values())

@@ -20,7 +20,6 @@ from swarm_pz.play.recordings.format import (
     ClockLine,
     CommandLine,
     EndLine,
-    EventLine,
     InForceLine,
     PaintedLine,
     Recording,
@@ -65,11 +64,7 @@ class Verification:
 def faults_of(recording: Recording, game: LiveGame | None) -> Iterator[str]:
     """Say what in a recording cannot have been so.
 
-    Parameters
-    ----------
-    recording : Recording
-    game : LiveGame or None
-        The recorded game at its last tick; None if the simulation led elsewhere, so that its end is another one.
+    `game` is the recorded game at its last tick; None if the simulation led elsewhere, so that its end is another one.
     """
     yield from _past(recording)
     yield from _schedule(recording)
@@ -77,11 +72,6 @@ def faults_of(recording: Recording, game: LiveGame | None) -> Iterator[str]:
     yield from _seats(recording)
     if game is not None:
         yield from _end(recording, game)
-
-
-def _live(recording: Recording) -> Iterator[tuple[int, EventLine]]:
-    """Yield the lines of the game itself, without those of one that it was taken over from, and their numbers."""
-    yield from enumerate(recording.live, len(recording.events) - len(recording.live) + _FIRST_LINE)
 
 
 def _past(recording: Recording) -> Iterator[str]:
@@ -103,16 +93,12 @@ def _past(recording: Recording) -> Iterator[str]:
 
 
 def _schedule(recording: Recording) -> Iterator[str]:
-    """Say which commands came into force at another moment than they had to.
-
-    From when commands arrived follows which were followed when.
-    """
-    interval, origin = recording.config.interval_ticks, recording.header.origin
+    """Say which commands came into force at another moment than follows from when commands arrived."""
+    interval, origin, end = recording.config.interval_ticks, recording.header.origin, recording.end
     begin = origin.tick if origin is not None else 0
     for team, side in enumerate(TEAM_NAMES):
-        latest = -interval
-        before = -interval
-        told, arrived = [], []
+        latest = before = -interval
+        told = []
         for number, line in enumerate(recording.events, _FIRST_LINE):
             if isinstance(line, InForceLine) and line.team == team:
                 if line.tick % TICKS_PER_CONTROL_PERIOD or line.tick - latest < interval:
@@ -122,14 +108,12 @@ def _schedule(recording: Recording) -> Iterator[str]:
                     before = latest
                 else:
                     told.append((line.tick, _called(line)))
-        for line in recording.live:
-            if isinstance(line, CommandLine) and line.team == team:
-                arrived.append((line.tick, _called(line)))
-        due = _due(arrived, before, interval)
+        own = [line for line in recording.live if isinstance(line, CommandLine) and line.team == team]
+        due = _due([(line.tick, _called(line)) for line in own], before, interval)
         # Where the recording breaks off, what came into force at last may have been lost; where the game ended while
         # control systems chose accelerations, it came into force before.
         least = sum(tick < recording.last_tick for tick, _ in due)
-        is_cut = recording.end is None or recording.end.outcome == "stopped" or recording.end.ended_by == "forfeit"
+        is_cut = end is None or end.outcome == "stopped" or end.ended_by == "forfeit"
         due = due[: max(least, len(told)) if is_cut else least]
         for tick, name in sorted(set(due) ^ set(told)):
             verb = "had to" if (tick, name) in due else "cannot"
@@ -160,17 +144,17 @@ def _commands(recording: Recording) -> Iterator[str]:
     lines = [(n, line) for n, line in enumerate(recording.events, _FIRST_LINE) if isinstance(line, CommandLine)]
     past = header.origin.lines if header.origin is not None else 0
     for (number, line), command in zip(lines, recording.commands, strict=True):
-        seat, is_live, values = (header.red, header.blue)[line.team], number - _FIRST_LINE >= past, command.values
-        is_density = command.kind == "density"
+        where, values, is_density = f"line {number}", command.values, command.kind == "density"
+        is_policy = (header.red, header.blue)[line.team].kind == "policy"
         if is_density and (values != as_followed(values)).any():
-            yield f"line {number}: the density is not as tables write it, with 1 for its largest value"
-        if line.sender and (line.timing is not None or line.strokes is not None or seat.kind == "policy"):
-            yield f"line {number}: an automatic response has no clock, draws nothing and is a player's"
-        if is_live and seat.kind == "policy":
+            yield f"{where}: the density is not as tables write it, with 1 for its largest value"
+        if line.sender and (line.timing is not None or line.strokes is not None or is_policy):
+            yield f"{where}: an automatic response has no clock, draws nothing and is a player's"
+        if is_policy and number - _FIRST_LINE >= past:
             if line.strokes is not None or line.timing is not None:
-                yield f"line {number}: a policy draws nothing and has no clock"
+                yield f"{where}: a policy draws nothing and has no clock"
             if line.number <= counted[line.team]:
-                yield f"line {number}: a policy's commands count up, got {line.number} after {counted[line.team]}"
+                yield f"{where}: a policy's commands count up, got {line.number} after {counted[line.team]}"
             counted[line.team] = line.number
         if line.strokes is not None:
             try:
@@ -178,18 +162,19 @@ def _commands(recording: Recording) -> Iterator[str]:
                 draw = density_of if is_density else attraction_of
                 asked = draw(strokes, config.game.command_cells, config.mapping)
             except CommandError as error:
-                yield f"line {number}: {error}"
+                yield f"{where}: {error}"
                 continue
             drawn = values * asked.max() if is_density else values
             if drawn.shape != asked.shape or np.abs(drawn - asked).max() > _DENSITY_STEP:
-                yield f"line {number}: the density is not that of its strokes"
+                yield f"{where}: the density is not that of its strokes"
 
 
 def _seats(recording: Recording) -> Iterator[str]:
     """Say which lines are of a seat that cannot have sent them."""
     kinds = (recording.header.red.kind, recording.header.blue.kind)
     here = [kind == "policy" for kind in kinds]
-    for number, line in _live(recording):
+    live = recording.live
+    for number, line in enumerate(live, len(recording.events) - len(live) + _FIRST_LINE):
         if not isinstance(line, CommandLine | PaintedLine | SeatLine | InForceLine):
             continue
         team, kind = line.team, kinds[line.team]
@@ -212,16 +197,15 @@ def _end(recording: Recording, game: LiveGame) -> Iterator[str]:
     end = recording.end
     if end is None:
         return
-    number = len(recording.events) + _FIRST_LINE - 1
-    outcome = game.outcome or "stopped"
+    where, outcome = f"line {len(recording.events) + _FIRST_LINE - 1}", game.outcome or "stopped"
     forfeits = [line.team for line in recording.live if isinstance(line, SeatLine) and line.event == "forfeit"]
     if forfeits and outcome == "stopped":
         outcome = TEAM_NAMES[1 - forfeits[0]]
     if (end.tick, end.sizes, end.outcome) != (game.tick, game.sizes, outcome):
         yield (
-            f"line {number}: the game ended at tick {game.tick}, {outcome}, with {game.sizes[0]} to {game.sizes[1]} "
+            f"{where}: the game ended at tick {game.tick}, {outcome}, with {game.sizes[0]} to {game.sizes[1]} "
             f"drones, not at tick {end.tick}, {end.outcome}, with {end.sizes[0]} to {end.sizes[1]}"
         )
     follows = "forfeit" if forfeits else reason_of_end(end.outcome, bool(recording.away))
     if end.ended_by != follows and (end.outcome, end.ended_by) != ("stopped", "server"):
-        yield f"line {number}: the game was ended by {follows!r}, not by {end.ended_by!r}"
+        yield f"{where}: the game was ended by {follows!r}, not by {end.ended_by!r}"

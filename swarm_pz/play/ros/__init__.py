@@ -1,9 +1,8 @@
 """The table for programs that speak ROS: messages of standard types, a rosbridge server, recordings as MCAP.
 
 =================  ==========================================================================
-`definitions`      the message types that are published and heard, as ROS 2 writes them
+`definitions`      the message types, as ROS 2 writes them, and messages as bytes (CDR)
 `messages`         a moment of a game as messages of these types
-`cdr`              messages as bytes
 `commands`         what ROS programs publish, as commands
 `connection`       one client of the rosbridge: what it is sent
 `rosbridge`        the rosbridge protocol, which knows nothing of games

@@ -18,19 +18,15 @@ from swarm_pz.errors import ProtocolError
 from swarm_pz.play.frames import Frame, Target
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import Side
-from swarm_pz.play.ros import commands, messages
+from swarm_pz.play.ros import commands
 from swarm_pz.play.ros.commands import Maker
 from swarm_pz.play.ros.connection import Client
-from swarm_pz.play.ros.origins import AT_HOME, Origins
-from swarm_pz.play.ros.rosbridge import Message, Rosbridge
+from swarm_pz.play.ros.messages import LOG, TOPICS, Message, log
+from swarm_pz.play.ros.rosbridge import Origins, Rosbridge
 from swarm_pz.play.ros.seat import Seat
 from swarm_pz.play.ros.shown import Shown
 from swarm_pz.play.server.room_settings import settings_of
 
-LOG = "/rosout"
-TOPICS = messages.TOPICS | {LOG: "rcl_interfaces/Log"}
-"""What is published, and the types."""
-_EVERY = frozenset({"/agent_team_status", LOG})
 _ALONE_S = 60.0
 """Seconds after which seats are given up whose clients have all gone."""
 
@@ -43,23 +39,11 @@ class _TakenError(ProtocolError):
         self.owner = owner
 
 
-class Bridge:
-    """A rosbridge `Node` whose clients play in one room of a table.
+class Bridge(Rosbridge):
+    """A rosbridge whose clients play in one room of the table at an address (host and port).
 
-    Parameters
-    ----------
-    address : str
-        Host and port of the table.
-    opponent : str or None
-        A policy that plays the other side of who comes first; without one the game waits for somebody there.
-    table : TableConfig
-        Of the table.
-    say : callable
-        Where lines go.
-    origins : Origins
-        Of the pages that may connect.
-    alone_s : float
-        Seconds after which seats are given up whose clients have all gone.
+    `opponent`, a policy, plays the other side of the first client's; without one the game waits for somebody there.
+    `say` is called with lines for the terminal.
     """
 
     def __init__(
@@ -68,26 +52,25 @@ class Bridge:
         opponent: str | None,
         table: TableConfig,
         say: Callable[[str], None],
-        origins: Origins = AT_HOME,
+        origins: Origins | None = None,
         alone_s: float = _ALONE_S,
     ) -> None:
+        super().__init__(TOPICS, commands.INPUTS, every=frozenset({"/agent_team_status", LOG}))
         self._address, self._opponent, self._say, self._alone_s = address, opponent, say, alone_s
-        self._origins = origins
-        self._settings = settings_of(table)
-        self._rosbridge = Rosbridge(self, TOPICS, _EVERY, commands.INPUTS)
-        self._shown = Shown(self._rosbridge, table.game)
+        self._origins, self._settings = origins, settings_of(table)
+        self._shown = Shown(self, table.game)
         self._seats: dict[Side, Seat] = {}
         self._owners: dict[Side, Client] = {}
-        self._clients: set[Client] = set()
-        """Who has said something of the game, and is there."""
+        self._present: set[Client] = set()
+        """Clients that have said something of the game, and are there."""
         self._doubted: dict[Client, tuple[Client, Callable[[], None]]] = {}
-        """Whose sides others want, who they are, and what they do if nobody is there any more."""
+        """By a client that may be gone, who wants its side, and what that one does if it is."""
         self._ending: asyncio.TimerHandle | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def run(self, listening: socket.socket) -> None:
         """Serve until cancelled."""
-        await self._rosbridge.open(listening, self._origins)
+        await self.open(listening, self._origins)
         host, port = listening.getsockname()[:2]
         self._say(f"rosbridge is at ws://{f'[{host}]' if ':' in host else host}:{port}")
         try:
@@ -96,71 +79,51 @@ class Bridge:
             for task in self._tasks:
                 task.cancel()
             await asyncio.gather(*self._tasks, return_exceptions=True)
-            await self._rosbridge.close()
+            await self.close()
 
     # --- what clients say -------------------------------------------------------------------------
 
     def heard(self, client: Client, topic: str, message: Message) -> None:
         """Take a message of one of the topics that mean something here; others are nobody's business."""
-        self._clients.add(client)
+        self._present.add(client)
         if self._ending is not None:
             self._ending.cancel()
             self._ending = None
         try:
-            self._obey(client, topic, message)
+            self._obey_message(client, topic, message)
         except _TakenError as error:
             self._doubt(error.owner, client, lambda: self.heard(client, topic, message))
             raise
 
-    def _obey(self, client: Client, topic: str, message: Message) -> None:
+    def _obey_message(self, client: Client, topic: str, message: Message) -> None:
+        own = [side for side, owner in self._owners.items() if owner is client]
         if topic == commands.TABLET:
             self._command(client, message.get("team"), commands.density(message))
         elif topic == commands.CLEAR:
-            for side in self._sides_of(client):
+            for side in own:
                 self._command(client, side, commands.clear)
         elif topic == commands.ATTRACTOR:
-            for side in self._sides_of(client) or ["red"]:  # which it moves where it comes from
+            for side in own or ["red"]:  # which it moves where it comes from
                 self._command(client, side, commands.attractor(message))
         for side in cast("tuple[Side, Side]", TEAM_NAMES):
             if topic == f"/{side}_connection_service":
                 self._sit(client, side)
-            elif topic.startswith(f"/swarm/{side}/"):
-                self._command_on(client, side, topic.rpartition("/")[2], message)
-
-    def _command_on(self, client: Client, side: Side, name: str, message: Message) -> None:
-        readers: dict[str, Callable[[Message], Maker]] = {
-            "density": commands.density,
-            "target": commands.occupancy,
-            "attractors": commands.attractors,
-            "accelerations": commands.accelerations,
-            "command": commands.any_kind,
-        }
-        if name in readers:
-            self._command(client, side, readers[name](message))
-
-    def called(self, client: Client, service: str, arguments: Message) -> Message:
-        """Refuse: the table has no services."""
-        raise ProtocolError(f"there is no service {service}; a seat is taken by publishing on /red_connection_service")
-
-    def refused(self, client: Client, text: str) -> None:
-        """Tell a client in the log, too, why a message was refused: many cannot take status messages."""
-        self._rosbridge.publish(LOG, messages.log(text, time.time(), True), to=client)
+            for name, (_, reader) in commands.READERS.items():
+                if topic == f"/swarm/{side}/{name}":
+                    self._command(client, side, reader(message))
 
     def left(self, client: Client) -> None:
         """Keep the seat of who has gone for a while: it may come back."""
-        self._clients.discard(client)
-        if not self._clients and self._ending is None:
+        self._present.discard(client)
+        if not self._present and self._ending is None:
             self._ending = asyncio.get_running_loop().call_later(self._alone_s, self._leave)
 
     # --- sides and who plays them -----------------------------------------------------------------
 
-    def _sides_of(self, client: Client) -> list[Side]:
-        return [side for side, owner in self._owners.items() if owner is client]
-
     def _own(self, client: Client, side: Side) -> None:
         """Give a side to a client, unless another has it that is still there."""
         owner = self._owners.get(side)
-        if owner is not None and owner is not client and owner in self._clients:
+        if owner is not None and owner is not client and owner in self._present:
             raise _TakenError(side, owner)
         self._owners[side] = client
 
@@ -197,7 +160,7 @@ class Bridge:
         """
         if owner not in self._doubted:
             self._begin(self._ask(owner))
-        elif self._doubted[owner][0] is not other and self._doubted[owner][0] in self._clients:
+        elif self._doubted[owner][0] is not other and self._doubted[owner][0] in self._present:
             return
         self._doubted[owner] = other, then
 
@@ -205,9 +168,9 @@ class Bridge:
         is_there = await owner.is_there()
         other, then = self._doubted.pop(owner)
         if not is_there:
-            self._clients.discard(owner)
+            self._present.discard(owner)
             owner.end("another client wants its side, and it did not answer")
-            if other in self._clients:
+            if other in self._present:
                 with contextlib.suppress(ProtocolError):
                     then()
 
@@ -239,7 +202,7 @@ class Bridge:
         """Tell who plays a seat, and everybody who reads the log, what became of it."""
         line = f"{seat.side}: {text}"
         self._say(f"rosbridge: {line}")
-        self._rosbridge.publish(LOG, messages.log(line, time.time(), is_fault))
+        self.publish(LOG, log(line, time.time(), is_fault))
         owner = self._owners.get(seat.side)
         if owner is not None and self._seats.get(seat.side) is seat:
             owner.tell("error" if is_fault else "info", line)

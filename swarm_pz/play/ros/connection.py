@@ -1,7 +1,7 @@
-"""One client of a rosbridge: what it wants to hear, and what it is sent, in which order.
+"""One client of a rosbridge: its subscriptions, and the queue of what it is sent.
 
-Who reads slowly is sent the latest message of each topic, not all of them, however long the queue that it asked for;
-so nothing is ever old.
+A client that reads slowly is sent the latest message of each topic, not all of them, however long the queue that it
+asked for; so no message is ever old.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
 _MOST_WAITING = 2**22
-"""Bytes that wait for one client of what may not be missed: then it is given up."""
+"""Bytes of messages that may not be missed; if more wait for one client, its connection ends."""
 _PINGS, _ANSWER_S = 3, 0.5
 """A client that is there answers one of so many pings within so many seconds; tablets deploy every two or more."""
 LEVELS = ("none", "error", "warning", "info")
 """Of status messages; a client is sent those up to its own."""
 _MOST_REFUSED, _PATIENCE_S = 100, 10.0
-"""So many refusals in so many seconds, and a client is shown out."""
+"""After so many refusals within so many seconds the connection ends."""
 
 
 @dataclass
@@ -38,25 +38,16 @@ class Subscription:
 
 
 class Client:
-    """One connection.
-
-    Attributes
-    ----------
-    address : str
-        Where it comes from.
-    advertised, subscriptions : dict
-        Types and subscriptions by topic.
-    level : str
-        Up to which it is sent status messages: "none", unless it asks, since some clients cannot take them.
-    ending : Task, optional
-        What ends its connection.
-    """
+    """One connection."""
 
     def __init__(self, connection: ServerConnection) -> None:
         self.address = str((connection.remote_address or ("unknown",))[0])
         self.advertised: dict[str, str] = {}
+        """Types by topic."""
         self.subscriptions: dict[str, Subscription] = {}
         self.level = "none"
+        """Up to which it is sent status messages; none unless it asks, since some clients cannot take them."""
+        self.ending: asyncio.Task[None] | None = None
         self._connection = connection
         self._latest: dict[str, str | bytes] = {}
         self._events: deque[str | bytes] = deque()
@@ -64,7 +55,6 @@ class Client:
         """Bytes of the events that wait."""
         self._refused: deque[float] = deque(maxlen=_MOST_REFUSED)
         self._wake = asyncio.Event()
-        self.ending: asyncio.Task[None] | None = None
 
     def put(self, frame: str | bytes, topic: str | None = None) -> None:
         """Send a frame when the client takes it; of a topic's frames that wait only the latest."""
@@ -81,12 +71,12 @@ class Client:
         self._wake.set()
 
     def tell(self, level: str, text: str, **more: Any) -> None:
-        """Send a status message, if the client has asked for such ones."""
+        """Send a status message, if the client has asked for that level."""
         if LEVELS.index(level) <= LEVELS.index(self.level):
             self.put(json.dumps({"op": "status", "level": level, "msg": text} | more))
 
     def refuse(self, text: str, **more: Any) -> None:
-        """Say that a message was refused, and why; who does not stop is shown out."""
+        """Say why a message was refused; after too many the connection ends."""
         self.tell("error", text, **more)
         now = time.monotonic()
         self._refused.append(now)
@@ -97,14 +87,10 @@ class Client:
         """Ask whether somebody is at the other end."""
         # Several times: after a while in which this process did nothing, the answer is there, but not read yet.
         for _ in range(_PINGS):
-            try:
+            with contextlib.suppress(TimeoutError, ConnectionClosed):
                 async with asyncio.timeout(_ANSWER_S):
                     await (await self._connection.ping())
                     return True
-            except TimeoutError:
-                continue
-            except ConnectionClosed:
-                break
         return False
 
     async def write(self) -> None:

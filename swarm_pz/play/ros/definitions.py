@@ -1,10 +1,23 @@
-"""The message types that a table publishes or hears, in the notation of ROS 2 interfaces (release Humble)."""
+"""The message types that a table publishes or hears, as ROS 2 (release Humble) defines them, and their bytes in CDR.
+
+The bytes are written here, since mcap-ros2-support writes CDR into MCAP files alone; its encoder is private.
+"""
 
 from __future__ import annotations
 
 import re
+from functools import cache
+from typing import Any
+
+import numpy as np
 
 _SEPARATOR = "\n" + 80 * "=" + "\n"
+_HEADER = b"\x00\x01\x00\x00"
+"""Plain CDR, little-endian; what follows is aligned as if it came first."""
+_NUMBERS = {
+    "bool": "u1", "int8": "i1", "uint8": "u1", "int32": "<i4", "uint32": "<u4", "float32": "<f4", "float64": "<f8",
+}  # fmt: skip
+_FIELD = re.compile(r"^([A-Za-z0-9_/]+)(\[\])? ([a-z0-9_]+)", re.MULTILINE)
 
 DEFINITIONS: dict[str, str] = {
     "builtin_interfaces/Time": "int32 sec\nuint32 nanosec",
@@ -53,24 +66,60 @@ DEFINITIONS: dict[str, str] = {
 }
 """Fields of each type, by its name without `msg`."""
 
-_FIELD = re.compile(r"^([a-z0-9_]+/[A-Za-z0-9]+)", re.MULTILINE)
-
 
 def definition(name: str) -> str:
     """Return the definition of a type and, after it, of all types that it is made of, as MCAP keeps it."""
     found = [name]
     for one in found:
-        found += [part for part in dict.fromkeys(_FIELD.findall(DEFINITIONS[one])) if part not in found]
-    rest = [f"MSG: {part}\n{DEFINITIONS[part]}" for part in found[1:]]
-    return _SEPARATOR.join([DEFINITIONS[name], *rest])
+        found += [
+            kind for kind in dict.fromkeys(kind for kind, *_ in _fields(one)) if kind in DEFINITIONS.keys() - found
+        ]
+    return _SEPARATOR.join([DEFINITIONS[name], *(f"MSG: {part}\n{DEFINITIONS[part]}" for part in found[1:])])
 
 
 def plain_name(name: str) -> str:
     """Return a type's name as it stands in `DEFINITIONS`: ROS 2 writes `pkg/msg/Type`, ROS 1 `pkg/Type`."""
-    parts = name.split("/")
-    return f"{parts[0]}/{parts[-1]}" if len(parts) == 3 and parts[1] == "msg" else name
+    return re.sub(r"^([^/]*)/msg/([^/]*)$", r"\1/\2", name)
 
 
 def full_name(name: str) -> str:
     """Return a type's name as ROS 2 writes it, `pkg/msg/Type`."""
     return name.replace("/", "/msg/", 1) if name.count("/") == 1 else name
+
+
+def serialise(kind: str, message: dict[str, Any]) -> bytes:
+    """Return a message of a type of `DEFINITIONS` as ROS 2 sends it."""
+    out = bytearray()
+    _write(out, kind, message)
+    return _HEADER + bytes(out)
+
+
+@cache
+def _fields(kind: str) -> tuple[tuple[str, bool, str], ...]:
+    """Return each field's type, whether it is a list, and its name."""
+    return tuple((part, bool(is_list), name) for part, is_list, name in _FIELD.findall(DEFINITIONS[kind]))
+
+
+def _write(out: bytearray, kind: str, value: Any) -> None:
+    if kind in _NUMBERS:
+        _write_numbers(out, _NUMBERS[kind], [value])
+    elif kind == "string":
+        data = value.encode() + b"\0"
+        _write_numbers(out, "<u4", [len(data)])
+        out += data
+    else:
+        for part, is_list, name in _fields(kind):
+            if not is_list:
+                _write(out, part, value[name])
+                continue
+            _write_numbers(out, "<u4", [len(value[name])])
+            if part in _NUMBERS and value[name]:
+                _write_numbers(out, _NUMBERS[part], value[name])
+            elif part not in _NUMBERS:
+                for one in value[name]:
+                    _write(out, part, one)
+
+
+def _write_numbers(out: bytearray, code: str, values: list[Any]) -> None:
+    out += bytes(-len(out) % int(code[-1]))
+    out += np.asarray(values, code).tobytes()

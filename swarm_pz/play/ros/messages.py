@@ -1,7 +1,7 @@
-"""A moment of a game as ROS messages, written as nested dicts: JSON and CDR are made of them alike.
+"""A moment of a game as ROS messages: nested dicts, from which JSON and CDR are made.
 
-The square is a map of 1 x 1 m in the frame `map`, x to the right and y up; drones fly at their altitudes, which
-mean nothing. Time is the game's: 0 at its first tick.
+The square is a map of 1 x 1 m in the frame `map`, x to the right and y up. Drones fly at their altitudes, which mean
+nothing. Time is the game's: 0 at its first tick.
 """
 
 from __future__ import annotations
@@ -13,51 +13,67 @@ import numpy as np
 from numpy.typing import NDArray
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
+from swarm_pz.kernels.observation import CAPTURES_FROM
 from swarm_pz.play.frames import Frame
 
 Message = dict[str, Any]
 
 FRAME_ID = "map"
+LOG = "/rosout"
 _SPHERE = 2
 """`visualization_msgs/Marker`'s number for a sphere."""
 _INFO, _WARN = 20, 30
-"""`rcl_interfaces/Log`'s numbers for what is told, and for what is wrong."""
+"""`rcl_interfaces/Log`'s numbers for news, and for faults."""
 _SIZE = 0.02
-"""Map widths of a drone's sphere."""
+"""Diameter of a drone's sphere, in m."""
 _COLOURS = ((0.85, 0.20, 0.16), (0.13, 0.40, 0.85))
 """Red, green and blue of the teams, each from 0 to 1."""
-_CAPTURES = 192
-"""The brightness from which on a frame's field captures; see `swarm_pz.play.frames`."""
+TOPICS: dict[str, str] = {
+    "/clock": "rosgraph_msgs/Clock",
+    "/tf": "tf2_msgs/TFMessage",
+    "/agent/visual": "visualization_msgs/MarkerArray",
+    "/agent_team_status": "std_msgs/String",
+    "/swarm/sizes": "std_msgs/Int32MultiArray",
+    **{f"/swarm/{team}/poses": "geometry_msgs/PoseArray" for team in TEAM_NAMES},
+    **{f"/swarm/{team}/capture_field": "nav_msgs/OccupancyGrid" for team in TEAM_NAMES},
+    **{f"/{team}_team_target_dist": "nav_msgs/OccupancyGrid" for team in TEAM_NAMES},
+    **{f"/{team}_ck_plot": "std_msgs/Float32MultiArray" for team in TEAM_NAMES},
+    LOG: "rcl_interfaces/Log",
+}
+"""What a table publishes, and its types."""
 
 
-def stamp_of(tick: int) -> Message:
+def nanoseconds_of(tick: int) -> int:
     """Return the time of a tick."""
-    nanoseconds = tick * 1_000_000_000 // TICKS_PER_SECOND
-    return {"sec": nanoseconds // 1_000_000_000, "nanosec": nanoseconds % 1_000_000_000}
+    return tick * 1_000_000_000 // TICKS_PER_SECOND
 
 
-def header_of(tick: int) -> Message:
-    """Return what begins every message that belongs to a time and a place."""
-    return {"stamp": stamp_of(tick), "frame_id": FRAME_ID}
+def _stamp(tick: int) -> Message:
+    seconds, nanoseconds = divmod(nanoseconds_of(tick), 1_000_000_000)
+    return {"sec": seconds, "nanosec": nanoseconds}
+
+
+def _header(tick: int) -> Message:
+    return {"stamp": _stamp(tick), "frame_id": FRAME_ID}
 
 
 def clock(tick: int) -> Message:
     """Return the game's time: rosgraph_msgs/Clock."""
-    return {"clock": stamp_of(tick)}
+    return {"clock": _stamp(tick)}
 
 
-def text(data: str) -> Message:
-    """Return words: std_msgs/String."""
-    return {"data": data}
+def team_status(drone: int, team: int) -> Message:
+    """Return whose a drone is now: std_msgs/String."""
+    return {"data": f"agent{drone} {TEAM_NAMES[team]}"}
 
 
-def log(data: str, seconds: float, is_fault: bool) -> Message:
+def log(text: str, seconds: float, is_fault: bool) -> Message:
     """Return a line of `/rosout`, by the clock on the wall: rcl_interfaces/Log."""
     return {
         "stamp": {"sec": int(seconds), "nanosec": int(seconds % 1.0 * 1e9)},
         "level": _WARN if is_fault else _INFO,
         "name": "swarm_pz",
-        "msg": data,
+        "msg": text,
         "file": "",
         "function": "",
         "line": 0,
@@ -65,17 +81,13 @@ def log(data: str, seconds: float, is_fault: bool) -> Message:
 
 
 def poses(frame: Frame, team: int) -> Message:
-    """Return where a team's drones are, in the order of their numbers, turned to where they fly.
-
-    geometry_msgs/PoseArray.
-    """
+    """Return where a team's drones are, by number, turned to where they fly: geometry_msgs/PoseArray."""
     own = np.flatnonzero(frame.teams == team)
-    return {"header": header_of(frame.tick), "poses": [_pose(frame, int(drone)) for drone in own]}
+    return {"header": _header(frame.tick), "poses": [_pose(frame, drone) for drone in own.tolist()]}
 
 
 def _pose(frame: Frame, drone: int) -> Message:
-    x, y = (float(value) for value in frame.positions[drone])
-    speed_x, speed_y = (float(value) for value in frame.velocities[drone])
+    (x, y), (speed_x, speed_y) = frame.positions[drone].tolist(), frame.velocities[drone].tolist()
     half = math.atan2(speed_y, speed_x) / 2.0
     height = 0.0 if frame.altitudes is None else float(frame.altitudes[drone])
     return {
@@ -89,13 +101,8 @@ def transforms(frame: Frame) -> Message:
     found = []
     for drone in range(len(frame.teams)):
         pose = _pose(frame, drone)
-        found.append(
-            {
-                "header": header_of(frame.tick),
-                "child_frame_id": f"agent{drone}",
-                "transform": {"translation": pose["position"], "rotation": pose["orientation"]},
-            }
-        )
+        transform = {"translation": pose["position"], "rotation": pose["orientation"]}
+        found.append({"header": _header(frame.tick), "child_frame_id": f"agent{drone}", "transform": transform})
     return {"transforms": found}
 
 
@@ -103,23 +110,23 @@ def markers(frame: Frame) -> Message:
     """Return every drone as a ball in its team's colour: visualization_msgs/MarkerArray."""
     found = []
     for drone, team in enumerate(frame.teams.tolist()):
-        red, green, blue = _COLOURS[team]
+        colour = dict(zip("rgba", (*_COLOURS[team], 1.0), strict=True))
         found.append(
             {
-                "header": header_of(frame.tick),
+                "header": _header(frame.tick),
                 "ns": "agents",
                 "id": drone,
                 "type": _SPHERE,
                 "action": 0,
                 "pose": _pose(frame, drone),
-                "scale": {"x": _SIZE, "y": _SIZE, "z": _SIZE},
-                "color": {"r": red, "g": green, "b": blue, "a": 1.0},
+                "scale": dict.fromkeys("xyz", _SIZE),
+                "color": colour,
                 "lifetime": {"sec": 0, "nanosec": 0},
                 "frame_locked": False,
                 "points": [],
                 "colors": [],
                 "texture_resource": "",
-                "texture": {"header": header_of(frame.tick), "format": "", "data": []},
+                "texture": {"header": _header(frame.tick), "format": "", "data": []},
                 "uv_coordinates": [],
                 "text": f"{TEAM_NAMES[team]} {drone}",
                 "mesh_resource": "",
@@ -133,15 +140,25 @@ def markers(frame: Frame) -> Message:
 def sizes(frame: Frame) -> Message:
     """Return how many drones red and blue have: std_msgs/Int32MultiArray."""
     blue = int(frame.teams.sum(dtype=np.int64))
-    return _array([len(frame.teams) - blue, blue], ("team", 2))
+    return _array([len(frame.teams) - blue, blue], "team")
+
+
+def floats(values: NDArray[Any]) -> Message:
+    """Return an image (cells, cells) row after row, row 0 at the bottom: std_msgs/Float32MultiArray."""
+    return _array(values.astype(np.float32).ravel().tolist(), "cell")
+
+
+def _array(data: list[Any], label: str) -> Message:
+    dim = {"label": label, "size": len(data), "stride": len(data)}
+    return {"layout": {"dim": [dim], "data_offset": 0}, "data": data}
 
 
 def capture_field(field: NDArray[np.uint8], tick: int) -> Message:
     """Return where a team captures: nav_msgs/OccupancyGrid, from 0 to 100, above 75 exactly where it does."""
     values = field.astype(np.int64)
-    below = values * 75 // _CAPTURES
-    above = 76 + (values - _CAPTURES) * 24 // (255 - _CAPTURES)
-    return grid(np.where(values >= _CAPTURES, above, below), tick)
+    below = values * 75 // CAPTURES_FROM
+    above = 76 + (values - CAPTURES_FROM) * 24 // (255 - CAPTURES_FROM)
+    return grid(np.where(values >= CAPTURES_FROM, above, below), tick)
 
 
 def target(density: NDArray[Any], tick: int) -> Message:
@@ -152,44 +169,6 @@ def target(density: NDArray[Any], tick: int) -> Message:
 def grid(values: NDArray[np.int64], tick: int) -> Message:
     """Return an image (cells, cells), row 0 at the bottom, values from 0 to 100, as nav_msgs/OccupancyGrid."""
     cells = len(values)
-    return {
-        "header": header_of(tick),
-        "info": {
-            "map_load_time": stamp_of(0),
-            "resolution": 1.0 / cells,
-            "width": cells,
-            "height": cells,
-            "origin": {
-                "position": {"x": 0.0, "y": 0.0, "z": 0.0},
-                "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
-            },
-        },
-        "data": values.ravel().tolist(),
-    }
-
-
-def floats(values: NDArray[Any]) -> Message:
-    """Return an image (cells, cells) row after row, row 0 at the bottom: std_msgs/Float32MultiArray."""
-    return _array(values.astype(np.float32).ravel().tolist(), ("cell", values.size))
-
-
-def _array(data: list[Any], *dimensions: tuple[str, int]) -> Message:
-    dim, stride = [], 1
-    for label, size in reversed(dimensions):
-        stride *= size
-        dim.append({"label": label, "size": size, "stride": stride})
-    return {"layout": {"dim": dim[::-1], "data_offset": 0}, "data": data}
-
-
-TOPICS: dict[str, str] = {
-    "/clock": "rosgraph_msgs/Clock",
-    "/tf": "tf2_msgs/TFMessage",
-    "/agent/visual": "visualization_msgs/MarkerArray",
-    "/agent_team_status": "std_msgs/String",
-    "/swarm/sizes": "std_msgs/Int32MultiArray",
-    **{f"/swarm/{team}/poses": "geometry_msgs/PoseArray" for team in TEAM_NAMES},
-    **{f"/swarm/{team}/capture_field": "nav_msgs/OccupancyGrid" for team in TEAM_NAMES},
-    **{f"/{team}_team_target_dist": "nav_msgs/OccupancyGrid" for team in TEAM_NAMES},
-    **{f"/{team}_ck_plot": "std_msgs/Float32MultiArray" for team in TEAM_NAMES},
-}
-"""What a table publishes, and its types."""
+    corner = {"position": dict.fromkeys("xyz", 0.0), "orientation": dict.fromkeys("xyz", 0.0) | {"w": 1.0}}
+    info = {"map_load_time": _stamp(0), "resolution": 1.0 / cells, "width": cells, "height": cells, "origin": corner}
+    return {"header": _header(tick), "info": info, "data": values.ravel().tolist()}

@@ -5,34 +5,26 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import multiprocessing
-import multiprocessing.connection
 import os
 import signal
 import socket
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from multiprocessing.connection import Connection
 
 from swarm_pz.errors import CommandError, require_extra
 from swarm_pz.evaluation.processes import prepare_process
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.ros.bridge import Bridge
-from swarm_pz.play.ros.origins import Origins
+from swarm_pz.play.ros.rosbridge import Origins
 
 _END_S = 3.0
 """Seconds that the process may take to say good-bye to its clients."""
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Return a socket at which a rosbridge may be reached.
-
-    Raises
-    ------
-    MissingExtraError
-        If the extra `lab` is not installed.
-    CommandError
-        If it cannot listen there.
-    """
+    """Return a socket at which a rosbridge may be reached; CommandError if it cannot listen there."""
     require_extra("cbor2", "lab")
     listening = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -57,27 +49,11 @@ def rosbridge(
     say: Callable[[str], None],
     address: str,
 ) -> Iterator[None]:
-    """Serve ROS programs at a socket while the table is up.
-
-    Parameters
-    ----------
-    listening : Socket
-        As `listen` returns it; closed in the end.
-    opponent : str or None
-        A policy that plays the other side of who comes first.
-    table : TableConfig
-    origins : Origins
-        Of the pages that may connect.
-    say : callable
-        Where lines go.
-    address : str
-        Host and port of the table, as this machine reaches it.
-    """
+    """Serve ROS programs at a socket while the table at an address (host and port) is up; see `Bridge`."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
-    process = context.Process(
-        target=_serve, args=(listening, theirs.send, address, opponent, table, origins), daemon=True
-    )
+    given = (listening, theirs, address, opponent, table, origins)
+    process = context.Process(target=_serve, args=given, daemon=True)
     process.start()
     theirs.close()
     listening.close()
@@ -94,7 +70,7 @@ def rosbridge(
         reader.join()
 
 
-def _pass_on(pipe: multiprocessing.connection.Connection, say: Callable[[str], None], is_over: threading.Event) -> None:
+def _pass_on(pipe: Connection, say: Callable[[str], None], is_over: threading.Event) -> None:
     """Say what the process says, until it has ended."""
     with contextlib.suppress(EOFError, OSError):
         while True:
@@ -105,7 +81,7 @@ def _pass_on(pipe: multiprocessing.connection.Connection, say: Callable[[str], N
 
 def _serve(
     listening: socket.socket,
-    say: Callable[[str], None],
+    pipe: Connection,
     address: str,
     opponent: str | None,
     table: TableConfig,
@@ -115,12 +91,12 @@ def _serve(
     prepare_process()
     if hasattr(os, "nice"):
         os.nice(5)  # a large message takes a tenth of a second to read: the table's ticks come first
+
+    async def run() -> None:
+        task = asyncio.current_task()
+        if task is not None and sys.platform != "win32":
+            asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
+        await Bridge(address, opponent, table, pipe.send, origins).run(listening)
+
     with contextlib.suppress(asyncio.CancelledError):
-        asyncio.run(_run(Bridge(address, opponent, table, say, origins), listening))
-
-
-async def _run(bridge: Bridge, listening: socket.socket) -> None:
-    task = asyncio.current_task()
-    if task is not None and sys.platform != "win32":
-        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
-    await bridge.run(listening)
+        asyncio.run(run())

@@ -1,7 +1,6 @@
 """A rosbridge server, protocol version 2: topics and a few services over WebSockets, in JSON or CBOR.
 
-It knows nothing of games: what clients publish is handed to whoever serves, and what is published goes to those that
-have subscribed.
+It knows nothing of games: what clients publish goes to `Rosbridge.heard`, and what is published goes to subscribers.
 """
 
 from __future__ import annotations
@@ -9,20 +8,23 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import re
 import socket
 import time
-from collections.abc import Callable, Mapping
-from typing import Any, Protocol, cast
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, cast
 
+from websockets import Origin
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
-from swarm_pz.errors import ProtocolError, require_extra
-from swarm_pz.play.ros.cdr import serialise
+from swarm_pz.errors import CommandError, ProtocolError, require_extra
 from swarm_pz.play.ros.connection import LEVELS, Client, Subscription
-from swarm_pz.play.ros.definitions import DEFINITIONS, definition, full_name, plain_name
-from swarm_pz.play.ros.origins import AT_HOME, Origins
+from swarm_pz.play.ros.definitions import DEFINITIONS, definition, full_name, plain_name, serialise
+from swarm_pz.play.ros.messages import LOG, Message
+from swarm_pz.play.ros.messages import log as log_line
 from swarm_pz.play.server.budget import Accounts, Rate
+from swarm_pz.play.server.serve import names_of
 
 MAX_MESSAGE_BYTES = 2**20
 """Room for an image of 200 x 200 cells, every number written out; the tablet app's has a tenth of that at most."""
@@ -30,11 +32,11 @@ MAX_CLIENTS = 64
 _MOST_TOPICS = 256
 """That one client may advertise, or subscribe to, or subscriptions to one topic; and characters of a name."""
 _MOST_OTHERS = 2048
-"""Topics that mean nothing here and all clients together may advertise: who asks for topics is told them all."""
+"""Topics without a meaning here that all clients together may advertise: `topics` lists them all."""
 CONNECTION_S, ADDRESS_S = Rate(0.5, 0.2), Rate(2.0, 0.5)
 """Seconds of processor time that a client may use up, and all of one address, in this process of its own."""
 _TOLD_S = 0.5
-"""A debt of so many seconds is worth a word."""
+"""Seconds of debt from which on a client is warned."""
 _SLOWED = "your messages cost more processor time than a client may use; they are read more slowly now"
 _BUFFER_BYTES = 2**16
 """What the system keeps for a client that does not read: what stands there grows old."""
@@ -45,62 +47,56 @@ _KNOWN_TAGS = 2**16
 """Of CBOR, that a decoder may know: some are texts to be compiled, or numbers of a million digits, in few bytes."""
 _COMPRESSIONS = ("none", "cbor", "cbor-raw")
 
-Message = dict[str, Any]
+Origins = Sequence[Origin | re.Pattern[str] | None]
+"""What a WebSocket server takes as origins; None is programs, which send none."""
 log = logging.getLogger("swarm_pz.play")
 
 
-class Node(Protocol):
-    """Who serves: hears what clients publish, and answers their calls."""
+def origins_of(host: str, others: Sequence[str] = ()) -> Origins:
+    """Return who may connect to a host: programs, pages of this machine at any port, and pages of other addresses.
 
-    def heard(self, client: Client, topic: str, message: Message) -> None:
-        """Take a message, or raise ProtocolError with words that say what was expected."""
-
-    def called(self, client: Client, service: str, arguments: Message) -> Message:
-        """Answer a call, or raise ProtocolError."""
-
-    def refused(self, client: Client, text: str) -> None:
-        """Learn that a client's message was refused, and why."""
-
-    def left(self, client: Client) -> None:
-        """Learn that a client has gone."""
+    Browsers let every page open a WebSocket to this machine, so others are refused. An address is such as
+    https://lab.example, or file:// for programs that are pages themselves; CommandError if it is none.
+    """
+    for other in others:
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9+.-]*://[^/\s]*/?", other):
+            raise CommandError(
+                "--ros-origin takes the address of a page without its path, such as https://lab.example or file://, "
+                f"got {other!r}"
+            )
+    names = "|".join(re.escape(name.removesuffix(":0")) for name in names_of(host, 0))
+    home = re.compile(f"https?://({names})(:[0-9]+)?", re.IGNORECASE)
+    return [None, home, *(Origin(re.sub("(?<=[^/])/$", "", other.lower())) for other in others)]
 
 
 class Rosbridge:
-    """The server.
+    """The server; a subclass says what messages mean.
 
-    Parameters
-    ----------
-    node : Node
-    topics : mapping of str to str
-        What is published, and the types, written as `pkg/Type`.
-    every : frozenset of str
-        Of these, topics of which a subscriber is sent every message, not only the latest.
-    inputs : mapping of str to str
-        What is listened to, and the types.
+    `topics` and `inputs` are what is published and what is listened to, with the types, written as `pkg/Type`; of the
+    topics in `every` a subscriber is sent every message, not only the latest.
     """
 
-    def __init__(
-        self,
-        node: Node,
-        topics: Mapping[str, str],
-        every: frozenset[str] = frozenset(),
-        inputs: Mapping[str, str] | None = None,
-    ) -> None:
-        self._node, self._topics, self._every = node, dict(topics), every
-        self._types = {**(inputs or {}), **topics}
+    def __init__(self, topics: Mapping[str, str], inputs: Mapping[str, str], every: frozenset[str]) -> None:
+        self._topics, self._types, self._every = topics, {**inputs, **topics}, every
         self._accounts = Accounts(CONNECTION_S, ADDRESS_S)
         self._clients: set[Client] = set()
         self._server: Server | None = None
         self._cbor = require_extra("cbor2", "lab")
         self._no_tags = dict.fromkeys(set(range(_KNOWN_TAGS)) - _LARGE_NUMBERS, _refuse_tag)
 
-    async def open(self, listening: socket.socket, origins: Origins = AT_HOME) -> None:
-        """Begin to meet those that come to a socket, from pages of these origins."""
+    def heard(self, client: Client, topic: str, message: Message) -> None:
+        """Take what a client publishes, or raise ProtocolError with words that say what was expected."""
+
+    def left(self, client: Client) -> None:
+        """Learn that a client has gone."""
+
+    async def open(self, listening: socket.socket, origins: Origins | None = None) -> None:
+        """Begin to meet those that come to a socket: programs, and pages of origins, if not given of this machine."""
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER_BYTES)  # and so each that comes in
         self._server = await serve(
             self._meet,
             sock=listening,
-            origins=origins,
+            origins=origins if origins is not None else origins_of("127.0.0.1"),
             max_size=MAX_MESSAGE_BYTES,
             compression=None,
             ping_interval=20,
@@ -118,11 +114,11 @@ class Rosbridge:
 
     def wanted(self, topic: str) -> bool:
         """Whether anybody has subscribed to a topic: else its messages need not be made."""
-        return any(_full(topic) in client.subscriptions for client in self._clients)
+        return any(topic in client.subscriptions for client in self._clients)
 
     def publish(self, topic: str, message: Message, but: Client | None = None, to: Client | None = None) -> None:
         """Send a message to all that have subscribed to its topic, but one; or to one alone."""
-        topic, now = _full(topic), time.monotonic()
+        now = time.monotonic()
         frames: dict[str, str | bytes] = {}
         for client in self._clients if to is None else (to,):
             subscription = client.subscriptions.get(topic)
@@ -168,19 +164,18 @@ class Rosbridge:
             self._clients.discard(client)
             self._accounts.forget(time.monotonic())
             writer.cancel()
-            self._node.left(client)
+            self.left(client)
 
     def _obey(self, client: Client, frame: str | bytes) -> None:
         told: Message = {}
         try:
             told = self._read(frame)
-            operation = self._operations.get(told["op"])
-            if operation is None:
+            if told["op"] not in self._operations:
                 raise ProtocolError(f"op must be one of {', '.join(self._operations)}, got {_shown(told['op'])}")
-            operation(self, client, told)
+            self._operations[told["op"]](self, client, told)
         except ProtocolError as error:
             client.refuse(str(error), **({"id": told["id"]} if "id" in told else {}))
-            self._node.refused(client, str(error))
+            self.publish(LOG, log_line(str(error), time.time(), True), to=client)  # many take no status messages
         except Exception:  # whatever it is, it is refused to this client alone
             log.exception("a message was not obeyed")
             client.refuse("the server could not do that")
@@ -194,23 +189,18 @@ class Rosbridge:
         if not isinstance(told, dict) or not isinstance(told.get("op"), str):
             raise ProtocolError(f"a message must be an object with an op, got {_shown(frame)}")
         name = told.get("id", "")
-        if not isinstance(name, str) and not (isinstance(name, int) and name.bit_length() <= 64):
-            raise ProtocolError(f"id must be a text, got {_shown(name)}")
-        if isinstance(name, str) and len(name) > _MOST_TOPICS:
+        fits = len(name) <= _MOST_TOPICS if isinstance(name, str) else isinstance(name, int) and name.bit_length() <= 64
+        if not fits:
             raise ProtocolError(f"id must be a text of at most {_MOST_TOPICS} characters, got {_shown(name)}")
         return told
 
     def _of_cbor(self, frame: str | bytes) -> Any:
         """Return what JSON could say, too: no other tags, and no keys but texts, whose hashes nobody chooses."""
-        return self._cbor.loads(
-            frame,
-            semantic_decoders=self._no_tags,
-            tag_hook=_refuse_tag,
-            strict_hashable_types=True,
-        )
+        rules = {"semantic_decoders": self._no_tags, "tag_hook": _refuse_tag, "strict_hashable_types": True}
+        return self._cbor.loads(frame, **rules)
 
     def _advertise(self, client: Client, told: Message) -> None:
-        topic, kind = _full(_text(told, "topic")), plain_name(_text(told, "type"))
+        topic, kind = _topic(told), plain_name(_text(told, "type"))
         self._check_type(topic, kind)
         if topic not in client.advertised and len(client.advertised) >= _MOST_TOPICS:
             raise ProtocolError(f"a client may advertise {_MOST_TOPICS} topics")
@@ -220,16 +210,16 @@ class Rosbridge:
         client.advertised[topic] = kind
 
     def _unadvertise(self, client: Client, told: Message) -> None:
-        client.advertised.pop(_full(_text(told, "topic")), None)
+        client.advertised.pop(_topic(told), None)
 
     def _publish(self, client: Client, told: Message) -> None:
         message = told.get("msg", {})
         if not isinstance(message, dict):
             raise ProtocolError(f"msg must be an object, got {_shown(message)}")
-        self._node.heard(client, _full(_text(told, "topic")), message)
+        self.heard(client, _topic(told), message)
 
     def _subscribe(self, client: Client, told: Message) -> None:
-        topic, compression = _full(_text(told, "topic")), told.get("compression") or "none"
+        topic, compression = _topic(told), told.get("compression") or "none"
         if compression not in _COMPRESSIONS:
             raise ProtocolError(f"compression must be one of {', '.join(_COMPRESSIONS)}, got {_shown(compression)}")
         throttle = told.get("throttle_rate") or 0
@@ -252,48 +242,45 @@ class Rosbridge:
             raise ProtocolError(f"{topic} is of type {self._types[topic]}, got {_shown(kind)}")
 
     def _unsubscribe(self, client: Client, told: Message) -> None:
-        topic = _full(_text(told, "topic"))
-        known = client.subscriptions.get(topic)
-        if known is None:
-            return
-        known.ids.discard(str(told.get("id", "")))
-        if "id" not in told or not known.ids:
-            del client.subscriptions[topic]
+        topic = _topic(told)
+        if (known := client.subscriptions.get(topic)) is not None:
+            known.ids.discard(str(told.get("id", "")))
+            if "id" not in told or not known.ids:
+                del client.subscriptions[topic]
 
     def _call(self, client: Client, told: Message) -> None:
         service, arguments = _full(_text(told, "service")), told.get("args") or {}
         answer: Message = {"op": "service_response", "service": told["service"]}
-        if "id" in told:
-            answer["id"] = told["id"]
+        answer |= {"id": told["id"]} if "id" in told else {}
         try:
             if not isinstance(arguments, dict | list):
                 raise ProtocolError(f"args must be an object or a list, got {_shown(arguments)}")
             named = arguments if isinstance(arguments, dict) else {"topic": arguments[0]} if arguments else {}
-            client.put(json.dumps(answer | {"values": self._answer(client, service, named), "result": True}))
+            client.put(json.dumps(answer | {"values": self._answer(service, named), "result": True}))
         except ProtocolError as error:
             client.put(json.dumps(answer | {"values": str(error), "result": False}))
 
-    def _answer(self, client: Client, service: str, arguments: Message) -> Message:
+    def _answer(self, service: str, arguments: Message) -> Message:
         types = {**{topic: kind for one in self._clients for topic, kind in one.advertised.items()}, **self._types}
-        if service == "/rosapi/topics_and_raw_types":
-            known = {topic: kind for topic, kind in types.items() if kind in DEFINITIONS}
-            return {
-                "topics": list(known),
-                "types": [full_name(kind) for kind in known.values()],
-                "typedefs_full_text": [definition(kind) for kind in known.values()],
-            }
-        if service == "/rosapi/topics":
-            return {"topics": list(types), "types": list(types.values())}
-        if service == "/rosapi/topic_type":
-            return {"type": types.get(_full(_text(arguments, "topic")), "")}
-        if service == "/rosapi/nodes":
-            return {"nodes": ["/swarm_pz"]}
-        if service == "/rosapi/get_time":
-            nanoseconds = time.time_ns()
-            second = 1_000_000_000
-            both = {"secs": nanoseconds // second, "nsecs": nanoseconds % second}  # as ROS 1 calls them, and ROS 2
-            return {"time": both | {"sec": both["secs"], "nanosec": both["nsecs"]}}
-        return self._node.called(client, service, arguments)
+        match service:
+            case "/rosapi/topics_and_raw_types":
+                known = {topic: kind for topic, kind in types.items() if kind in DEFINITIONS}
+                return {
+                    "topics": list(known),
+                    "types": [full_name(kind) for kind in known.values()],
+                    "typedefs_full_text": [definition(kind) for kind in known.values()],
+                }
+            case "/rosapi/topics":
+                return {"topics": list(types), "types": list(types.values())}
+            case "/rosapi/topic_type":
+                return {"type": types.get(_topic(arguments), "")}
+            case "/rosapi/nodes":
+                return {"nodes": ["/swarm_pz"]}
+            case "/rosapi/get_time":
+                seconds, nanoseconds = divmod(time.time_ns(), 1_000_000_000)
+                ros1, ros2 = {"secs": seconds, "nsecs": nanoseconds}, {"sec": seconds, "nanosec": nanoseconds}
+                return {"time": ros1 | ros2}
+        raise ProtocolError(f"there is no service {service}; a seat is taken by publishing on /red_connection_service")
 
     def _set_level(self, client: Client, told: Message) -> None:
         level = _text(told, "level")
@@ -311,17 +298,18 @@ class Rosbridge:
         "subscribe": _subscribe,
         "unsubscribe": _unsubscribe,
         "call_service": _call,
-        "service_response": _pass,
-        "advertise_service": _pass,
-        "unadvertise_service": _pass,
-        "status": _pass,
         "set_level": _set_level,
+        **dict.fromkeys(("service_response", "advertise_service", "unadvertise_service", "status"), _pass),
     }
 
 
 def _full(name: str) -> str:
     """Return a name of a topic or service with its slash, which clients leave out at times."""
     return name if name.startswith("/") else f"/{name}"
+
+
+def _topic(told: Message) -> str:
+    return _full(_text(told, "topic"))
 
 
 def _text(told: Message, key: str) -> str:

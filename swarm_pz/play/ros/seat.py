@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from websockets import Subprotocol
 from websockets.asyncio.client import ClientConnection, connect
@@ -14,66 +14,40 @@ from websockets.exceptions import ConnectionClosed
 from swarm_pz.config import TEAM_NAMES, GameConfig
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play import protocol
-from swarm_pz.play.frames import FRAME, TARGET, Frame, Target, decode_frame, decode_target
+from swarm_pz.play.frames import FRAME, TARGET, decode_frame, decode_target
 from swarm_pz.play.protocol import Side
 from swarm_pz.play.ros.commands import Maker
 
+if TYPE_CHECKING:
+    from swarm_pz.play.ros.bridge import Bridge
+
 _COMMAND_S = 0.1
 """Seconds between two commands that are sent to the table; of those that come sooner, the latest waits."""
-_ROOM_BYTES = 32
-"""Of a command's message, for its number. A table ends the connection of who sends more than it takes."""
+_NUMBER_BYTES = 32
+"""Room for its number in a command's message. A table ends the connection of who sends more than it takes."""
 _ACKNOWLEDGED = 4
 """Frames that one acknowledgement is for."""
 _ENDS = {"red": "red has won", "blue": "blue has won", "draw": "a draw", "stopped": "it was stopped"}
 
 
-class Watcher(Protocol):
-    """Who is told what a seat sees and hears."""
-
-    def show(self, seat: Seat, frame: Frame) -> None:
-        """See a frame."""
-
-    def show_target(self, seat: Seat, target: Target) -> None:
-        """See what the seat's command made its target."""
-
-    def told(self, seat: Seat, text: str, is_fault: bool) -> None:
-        """Hear what became of the seat or of a command."""
-
-
 class Seat:
-    """A seat, from the first connection to the table to its end.
+    """A seat, from the first connection to the table to its end; its bridge is told what it sees and hears."""
 
-    Parameters
-    ----------
-    address : str
-        Host and port of the table.
-    side : {"red", "blue"}
-    watcher : Watcher
-
-    Attributes
-    ----------
-    side : {"red", "blue"}
-    room : Future of str
-        The code of its room, when it is known; cancelled if it never will be.
-    ended : bool
-        Whether its connection to the table is over.
-    """
-
-    def __init__(self, address: str, side: Side, watcher: Watcher) -> None:
+    def __init__(self, address: str, side: Side, bridge: Bridge) -> None:
         self.side: Side = side
         self.room: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+        """The code of its room, when it is known; cancelled if it never will be."""
         self.ended = False
-        self._address, self._watcher = address, watcher
+        self._address, self._bridge = address, bridge
         self._takes: protocol.Commands | None = None
         self._cells = GameConfig().command_cells
         self._unread: Maker | None = None
         """The latest command that came before it was known what the seat takes."""
         self._waiting: protocol.CommandMessage | None = None
-        self._number, self._next_s = 0, 0.0
+        self._number, self._next_s, self._frames = 0, 0.0, 0
         self._out: list[protocol.ClientMessage] = []
         self._wake = asyncio.Event()
         self._phase, self._is_ready = "", True
-        self._frames = 0
 
     # --- what its player says ---------------------------------------------------------------------
 
@@ -84,19 +58,13 @@ class Seat:
             self._say(protocol.Ready())
 
     def command(self, maker: Maker) -> None:
-        """Give a command; the latest waits while no game takes any.
-
-        Raises
-        ------
-        ProtocolError
-            If it is none of the seat's.
-        """
+        """Give a command, or raise ProtocolError if it is none of the seat's; the latest waits while no game runs."""
         if self._takes is None:
             self._unread = maker
             return
         command = maker(self._takes, self._cells)
         size = len(protocol.encode(command))
-        if size > protocol.MAX_MESSAGE_BYTES - _ROOM_BYTES:
+        if size > protocol.MAX_MESSAGE_BYTES - _NUMBER_BYTES:
             raise ProtocolError(f"a command may have {protocol.MAX_MESSAGE_BYTES} bytes at the table, got {size}")
         self._waiting = command
         self._wake.set()
@@ -122,8 +90,7 @@ class Seat:
                 first = protocol.Join(beside.room.result(), self.side)
             self._out = [protocol.Hello(), first, protocol.Ready(), *self._out]
             self._wake.set()
-            address = f"ws://{self._address}/socket"
-            spoken = [Subprotocol(protocol.SUBPROTOCOL)]
+            address, spoken = f"ws://{self._address}/socket", [Subprotocol(protocol.SUBPROTOCOL)]
             async with connect(address, subprotocols=spoken, max_size=None, close_timeout=1) as socket:
                 writer = asyncio.create_task(self._write(socket))
                 try:
@@ -131,9 +98,9 @@ class Seat:
                         self._take(data)
                 finally:
                     writer.cancel()
-            self._watcher.told(self, "the table has ended the connection", True)
+            self._tell("the table has ended the connection", is_fault=True)
         except (ConnectionClosed, OSError, ProtocolError) as error:
-            self._watcher.told(self, f"has no seat at the table: {error}", True)
+            self._tell(f"has no seat at the table: {error}", is_fault=True)
         finally:
             self.ended = True
             self.room.cancel()
@@ -165,6 +132,9 @@ class Seat:
 
     # --- what the table says ----------------------------------------------------------------------
 
+    def _tell(self, text: str, *, is_fault: bool = False) -> None:
+        self._bridge.told(self, text, is_fault)
+
     def _take(self, data: str | bytes) -> None:
         if isinstance(data, str):
             self._hear(protocol.decode_server(data))
@@ -173,11 +143,9 @@ class Seat:
             self._frames += 1
             if self._frames % _ACKNOWLEDGED == 0:
                 self._say(protocol.Acknowledge(frame.sequence))
-            self._watcher.show(self, frame)
-        elif data[0] == TARGET:
-            target = decode_target(data)
-            if TEAM_NAMES[target.team] == self.side:
-                self._watcher.show_target(self, target)
+            self._bridge.show(self, frame)
+        elif data[0] == TARGET and TEAM_NAMES[(target := decode_target(data)).team] == self.side:
+            self._bridge.show_target(self, target)
 
     def _hear(self, message: protocol.ServerMessage) -> None:
         match message:
@@ -187,26 +155,25 @@ class Seat:
                 self._sit(message)
             case protocol.RoomState():
                 if message.phase == "over" != self._phase:
-                    self._watcher.told(self, f"the game is over: {_ENDS[message.outcome or 'stopped']}", False)
+                    self._tell(f"the game is over: {_ENDS[message.outcome or 'stopped']}")
                 self._phase = message.phase
-                if message.phase == "playing":
-                    self._is_ready = False
+                self._is_ready = self._is_ready and message.phase != "playing"
                 self._wake.set()
             case protocol.Refused():
-                self._watcher.told(self, f"{message.about or 'a message'} is refused: {message.reason}", True)
+                self._tell(f"{message.about or 'a message'} is refused: {message.reason}", is_fault=True)
                 if message.about in ("create", "join"):
                     self.leave()
             case protocol.Notice():
-                self._watcher.told(self, message.text, False)
+                self._tell(message.text)
 
     def _sit(self, message: protocol.Seated) -> None:
         self._takes = message.commands
         if not self.room.done():
             self.room.set_result(message.room)
-            self._watcher.told(self, f"plays in room {message.room}, flown by {message.commands.system}", False)
+            self._tell(f"plays in room {message.room}, flown by {message.commands.system}")
         unread, self._unread = self._unread, None
         if unread is not None:
             try:
                 self.command(unread)
             except ProtocolError as error:
-                self._watcher.told(self, str(error), True)
+                self._tell(str(error), is_fault=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,41 +13,49 @@ from swarm_pz.config import CONTROL_PERIOD, GRID_CELLS, TEAM_NAMES, TICKS_PER_CO
 from swarm_pz.play.frames import Frame, Target
 from swarm_pz.play.ros import messages
 from swarm_pz.play.ros.connection import Client
-from swarm_pz.play.ros.rosbridge import Message, Rosbridge
+from swarm_pz.play.ros.rosbridge import Rosbridge
 from swarm_pz.simulator.ergodicity import reconstruct
-
-_Maker = Callable[[], Message]
 
 
 class Shown:
-    """What subscribers are shown of one game: each moment once, in the order of time.
-
-    Parameters
-    ----------
-    rosbridge : Rosbridge
-        Publishes it.
-    game : GameConfig
-        Of the table.
-    """
+    """What subscribers are shown of one game: each moment once, in the order of time."""
 
     def __init__(self, rosbridge: Rosbridge, game: GameConfig) -> None:
         self._rosbridge, self._game = rosbridge, game
-        self._tick = -1
-        self._teams: NDArray[np.int8] | None = None
-        self._past = Past(game)
+        self._forget()
+
+    def _forget(self) -> None:
+        self._tick, self._past = -1, Past(self._game)
+        self._teams: list[int] | None = None
 
     def show(self, frame: Frame) -> None:
         """Publish what a frame tells, as far as anybody wants it."""
         if frame.tick == self._tick:
             return
-        if frame.tick < self._tick:
-            self._teams, self._past = None, Past(self._game)
-        self._tick = frame.tick
-        self._tell_teams(frame)
+        if frame.tick < self._tick:  # another game has begun
+            self._forget()
+        self._tick, former, self._teams = frame.tick, self._teams, frame.teams.tolist()
+        for drone, team in enumerate(self._teams):
+            if former is None or former[drone] != team:
+                self._rosbridge.publish("/agent_team_status", messages.team_status(drone, team))
         self._past.add(frame)
-        for topic, make in self._makers(frame).items():
+        makers: dict[str, Callable[[], messages.Message]] = {
+            "/clock": partial(messages.clock, frame.tick),
+            "/tf": partial(messages.transforms, frame),
+            "/agent/visual": partial(messages.markers, frame),
+            "/swarm/sizes": partial(messages.sizes, frame),
+        }
+        for team, name in enumerate(TEAM_NAMES):
+            makers[f"/swarm/{name}/poses"] = partial(messages.poses, frame, team)
+            makers[f"/{name}_ck_plot"] = partial(self._plot, team)
+            if frame.fields is not None:
+                makers[f"/swarm/{name}/capture_field"] = partial(messages.capture_field, frame.fields[team], frame.tick)
+        for topic, make in makers.items():
             if self._rosbridge.wanted(topic):
                 self._rosbridge.publish(topic, make())
+
+    def _plot(self, team: int) -> messages.Message:
+        return messages.floats(self._past.picture(team))
 
     def show_target(self, target: Target, but: Client | None) -> None:
         """Publish a team's target to all but one."""
@@ -55,44 +63,14 @@ class Shown:
         if self._rosbridge.wanted(topic):
             self._rosbridge.publish(topic, messages.target(target.picture, max(self._tick, 0)), but)
 
-    def _makers(self, frame: Frame) -> dict[str, _Maker]:
-        make = functools.partial
-        makers: dict[str, _Maker] = {
-            "/clock": make(messages.clock, frame.tick),
-            "/tf": make(messages.transforms, frame),
-            "/agent/visual": make(messages.markers, frame),
-            "/swarm/sizes": make(messages.sizes, frame),
-        }
-        for team, name in enumerate(TEAM_NAMES):
-            makers[f"/swarm/{name}/poses"] = make(messages.poses, frame, team)
-            makers[f"/{name}_ck_plot"] = make(self._picture, team)
-            if frame.fields is not None:
-                makers[f"/swarm/{name}/capture_field"] = make(messages.capture_field, frame.fields[team], frame.tick)
-        return makers
-
-    def _picture(self, team: int) -> Message:
-        return messages.floats(self._past.picture(team))
-
-    def _tell_teams(self, frame: Frame) -> None:
-        former, self._teams = self._teams, frame.teams
-        for drone, team in enumerate(frame.teams.tolist()):
-            if former is None or former[drone] != team:
-                self._rosbridge.publish("/agent_team_status", messages.text(f"agent{drone} {TEAM_NAMES[team]}"))
-
 
 class Past:
-    """Where teams have been, as the controller remembers it: fading sums of the basis over their drones' places.
-
-    Parameters
-    ----------
-    game : GameConfig
-    """
+    """Where teams have been, as the controller remembers it: fading sums of the basis over their drones' places."""
 
     def __init__(self, game: GameConfig) -> None:
         tau, self._modes = game.memory.controller, game.controller.modes
         self._decay = np.exp(-CONTROL_PERIOD / tau) if tau is not None else 1.0
-        self._sums = np.zeros((2, self._modes, self._modes))
-        self._weights = np.zeros(2)
+        self._sums, self._weights = np.zeros((2, self._modes, self._modes)), np.zeros(2)
 
     def add(self, frame: Frame) -> None:
         """Remember a moment; one in a control period."""

@@ -1,9 +1,9 @@
 """What a study found: conditions compared within participants.
 
 Games of one person are not independent, so a person's games are averaged first, and persons are compared with
-themselves. Whether a difference could be chance is asked of the signs of these differences, which are as likely + as -
-where conditions do not differ (Fisher, The Design of Experiments, 1935): a test that is exact for any number of
-participants, and an interval of all differences that it does not refuse.
+themselves. The test flips the signs of these differences, which are as likely + as - where conditions do not differ
+(Fisher, The Design of Experiments, 1935). It is exact for few participants, and its interval holds all differences that
+it does not refuse.
 """
 
 from __future__ import annotations
@@ -20,34 +20,11 @@ from numpy.typing import ArrayLike, NDArray
 from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation.intervals import LEVEL
 from swarm_pz.evaluation.survival import kaplan_meier
+from swarm_pz.play.studies.rows import GameRow
 
 _EXACT = 14
 """Participants up to which all signs are tried; else so many draws are."""
 _DRAWS = 20_000
-_STEPS = 40
-"""Halvings of where an interval's end may be."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class StudyGame:
-    """A game that counts.
-
-    Attributes
-    ----------
-    participant, condition : str
-    won : bool
-        By the participant.
-    seconds : float
-        Length of the game.
-    decided : bool
-        Whether anybody won; else it would have lasted longer.
-    """
-
-    participant: str
-    condition: str
-    won: bool
-    seconds: float
-    decided: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,17 +67,20 @@ class Comparison:
     p: float
 
 
-def conditions(games: Sequence[StudyGame]) -> list[ConditionRow]:
+def conditions(games: Sequence[GameRow]) -> list[ConditionRow]:
     """Return a row for each condition, in the order of their first games."""
     rows = []
     for condition in dict.fromkeys(game.condition for game in games):
         own = [game for game in games if game.condition == condition]
+        people: dict[str, list[bool]] = {}
+        for game in own:
+            people.setdefault(game.participant, []).append(game.won)
         median, mean = kaplan_meier([game.seconds for game in own], [game.decided for game in own])
-        low, high = win_interval([[game.won for game in own if game.participant == one] for one in _people(own)])
+        low, high = win_interval(list(people.values()))
         rows.append(
             ConditionRow(
                 condition=condition,
-                participants=len(_people(own)),
+                participants=len(people),
                 games=len(own),
                 win_rate=float(np.mean([game.won for game in own])),
                 low=low,
@@ -112,21 +92,12 @@ def conditions(games: Sequence[StudyGame]) -> list[ConditionRow]:
     return rows
 
 
-def _people(games: Sequence[StudyGame]) -> list[str]:
-    return list(dict.fromkeys(game.participant for game in games))
-
-
 def win_interval(people: Sequence[Sequence[bool]]) -> tuple[float, float]:
-    """Return the 95 % interval of the share of games won, of which a participant's are alike.
+    """Return the 95 % interval of the share of games won, of participants who won some of their games each.
 
     Wilson's, of as many independent games as would be worth these: fewer by as much as the shares of participants
     differ more than chance lets them (Korn and Graubard, Survey Methodology 24, 1998). With one participant all
     games may be worth one.
-
-    Parameters
-    ----------
-    people : sequence of sequence of bool
-        Games won and not, a participant each.
     """
     wins, games = np.array([sum(own) for own in people], np.float64), np.array([len(own) for own in people], np.float64)
     share, total, count = wins.sum() / games.sum(), games.sum(), len(people)
@@ -142,15 +113,19 @@ def win_interval(people: Sequence[Sequence[bool]]) -> tuple[float, float]:
     return float(max(middle - half, 0.0)), float(min(middle + half, 1.0))
 
 
-def compare(games: Sequence[StudyGame]) -> list[Comparison]:
+def compare(games: Sequence[GameRow]) -> list[Comparison]:
     """Return each pair of conditions compared, by the share won and by how long games last."""
-    names = list(dict.fromkeys(game.condition for game in games))
     longest = max((game.seconds for game in games), default=0.0)
+    values: dict[str, dict[str, dict[str, list[float]]]] = {"win_rate": {}, "restricted_mean_s": {}}
+    for game in games:
+        lasted = game.seconds if game.decided else longest  # who wins nobody plays to the longest time
+        for measure, value in zip(values, (float(game.won), lasted), strict=True):
+            values[measure].setdefault(game.condition, {}).setdefault(game.participant, []).append(value)
     found = []
-    for first, second in itertools.combinations(names, 2):
-        for measure in ("win_rate", "restricted_mean_s"):
-            values = [_of_person(games, condition, measure, longest) for condition in (first, second)]
-            found.append(compare_values(measure, (first, second), (values[0], values[1])))
+    for first, second in itertools.combinations(values["win_rate"], 2):
+        for measure, of in values.items():
+            means = [{who: float(np.mean(own)) for who, own in of[name].items()} for name in (first, second)]
+            found.append(compare_values(measure, (first, second), (means[0], means[1])))
     return [one for one in found if one is not None]
 
 
@@ -158,35 +133,29 @@ def compare_values(
     measure: str, conditions: tuple[str, str], values: tuple[Mapping[str, float], Mapping[str, float]]
 ) -> Comparison | None:
     """Return two conditions compared by a value of each participant; None if nobody met both."""
-    both = [person for person in values[0] if person in values[1]]
-    if not both:
+    differences = [values[0][person] - values[1][person] for person in values[0] if person in values[1]]
+    if not differences:
         return None
-    differences = np.array([values[0][person] - values[1][person] for person in both])
-    low, high = interval(differences)
+    low, high, p = sign_test(differences)
+    first, second = conditions
     return Comparison(
         measure=measure,
-        first=conditions[0],
-        second=conditions[1],
-        participants=len(both),
-        difference=float(differences.mean()),
+        first=first,
+        second=second,
+        participants=len(differences),
+        difference=float(np.mean(differences)),
         low=low,
         high=high,
-        p=sign_test(differences),
+        p=p,
     )
 
 
-def _of_person(games: Sequence[StudyGame], condition: str, measure: str, longest: float) -> dict[str, float]:
-    """Return each participant's mean in a condition; who wins nobody plays to the longest time."""
-    values: dict[str, list[float]] = {}
-    for game in games:
-        if game.condition == condition:
-            lasted = game.seconds if game.decided else longest
-            values.setdefault(game.participant, []).append(float(game.won) if measure == "win_rate" else lasted)
-    return {person: float(np.mean(own)) for person, own in values.items()}
+def sign_test(differences: ArrayLike) -> tuple[float, float, float]:
+    """Return the ends of the interval of a mean difference (n,), and p: how likely a mean as far from 0 or farther is.
 
-
-def sign_test(differences: ArrayLike) -> float:
-    """Return how likely a mean as far from zero or farther is, if each difference (n,) had either sign by chance.
+    A shift d is refused if, of all ways to flip signs, at most 5 % move the mean of the differences less d as far
+    from zero or farther: those that flip a subset whose own mean is at most d, or the rest of one (Hartigan, J. Am.
+    Stat. Assoc. 64, 1969). SciPy's `permutation_test` gives p alone; here the same flips give both.
 
     Raises
     ------
@@ -196,39 +165,22 @@ def sign_test(differences: ArrayLike) -> float:
     given = np.asarray(differences, np.float64)
     if given.ndim != 1 or not len(given) or not np.isfinite(given).all():
         raise ResultsError(f"a test of signs is of at least one finite difference, got {given.tolist()}")
-    means = _means(given)
-    return float((np.abs(means) >= abs(given.mean()) * (1.0 - 1e-9)).mean())
-
-
-def _means(differences: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the means under all signs, or under many drawn ones, the given ones among them."""
-    return np.asarray(_signs(len(differences)) @ differences / len(differences))
+    flips, total = _flips(len(given)), given.sum()
+    sums, counts = flips @ given, flips.sum(axis=1)
+    p = float((np.abs(total - 2.0 * sums) >= abs(total) * (1.0 - 1e-9)).mean())
+    sums, counts = np.concatenate([sums, total - sums]), np.concatenate([counts, len(given) - counts])
+    low, high = (
+        np.sort(np.divide(sums, counts, out=np.full(len(sums), end), where=counts > 0)) for end in (-np.inf, np.inf)
+    )
+    refused = int((1.0 - LEVEL) * len(flips))
+    return float(low[refused]), float(high[-1 - refused]), p
 
 
 @functools.lru_cache(maxsize=4)
-def _signs(count: int) -> NDArray[np.float64]:
+def _flips(count: int) -> NDArray[np.float64]:
+    """Return which signs are flipped, a way each row: all ways, or many drawn ones, the first of which flips none."""
     if count <= _EXACT:
-        return np.array(list(itertools.product((1.0, -1.0), repeat=count)))
-    signs = np.random.default_rng(0).choice((1.0, -1.0), size=(_DRAWS, count))
-    signs[0] = 1.0
-    return signs
-
-
-def interval(differences: ArrayLike) -> tuple[float, float]:
-    """Return the ends of the interval of means that the test of signs does not refuse at 5 %."""
-    given = np.asarray(differences, np.float64)
-    mean, wide = float(given.mean()), float(np.ptp(given)) + 1e-9
-    return _end(given, mean, -wide), _end(given, mean, wide)
-
-
-def _end(given: NDArray[np.float64], mean: float, reach: float) -> float:
-    if sign_test(given - (mean + reach)) > 1.0 - LEVEL:
-        return float(np.copysign(np.inf, reach))
-    kept, refused = 0.0, 1.0
-    for _ in range(_STEPS):
-        between = (kept + refused) / 2.0
-        if sign_test(given - (mean + between * reach)) > 1.0 - LEVEL:
-            kept = between
-        else:
-            refused = between
-    return mean + kept * reach
+        return np.array(list(itertools.product((0.0, 1.0), repeat=count)))
+    flips = (np.random.default_rng(0).choice((1.0, -1.0), size=(_DRAWS, count)) < 0.0).astype(np.float64)
+    flips[0] = 0.0
+    return flips

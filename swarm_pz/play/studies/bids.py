@@ -7,16 +7,16 @@ a task, a game of it a run, and practice an acquisition of its own.
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Iterable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.evaluation.provenance import versions
 from swarm_pz.play.studies.reading import StudyData
-from swarm_pz.play.studies.rows import CaptureRow, CommandRow, GameRow, ParticipantRow, codebook, columns
-from swarm_pz.play.studies.tables import labels
+from swarm_pz.play.studies.rows import CaptureRow, CommandRow, GameRow, codebook
+from swarm_pz.play.studies.tables import labels, write_json
 
 VERSION = "1.10.0"
 EMPTY = "n/a"
@@ -31,49 +31,50 @@ EVENTS = {
     "opponent_drones": ("drones of the opponent after it", "count"),
 }
 """Columns of events: what they are, and their units."""
-TYPES = {
-    "game": "the game, from its first to its last moment",
-    "command_received": "a command arrived",
-    "command_in_force": "a command is followed from here on",
-    "capture": "a drone was taken",
+LEVELS = {
+    "trial_type": {
+        "game": "the game, from its first to its last moment",
+        "command_received": "a command arrived",
+        "command_in_force": "a command is followed from here on",
+        "capture": "a drone was taken",
+    },
+    "side": {"red": "the red side", "blue": "the blue side"},
+    "actor": {
+        "participant": "the participant",
+        "opponent": "the opponent",
+        "automatic": "a response that was set up before, in a player's place",
+    },
 }
-"""Kinds of events."""
+"""What stands in those columns that hold one of a few words."""
 
 
 def write_bids(data: StudyData, folder: Path) -> None:
     """Write a study's games as a BIDS data set, into a new folder."""
     folder.mkdir()
     tasks = labels((one.title for one in data.study.conditions), "condition")
-    description = {
-        "Name": data.study.title,
-        "BIDSVersion": VERSION,
-        "DatasetType": "raw",
-        "GeneratedBy": [{"Name": "swarm-pz", "Version": versions()["swarm-pz"]}],
-    }
-    _write_json(description, folder / "dataset_description.json")
-    (folder / "README").write_text(_readme(data), encoding="utf-8")
-    _write_people(data.remaining, folder)
+    software = {"Name": "swarm-pz", "Version": versions()["swarm-pz"]}
+    head = {"Name": data.study.title, "BIDSVersion": VERSION, "DatasetType": "raw", "GeneratedBy": [software]}
+    write_json(head, folder / "dataset_description.json")
+    (folder / "README").write_text(_readme(data.study.title, tasks), encoding="utf-8")
+    _write_people(data, folder)
     happened: dict[tuple[str, str], list[CommandRow | CaptureRow]] = {}
     rows: list[CommandRow | CaptureRow] = [*data.commands, *data.captures]
     for row in rows:
         happened.setdefault((row.participant, row.step), []).append(row)
     for game in data.games:
-        parts = [f"sub-{game.participant}", f"task-{tasks[game.condition]}"]
-        parts += ["acq-practice"] if game.practice else []
-        stem = "_".join([*parts, f"run-{game.game}", "events"])
-        beside = folder / parts[0] / "beh"
+        who, practice = f"sub-{game.participant}", "_acq-practice" if game.practice else ""
+        beside = folder / who / "beh"
         beside.mkdir(parents=True, exist_ok=True)
-        events = _events(game, happened.get((game.participant, game.step), []))
-        _write_tsv([list(EVENTS), *events], beside / f"{stem}.tsv")
-        _write_json(_sidecar(game), beside / f"{stem}.json")
+        path = beside / f"{who}_task-{tasks[game.condition]}{practice}_run-{game.game}_events.tsv"
+        _write_tsv([list(EVENTS), *_events(game, happened.get((game.participant, game.step), []))], path)
+        write_json(_sidecar(game), path.with_suffix(".json"))
 
 
 def _events(game: GameRow, rows: Iterable[CommandRow | CaptureRow]) -> list[list[Any]]:
     """Return a game's events, by when they were: whole seconds of the clock, whatever the game's speed."""
     speed = game.speed or 1.0
-    found: list[list[Any]] = [
-        [0.0, game.seconds / speed, "game", game.side, "participant", None, game.drones, game.opponent_drones]
-    ]
+    whole = [0.0, game.seconds / speed, "game", game.side, "participant", None, game.drones, game.opponent_drones]
+    found: list[list[Any]] = [whole]
     for row in rows:
         if isinstance(row, CaptureRow):
             actor = "participant" if row.by_participant else "opponent"
@@ -88,51 +89,35 @@ def _events(game: GameRow, rows: Iterable[CommandRow | CaptureRow]) -> list[list
 
 
 def _sidecar(game: GameRow) -> dict[str, Any]:
+    software = {"SoftwareName": "swarm-pz", "SoftwareVersion": versions()["swarm-pz"]}
+    names = [column.name for column in fields(GameRow) if column.name not in ("participant", "at")]
     told: dict[str, Any] = {
-        name: {"Description": about, **({"Units": unit} if unit == "s" else {})}
-        for name, (about, unit) in EVENTS.items()
+        "StimulusPresentation": software,
+        "Game": {name: getattr(game, name) for name in names},
     }
-    told["trial_type"]["Levels"] = TYPES
-    told["side"]["Levels"] = {"red": "the red side", "blue": "the blue side"}
-    told["actor"]["Levels"] = {
-        "participant": "the participant",
-        "opponent": "the opponent",
-        "automatic": "a response that was set up before, in a player's place",
-    }
-    return {
-        "StimulusPresentation": {"SoftwareName": "swarm-pz", "SoftwareVersion": versions()["swarm-pz"]},
-        "Game": {
-            column.name: getattr(game, column.name)
-            for column in columns(GameRow)
-            if column.name not in ("participant", "at")
-        },
-        **told,
-    }
+    for name, (about, unit) in EVENTS.items():
+        told[name] = {"Description": about} | ({"Units": unit} if unit == "s" else {})
+        told[name] |= {"Levels": LEVELS[name]} if name in LEVELS else {}
+    return told
 
 
-def _write_people(rows: Iterable[ParticipantRow], folder: Path) -> None:
+def _write_people(data: StudyData, folder: Path) -> None:
     names = ["number", "order", "finished", "games", "practice_games", "wins"]
-    lines = [[f"sub-{row.participant}", *(getattr(row, name) for name in names)] for row in rows]
+    lines = [[f"sub-{row.participant}", *(getattr(row, name) for name in names)] for row in data.remaining]
     _write_tsv([["participant_id", *names], *lines], folder / "participants.tsv")
     known = codebook()["participants"]["columns"]
-    told = {name: known[name]["about"] for name in names}
-    _write_json({name: {"Description": about} for name, about in told.items()}, folder / "participants.json")
+    write_json({name: {"Description": known[name]["about"]} for name in names}, folder / "participants.json")
 
 
-def _readme(data: StudyData) -> str:
-    names = labels((one.title for one in data.study.conditions), "condition")
-    conditions = ", ".join(f"{title}: task-{label}" for title, label in names.items())
+def _readme(title: str, tasks: dict[str, str]) -> str:
+    conditions = ", ".join(f"{condition}: task-{label}" for condition, label in tasks.items())
     return (
-        f"# {data.study.title}\n\n"
+        f"# {title}\n\n"
         "Games of two swarms of drones, each led by commands; written by swarm-pz from the recordings of a study.\n\n"
         f"Each condition is a task ({conditions}), each game a run; games of practice are acq-practice. Onsets are "
         "seconds since the beginning of a game. Answers to forms and the commands themselves are in the tables of the "
         "same export.\n"
     )
-
-
-def _write_json(content: dict[str, Any], path: Path) -> None:
-    path.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def _write_tsv(rows: Iterable[Iterable[Any]], path: Path) -> None:

@@ -5,10 +5,12 @@ A study is one TOML file, beside the texts that it names; see `docs/studies.md`.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import re
 import secrets
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any, Literal
@@ -67,11 +69,9 @@ class Condition(Factors):
     text: str = ""
 
     def __post_init__(self) -> None:
-        try:
-            super().__post_init__()
-        except ConfigError as error:
-            raise ConfigError(f"condition {self.title!r}: {error}") from error
         where = f"condition {self.title!r}"
+        with _named(where):
+            super().__post_init__()
         check_words(self.title, "condition: title")
         check(isinstance(self.opponent, str) and bool(self.opponent), f"{where}: opponent", self.opponent, "a policy")
         check_choice(self.side, f"{where}: side", TEAM_NAMES)
@@ -246,18 +246,11 @@ class Study(Config):
             check(len(set(row)) == len(row) and bool(row), "order", row, "each condition once in a row, at least one")
 
     def _check_condition(self, condition: Condition) -> None:
-        try:
-            game = condition.game(self.rules)
-        except ConfigError as error:
-            raise ConfigError(f"condition {condition.title!r}: {error}") from error
-        own = condition.bare
-        both = (own, own) if condition.is_of_two else (own, Factors(speed=own.speed))
-        try:
-            TableConfig(game=game, factors=both if condition.side == TEAM_NAMES[0] else (both[1], both[0]))
-        except ConfigError as error:
-            raise ConfigError(f"condition {condition.title!r}: {error}") from error
-        limit = game.time_limit
-        check(limit <= 3600.0, f"condition {condition.title!r}: time_limit", limit, "at most an hour")
+        with _named(f"condition {condition.title!r}"):
+            game, own = condition.game(self.rules), condition.bare
+            other = own if condition.is_of_two else Factors(speed=own.speed)
+            TableConfig(game=game, factors=(own, other) if condition.side == TEAM_NAMES[0] else (other, own))
+            check(game.time_limit <= 3600.0, "time_limit", game.time_limit, "at most an hour")
 
     @classmethod
     def read(cls, path: Path) -> Study:
@@ -272,21 +265,19 @@ class Study(Config):
             plain = read_toml(path)
         except ConfigError as error:
             raise ConfigError(f"{path} is no study: it {error}") from error
-        try:
+        with _named(str(path)):
             check("folder" not in plain, "folder", plain.get("folder"), "left out: texts are beside the study's file")
-            return cls(
-                **{
-                    **plain,
-                    "conditions": tuple(Condition.from_dict(one) for one in _tables(plain, "conditions")),
-                    "forms": tuple(_asked(one) for one in _tables(plain, "forms")),
-                    "practice": Practice.from_dict(plain.get("practice", {})),
-                    "folder": path.parent,
-                }
-            )
-        except TypeError as error:  # a field that must be there is not
-            raise ConfigError(f"{path}: {error}") from error
-        except ConfigError as error:
-            raise ConfigError(f"{path}: {error}") from error
+            given = {
+                **plain,
+                "conditions": tuple(Condition.from_dict(one) for one in _tables(plain, "conditions")),
+                "forms": tuple(_asked(one) for one in _tables(plain, "forms")),
+                "practice": Practice.from_dict(plain.get("practice", {})),
+                "folder": path.parent,
+            }
+            try:
+                return cls(**given)
+            except TypeError as error:  # a field that must be there is not
+                raise ConfigError(str(error)) from error
 
     def text(self, name: str) -> str:
         """Return a text that the study names.
@@ -310,17 +301,26 @@ class Study(Config):
 
     def order_of(self, participant: int) -> tuple[Condition, ...]:
         """Return the conditions of a participant, counted from 0, in turn."""
-        by_title = {condition.title: condition for condition in self.conditions}
         place = participant // 2 if self.is_of_pairs else participant
         if self.order == "balanced":
             rows = balanced_order(len(self.conditions))
             return tuple(self.conditions[which] for which in rows[place % len(rows)])
+        by_title = {condition.title: condition for condition in self.conditions}
         return tuple(by_title[title] for title in self.order[place % len(self.order)])
 
     def seed_of(self, game: int, *, practice: bool = False) -> int:
         """Return the seed of a block's game, counted from 0: the same in all conditions and for everybody."""
         sequence = np.random.SeedSequence(self.seed, spawn_key=(_STUDY, int(practice), game))
         return int(sequence.generate_state(1, np.uint32)[0])
+
+
+@contextlib.contextmanager
+def _named(what: str) -> Iterator[None]:
+    """Say of what an error is."""
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(f"{what}: {error}") from error
 
 
 def check_code(code: str) -> str:
@@ -351,9 +351,7 @@ def balanced_order(count: int) -> tuple[tuple[int, ...], ...]:
     As many rows as conditions if these are even, else twice as many (E. J. Williams, Experimental designs balanced
     for the estimation of residual effects of treatments, 1949).
     """
-    zigzag = [0]
-    for step in range(1, count):
-        zigzag.append((step + 1) // 2 if step % 2 else count - step // 2)
+    zigzag = [(step + 1) // 2 if step % 2 else -(step // 2) for step in range(count)]
     rows = tuple(tuple((place + shift) % count for place in zigzag) for shift in range(count))
     return rows if count % 2 == 0 or count == 1 else rows + tuple(row[::-1] for row in rows)
 
@@ -366,8 +364,8 @@ def _tables(plain: dict[str, Any], name: str) -> list[dict[str, Any]]:
 
 
 def _asked(plain: dict[str, Any]) -> Asked:
-    when = plain.get("when", "block")
-    rest = {name: value for name, value in plain.items() if name != "when"}
+    rest = dict(plain)
+    when = rest.pop("when", "block")
     if set(rest) == {"name"}:
         known = KNOWN_FORMS.get(str(rest["name"]))
         if known is None:

@@ -11,7 +11,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -27,7 +26,7 @@ from swarm_pz.play.studies.psychds import write_psychds
 from swarm_pz.play.studies.reading import StudyData, read_study
 from swarm_pz.play.studies.report import write_report
 from swarm_pz.play.studies.rows import TABLES, codebook
-from swarm_pz.play.studies.tables import NOTES, codebook_text, write_csv, write_parquet
+from swarm_pz.play.studies.tables import NOTES, codebook_text, write_json, write_rows
 
 VERSION = 1
 """Of the tables: it changes when a column means something else, or is gone."""
@@ -37,15 +36,7 @@ _MARK = "codebook.json"
 
 @dataclass(frozen=True, kw_only=True)
 class Exported:
-    """What was written.
-
-    Attributes
-    ----------
-    folder : Path
-    data : StudyData
-        All rows, and what could not be read.
-    comparisons : list of Comparison
-    """
+    """What was written into a folder: all rows with what could not be read, and what was compared."""
 
     folder: Path
     data: StudyData
@@ -84,9 +75,9 @@ def export(
     OutputError
         If the folder holds something already, or cannot be written.
     MissingExtraError
-        If pyarrow or matplotlib is not installed.
+        If the extra `lab` is not installed.
     """
-    for module in ("pyarrow", "matplotlib"):
+    for module in ("pyarrow", "matplotlib", "jinja2"):
         require_extra(module, "lab")
     if out.resolve().is_relative_to(folder.resolve()):
         raise OutputError(f"the export of {folder} must lie outside of it, got {out}: what ran stays as it is")
@@ -95,8 +86,8 @@ def export(
     with _draft_of(out) as draft:
         (draft / "tables").mkdir()
         for name, kind in TABLES.items():
-            write_csv(data.table(name), kind, draft / "tables" / f"{name}.csv")
-            write_parquet(data.table(name), kind, draft / "tables" / f"{name}.parquet")
+            for suffix in ("csv", "parquet"):
+                write_rows(data.table(name), kind, draft / "tables" / f"{name}.{suffix}")
         known = {
             "version": VERSION,
             "study": data.study.title,
@@ -105,7 +96,7 @@ def export(
             "notes": NOTES,
             "tables": codebook(),
         }
-        (draft / _MARK).write_text(json.dumps(known, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+        write_json(known, draft / _MARK)
         (draft / "codebook.md").write_text(codebook_text(data.study.title), encoding="utf-8")
         write_bids(data, draft / "bids")
         write_psychds(data, draft / "psychds")
@@ -116,11 +107,10 @@ def export(
 def _check_out(out: Path, overwrite: bool) -> None:
     check_folder(out.parent)
     if out.is_dir():
-        held = sorted(path.name for path in out.iterdir())
-        is_export = _MARK in held
-        if held and not is_export:
-            raise OutputError(f"{out} holds {held[0]!r} and is no export: give a free folder (--out)")
-        if held and not overwrite:
+        there = sorted(path.name for path in out.iterdir())
+        if there and _MARK not in there:
+            raise OutputError(f"{out} holds {there[0]!r} and is no export: give a free folder (--out)")
+        if there and not overwrite:
             raise OutputError(f"{out} holds an export: replace it (--overwrite), or give a free folder (--out)")
     elif out.exists() or out.is_symlink():
         raise OutputError(f"cannot write into {str(out)!r}: it is a file, not a folder")
@@ -131,18 +121,17 @@ def _draft_of(out: Path) -> Iterator[Path]:
     """Give a folder beside another, which takes its place when the block ends and is gone if it fails."""
     draft, former = out.with_name(f".{out.name}.draft"), out.with_name(f".{out.name}.former")
     try:
-        try:
-            for left_over in (draft, former):
-                shutil.rmtree(left_over, ignore_errors=True)
-            draft.mkdir()
-            yield draft
-            if out.exists():
-                out.rename(former)
-            draft.rename(out)
-        except OutputError:
+        for left_over in (draft, former):
+            shutil.rmtree(left_over, ignore_errors=True)
+        draft.mkdir()
+        yield draft
+        if out.exists():
+            out.rename(former)
+        draft.rename(out)
+    except OSError as error:
+        if isinstance(error, OutputError):
             raise
-        except OSError as error:
-            raise OutputError(f"{str(out)!r} cannot be written: {explain(error)}") from error
+        raise OutputError(f"{str(out)!r} cannot be written: {explain(error)}") from error
     finally:
         if former.exists() and not out.exists():
             former.rename(out)

@@ -30,6 +30,7 @@ from swarm_pz.files import check_folder, draft_of, explain, read_text
 from swarm_pz.play.recordings.folder import read_ends
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.recordings.recorder import sync_folder
+from swarm_pz.play.recordings.seats import outcome_of
 from swarm_pz.play.studies.design import Study, check_code, draw_codes
 from swarm_pz.play.studies.progress import Progress, Step
 
@@ -73,7 +74,7 @@ class StudyFolder:
         self._only_read = only_read
         self._progress: dict[int, Progress] = {}
         self._reading = threading.Lock()
-        self._lock = None if only_read else _locked(path)
+        self._lock = None if only_read else _folder_lock(path)
         self.withdrawn = {number for number in range(self.study.participants) if self._has_withdrawn(number)}
 
     @classmethod
@@ -164,14 +165,15 @@ class StudyFolder:
 
     def summary(self, number: int) -> dict[str, Any]:
         """Return how far a participant is, for those who look on."""
-        told = {"name": self.study.name_of(number), "order": [one.title for one in self.study.order_of(number)]}
-        nothing = told | {"block": "", "played": 0, "won": 0, "done": 0, "of": 0}
+        order = [one.title for one in self.study.order_of(number)]
+        told = {"name": self.study.name_of(number), "order": order, "block": "", "played": 0, "won": 0}
+        told |= {"done": 0, "of": 0}
         if number in self.withdrawn or not self.has_come(number):
-            return nothing | {"step": "withdrawn" if number in self.withdrawn else "has not come"}
+            return told | {"step": "withdrawn" if number in self.withdrawn else "has not come"}
         try:
             progress = self.progress(number)
         except RecordingError as error:
-            return nothing | {"step": "corrupt", "fault": str(error)}
+            return told | {"step": "corrupt", "fault": str(error)}
         step, games = progress.next, [line for name, line in progress.done.items() if _GAME.fullmatch(name)]
         return told | {
             "step": step.id if step is not None else "all done",
@@ -186,15 +188,12 @@ class StudyFolder:
 
     def players(self, number: int, step: Step) -> tuple[int, ...]:
         """Return the participants of a game; the first has the condition's side, the second the other one."""
-        assert step.condition is not None  # noqa: S101
-        if step.kind == "practice" or not step.condition.is_of_two:
-            return (number,)
-        return number // 2 * 2, number // 2 * 2 + 1
+        is_of_two = step.kind == "game" and step.played.is_of_two
+        return (number // 2 * 2, number // 2 * 2 + 1) if is_of_two else (number,)
 
     def side_of(self, number: int, step: Step) -> str:
         """Return the side of a participant in a game."""
-        assert step.condition is not None  # noqa: S101
-        first = TEAM_NAMES.index(step.condition.side)
+        first = TEAM_NAMES.index(step.played.side)
         return TEAM_NAMES[first if number == self.players(number, step)[0] else 1 - first]
 
     def recording(self, number: int, step: Step) -> Path:
@@ -207,28 +206,25 @@ class StudyFolder:
 
     def opponent_of(self, step: Step) -> str:
         """Return whom a participant meets in a game."""
-        assert step.condition is not None  # noqa: S101
-        return self.study.practice.opponent if step.kind == "practice" else step.condition.opponent
+        return self.study.practice.opponent if step.kind == "practice" else step.played.opponent
 
     def line_of(self, number: int, step: Step) -> dict[str, Any] | None:
         """Return what is kept of a game that is over, from its recording; None if it was not played to its end."""
-        path, condition = self.recording(number, step), step.condition
-        assert condition is not None  # noqa: S101
+        path, own = self.recording(number, step), self.side_of(number, step)
         try:
             end = Recording.read(path).end
         except RecordingError:
             return None
         if end is None or end.outcome == "stopped":
             return None
-        own = self.side_of(number, step)
         delays = {} if end.delays is None else {"delays": msgspec.to_builtins(end.delays[TEAM_NAMES.index(own)])}
         return {
-            "condition": condition.title,
-            "system": condition.system,
+            "condition": step.played.title,
+            "system": step.played.system,
             "opponent": self.opponent_of(step),
             "side": own,
             "seed": self.seed_of(step),
-            "outcome": "draw" if end.outcome == "draw" else "win" if end.outcome == own else "loss",
+            "outcome": outcome_of(end, own),
             "won": end.outcome == own,
             "seconds": end.tick / TICKS_PER_SECOND,
             "ended_by": end.ended_by,
@@ -247,13 +243,13 @@ class StudyFolder:
             If the participant's file is corrupt.
         """
         progress = self.progress(number)
-        while (step := progress.next) is not None and step.kind in ("game", "practice"):
+        while (step := progress.next) is not None and step.is_game:
             path = self.recording(number, step)
             if not path.exists():
                 return
             line = self.line_of(number, step)
             if line is None:
-                self.set_aside(path)
+                self._set_aside(path)
                 return
             progress.finish(step, **line)
 
@@ -261,10 +257,9 @@ class StudyFolder:
         """Whether a participant's game was begun before, and interrupted."""
         return (self.path / "interrupted" / f"{self.recording(number, step).stem}.1.jsonl").exists()
 
-    def set_aside(self, path: Path) -> None:
+    def _set_aside(self, path: Path) -> None:
         """Keep the recording of an interrupted game where it is none of the study's."""
-        aside = self.path / "interrupted"
-        count = 1
+        aside, count = self.path / "interrupted", 1
         while (goal := aside / f"{path.stem}.{count}.jsonl").exists():
             count += 1
         path.rename(goal)
@@ -272,7 +267,7 @@ class StudyFolder:
         sync_folder(path.parent)
 
 
-def _locked(path: Path) -> IO[bytes] | None:
+def _folder_lock(path: Path) -> IO[bytes] | None:
     """Keep other servers out of a study's folder, as long as what is returned is open."""
     if not sys.platform.startswith(("linux", "darwin")):
         return None
@@ -299,15 +294,16 @@ def _keep_codes(study: Study, path: Path) -> None:
 
 
 def _read_codes(path: Path, study: Study) -> tuple[str, ...]:
+    where = f"the codes of the study, {path}"
     try:
         words = read_text(path).split()
-        codes = tuple(check_code(code) for code in words[1::2])
+        names, codes = words[::2], words[1::2]
+        if names == [study.name_of(number) for number in range(study.participants)] and len(codes) == len(names):
+            return tuple(check_code(code) for code in codes)
     except ConfigError as error:
-        raise ConfigError(f"the codes of the study, {path}: {error}") from error
-    if words[::2] != [study.name_of(number) for number in range(study.participants)] or len(codes) != len(words) / 2:
-        lines = f"{study.participants} lines, each with a participant's name and code"
-        raise ConfigError(f"the codes of the study, {path}: expected {lines}, got something else; restore the file")
-    return codes
+        raise ConfigError(f"{where}: {error}") from error
+    expected = f"{study.participants} lines, each with a participant's name and code"
+    raise ConfigError(f"{where}: expected {expected}, got something else; restore the file")
 
 
 def write_down(path: Path, data: bytes, mode: int = 0o666) -> None:

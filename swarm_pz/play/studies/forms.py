@@ -68,23 +68,23 @@ class Item(Config):
     def __post_init__(self) -> None:
         super().__post_init__()
         check(isinstance(self.id, str) and self.id.isidentifier(), "item.id", self.id, "a name of letters and digits")
+        where = f"item {self.id}"
         words = isinstance(self.text, str) and bool(self.text.strip()) and len(self.text) <= MOST_TEXT
-        check(words, f"item {self.id}: text", self.text, f"words, {MOST_TEXT} characters at most")
+        check(words, f"{where}: text", self.text, f"words, {MOST_TEXT} characters at most")
         for name in ("low", "high"):
-            check_words(getattr(self, name), f"item {self.id}: {name}", may_be_empty=True)
-        check(isinstance(self.optional, bool), f"item {self.id}: optional", self.optional, "true or false")
-        check(isinstance(self.choices, tuple), f"item {self.id}: choices", self.choices, "a list of texts")
+            check_words(getattr(self, name), f"{where}: {name}", may_be_empty=True)
+        check(isinstance(self.optional, bool), f"{where}: optional", self.optional, "true or false")
+        check(isinstance(self.choices, tuple), f"{where}: choices", self.choices, "a list of texts")
         for choice in self.choices:
-            check_words(choice, f"item {self.id}: choices")
-        check_choice(self.kind, f"item {self.id}: kind", _KINDS)
-        check_count(self.least, f"item {self.id}: least", -(10**9), 10**9)
-        check_count(self.most, f"item {self.id}: most", self.least, 10**9)
-        check_count(self.step, f"item {self.id}: step", 1, max(1, self.most - self.least))
+            check_words(choice, f"{where}: choices")
+        check_choice(self.kind, f"{where}: kind", _KINDS)
+        check_count(self.least, f"{where}: least", -(10**9), 10**9)
+        check_count(self.most, f"{where}: most", self.least, 10**9)
+        check_count(self.step, f"{where}: step", 1, max(1, self.most - self.least))
         if self.kind in ("choice", "pair"):
             fits = len(self.choices) >= 2 and len(set(self.choices)) == len(self.choices)
-            check(fits, f"item {self.id}: choices", self.choices, "at least two different ones")
-        if self.kind == "pair":
-            check(len(self.choices) == 2, f"item {self.id}: choices", self.choices, "two")
+            check(fits, f"{where}: choices", self.choices, "at least two different ones")
+        check(self.kind != "pair" or len(self.choices) == 2, f"{where}: choices", self.choices, "two")
 
     def read(self, answer: Any) -> Any:
         """Return an answer as it is kept; None for one that was left out.
@@ -145,25 +145,19 @@ class Form(Config):
 
     def _check_score(self) -> None:
         """Check that whatever may be answered can be added up: it is too late to find that it cannot, then."""
-        counted = {item.id: item for item in self.items if item.kind in ("scale", "number") and not item.optional}
+        pairs = [item for item in self.items if item.kind == "pair"]
+        counted = [item for item in self.items if item.kind in ("scale", "number") and not item.optional]
+        titles = [title for title, *_ in TLX_SCALES.values()]
         if self.score == "sus":
-            fits = len(self.items) == 10 and all(
-                item.id in counted and (item.kind, item.least, item.most, item.step) == ("scale", 1, 5, 1)
-                for item in self.items
-            )
-            check(
-                fits, f"form {self.name}: items", list(counted), "ten scales from 1 to 5, as score 'sus' adds them up"
-            )
-        if self.score == "nasa-tlx":
-            titles = [title for title, *_ in TLX_SCALES.values()]
-            pairs = [item for item in self.items if item.kind == "pair"]
-            fits = set(TLX_SCALES) <= set(counted) and not any(
-                item.optional or not set(item.choices) <= set(titles) for item in pairs
-            )
-            told = (
-                f"{', '.join(TLX_SCALES)} as scales, and pairs of {', '.join(titles)}, as score 'nasa-tlx' weighs them"
-            )
-            check(fits, f"form {self.name}: items", [item.id for item in self.items], told)
+            points = {(item.kind, item.least, item.most, item.step) for item in counted}
+            fits = len(self.items) == len(counted) == 10 and points == {("scale", 1, 5, 1)}
+            told = "ten scales from 1 to 5, as score 'sus' adds them up"
+        else:
+            fits = set(TLX_SCALES) <= {item.id for item in counted}
+            fits = fits and not any(pair.optional or not set(pair.choices) <= set(titles) for pair in pairs)
+            scales = f"{', '.join(TLX_SCALES)} as scales"
+            told = f"{scales}, and pairs of {', '.join(titles)}, as score 'nasa-tlx' weighs them"
+        check(not self.score or fits, f"form {self.name}: items", [item.id for item in self.items], told)
 
     def read(self, answers: Mapping[str, Any]) -> dict[str, Any]:
         """Return answers by the questions' ids, checked, all of them.
@@ -192,29 +186,14 @@ class Form(Config):
 
 
 TLX_SCALES = {
-    "mental": ("Mental demand", "How mentally demanding was the task?", "very low", "very high"),
-    "physical": ("Physical demand", "How physically demanding was the task?", "very low", "very high"),
-    "temporal": ("Temporal demand", "How hurried or rushed was the pace of the task?", "very low", "very high"),
-    "performance": (
-        "Performance",
-        "How successful were you in accomplishing what you were asked to do?",
-        "perfect",
-        "failure",
-    ),
-    "effort": (
-        "Effort",
-        "How hard did you have to work to accomplish your level of performance?",
-        "very low",
-        "very high",
-    ),
-    "frustration": (
-        "Frustration",
-        "How insecure, discouraged, irritated, stressed and annoyed were you?",
-        "very low",
-        "very high",
-    ),
+    "mental": ("Mental demand", "How mentally demanding was the task?"),
+    "physical": ("Physical demand", "How physically demanding was the task?"),
+    "temporal": ("Temporal demand", "How hurried or rushed was the pace of the task?"),
+    "performance": ("Performance", "How successful were you in accomplishing what you were asked to do?"),
+    "effort": ("Effort", "How hard did you have to work to accomplish your level of performance?"),
+    "frustration": ("Frustration", "How insecure, discouraged, irritated, stressed and annoyed were you?"),
 }
-"""Title, question and ends of each scale."""
+"""Title and question of each scale."""
 _SUS = (
     "I think that I would like to use this system frequently.",
     "I found the system unnecessarily complex.",
@@ -246,23 +225,20 @@ def tlx_scores(ratings: Mapping[str, float], chosen: list[str] | None) -> dict[s
     raw = sum(ratings.values()) / len(ratings)
     if chosen is None:
         return {"tlx_raw": raw}
-    weights = {scale: chosen.count(title) for scale, (title, *_) in TLX_SCALES.items()}
-    weighed = sum(weights[scale] * ratings[scale] for scale in TLX_SCALES) / len(chosen)
-    return {"tlx_raw": raw, "tlx": weighed}
+    weighed = sum(chosen.count(title) * ratings[scale] for scale, (title, _) in TLX_SCALES.items())
+    return {"tlx_raw": raw, "tlx": weighed / len(chosen)}
 
 
 def _tlx(name: str, *, weighed: bool) -> Form:
-    scales = [
-        Item(id=scale, text=f"{title}: {question}", least=0, most=100, step=5, low=low, high=high)
-        for scale, (title, question, low, high) in TLX_SCALES.items()
+    ends = dict.fromkeys(TLX_SCALES, ("very low", "very high")) | {"performance": ("perfect", "failure")}
+    items = [
+        Item(id=scale, text=f"{title}: {question}", least=0, most=100, step=5, low=ends[scale][0], high=ends[scale][1])
+        for scale, (title, question) in TLX_SCALES.items()
     ]
-    pairs = [
-        Item(id=f"{one}_or_{other}", text="Which contributed more to the workload?", kind="pair", choices=titles)
-        for one, other in itertools.combinations(TLX_SCALES, 2)
-        for titles in [(TLX_SCALES[one][0], TLX_SCALES[other][0])]
-    ]
-    items = (*scales, *(pairs if weighed else ()))
-    return Form(name=name, title="How demanding was it?", items=items, score="nasa-tlx")
+    for one, other in itertools.combinations(TLX_SCALES, 2) if weighed else ():
+        titles, words = (TLX_SCALES[one][0], TLX_SCALES[other][0]), "Which contributed more to the workload?"
+        items.append(Item(id=f"{one}_or_{other}", text=words, kind="pair", choices=titles))
+    return Form(name=name, title="How demanding was it?", items=tuple(items), score="nasa-tlx")
 
 
 KNOWN_FORMS: dict[str, Form] = {

@@ -10,7 +10,7 @@ import errno
 import json
 import os
 import time
-from collections.abc import Collection
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -74,12 +74,20 @@ class Step:
     text: str = ""
     game: int = 0
 
+    @property
+    def is_game(self) -> bool:
+        """Whether it is a game, of practice or one that counts."""
+        return self.kind in ("practice", "game")
+
+    @property
+    def played(self) -> Condition:
+        """The condition of a game."""
+        assert self.condition is not None  # noqa: S101
+        return self.condition
+
 
 def steps_of(
-    study: Study,
-    participant: int,
-    practised: dict[str, int] | None = None,
-    done_alone: Collection[str] | None = None,
+    study: Study, participant: int, done: Mapping[str, Mapping[str, Any]], *, is_alone: bool = False
 ) -> list[Step]:
     """Return all that a participant does, in turn.
 
@@ -88,38 +96,40 @@ def steps_of(
     study : Study
     participant : int
         Number, from 0.
-    practised : mapping of str to int
-        Practice games of a condition's block, as far as they are over: how many there are depends on how they go.
-    done_alone : collection of str, optional
-        Of somebody whose partner has withdrawn, the steps that are done: blocks of two have no others any more.
+    done : mapping of str to mapping
+        Steps that are done, and what is known of them: how practice went decides how much of it there is.
+    is_alone : bool
+        Whether who was to play against them has withdrawn: blocks of two have no further steps.
     """
+
+    def asked(when: str, name: str, condition: Condition | None = None) -> list[Step]:
+        forms = [one.form for one in study.forms if one.when == when]
+        return [Step(f"{name}.form.{form.name}", "form", condition, form=form) for form in forms]
+
     steps = [Step("consent", "consent", text=study.consent)] if study.consent else []
-    steps += _forms(study, "start", "start")
-    if study.welcome:
-        steps.append(Step("welcome", "text", text=study.welcome))
-    for block, condition in enumerate(study.order_of(participant)):
-        name = f"block{block + 1}"
-        if block and study.break_s:
-            steps.append(Step(f"{name}.break", "break", condition))
+    steps += asked("start", "start")
+    steps += [Step("welcome", "text", text=study.welcome)] if study.welcome else []
+    for block, condition in enumerate(study.order_of(participant), 1):
+        name, own = f"block{block}", []
+        if block > 1 and study.break_s:
+            own.append(Step(f"{name}.break", "break", condition))
         if condition.text:
-            steps.append(Step(f"{name}.text", "text", condition, text=condition.text))
-        for game in range((practised or {}).get(name, 0)):
-            steps.append(Step(f"{name}.practice{game + 1}", "practice", condition, game=game))
+            own.append(Step(f"{name}.text", "text", condition, text=condition.text))
+        for game in range(_practice_of(study, name, done)):
+            own.append(Step(f"{name}.practice{game + 1}", "practice", condition, game=game))
         for game in range(study.games):
-            steps.append(Step(f"{name}.game{game + 1}", "game", condition, game=game))
-        steps += [
-            Step(f"{name}.form.{asked.form.name}", "form", condition, form=asked.form)
-            for asked in study.forms
-            if asked.when == "block"
-        ]
-    if done_alone is not None:
-        steps = [one for one in steps if one.condition is None or not one.condition.is_of_two or one.id in done_alone]
-    return steps + _forms(study, "end", "end")
+            own.append(Step(f"{name}.game{game + 1}", "game", condition, game=game))
+        own += asked("block", name, condition)
+        steps += [step for step in own if not (is_alone and condition.is_of_two) or step.id in done]
+    return steps + asked("end", "end")
 
 
-def _forms(study: Study, when: str, name: str) -> list[Step]:
-    asked = [one.form for one in study.forms if one.when == when]
-    return [Step(f"{name}.form.{form.name}", "form", form=form) for form in asked]
+def _practice_of(study: Study, block: str, done: Mapping[str, Mapping[str, Any]]) -> int:
+    """Return how many games of practice a block has: those that are done, and another one if it is due."""
+    practice, games = study.practice, [line for name, line in done.items() if name.startswith(f"{block}.practice")]
+    won = sum(game.get("won") is True for game in games)
+    is_due = won < practice.wins and len(games) < practice.most and f"{block}.game1" not in done
+    return len(games) + is_due
 
 
 def first_line(study: Study, participant: int) -> dict[str, Any]:
@@ -128,13 +138,7 @@ def first_line(study: Study, participant: int) -> dict[str, Any]:
 
 
 def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
-    """Return the whole lines of a participant's file, and their bytes; half a line after them is left out.
-
-    Raises
-    ------
-    RecordingError
-        If one is corrupt.
-    """
+    """Return the whole lines of a participant's file, and their bytes, or raise RecordingError if one is corrupt."""
     whole, end, _ = read_regular(path).rpartition(b"\n")
     lines = [_read_line(line, path, number) for number, line in enumerate(whole.split(b"\n"), 1) if line]
     return lines, len(whole) + len(end)
@@ -181,31 +185,20 @@ class Progress:
     def __init__(
         self, study: Study, path: Path, participant: int, *, only_read: bool = False, is_alone: bool = False
     ) -> None:
-        self.study, self.participant, self._path = study, participant, path
-        self._only_read, self._is_alone = only_read, is_alone
+        self.study, self.participant, self._path, self._is_alone = study, participant, path, is_alone
         self.done: dict[str, dict[str, Any]] = {}
         """What is known of each step that is done, by its id; never changed, but replaced: other threads read it."""
         first = first_line(study, participant)
-        if path.exists():
-            self._read(first)
-        else:
-            self._write(first)
-
-    def _read(self, first: dict[str, Any]) -> None:
-        lines, whole = read_lines(self._path)
-        if not lines and self._only_read:
-            return
-        if not lines:
-            self._path.write_bytes(b"")
-            self._write(first)
-            return
-        if {key: lines[0].get(key) for key in first} != first:
-            raise RecordingError(f"{self._path} is of another study or participant: expected {first}, got {lines[0]}")
+        lines, whole = read_lines(path) if path.exists() else ([], 0)
+        if lines and {key: lines[0].get(key) for key in first} != first:
+            raise RecordingError(f"{path} is of another study or participant: expected {first}, got {lines[0]}")
         self.done = {str(line["step"]): line for line in lines[1:]}
-        is_torn = self._path.stat().st_size > whole  # what half a line said was never confirmed to anybody
-        if is_torn and not self._only_read:
-            with self._path.open("r+b") as file:
-                file.truncate(whole)
+        if only_read:
+            return
+        if path.exists() and path.stat().st_size > whole:  # what half a line said was never confirmed to anybody
+            os.truncate(path, whole)
+        if not lines:
+            self._write(first)
 
     def _write(self, line: dict[str, Any]) -> None:
         self._path.parent.mkdir(parents=True, exist_ok=True)
@@ -223,36 +216,13 @@ class Progress:
     @property
     def steps(self) -> list[Step]:
         """All steps, those of practice as far as they have come."""
-        practised = {name: len(games) for name, games in self._practised().items()}
-        return steps_of(self.study, self.participant, practised, self.done if self._is_alone else None)
-
-    def _practised(self) -> dict[str, list[dict[str, Any]]]:
-        """Return the practice games of each block that are over, by its name."""
-        found: dict[str, list[dict[str, Any]]] = {}
-        for name, line in self.done.items():
-            block, _, rest = name.partition(".")
-            if rest.startswith("practice"):
-                found.setdefault(block, []).append(line)
-        return found
+        return steps_of(self.study, self.participant, self.done, is_alone=self._is_alone)
 
     @property
     def next(self) -> Step | None:
         """What comes next; None when all is done."""
-        done, practised = self.done, self._practised()
-        for step in self.steps:
-            if step.id in done:
-                continue
-            block, _, rest = step.id.partition(".")
-            if rest == "game1" and self._wants_practice(practised.get(block, [])):
-                game = len(practised.get(block, []))
-                return Step(f"{block}.practice{game + 1}", "practice", step.condition, game=game)
-            return step
-        return None
-
-    def _wants_practice(self, games: list[dict[str, Any]]) -> bool:
-        practice = self.study.practice
-        won = sum(game.get("won") is True for game in games)
-        return won < practice.wins and len(games) < practice.most
+        done = self.done
+        return next((step for step in self.steps if step.id not in done), None)
 
     def finish(self, step: Step, **told: Any) -> None:
         """Keep that a step is done, and what it told: on the disk when this returns.

@@ -6,37 +6,36 @@ names of the tables are pairs of a key and a value.
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from swarm_pz.play.studies.reading import StudyData
 from swarm_pz.play.studies.rows import TABLES, codebook
-from swarm_pz.play.studies.tables import labels, markdown, write_csv
+from swarm_pz.play.studies.tables import labels, markdown, write_json, write_rows
 
 
 def write_psychds(data: StudyData, folder: Path) -> None:
     """Write a study's tables as a Psych-DS data set, into a new folder."""
     (folder / "data").mkdir(parents=True)
-    study = labels([data.study.title], "study")[data.study.title]
+    title = data.study.title
+    study = labels([title], "study")[title]
     for name, kind in TABLES.items():
-        write_csv(data.table(name), kind, folder / "data" / f"study-{study}_description-{name}_data.csv")
-    conditions = ", ".join(one.title for one in data.study.conditions)
+        write_rows(data.table(name), kind, folder / "data" / f"study-{study}_description-{name}_data.csv")
     about = (
         f"Games of two swarms of drones, played by {len(data.remaining)} participants under the conditions "
-        f"{conditions}: what each of them commanded, took and answered. Written by swarm-pz from the recordings."
+        f"{', '.join(one.title for one in data.study.conditions)}: what each of them commanded, took and answered. "
+        "Written by swarm-pz from the recordings."
     )
     description = {
         "@context": "https://schema.org/",
         "@type": "Dataset",
-        "name": data.study.title,
+        "name": title,
         "description": about,
         "keywords": ["swarm-pz", "human-swarm interaction", "drones"],
         "variableMeasured": _variables(),
     }
-    text = json.dumps(description, indent=2, ensure_ascii=False) + "\n"
-    (folder / "dataset_description.json").write_text(text, encoding="utf-8")
-    (folder / "README.md").write_text(f"# {markdown(data.study.title)}\n\n{markdown(about)}\n", encoding="utf-8")
+    write_json(description, folder / "dataset_description.json")
+    (folder / "README.md").write_text(f"# {markdown(title)}\n\n{markdown(about)}\n", encoding="utf-8")
 
 
 def _variables() -> list[dict[str, Any]]:
@@ -46,6 +45,5 @@ def _variables() -> list[dict[str, Any]]:
         for column, told in table["columns"].items():
             known = found.setdefault(column, {"@type": "PropertyValue", "name": column, "description": ""})
             known["description"] += f"{'; ' if known['description'] else ''}in {name}: {told['about']}"
-            if told["unit"]:
-                known["unitText"] = told["unit"]
+            known |= {"unitText": told["unit"]} if told["unit"] else {}
     return list(found.values())

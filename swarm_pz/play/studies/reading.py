@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -20,30 +20,16 @@ from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLi
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
 from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.folder import StudyFolder
-from swarm_pz.play.studies.forms import Form
 from swarm_pz.play.studies.progress import Step, read_lines, steps_of
 from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow, InterruptedRow, ParticipantRow, Row
 
 _STEP = re.compile(r"block(\d+)\.(practice|game)(\d+)")
 _ASIDE = re.compile(rf"(P\d+)\.({_STEP.pattern})\.(\d+)\.jsonl")
-_OF_SEATS = sorted(
-    {one.name for one in fields(GameRow)} & {one.name for one in fields(SeatRow)} - {"seconds", "outcome"}
-)
-"""Columns of games that recordings tell, as all tables of them have them."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class StudyData:
-    """All rows of a study.
-
-    Attributes
-    ----------
-    study : Study
-    participants, games, interrupted, commands, captures, forms : list
-        In the order of the participants' numbers, and of what they did.
-    faults : list of str
-        What could not be read, or does not fit, and why.
-    """
+    """All rows of a study, by table; `faults` say what could not be read, or does not fit, and why."""
 
     study: Study
     participants: list[ParticipantRow] = field(default_factory=list)
@@ -118,36 +104,34 @@ class _Person:
         self.data, self.folder, self.number, self.who = data, folder, number, data.study.name_of(number)
         self.names = [str(line["step"]) for line in lines]
         self.done = dict(zip(self.names, lines, strict=True))
-        places = [match for name in self.done if (match := _STEP.fullmatch(name))]
-        practised = Counter(f"block{match[1]}" for match in places if match[2] == "practice")
         self.is_alone = folder.is_alone(number)
-        self.steps = steps_of(data.study, number, dict(practised), self.done if self.is_alone else None)
+        self.steps = steps_of(data.study, number, self.done, is_alone=self.is_alone)
 
     def read(self) -> None:
-        known = {step.id for step in self.steps}
-        self.data.faults.extend(
-            f"{self.who}: {name} is no step of the study" for name in self.done if name not in known
-        )
-        due = [step.id for step in self.steps][: len(self.names)]
-        if known.issuperset(self.names) and self.names != due:
-            wrong = next(name for name, other in zip(self.names, due, strict=False) if name != other)
-            self.data.faults.append(f"{self.who}: {wrong} does not stand in its turn, or twice; the last one counts")
-        games = [self._game(step) for step in self.steps if step.id in self.done and step.kind in ("game", "practice")]
-        for step in self.steps:
-            if step.id in self.done and step.form is not None:
-                self.data.forms.extend(self._form(step))
-        self.data.interrupted.extend(self._interrupted())
+        known = [step.id for step in self.steps]
+        strange = [name for name in self.done if name not in known]
+        for name in strange:
+            self._fault(name, "is no step of the study", "")
+        due = known[: len(self.names)]
+        wrong = next((name for name, other in itertools.zip_longest(self.names, due) if name != other), None)
+        if not strange and wrong is not None:
+            self._fault(wrong, "does not stand in its turn, or twice; the last one counts", "")
+        steps = [step for step in self.steps if step.id in self.done]
+        games = [self._game(step) for step in steps if step.is_game]
+        for step in steps:
+            self._form(step)
+        self._interrupted()
         consent = self.done.get("consent", {})
         times = [float(line["at"]) for line in self.done.values() if "at" in line]
-        withdrawn = self.number in self.folder.withdrawn
         counted = [game for game in games if not game.practice]
+        withdrawn = self.number in self.folder.withdrawn
         self.data.participants.append(
             ParticipantRow(
                 participant=self.who,
                 number=self.number,
                 order=" > ".join(condition.title for condition in self.data.study.order_of(self.number)),
                 withdrawn=withdrawn,
-                finished=all(step.id in self.done for step in self.steps),
+                finished=len(steps) == len(self.steps),
                 consent_version=consent.get("consent_version"),
                 consent_at=consent.get("at"),
                 consent_sha256=consent.get("consent_sha256"),
@@ -160,117 +144,106 @@ class _Person:
             )
         )
 
+    def _fault(self, step: str, fault: object, colon: str = ":") -> None:
+        self.data.faults.append(f"{self.who}: {step}{colon} {fault}")
+
     # --- games ------------------------------------------------------------------------------------
 
-    def _game(self, step: Step) -> GameRow:
-        line, place, condition = self.done[step.id], _STEP.fullmatch(step.id), step.condition
-        assert place is not None and condition is not None  # noqa: S101
-        side = str(line.get("side", condition.side))
-        recording = self._recording(step, line)
-        seat = None
-        if recording is not None:
-            seat = next((row for row in seat_rows(recording) if row.side == side), None)
-            self._check(step, line, seat)
-            self._commands(step, recording, TEAM_NAMES.index(side))
-            self._captures(step, recording, TEAM_NAMES.index(side))
-        sizes = recording.config.game.team_sizes if recording is not None else None
-        own = TEAM_NAMES.index(side)
-        outcome = str(line.get("outcome", seat.outcome if seat is not None else ""))
-        told: dict[str, Any] = {name: getattr(seat, name) for name in _OF_SEATS} if seat is not None else {}
-        row: dict[str, Any] = {one.name: None if str(one.type).endswith("None") else "" for one in fields(GameRow)}
-        if recording is None and self.is_alone and condition.is_of_two:
-            told = {"left_out": "partner withdrew", "ended_by": str(line.get("ended_by") or "")}
-        row |= told
-        row |= {
+    def _place(self, step: Step) -> dict[str, Any]:
+        """Return the columns by which a game is found."""
+        block = step.id.removeprefix("block").partition(".")[0]
+        return {
             "participant": self.who,
             "step": step.id,
-            "block": int(place[1]),
-            "game": int(place[3]),
+            "block": int(block),
+            "game": step.game + 1,
             "practice": step.kind == "practice",
-            "condition": condition.title,
-            "system": str(line.get("system", condition.system)),
-            "opponent": str(line.get("opponent", condition.opponent)),
-            "side": side,
-            "seed": line.get("seed"),
-            "outcome": outcome,
-            "won": outcome == "win",
-            "decided": outcome in ("win", "loss"),
-            "seconds": float(line.get("seconds", seat.seconds if seat is not None else 0.0)),
-            "at": line.get("at"),
-            "recording": str(line.get("recording", "")),
-            "drones": sizes[own] if sizes is not None else None,
-            "opponent_drones": sizes[1 - own] if sizes is not None else None,
+            "condition": step.played.title,
         }
+
+    def _game(self, step: Step) -> GameRow:
+        line, condition = self.done[step.id], step.played
+        side = str(line.get("side", condition.side))
+        own = TEAM_NAMES.index(side)
+        told: dict[str, Any] = {}
+        recording = self._recording(step, line)
+        seat = _seat_of(recording, side)
+        if recording is not None:
+            ended = seat.outcome if seat is not None else "nothing of that side"
+            if line.get("outcome", ended) != ended:
+                self._fault(step.id, f"the outcome was {line['outcome']!r}, its recording says {ended!r}")
+            told |= _told_by(seat, GameRow)
+            sizes = recording.config.game.team_sizes
+            told |= {"drones": sizes[own], "opponent_drones": sizes[1 - own]}
+            self._commands(step, recording, own)
+            self._captures(step, recording, own)
+        elif self.is_alone and condition.is_of_two:
+            told = {"left_out": "partner withdrew", "ended_by": str(line.get("ended_by") or "")}
         for name, asked in (("command", condition.command_delay_ms), ("display", condition.display_delay_ms)):
             measured = line.get("delays", {}).get(name, {})
-            row[f"{name}_delay_asked_ms"] = float(measured.get("asked_ms", asked))
-            row[f"{name}_delay_got_ms"] = measured.get("got_ms")
-            row[f"{name}_delay_count"] = measured.get("count")
-        self.data.games.append(GameRow(**row))
-        return self.data.games[-1]
+            told[f"{name}_delay_asked_ms"] = float(measured.get("asked_ms", asked))
+            told[f"{name}_delay_got_ms"] = measured.get("got_ms")
+            told[f"{name}_delay_count"] = measured.get("count")
+        outcome = str(line.get("outcome", seat.outcome if seat is not None else ""))
+        row = GameRow(
+            **self._place(step),
+            system=str(line.get("system", condition.system)),
+            opponent=str(line.get("opponent", condition.opponent)),
+            side=side,
+            seed=line.get("seed"),
+            outcome=outcome,
+            won=outcome == "win",
+            decided=outcome in ("win", "loss"),
+            seconds=float(line.get("seconds", seat.seconds if seat is not None else 0.0)),
+            at=line.get("at"),
+            recording=str(line.get("recording", "")),
+            **told,
+        )
+        self.data.games.append(row)
+        return row
 
-    def _interrupted(self) -> list[InterruptedRow]:
-        """Return the participant's games that were broken off; of a corrupt recording what its name says."""
+    def _interrupted(self) -> None:
+        """Read the participant's games that were broken off; of a corrupt recording what its name says."""
         rows, order = [], self.data.study.order_of(self.number)
         for path in (self.folder.path / "interrupted").glob("*.jsonl"):
             match = _ASIDE.fullmatch(path.name)
             if match is None or not 0 < int(match[3]) <= len(order):
                 continue
             owner, name, block, kind, game, attempt = match.groups()
-            condition = order[int(block) - 1]
-            step = Step(name, "game" if kind == "game" else "practice", condition, game=int(game) - 1)
+            step = Step(name, "practice" if kind == "practice" else "game", order[int(block) - 1], game=int(game) - 1)
             if owner != self.data.study.name_of(self.folder.players(self.number, step)[0]):
                 continue
-            side, seat = self.folder.side_of(self.number, step), None
+            recording, side = None, self.folder.side_of(self.number, step)
             try:
-                seat = next((row for row in seat_rows(Recording.read(path)) if row.side == side), None)
+                recording = Recording.read(path)
             except RecordingError as error:
-                self.data.faults.append(f"{self.who}: {name}, broken off: {error}")
-            rows.append(
-                InterruptedRow(
-                    participant=self.who,
-                    step=name,
-                    attempt=int(attempt),
-                    block=int(block),
-                    game=int(game),
-                    practice=kind == "practice",
-                    condition=condition.title,
-                    opponent=self.folder.opponent_of(step),
-                    side=side,
-                    started=seat.started if seat is not None else None,
-                    seconds=seat.seconds if seat is not None else None,
-                    ended_by=seat.ended_by if seat is not None else None,
-                    commands=seat.commands if seat is not None else None,
-                    disconnections=seat.disconnections if seat is not None else None,
-                    recording=f"interrupted/{path.name}",
-                )
+                self._fault(name, error, ", broken off:")
+            row = InterruptedRow(
+                **self._place(step),
+                attempt=int(attempt),
+                opponent=self.folder.opponent_of(step),
+                side=side,
+                recording=f"interrupted/{path.name}",
+                **_told_by(_seat_of(recording, side), InterruptedRow),
             )
-        return sorted(rows, key=lambda row: (row.block, not row.practice, row.game, row.attempt))
+            rows.append(row)
+        self.data.interrupted.extend(sorted(rows, key=lambda row: (row.block, not row.practice, row.game, row.attempt)))
 
     def _recording(self, step: Step, line: Mapping[str, Any]) -> Recording | None:
-        assert step.condition is not None  # noqa: S101
         try:
             if "recording" not in line:
                 raise RecordingError("it has no recording")
             path = (self.folder.path / str(line["recording"])).resolve()
             if not path.is_relative_to(self.folder.path.resolve()):
                 raise RecordingError(f"its recording {path} is not in the study's folder")
-            if self.is_alone and step.condition.is_of_two and not path.exists():
+            if self.is_alone and step.played.is_of_two and not path.exists():
                 return None  # it was deleted with what their partner did
             return Recording.read(path)
         except RecordingError as error:
-            self.data.faults.append(f"{self.who}: {step.id}: {error}")
+            self._fault(step.id, error)
             return None
 
-    def _check(self, step: Step, line: Mapping[str, Any], seat: SeatRow | None) -> None:
-        told = seat.outcome if seat is not None else "nothing of that side"
-        if line.get("outcome", told) != told:
-            self.data.faults.append(
-                f"{self.who}: {step.id}: the outcome was {line['outcome']!r}, its recording says {told!r}"
-            )
-
     def _commands(self, step: Step, recording: Recording, own: int) -> None:
-        assert step.condition is not None  # noqa: S101
         reader, fates = CommandReader(recording.config.game), _fates(recording)
         for line, command, fate in zip(recording.of(CommandLine), recording.commands, fates, strict=True):
             picture = reader.picture(command)
@@ -278,7 +251,7 @@ class _Person:
                 CommandRow(
                     participant=self.who,
                     step=step.id,
-                    condition=step.condition.title,
+                    condition=step.played.title,
                     side=TEAM_NAMES[line.team],
                     by="automatic" if line.sender else "participant" if line.team == own else "opponent",
                     number=line.number,
@@ -298,7 +271,6 @@ class _Person:
             )
 
     def _captures(self, step: Step, recording: Recording, own: int) -> None:
-        assert step.condition is not None  # noqa: S101
         sizes = list(recording.config.game.team_sizes)
         for line in recording.of(CapturedLine):
             sizes[line.team] += 1
@@ -307,7 +279,7 @@ class _Person:
                 CaptureRow(
                     participant=self.who,
                     step=step.id,
-                    condition=step.condition.title,
+                    condition=step.played.title,
                     tick=line.tick,
                     seconds=line.tick / TICKS_PER_SECOND,
                     drone=line.drone,
@@ -320,41 +292,46 @@ class _Person:
 
     # --- forms ------------------------------------------------------------------------------------
 
-    def _form(self, step: Step) -> list[FormRow]:
+    def _form(self, step: Step) -> None:
         line, form = self.done[step.id], step.form
-        assert form is not None  # noqa: S101
-        block = re.match(r"block(\d+)\.", step.id)
+        if form is None:
+            return
         answers, scores = line.get("answers", {}), line.get("scores", {})
-        self._check_form(step, form, answers, scores)
-        told: list[tuple[str, str, str, Any]] = [
-            (item.id, item.kind, item.text, answers.get(item.id)) for item in form.items
-        ]
-        told += [(name, "score", "", value) for name, value in scores.items()]
-        return [
-            FormRow(
-                participant=self.who,
-                step=step.id,
-                block=int(block[1]) if block is not None else None,
-                condition=step.condition.title if step.condition is not None else "",
-                form=form.name,
-                item=name,
-                kind=kind,
-                question=words,
-                answer=None if answer is None else str(answer),
-                value=float(answer) if isinstance(answer, int | float) else None,
-                at=line.get("at"),
-            )
-            for name, kind, words, answer in told
-        ]
-
-    def _check_form(self, step: Step, form: Form, answers: Mapping[str, Any], scores: Mapping[str, float]) -> None:
         try:
             due = form.scores(form.read(answers))
+            if due != scores:
+                self._fault(step.id, f"the answers come to {due}, but {scores} stands there")
         except ConfigError as error:
-            self.data.faults.append(f"{self.who}: {step.id}: {error}")
-            return
-        if due != scores:
-            self.data.faults.append(f"{self.who}: {step.id}: the answers come to {due}, but {scores} stands there")
+            self._fault(step.id, error)
+        block = re.match(r"block(\d+)\.", step.id)
+        told = [(item.id, item.kind, item.text, answers.get(item.id)) for item in form.items]
+        for name, kind, words, answer in [*told, *((name, "score", "", value) for name, value in scores.items())]:
+            self.data.forms.append(
+                FormRow(
+                    participant=self.who,
+                    step=step.id,
+                    block=int(block[1]) if block is not None else None,
+                    condition=step.condition.title if step.condition is not None else "",
+                    form=form.name,
+                    item=name,
+                    kind=kind,
+                    question=words,
+                    answer=None if answer is None else str(answer),
+                    value=float(answer) if isinstance(answer, int | float) else None,
+                    at=line.get("at"),
+                )
+            )
+
+
+def _seat_of(recording: Recording | None, side: str) -> SeatRow | None:
+    rows = seat_rows(recording) if recording is not None else []
+    return next((row for row in rows if row.side == side), None)
+
+
+def _told_by(seat: SeatRow | None, kind: type[GameRow | InterruptedRow]) -> dict[str, Any]:
+    """Return those columns of a game that its recording tells."""
+    names = [one.name for one in fields(kind) if one.default is not MISSING]
+    return {name: getattr(seat, name) for name in names if hasattr(seat, name)}
 
 
 @dataclass

@@ -1,18 +1,19 @@
-"""Tables as files: CSV and Parquet, and the codebook that goes with them."""
+"""Tables of a study as files, their codebook, and what all texts of an export have in common."""
 
 from __future__ import annotations
 
-import csv
+import functools
+import json
+import math
 import re
 import unicodedata
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
 from swarm_pz.errors import require_extra
-from swarm_pz.play.recordings.study import plain
-from swarm_pz.play.studies.rows import Row, codebook, columns, type_of
+from swarm_pz.play.recordings.study import plain, write_table
+from swarm_pz.play.studies.rows import Row, codebook
 
 NOTES = {
     "empty": "An empty cell of a CSV file, or null in Parquet: it is not known, or there is none.",
@@ -24,31 +25,14 @@ NOTES = {
 """What holds for all tables."""
 
 
-def write_csv(rows: Sequence[Row], kind: type[Row], path: Path) -> None:
-    """Write a table as CSV, in UTF-8."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow([column.name for column in columns(kind)])
-        writer.writerows([[_cell(value) for value in astuple(row)] for row in rows])
+def write_rows(rows: Sequence[Row], kind: type[Row], path: Path) -> None:
+    """Write a table as CSV or Parquet, by the path's suffix."""
+    write_table(rows, kind, path, lambda value: str(value).lower() if isinstance(value, bool) else plain(value))
 
 
-def _cell(value: Any) -> Any:
-    return str(value).lower() if isinstance(value, bool) else plain(value)
-
-
-def write_parquet(rows: Sequence[Row], kind: type[Row], path: Path) -> None:
-    """Write a table as Parquet: columns of the same types even where they are empty.
-
-    Raises
-    ------
-    MissingExtraError
-        If pyarrow is not installed.
-    """
-    arrow = require_extra("pyarrow", "lab")
-    types = {"str": arrow.string(), "int": arrow.int64(), "float": arrow.float64(), "bool": arrow.bool_()}
-    schema = arrow.schema([(column.name, types[type_of(column)]) for column in columns(kind)])
-    values = {column.name: [getattr(row, column.name) for row in rows] for column in columns(kind)}
-    require_extra("pyarrow.parquet", "lab").write_table(arrow.table(values, schema=schema), path)
+def write_json(content: Any, path: Path) -> None:
+    """Write plain values as a file that people read, too."""
+    path.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def markdown(text: str) -> str:
@@ -56,16 +40,34 @@ def markdown(text: str) -> str:
     return re.sub(r"([\\`*_{}\[\]<>#|!~&])", r"\\\1", " ".join(text.split()))
 
 
+def signed(value: float, scale: float) -> str:
+    """Return a difference, or an end of its interval, as the report shows it."""
+    return f"{scale * value:+.1f}" if math.isfinite(value) else "any"
+
+
+@functools.cache
+def _templates() -> Any:
+    jinja2 = require_extra("jinja2", "lab")
+    # Of Markdown: not HTML, but the filter `markdown` escapes what somebody wrote.
+    found = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    found.filters |= {"markdown": markdown, "signed": signed}
+    return found
+
+
+def render(template: str, **values: Any) -> str:
+    """Return a text that one of this folder's templates makes of values."""
+    return str(_templates().get_template(f"{template}.jinja").render(**values))
+
+
 def codebook_text(title: str) -> str:
     """Return the codebook in Markdown."""
-    parts = [f"# Codebook: {markdown(title)}\n", *(f"- {note}" for note in NOTES.values())]
-    for name, table in codebook().items():
-        parts += [f"\n## {name}\n", f"A row is: {table['row'][0].lower()}{table['row'][1:]}.\n"]
-        parts += ["| column | type | unit | what it is |", "|---|---|---|---|"]
-        for column, told in table["columns"].items():
-            kind = told["type"] + (", or empty" if told["may_be_empty"] else "")
-            parts.append(f"| `{column}` | {kind} | {told['unit']} | {told['about']} |")
-    return "\n".join(parts) + "\n"
+    return render("codebook.md", title=title, notes=NOTES.values(), tables=codebook())
 
 
 def labels(names: Iterable[str], otherwise: str) -> dict[str, str]:

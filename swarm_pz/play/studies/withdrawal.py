@@ -1,8 +1,8 @@
 """A participant withdraws: what they did is deleted, and what the study lacks then is named.
 
 All that they did stands in their own file and in recordings. Their file goes first, in one step: in its place stands
-that they have withdrawn. So whoever is stopped on the way has published nothing of them, and does the rest when called
-again. A recording of two shows both, and is deleted; how the game ended stands in the other one's file, and stays.
+that they have withdrawn. So if the program is stopped on the way, nothing of them is published, and the next call does
+the rest. A recording of two shows both, and is deleted; how the game ended stands in the other one's file, and stays.
 """
 
 from __future__ import annotations
@@ -23,16 +23,7 @@ from swarm_pz.play.studies.progress import first_line
 
 @dataclass(frozen=True, kw_only=True)
 class Withdrawal:
-    """Who withdrew, and what the study lacks without them.
-
-    Attributes
-    ----------
-    name : str
-    recordings : int
-        That were deleted.
-    lacks : list of str
-        A sentence for each thing that is out of balance now.
-    """
+    """Who withdrew, how many recordings were deleted, and a sentence for each thing that is out of balance now."""
 
     name: str
     recordings: int
@@ -65,9 +56,8 @@ def withdraw(path: Path, code: str) -> Withdrawal:
         ) from error
     with contextlib.closing(opened):
         number = _number_of(opened, code)
-        left = _recordings(opened, number)
         name = opened.study.name_of(number)
-        if number in opened.withdrawn and not left:
+        if number in opened.withdrawn and not _recordings(opened, number):
             raise ConfigError(f"{name}, who had the code {code}, has withdrawn already: nothing of theirs is left")
         try:
             if number not in opened.withdrawn:
@@ -99,9 +89,8 @@ def _recordings(opened: StudyFolder, number: int) -> list[Path]:
     study = opened.study
     patterns = [f"{study.name_of(number)}.*.jsonl"]
     if study.is_of_pairs and number % 2:  # those of two have the first one's name
-        first = study.name_of(number - 1)
         blocks = [block for block, one in enumerate(study.order_of(number), 1) if one.is_of_two]
-        patterns += [f"{first}.block{block}.game*.jsonl" for block in blocks]
+        patterns += [f"{study.name_of(number - 1)}.block{block}.game*.jsonl" for block in blocks]
     folders = [opened.path / name for name in ("games", "interrupted")]
     return sorted(file for folder in folders for pattern in patterns for file in folder.glob(pattern))
 
@@ -126,23 +115,17 @@ def _mark(opened: StudyFolder, number: int) -> None:
 
 def _lacks(opened: StudyFolder, number: int) -> list[str]:
     """Return which order of conditions lacks whom, and what a partner cannot play any more."""
-    study = opened.study
-
-    def order_of(one: int) -> str:
-        return " > ".join(condition.title for condition in study.order_of(one))
-
-    order = order_of(number)
-    planned = [one for one in range(study.participants) if order_of(one) == order]
+    study, partner = opened.study, number ^ 1
+    order = study.order_of(number)
+    planned = [one for one in range(study.participants) if study.order_of(one) == order]
     gone = [study.name_of(one) for one in planned if one in opened.withdrawn]
-    told = [
-        f"the order {order} has {len(planned) - len(gone)} of {len(planned)} participants; it lacks {', '.join(gone)}"
-    ]
-    partner = number ^ 1
+    titles, there = " > ".join(one.title for one in order), len(planned) - len(gone)
+    told = [f"the order {titles} has {there} of {len(planned)} participants; it lacks {', '.join(gone)}"]
     if study.is_of_pairs and partner not in opened.withdrawn:
         done: set[str] = set()
         with contextlib.suppress(RecordingError):
             done = {*opened.progress(partner).done} if opened.has_come(partner) else done
-        for block, condition in enumerate(study.order_of(partner), 1):
+        for block, condition in enumerate(order, 1):
             if condition.is_of_two:
                 played = sum(f"block{block}.game{game + 1}" in done for game in range(study.games))
                 told.append(

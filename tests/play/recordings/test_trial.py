@@ -3,8 +3,7 @@
 from dataclasses import asdict
 
 from swarm_pz.play.recordings.format import CapturedLine, Recording
-from swarm_pz.play.recordings.seats import seat_rows
-from swarm_pz.play.recordings.trial import trial_rows
+from swarm_pz.play.recordings.seats import seat_rows, trial_rows
 from tests.play.recordings.test_study import PAST, header
 
 

@@ -1,21 +1,67 @@
-"""Messages as ROS programs understand them: rows, strides, colours, times."""
+"""Messages as ROS programs understand them: rows, strides, colours, times; and as bytes, read by another's reader."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
+from mcap.records import Schema
+from mcap_ros2.decoder import DecoderFactory
 
 from swarm_pz.play.frames import Frame
 from swarm_pz.play.ros import messages
-
-IMAGE = np.arange(6.0).reshape(2, 3)
+from swarm_pz.play.ros.commands import INPUTS
+from swarm_pz.play.ros.definitions import definition, full_name, plain_name, serialise
 
 
 def frame(teams):
     """Return a moment of drones of these teams."""
-    places = np.zeros((len(teams), 2))
-    return Frame(
-        sequence=0, tick=45, server_ms=0.0, positions=places, velocities=places, teams=np.array(teams, np.int8)
-    )
+    positions, velocities = np.random.default_rng(1).random((2, len(teams), 2))
+    teams = np.array(teams, np.int8)
+    return Frame(sequence=0, tick=45, server_ms=0.0, positions=positions, velocities=velocities, teams=teams)
+
+
+FRAME = frame([0, 1, 1, 0, 1])
+FIELD = np.arange(2500, dtype=np.uint8).reshape(50, 50)
+MESSAGES = {
+    "rosgraph_msgs/Clock": messages.clock(31),
+    "tf2_msgs/TFMessage": messages.transforms(FRAME),
+    "visualization_msgs/MarkerArray": messages.markers(FRAME),
+    "std_msgs/String": {"data": "Käfer"},
+    "std_msgs/Int32MultiArray": messages.sizes(FRAME),
+    "geometry_msgs/PoseArray": messages.poses(FRAME, 1),
+    "nav_msgs/OccupancyGrid": messages.capture_field(FIELD, 31),
+    "std_msgs/Float32MultiArray": messages.floats(FIELD),
+    "rcl_interfaces/Log": messages.log("red: plays", 12.5, is_fault=True),
+}
+
+
+def leaves(decoded, path=""):
+    """Yield what a message holds, with its place in it; numbers as a float32 holds them."""
+    if hasattr(decoded, "__slots__"):
+        decoded = {name: getattr(decoded, name) for name in decoded.__slots__}
+    if isinstance(decoded, dict):
+        for name, value in decoded.items():
+            yield from leaves(value, f"{path}.{name}")
+    elif isinstance(decoded, list | tuple | bytes):
+        yield path, len(decoded)
+        for place, value in enumerate(decoded):
+            yield from leaves(value, f"{path}[{place}]")
+    else:
+        yield path, float(np.float32(decoded)) if isinstance(decoded, float) else decoded
+
+
+@pytest.mark.parametrize("kind", MESSAGES)
+def test_a_message_is_read_as_it_was_written_with_the_definition_that_viewers_are_told(kind):
+    assert MESSAGES.keys() == set(messages.TOPICS.values())
+    schema = Schema(id=1, name=full_name(kind), encoding="ros2msg", data=definition(kind).encode())
+    read = DecoderFactory().decoder_for("cdr", schema)(serialise(kind, MESSAGES[kind]))
+    assert list(leaves(read)) == list(leaves(MESSAGES[kind]))
+
+
+@pytest.mark.parametrize("kind", sorted(set(INPUTS.values())))
+def test_a_type_that_is_read_has_a_definition_and_two_names(kind):
+    assert definition(kind) is not None
+    assert plain_name(full_name(kind)) == kind == plain_name(kind)
 
 
 def test_a_map_is_of_one_metre_with_its_rows_from_the_bottom():
@@ -27,25 +73,14 @@ def test_a_map_is_of_one_metre_with_its_rows_from_the_bottom():
     assert grid["header"] == {"stamp": {"sec": 1, "nanosec": 500_000_000}, "frame_id": "map"}
 
 
-def test_a_field_captures_from_its_threshold_on():
+def test_numbers_mean_what_ros_takes_them_for():
     field = np.array([[0, 191], [192, 255]], np.uint8)
-    assert messages.capture_field(field, 0)["data"] == [0, 74, 76, 100]
-
-
-def test_strides_are_the_numbers_from_a_dimension_on():
-    (dim,) = messages.sizes(frame([0, 1, 1]))["layout"]["dim"]
-    assert (dim["label"], dim["size"], dim["stride"]) == ("team", 2, 2)
-    told = messages.floats(IMAGE)
-    assert (told["layout"]["dim"][0]["size"], told["layout"]["dim"][0]["stride"]) == (6, 6)
-    assert told["data"] == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0], "row after row"
-
-
-def test_drones_have_the_colours_of_their_teams():
+    assert messages.capture_field(field, 0)["data"] == [0, 74, 76, 100], "above 75 exactly where it captures"
+    (dim,) = messages.sizes(FRAME)["layout"]["dim"]
+    assert dim == {"label": "team", "size": 2, "stride": 2} and messages.sizes(FRAME)["data"] == [2, 3]
+    told = messages.floats(np.arange(6.0).reshape(2, 3))
+    assert told["layout"]["dim"][0]["stride"] == 6 and told["data"] == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0], "row after row"
     red, blue = (marker["color"] for marker in messages.markers(frame([0, 1]))["markers"])
     assert red["r"] > red["b"] and blue["b"] > blue["r"] and red["a"] == blue["a"] == 1.0
-
-
-def test_a_line_of_the_log_is_of_its_second_and_a_warning_if_something_is_wrong():
     told, wrong = (messages.log("x", 12.5, is_fault) for is_fault in (False, True))
-    assert told["stamp"] == {"sec": 12, "nanosec": 500_000_000}
-    assert (told["level"], wrong["level"]) == (20, 30)
+    assert told["stamp"] == {"sec": 12, "nanosec": 500_000_000} and (told["level"], wrong["level"]) == (20, 30)

@@ -46,12 +46,9 @@ def remembered(*places, periods=600):
     return past.picture(0)
 
 
-def test_a_picture_of_the_past_has_its_rows_from_the_bottom():
+def test_a_picture_of_the_past_has_its_rows_from_the_bottom_fades_and_is_still_a_density():
     row, column = np.unravel_index(remembered(RIGHT_BOTTOM, periods=1).argmax(), (GRID_CELLS, GRID_CELLS))
     assert abs(row - 0.15 * GRID_CELLS) < 3 and abs(column - 0.95 * GRID_CELLS) < 3
-
-
-def test_the_past_fades_and_is_still_a_density():
     picture = remembered(LEFT_TOP, RIGHT_BOTTOM)
     np.testing.assert_allclose(picture, remembered(RIGHT_BOTTOM), atol=1e-3)
     assert abs(picture.mean() - 1.0) < 0.01
@@ -60,27 +57,16 @@ def test_the_past_fades_and_is_still_a_density():
     assert later > sooner > 5.0
 
 
-def test_a_moment_is_shown_once_and_teams_as_they_change():
+def test_a_moment_is_shown_once_and_teams_as_they_change_and_a_new_game_begins_without_the_past():
     everybody = Everybody()
     shown = Shown(everybody, GAME)
-    for moment in (frame(0), frame(0), frame(1), frame(2, teams=(0, 1, 1))):
+    for moment in (frame(0), frame(0), frame(3), frame(6, teams=(0, 1, 1))):
         shown.show(moment)
     assert len(everybody.of("/clock")) == 3
     told = [message["data"] for message in everybody.of("/agent_team_status")]
     assert told == ["agent0 red", "agent1 red", "agent2 blue", "agent1 blue"]
-
-
-def test_a_new_game_begins_with_all_teams_and_without_the_past_of_the_former():
-    everybody = Everybody()
-    shown = Shown(everybody, GAME)
-    for tick in range(0, 90, TICKS_PER_CONTROL_PERIOD):
-        shown.show(frame(tick))
     everybody.told.clear()
     shown.show(frame(0, RIGHT_BOTTOM))
-    assert [message["data"] for message in everybody.of("/agent_team_status")] == [
-        "agent0 red",
-        "agent1 red",
-        "agent2 blue",
-    ]
+    assert [message["data"] for message in everybody.of("/agent_team_status")] == told[:3]
     (plot,) = everybody.of("/red_ck_plot")
     np.testing.assert_allclose(plot["data"], remembered(RIGHT_BOTTOM, periods=1).ravel(), rtol=1e-5, atol=1e-5)

@@ -1,64 +1,75 @@
 """What an analysis finds: the difference that was planted, and none where none was."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
 from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation.intervals import wilson
-from swarm_pz.play.studies.analysis import StudyGame, compare, conditions, interval, sign_test, win_interval
+from swarm_pz.play.studies.analysis import compare, conditions, sign_test, win_interval
+from swarm_pz.play.studies.rows import GameRow
+
+
+def game(participant, condition, won, seconds, decided):
+    """Return a game that counts; nothing else of it is known."""
+    unknown = dict.fromkeys((column.name for column in fields(GameRow)), None)
+    known = {"participant": participant, "condition": condition, "won": won, "seconds": seconds, "decided": decided}
+    return GameRow(**unknown | known)
 
 
 def simulated(seed, gain, participants=8, games=6):
-    """Return a study in which persons differ, and win more often under the first condition by `gain` in the mean."""
+    """Return the wins of a study in which persons differ, and win more often under the first condition by `gain`."""
     chance = np.random.default_rng(seed)
-    skills = chance.uniform(0.2, 0.6, participants)
     played = []
-    for person, skill in enumerate(skills):
+    for person, skill in enumerate(chance.uniform(0.2, 0.6, participants)):
         for condition, more in (("drawing", gain), ("pointing", 0.0)):
             for _ in range(games):
                 won = bool(chance.random() < skill + more)
                 seconds = float(np.clip(chance.exponential(60.0 if won else 200.0), 1.0, 300.0))
-                played.append(
-                    StudyGame(
-                        participant=f"P{person}", condition=condition, won=won, seconds=seconds, decided=seconds < 300.0
-                    )
-                )
-    return played
-
-
-def of_wins(games):
-    return next(one for one in compare(games) if one.measure == "win_rate")
+                played.append(game(f"P{person}", condition, won, seconds, seconds < 300.0))
+    return compare(played)[0]
 
 
 def test_a_planted_difference_is_found_and_none_where_none_was_planted():
-    planted = [of_wins(simulated(seed, 0.4)) for seed in range(50)]
+    planted, nothing = ([simulated(seed, gain) for seed in range(50)] for gain in (0.4, 0.0))
     assert sum(one.p <= 0.05 for one in planted) >= 45
     assert sum(one.low <= 0.4 <= one.high for one in planted) >= 45
-    nothing = [of_wins(simulated(seed, 0.0)) for seed in range(50)]
     assert sum(one.p <= 0.05 for one in nothing) <= 5
     assert sum(one.low <= 0.0 <= one.high for one in nothing) >= 45
 
 
-def test_the_test_counts_all_signs():
-    assert sign_test([1.0, 1.0, 1.0]) == 2 / 8
-    assert sign_test([1.0, -1.0]) == 1.0
-    assert sign_test([0.0] * 5) == 1.0
-    assert sign_test([1.0] * 8) == 2 / 256
-    assert sign_test(np.ones(40)) == 1 / 20_000, "the given signs are among those that are drawn: p is never 0"
+@pytest.mark.parametrize(
+    ("differences", "p"),
+    [
+        ([1.0, 1.0, 1.0], 2 / 8),
+        ([1.0, -1.0], 1.0),
+        ([0.0] * 5, 1.0),
+        ([1.0] * 8, 2 / 256),
+        ([1.0] * 40, 1 / 20_000),  # the given signs are among those that are drawn: p is never 0
+    ],
+)
+def test_the_test_counts_all_signs(differences, p):
+    assert sign_test(differences)[2] == p
 
 
-def test_few_participants_exclude_nothing():
-    assert interval([1.0, 2.0, 1.5]) == (-np.inf, np.inf)
-    low, high = interval([1.0, 2.0, 1.5, 1.2, 1.8, 1.4, 1.6, 1.1])
-    assert 1.0 < low < 1.45 < high < 2.0
+@pytest.mark.parametrize("count", [3, 6, 8, 14, 20])
+def test_an_interval_holds_the_shifts_that_the_test_does_not_refuse(count):
+    """Its ends are found without trying shifts; too few participants exclude nothing."""
+    given = np.random.default_rng(count).normal(1.4, 0.3, count)
+    low, high, _ = sign_test(given)
+    assert np.isfinite([low, high]).all() == (count >= 6)
+    for end, outwards in ((low, -1e-6), (high, 1e-6)):
+        if count >= 6:
+            assert sign_test(given - end - outwards)[2] <= 0.05 < sign_test(given - end + outwards)[2]
 
 
 def test_conditions_are_summed_up_with_durations_that_count_draws_as_longer():
     games = [
-        StudyGame(participant="A", condition="x", won=True, seconds=10.0, decided=True),
-        StudyGame(participant="A", condition="x", won=False, seconds=30.0, decided=False),
-        StudyGame(participant="B", condition="x", won=False, seconds=20.0, decided=True),
-        StudyGame(participant="B", condition="y", won=False, seconds=30.0, decided=False),
+        game("A", "x", won=True, seconds=10.0, decided=True),
+        game("A", "x", won=False, seconds=30.0, decided=False),
+        game("B", "x", won=False, seconds=20.0, decided=True),
+        game("B", "y", won=False, seconds=30.0, decided=False),
     ]
     x, y = conditions(games)
     assert (x.condition, x.participants, x.games, x.win_rate) == ("x", 2, 3, pytest.approx(1 / 3))
@@ -66,22 +77,15 @@ def test_conditions_are_summed_up_with_durations_that_count_draws_as_longer():
     assert (y.median_s, y.restricted_mean_s) == (None, 30.0)
     wins, lengths = compare(games)
     assert (wins.first, wins.second, wins.participants, wins.difference) == ("x", "y", 1, 0.0)
-    assert lengths.difference == -10.0
+    assert (lengths.measure, lengths.difference) == ("restricted_mean_s", -10.0)
     assert compare(games[:2]) == []
-
-
-def test_a_game_that_nobody_won_counts_as_the_longest_of_all_conditions():
-    games = [
-        StudyGame(participant="A", condition="x", won=False, seconds=10.0, decided=False),
-        StudyGame(participant="A", condition="y", won=True, seconds=40.0, decided=True),
-    ]
-    lengths = compare(games)[1]
-    assert (lengths.measure, lengths.difference) == ("restricted_mean_s", 0.0)
+    undecided = [game("A", "x", won=False, seconds=10.0, decided=False), game("A", "y", True, 40.0, decided=True)]
+    assert compare(undecided)[1].difference == 0.0, "it would have lasted as long as the longest of all conditions"
 
 
 @pytest.mark.parametrize("differences", [[], [np.nan], [[1.0]]])
 def test_what_is_no_list_of_differences_is_refused(differences):
-    with pytest.raises(ResultsError, match="at least one finite difference"):
+    with pytest.raises(ResultsError, match="finite"):
         sign_test(differences)
 
 

@@ -20,7 +20,7 @@ from swarm_pz.errors import ConfigError, MissingExtraError, OutputError, Recordi
 from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLine, Recording
 from swarm_pz.play.studies import export as module
 from swarm_pz.play.studies.analysis import compare, conditions
-from swarm_pz.play.studies.bids import TYPES
+from swarm_pz.play.studies.bids import LEVELS
 from swarm_pz.play.studies.export import export
 from swarm_pz.play.studies.psychds import write_psychds
 from swarm_pz.play.studies.reading import read_study
@@ -231,7 +231,7 @@ def test_events_are_of_the_clock_whatever_the_speed(ran, out):
         text = (out / "bids" / who / "beh" / name).read_text(encoding="utf-8")
         rows = list(csv.DictReader(io.StringIO(text), dialect="excel-tab"))
         speed, recording = (2.0 if task == "late300ms" else 1.0), Recording.read(ran / game["recording"])
-        of = {kind: [row for row in rows if row["trial_type"] == kind] for kind in TYPES}
+        of = {kind: [row for row in rows if row["trial_type"] == kind] for kind in LEVELS["trial_type"]}
         (whole,) = of["game"]
         assert float(whole["onset"]) == 0.0 and whole["side"] == game["side"]
         assert float(whole["duration"]) == pytest.approx(recording.end.tick / 30 / speed, abs=1e-5)
