@@ -85,8 +85,7 @@ def measure(_: int) -> Finding:
         supported=wrong == 0,
         seen=f"Of {probes:,} games, each with an opposing drone in another cell, {wrong} differ from what the rule "
         "says. One drone captures on the ring around it and not where it is; two capture what lies between them; a "
-        "ring captures its middle; and 9 drones at a wall or 5 in a corner do what takes 16 on open ground, because "
-        "the field is an average over the cells inside the square: the hollow net, closed by walls.",
+        "ring captures its middle; and 9 drones at a wall or 5 in a corner do what takes 16 on open ground.",
         configs={"paper": RULES},
         seeds=[],
         series=series,
