@@ -50,7 +50,7 @@ def read_folder(folder: Path, config: GameConfig) -> Player:
     MissingExtraError
         If what plays such a policy is not installed: PyTorch, or ONNX Runtime.
     """
-    from swarm_pz.policies.onnx_card import CARD, MODEL, is_card
+    from swarm_pz.policies.onnx_policy import CARD, MODEL, OnnxPolicy, is_card
 
     is_learned = (folder / "policy.safetensors").exists()
     is_onnx = (folder / MODEL).exists() or (folder / MODEL).is_symlink()
@@ -59,8 +59,6 @@ def read_folder(folder: Path, config: GameConfig) -> Player:
             raise CheckpointError(f"{folder} holds two policies, policy.onnx and policy.safetensors: keep one")
         for module in ("onnx", "onnxruntime"):
             require_extra(module, "onnx")
-        from swarm_pz.policies.onnx_policy import OnnxPolicy
-
         return OnnxPolicy.read(folder, config)
     require_extra("torch", "train")
     from swarm_pz.policies.learned import LearnedPolicy

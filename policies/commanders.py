@@ -1,6 +1,6 @@
 """Scripts for control systems that take other commands than densities.
 
-A script is one function from a `Board`, one game as one side sees it, to a command in any form that the system's
+A script is one function from a `GameState`, one game as one side sees it, to a command in any form that the system's
 `parse` reads; `commander` makes a policy of it. The same drawings by hand that `scripted` has for densities: surround
 them and close in, sit on the weakest, flee.
 """
@@ -31,8 +31,8 @@ WIDE, TIGHT = 0.32, 0.14
 
 
 @dataclass(frozen=True)
-class Board:
-    """One game as a commander sees it.
+class GameState:
+    """One game as a script sees it.
 
     Attributes
     ----------
@@ -108,7 +108,7 @@ def _distances(one: Array, other: Array) -> Array:
     return np.asarray(np.sqrt((apart * apart).sum(axis=2)))
 
 
-Play = Callable[[Board], Any]
+Play = Callable[[GameState], Any]
 
 
 class Commander:
@@ -144,7 +144,7 @@ class Commander:
         commands = np.empty((len(rows), *system.space(self._config).shape))
         for place, (row, drones) in enumerate(zip(rows.tolist(), observations.astype(np.float64), strict=True)):
             own = drones[:, 4] > 0
-            board = Board(
+            state = GameState(
                 own=drones[own, :2],
                 opposing=drones[~own, :2],
                 velocities=drones[own, 2:4],
@@ -154,7 +154,7 @@ class Commander:
                 config=self._config,
             )
             self._steps[row] += 1
-            commands[place] = system.parse(self._script.play(board), self._config, f"what {self.name} asks for")
+            commands[place] = system.parse(self._script.play(state), self._config, f"what {self.name} asks for")
         return commands
 
 
@@ -164,7 +164,7 @@ class Script:
     Parameters
     ----------
     play : callable
-        From a `Board` to a command.
+        From a `GameState` to a command.
     answers : str
         The kind of its commands, as of `ControlSystem.takes`.
     """
@@ -183,43 +183,43 @@ class Script:
 
 
 def commander(answers: str) -> Callable[[Play], Script]:
-    """Turn a function from a `Board` to commands of a kind into a script that makes policies."""
+    """Turn a function from a `GameState` to commands of a kind into a script that makes policies."""
     return lambda play: Script(play, answers)
 
 
 @commander(ANY)
-def hold(board: Board) -> Any:
+def hold(state: GameState) -> Any:
     """Send what the control system does by itself: for every kind of command."""
-    return board.system.default(board.config)
+    return state.system.default(state.config)
 
 
 # --- attraction: two images, what draws and what repels ---------------------------------------------
 
 
 @commander("attraction")
-def besiege(board: Board) -> Any:
+def besiege(state: GameState) -> Any:
     """Draw everybody to a broad ring around a place between the centre and the largest cluster."""
-    place = 0.5 + 0.3 * (board.crowd() - 0.5)
-    ring = board.image(lambda distance: shapes.ring(distance, width=0.15), place)
+    place = 0.5 + 0.3 * (state.crowd() - 0.5)
+    ring = state.image(lambda distance: shapes.ring(distance, width=0.15), place)
     return np.stack([ring, np.zeros_like(ring)])
 
 
 @commander("attraction")
-def strangle(board: Board) -> Any:
+def strangle(state: GameState) -> Any:
     """Draw everybody to a ring around the largest cluster that closes, again and again; its middle repels."""
-    crowd, radius = board.crowd(), board.closing()
-    ring = board.image(lambda distance: shapes.ring(distance, radius, 0.1), crowd)
-    return np.stack([ring, 0.3 * board.image(lambda distance: shapes.disc(distance, radius / 3), crowd)])
+    crowd, radius = state.crowd(), state.closing()
+    ring = state.image(lambda distance: shapes.ring(distance, radius, 0.1), crowd)
+    return np.stack([ring, 0.3 * state.image(lambda distance: shapes.disc(distance, radius / 3), crowd)])
 
 
 @commander("attraction")
-def shun(board: Board) -> Any:
+def shun(state: GameState) -> Any:
     """Let the opposing drones repel, and what is far from them draw."""
-    crowd, refuge = board.crowd(), board.refuge()
+    crowd, refuge = state.crowd(), state.refuge()
     return np.stack(
         [
-            board.image(lambda distance: shapes.disc(distance, 0.15), refuge),
-            board.image(lambda distance: shapes.disc(distance, 0.2), crowd),
+            state.image(lambda distance: shapes.disc(distance, 0.15), refuge),
+            state.image(lambda distance: shapes.disc(distance, 0.2), crowd),
         ]
     )
 
@@ -228,33 +228,33 @@ def shun(board: Board) -> Any:
 
 
 @commander("attractors")
-def pounce(board: Board) -> Any:
+def pounce(state: GameState) -> Any:
     """Fly to the largest cluster, all together."""
-    return _attractor(board, board.crowd(), 1.0)
+    return _attractor(state, state.crowd(), 1.0)
 
 
 @commander("attractors")
-def pick_off(board: Board) -> Any:
+def pick_off(state: GameState) -> Any:
     """Fly to the opposing drone that has the fewest of its own beside it."""
-    return _attractor(board, board.weakest(), 1.0)
+    return _attractor(state, state.weakest(), 1.0)
 
 
 @commander("attractors")
-def prowl(board: Board) -> Any:
+def prowl(state: GameState) -> Any:
     """Circle the largest cluster, and come closer."""
-    turn = 2.0 * np.pi * board.seconds / 8.0
-    return _attractor(board, board.ring(board.crowd(), board.closing(), 1, turn)[0], 0.5)
+    turn = 2.0 * np.pi * state.seconds / 8.0
+    return _attractor(state, state.ring(state.crowd(), state.closing(), 1, turn)[0], 0.5)
 
 
 @commander("attractors")
-def slip_away(board: Board) -> Any:
+def slip_away(state: GameState) -> Any:
     """Fly to the place that is farthest from every opposing drone."""
-    return _attractor(board, board.refuge(), 0.5)
+    return _attractor(state, state.refuge(), 0.5)
 
 
-def _attractor(board: Board, place: Array, share: float) -> list[tuple[float, float, float]]:
+def _attractor(state: GameState, place: Array, share: float) -> list[tuple[float, float, float]]:
     """Return one attractor, its weight so far between the least and the largest."""
-    least, largest = board.config.flocking.migration
+    least, largest = state.config.flocking.migration
     return [(float(place[0]), float(place[1]), least + share * (largest - least))]
 
 
@@ -262,89 +262,91 @@ def _attractor(board: Board, place: Array, share: float) -> list[tuple[float, fl
 
 
 @commander("formation")
-def encircle(board: Board) -> Any:
+def encircle(state: GameState) -> Any:
     """Stand in a ring around the largest cluster that closes, again and again."""
-    return {"shape": "ring", "centre": tuple(board.crowd()), "size": board.closing(), "turn": 0.0}
+    return {"shape": "ring", "centre": tuple(state.crowd()), "size": state.closing(), "turn": 0.0}
 
 
 @commander("formation")
-def corral(board: Board) -> Any:
+def corral(state: GameState) -> Any:
     """Stand in a wide ring around a place between the centre and the largest cluster, and let it turn."""
-    place = 0.5 + 0.3 * (board.crowd() - 0.5)
-    return {"shape": "ring", "centre": tuple(place), "size": 0.3, "turn": _turn(board)}
+    place = 0.5 + 0.3 * (state.crowd() - 0.5)
+    return {"shape": "ring", "centre": tuple(place), "size": 0.3, "turn": _turn(state)}
 
 
 @commander("formation")
-def smother(board: Board) -> Any:
+def smother(state: GameState) -> Any:
     """Cover the opposing drone that has the fewest of its own beside it with a disc."""
-    return {"shape": "disc", "centre": tuple(board.weakest()), "size": 0.12, "turn": _turn(board)}
+    return {"shape": "disc", "centre": tuple(state.weakest()), "size": 0.12, "turn": _turn(state)}
 
 
-def _turn(board: Board) -> float:
+def _turn(state: GameState) -> float:
     """Return an angle that goes round in a quarter of a minute."""
-    return float((2.0 * np.pi * board.seconds / 15.0) % (2.0 * np.pi) - np.pi)
+    return float((2.0 * np.pi * state.seconds / 15.0) % (2.0 * np.pi) - np.pi)
 
 
 # --- leaders: where they fly, the rest follows --------------------------------------------------------
 
 
 @commander("leaders")
-def pincer(board: Board) -> Any:
+def pincer(state: GameState) -> Any:
     """Lead to opposite sides of the largest cluster, and close in."""
-    return board.ring(board.crowd(), board.closing(), len(board.system.default(board.config)), _turn(board))
+    return state.ring(state.crowd(), state.closing(), len(state.system.default(state.config)), _turn(state))
 
 
 @commander("leaders")
-def lead_in(board: Board) -> Any:
+def lead_in(state: GameState) -> Any:
     """Lead everybody to the opposing drone that has the fewest of its own beside it."""
-    return board.ring(board.weakest(), 0.05, len(board.system.default(board.config)))
+    return state.ring(state.weakest(), 0.05, len(state.system.default(state.config)))
 
 
 @commander("leaders")
-def lead_away(board: Board) -> Any:
+def lead_away(state: GameState) -> Any:
     """Lead everybody to the place that is farthest from every opposing drone."""
-    return board.ring(board.refuge(), 0.05, len(board.system.default(board.config)))
+    return state.ring(state.refuge(), 0.05, len(state.system.default(state.config)))
 
 
 # --- accelerations: each drone by its number ----------------------------------------------------------
 
 
 @commander("accelerations")
-def tighten(board: Board) -> Any:
+def tighten(state: GameState) -> Any:
     """Send each drone to a place of its own on a ring around the largest cluster that closes, again and again."""
-    crowd = board.crowd()
-    apart = board.own - crowd
-    order = np.argsort(np.argsort(np.arctan2(apart[:, 1], apart[:, 0]), kind="stable"), kind="stable")
-    return _towards(board, board.ring(crowd, board.closing(), len(board.own), -np.pi)[order])
+    return _towards(state, _own_places(state, state.crowd(), state.closing(), -np.pi))
 
 
 @commander("accelerations")
-def hem_in(board: Board) -> Any:
+def hem_in(state: GameState) -> Any:
     """Send each drone to a place of its own on a wide ring between the centre and the largest cluster, that turns."""
-    centre = 0.5 + 0.3 * (board.crowd() - 0.5)
-    apart = board.own - centre
-    order = np.argsort(np.argsort(np.arctan2(apart[:, 1], apart[:, 0]), kind="stable"), kind="stable")
-    return _towards(board, board.ring(centre, 0.3, len(board.own), -np.pi + 0.3)[order])
+    centre = 0.5 + 0.3 * (state.crowd() - 0.5)
+    return _towards(state, _own_places(state, centre, 0.3, -np.pi + 0.3))
 
 
 @commander("accelerations")
-def scatter(board: Board) -> Any:
+def scatter(state: GameState) -> Any:
     """Send each drone away from the opposing drone that is nearest to it, and from the walls."""
-    if not len(board.own) or not len(board.opposing):
-        return _towards(board, board.own)
-    nearest = board.opposing[_distances(board.own, board.opposing).argmin(axis=1)]
-    away = board.own - nearest
+    if not len(state.own) or not len(state.opposing):
+        return _towards(state, state.own)
+    nearest = state.opposing[_distances(state.own, state.opposing).argmin(axis=1)]
+    away = state.own - nearest
     away /= np.maximum(np.sqrt((away * away).sum(axis=1, keepdims=True)), 1e-6)
-    return _towards(board, (board.own + 0.3 * away).clip(0.1, 0.9))
+    return _towards(state, (state.own + 0.3 * away).clip(0.1, 0.9))
 
 
-def _towards(board: Board, places: Array) -> Array:
+def _own_places(state: GameState, centre: Array, radius: float, turn: float) -> Array:
+    """Return a place (n, 2) on a ring for each own drone, in the order in which they are around its centre."""
+    apart = state.own - centre
+    order = np.argsort(np.argsort(np.arctan2(apart[:, 1], apart[:, 0]), kind="stable"), kind="stable")
+    return state.ring(centre, radius, len(state.own), turn)[order]
+
+
+def _towards(state: GameState, places: Array) -> Array:
     """Return accelerations (N, 2) that bring the own drones to places (n, 2), none of them longer than 1."""
-    period = board.config.command_period
-    pushes = (0.6 * (places - board.own) / period - 0.9 * board.velocities) / max(period, 1.0)
+    period = state.config.command_period
+    pushes = (0.6 * (places - state.own) / period - 0.9 * state.velocities) / max(period, 1.0)
     lengths = np.sqrt((pushes * pushes).sum(axis=1, keepdims=True))
-    commands = np.zeros((board.config.num_drones, 2))
-    commands[board.numbers] = pushes / np.maximum(lengths, 1.0)
+    commands = np.zeros((state.config.num_drones, 2))
+    commands[state.numbers] = pushes / np.maximum(lengths, 1.0)
     return commands
 
 

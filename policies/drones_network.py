@@ -1,16 +1,16 @@
-"""The network of learned tactics for commands that are no densities: it looks at drones, and not at images.
+"""The network of learned tactics for commands other than densities: it looks at drones, not at images.
 
-Every drone is read by the same layers, what they say is averaged over each side, and the average decides: so the
-order of the drones means nothing (Zaheer et al., "Deep Sets", NeurIPS 2017). Where a command has a row for each
-drone, or a value for each cell of an image, the same layers decide all of them, from the average and from where the
-drone or the cell is.
+The same layers read every drone, their outputs are averaged over each side, and the averages decide: so the order of
+the drones means nothing (Zaheer et al., "Deep Sets", NeurIPS 2017). Where a command has a row for each drone, or a
+value for each cell of an image, the same layers decide all of them, from the averages and from the place of the drone
+or the cell.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
-import numpy as np
 import torch
 from torch import Tensor, nn
 
@@ -45,11 +45,13 @@ class DronesActor(nn.Module):
 
     def __init__(self, shape: tuple[int, ...], head: Head, width: int) -> None:
         super().__init__()
-        if not 1 <= width <= LARGEST or not 1 <= int(np.prod(shape)) <= 8 * LARGEST:
+        if not 1 <= width <= LARGEST or not 1 <= math.prod(shape) <= 8 * LARGEST:
             raise ConfigError(f"width must be from 1 to {LARGEST}, and an action of few numbers, got {width}, {shape}")
+        if (head == "drones" and len(shape) != 2) or (head == "image" and (len(shape) != 3 or shape[1] != shape[2])):
+            raise ConfigError(f"an action decided for {head!r} cannot be of the shape {shape}")
         self.shape, self.kind, self.width = shape, head, width
         self.read = nn.Sequential(nn.Linear(COLUMNS, width), nn.Tanh(), nn.Linear(width, width), nn.Tanh())
-        outputs, places = int(np.prod(shape)), 0
+        outputs, places = math.prod(shape), 0
         if head == "drones":
             outputs, places = shape[1], COLUMNS
         elif head == "image":

@@ -23,9 +23,8 @@ from swarm_pz.config import GameConfig
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import CheckpointError, PolicyError
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.policies.onnx_card import OnnxCard
 from swarm_pz.policies.onnx_checks import ROWS, parts_of
-from swarm_pz.policies.onnx_policy import write
+from swarm_pz.policies.onnx_policy import OnnxCard, write
 from swarm_pz.policy.model_policy import format_of
 from swarm_pz.spaces.formats import Format
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 import copy
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import torch
@@ -22,7 +22,7 @@ from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import CheckpointError, ConfigError, KindError, SwarmError
 from swarm_pz.files import MOST_TEXT_BYTES, draft_of, read_bytes
-from swarm_pz.policies.drones_network import DronesActor
+from swarm_pz.policies.drones_network import DronesActor, Head
 from swarm_pz.policies.network import Actor
 from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.actions import command_from_action, make_actions
@@ -31,7 +31,50 @@ WEIGHTS, CARD = "policy.safetensors", "policy.json"
 FORMAT = 3
 MOST_BYTES = 64 * 2**20
 """Of the weights."""
+_REMEDY = "get the policy again from where it came from, or train it again"
 _ROWS = 32
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= 1
+
+
+def _are_counts(value: Any) -> bool:
+    return isinstance(value, (list, tuple)) and all(map(_is_count, value))
+
+
+def _are_texts(value: Any) -> bool:
+    return isinstance(value, (list, tuple)) and all(isinstance(entry, str) for entry in value)
+
+
+_FIELDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "format": (lambda value: value == FORMAT, f"{FORMAT}, which this version writes"),
+    "width": (_is_count, "a whole number of at least 1"),
+    "grid": (_is_count, "a whole number of at least 1"),
+    "action_cells": (_is_count, "a whole number of at least 1"),
+    "channels": (_are_texts, "a list of channels' names"),
+    "shape": (_are_counts, "a list of whole numbers of at least 1"),
+    "head": (lambda value: value in get_args(Head), f"one of {', '.join(get_args(Head))}"),
+    "answers": (lambda value: isinstance(value, str), "a kind of commands"),
+    "system": (lambda value: isinstance(value, str), "a control system's name"),
+    "training": (lambda value: isinstance(value, dict), "an object, the settings of the training"),
+}
+"""What a card's fields must be, and the words for it."""
+
+
+def _check_card(card: dict[str, Any], name: str) -> None:
+    """Raise a CheckpointError that names a field of the card that is missing, or of a wrong type."""
+    of_kind = ("grid", "action_cells", "channels") if card.get("answers", "density") == "density" else ("shape", "head")
+    for field in ("format", "width", *of_kind):
+        if field not in card:
+            raise CheckpointError(
+                f"the card of policy {name!r} must hold {field!r}, got only {sorted(card)}; {_REMEDY}"
+            )
+    for field, (holds, expected) in _FIELDS.items():
+        if field in card and not holds(card[field]):
+            raise CheckpointError(
+                f"the card of policy {name!r} must have {expected} as {field!r}, got {card[field]!r:.200}; {_REMEDY}"
+            )
 
 
 def _digest(card: dict[str, Any], weights: dict[str, Tensor]) -> str:
@@ -47,8 +90,7 @@ def _digest(card: dict[str, Any], weights: dict[str, Tensor]) -> str:
 def _network(card: dict[str, Any]) -> tuple[ObservationConfig, Actor | DronesActor]:
     """Return what a policy sees, and the network that its card describes."""
     if card.get("answers", "density") != "density":
-        shape = tuple(int(size) for size in card["shape"])
-        return ObservationConfig(kind="drones"), DronesActor(shape, card["head"], card["width"])
+        return ObservationConfig(kind="drones"), DronesActor(tuple(card["shape"]), card["head"], card["width"])
     observation = ObservationConfig(grid=card["grid"], channels=card["channels"])
     seen = (len(observation.channels), card["grid"], card["grid"])
     return observation, Actor(seen, card["action_cells"], card["width"])
@@ -60,25 +102,24 @@ class LearnedPolicy:
     Parameters
     ----------
     card : dict
-        What `policy.json` holds: format, width, config_hash, and the story of the training: command, training (its
-        settings), steps, seconds, results. Of a policy that answers densities, channels, grid and action_cells, too; of
-        others `answers`, the shape of its actions, and head, as of `DronesActor`. If it names a `system`, no other is
-        commanded.
+        What `policy.json` holds: format, width, config_hash, and of the training command, training (its settings),
+        steps, seconds, results. Policies that answer densities have channels, grid and action_cells, too; others have
+        `answers`, the shape of their actions, and head, as of `DronesActor`. If a card names a `system`, the policy
+        commands no other.
     weights : dict of array
         The actor's parameters by name.
     config : GameConfig
         The game that it will play.
     name : str
     system : ControlSystem, optional
-        What flies its team; only who answers densities can do without.
+        What flies its team; needed unless it answers densities.
 
     Attributes
     ----------
     answers : str
         The kind of its commands.
     noise : float
-        Standard deviation of noise on its actions, 0 unless it is to be a learner's partner that explores
-        as the learner does.
+        Standard deviation of noise on its actions: 0, but in a league, whose members explore as the learner does.
 
     Raises
     ------
@@ -94,17 +135,12 @@ class LearnedPolicy:
         name: str,
         system: ControlSystem | None = None,
     ) -> None:
+        _check_card(card, name)
         self.answers = str(card.get("answers", "density"))
-        of_kind = {"grid", "action_cells", "channels"} if self.answers == "density" else {"shape", "head"}
-        missing = {"format", "width", *of_kind} - set(card)
-        if missing:
-            raise CheckpointError(f"a policy's card must hold {sorted(missing)}, got only {sorted(card)}")
-        if card["format"] != FORMAT:
-            raise CheckpointError(f"the card of policy {name!r} must be of format {FORMAT}, got {card['format']!r}")
         try:
             self.observation, self._actor = _network(card)
             self._actor.load_state_dict({name: torch.as_tensor(values) for name, values in weights.items()})
-        except (SwarmError, ArithmeticError, RuntimeError, TypeError, ValueError) as error:
+        except (SwarmError, RuntimeError) as error:
             raise CheckpointError(f"the weights of policy {name!r} do not fit its card: {error}") from error
         if not all(bool(torch.isfinite(values).all()) for values in self._actor.state_dict().values()):
             raise CheckpointError(f"the weights of policy {name!r} must be finite numbers, got NaN or infinity")
@@ -117,7 +153,15 @@ class LearnedPolicy:
         self.noise = 0.0
         self._config, self._system = config, system
         self._actions = None if system is None else make_actions(config, system, "normalised", None, flat=False)
-        self._check_shape()
+        learned, taken = (
+            getattr(self._actor, "shape", None),
+            None if self._actions is None else self._actions.space.shape,
+        )
+        if system is not None and learned is not None and learned != taken:
+            raise KindError(
+                f"policy {name!r} has learned to send actions of shape {learned}, but {system.name} takes those of "
+                f"shape {taken}: choose another policy, or the numbers that it was trained with"
+            )
         self._generators: dict[int, np.random.Generator] = {}
 
     @classmethod
@@ -147,7 +191,7 @@ class LearnedPolicy:
         if card.get("digest") != policy.digest:
             raise CheckpointError(
                 f"{folder} was changed after it was written: its card names digest {card.get('digest')!r}, its content "
-                f"has {policy.digest!r}; get it again from where it came from"
+                f"has {policy.digest!r}; {_REMEDY}"
             )
         try:
             rules = GameConfig.from_dict(card["training"]["game"])
@@ -182,16 +226,6 @@ class LearnedPolicy:
         """Return the same policy with results on its card."""
         return LearnedPolicy(self.card | {"results": results}, self.weights(), self._config, self.name, self._system)
 
-    def _check_shape(self) -> None:
-        if self._system is None or self._actions is None or isinstance(self._actor, Actor):
-            return
-        learned, taken = self._actor.shape, self._actions.space.shape
-        if learned != taken:
-            raise KindError(
-                f"policy {self.name!r} has learned to send actions of shape {learned}, but {self._system.name} takes "
-                f"those of shape {taken}: choose another policy, or the numbers that it was trained with"
-            )
-
     def for_system(self, system: ControlSystem) -> LearnedPolicy:
         """Return the policy that commands a team flown by a system; itself, if its commands are densities.
 
@@ -218,8 +252,7 @@ class LearnedPolicy:
 
     def act(self, observations: NDArray[Any], rows: NDArray[np.int64]) -> NDArray[np.float64]:
         """Answer observations (n, ...) with commands (n, ...)."""
-        # Always the same number of rows: another one would round differently, and a game would depend
-        # on how many others are played beside it.
+        # The batch size never varies, since the rounding depends on it: an answer depends on no other game.
         count = len(observations)
         padded = np.zeros((-(-count // _ROWS) * _ROWS, *observations.shape[1:]), observations.dtype)
         padded[:count] = observations

@@ -1,10 +1,11 @@
-"""Plays whom it knows by planning, and strangers by what it has learned.
+"""An opponent-model planner: it plans against the policies that it recognises, and plays a learned tactic otherwise.
 
-It sees drones, and nothing else. From the first command on it foretells where each of the tactics that it knows would
-fly its drones to; whichever does come there, to the width of a hair, is the opponent. Against that it plans, by the
-search of `planner`, in a game of its own, which is known exactly for as long as it comes as foretold. Whose drones once
-come where nobody's would is a stranger to the game's end, and meets a learned tactic. So are all where commands come
-into force later than they are asked for, as at the table, and where chance flies along: failures, messages lost.
+It sees drones, and nothing else. From the first command on it predicts where each policy that it knows would fly its
+drones; the one whose drones come there, to within a small tolerance, is the opponent. It plans against that one by the
+search of `planner`, in a game of its own, which is exact for as long as the predictions hold. An opponent whose drones
+once come where no known policy would fly them is a stranger to the game's end, and meets the learned tactic. So does
+every opponent where commands come into force later than they are asked for, as on the server, and where chance decides
+flights: failures, lost messages.
 """
 
 from __future__ import annotations
@@ -21,28 +22,28 @@ from swarm_pz.config import BLUE, RED, GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import PolicyError
 from swarm_pz.kernels.game import Games
+from swarm_pz.policies.drone_tracker import DroneTracker, checked_drones, split_drones
 from swarm_pz.policies.lookahead import Array, Lookahead, search
 from swarm_pz.policies.planner import PlannerConfig, known_tactics
-from swarm_pz.policies.witness import Witness, checked, taken_apart
 from swarm_pz.policy import Player, Policy, PrivilegedPolicy, kind_of, load, name_of
 from swarm_pz.simulator.spawn import Seed
 
 TACTIC = "veteran"
 """What strangers meet."""
 _NEAR = 0.004
-"""How far a side's drones may be from where they were foretold, on average: the share of the way that they make from
+"""How far a side's drones may be from their predicted places, on average: a share of the way that they make from
 rest in a command period, or of half the map. Another tactic's are ten times as far off."""
 
 
-class _Acquaintance:
-    """What is made of one game's opponent."""
+class _Meeting:
+    """What is known of one game's opponent."""
 
     def __init__(self, seed: Seed) -> None:
         self.generator = np.random.default_rng(seed)
         self.is_stranger = False
         self.number: int | None = None
         """Which of the known ones it is, as far as was seen."""
-        self.foretold: Games | None = None
+        self.predicted: Games | None = None
         """The game a command period on, one for each of the known ones."""
         self.last: Array | None = None
         """The log-density sent last, if it was planned."""
@@ -90,7 +91,7 @@ class Master:
         self.name, self.plays_as = "master", str(tactic) if isinstance(tactic, str | Path) else ""
         is_given = any(system.kernel != "ergodic" for system in config.team_systems)
         if is_given:
-            config = config.replace(controllers="ergodic")  # any that takes densities: no flight is foretold
+            config = config.replace(controllers="ergodic")  # any that takes densities: no flight is predicted
         self._config = config
         if settings.milliseconds is not None:
             raise PolicyError(f"a master plans for drone_steps, not for milliseconds, got {settings}")
@@ -100,7 +101,7 @@ class Master:
         self._tactic = learned
         acceleration = config.controller.max_acceleration * config.dynamics.speed_factor
         self._near = _NEAR * min(0.5 * acceleration * config.command_period**2, 0.5)
-        self._witness = Witness(config)
+        self._tracker = DroneTracker(config)
         names = [] if is_given else known_tactics() if known is None else list(known)
         if isinstance(known, str) or any(kind_of(name) != self.answers for name in names):
             raise PolicyError(f"known must be names of policies that answer densities, got {known!r}")
@@ -113,12 +114,12 @@ class Master:
         self.digest = hashlib.sha256(story.encode()).hexdigest()[:32]
         self._future = BatchEnv(config, max(len(names), 1))
         self._lookahead = Lookahead(config, settings.horizon, settings.drone_steps, settings.promise)
-        self._met: dict[int, _Acquaintance] = {}
+        self._met: dict[int, _Meeting] = {}
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
         """Begin new games in some rows, each with a random stream of its own."""
-        self._met |= {row: _Acquaintance(seed) for seed, row in zip(seeds, rows.tolist(), strict=True)}
-        self._witness.forget(rows)
+        self._met |= {row: _Meeting(seed) for seed, row in zip(seeds, rows.tolist(), strict=True)}
+        self._tracker.forget(rows)
         self._tactic.reset(seeds, rows)
         for policy in self._known:
             policy.reset([0] * len(rows), rows)
@@ -131,13 +132,13 @@ class Master:
         PolicyError
             If no drones can be as is observed; what is known of games stays as it was.
         """
-        observations = checked(observations, len(rows), self._config.num_drones)
+        observations = checked_drones(observations, len(rows), self._config.num_drones)
         densities = np.empty((len(rows), self._config.command_cells, self._config.command_cells))
         if not len(rows):
             return densities
-        env = self._witness.env
-        came = np.array([self._comes_as_foretold(observations[place], row) for place, row in enumerate(rows.tolist())])
-        self._witness.look(observations[~came], rows[~came])
+        env = self._tracker.env
+        came = np.array([self._matches_prediction(observations[place], row) for place, row in enumerate(rows.tolist())])
+        self._tracker.look(observations[~came], rows[~came])
         is_known = np.array([self._met[row].number is not None for row in rows.tolist()])
         if len(others := rows[~is_known]):
             densities[~is_known] = self._tactic.act(env.observe(self._tactic.observation, RED, others), others)
@@ -146,16 +147,16 @@ class Master:
         simulator, name = env.simulator, f"policy {self.name}'s answer"
         commands = simulator.control.read(densities, simulator.games, rows, RED, self.answers, name)
         env.simulator.command_checked(RED, commands, rows, holds=True)
-        self._foretell(np.array([row for row in rows.tolist() if not self._met[row].is_stranger], np.int64))
+        self._predict(np.array([row for row in rows.tolist() if not self._met[row].is_stranger], np.int64))
         return densities
 
-    def _comes_as_foretold(self, drones: NDArray[np.float32], row: int) -> bool:
+    def _matches_prediction(self, drones: NDArray[np.float32], row: int) -> bool:
         """Find out whose flight a game's drones (N, 5) have followed; return whether it is anybody's who is known."""
         met = self._met[row]
-        future, met.foretold, met.number = met.foretold, None, None
+        future, met.predicted, met.number = met.predicted, None, None
         if future is None:
             return False
-        positions, _, teams = taken_apart(drones)
+        positions, _, teams = split_drones(drones)
         off = np.abs(future.positions - positions)
         apart = np.max([off[:, teams == side].mean(axis=(1, 2)) for side in (RED, BLUE) if side in teams], axis=0)
         apart[(future.teams != teams).any(axis=1)] = np.inf
@@ -165,29 +166,29 @@ class Master:
             return False
         met.number = nearest
         came: list[Any] = [array[nearest : nearest + 1] for array in future]
-        self._witness.adopt(Games(*came), drones, row)
+        self._tracker.adopt(Games(*came), drones, row)
         return True
 
     def _plan(self, row: int) -> Array:
         """Return the best log-density (A, A) that is found against whom a game's opponent was found to be."""
         met = self._met[row]
         assert met.number is not None  # noqa: S101
-        game = self._witness.env.simulator.snapshot([row])
+        game = self._tracker.env.simulator.snapshot([row])
         met.last = search(self._lookahead, game, RED, self._models[met.number], met.last, met.generator)
         return met.last
 
-    def _foretell(self, rows: NDArray[np.int64]) -> None:
+    def _predict(self, rows: NDArray[np.int64]) -> None:
         """Play games on for a command period, against each of those who are known."""
         if not len(rows) or not self._known:
             return
-        env, future = self._witness.env, self._future.simulator
+        env, future = self._tracker.env, self._future.simulator
         sides, everybody = np.full(len(rows), BLUE), np.arange(len(self._known))
         answers = np.stack([env.ask(policy, sides, rows) for policy in self._known], axis=1)
         for row, commands in zip(rows.tolist(), answers, strict=True):
             future.restore(env.simulator.snapshot([row]))
             future.command_checked(BLUE, commands, everybody, holds=True)
             future.advance(self._config.step_ticks)
-            self._met[row].foretold = future.snapshot()
+            self._met[row].predicted = future.snapshot()
 
 
 def master(config: GameConfig) -> Master:

@@ -1,18 +1,21 @@
 """What a neural network of anybody's in an ONNX file may hold, and a process that tries it for the first time.
 
-A file from elsewhere is data that asks for work, so it is first opened by a process of its own, with little memory and
-time, which answers what the file takes and gives, or why it is refused. This module is that process's program, and
-imports nothing else of this project, so that it begins at once.
+A file from elsewhere may ask for any amount of work. So it is first opened by a process of its own, with little memory
+and time, which answers what the file takes and gives, or why it is refused. This module is that process's program, too,
+and imports nothing else of this project, so that it begins at once.
 
-What is asked of a model: sizes must follow from the shapes of its inputs alone, so that what was tried with zeros takes
-the same time and memory in every game.
+The sizes in a model must follow from the shapes of its inputs alone: then a trial with zeros takes the time and memory
+of every game.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import math
+import os
+import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -30,7 +33,9 @@ MOST_VALUES = 2**26
 """Numbers that all nodes together may make in one run."""
 MOST_ROWS = 256
 SECONDS, MEMORY = 30, 4 * 2**30
-"""What the process may take that tries a model."""
+"""What the process that tries a model may take."""
+_HANGS_S = 20 * SECONDS
+"""Seconds after which that process is killed, however busy the machine; it limits its own work by itself."""
 ROWS = 8
 """Games that are shown at once to a model that takes any number."""
 DOMAINS = ("", "ai.onnx")
@@ -70,10 +75,10 @@ Arrays = dict[str, NDArray[Any]]
 
 
 class ModelError(ValueError):
-    """A model is not one that may play; the message says why, in words that follow its name."""
+    """A model may not play; the message says why, in words that follow its name. All functions here raise it."""
 
 
-class Plug(NamedTuple):
+class TensorSpec(NamedTuple):
     """An input or an output of a model: its numbers, and its shape for `Signature.rows` games."""
 
     dtype: str
@@ -84,18 +89,12 @@ class Signature(NamedTuple):
     """What a model takes and gives, `rows` games at once."""
 
     rows: int
-    inputs: dict[str, Plug]
-    outputs: dict[str, Plug]
+    inputs: dict[str, TensorSpec]
+    outputs: dict[str, TensorSpec]
 
 
 def open_session(data: bytes) -> Any:
-    """Return what runs a model: on one thread, as its file says it, with nothing rearranged.
-
-    Raises
-    ------
-    ModelError
-        If ONNX Runtime cannot open it.
-    """
+    """Return what runs a model: on one thread, as its file says it, with nothing rearranged."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
@@ -112,13 +111,7 @@ def open_session(data: bytes) -> Any:
 
 
 def run_session(session: Any, feeds: Arrays) -> Arrays:
-    """Return all outputs for some inputs.
-
-    Raises
-    ------
-    ModelError
-        If the model fails, or answers NaN or infinity.
-    """
+    """Return all outputs for some inputs."""
     names = [output.name for output in session.get_outputs()]
     try:
         answers = dict(zip(names, session.run(names, feeds), strict=True))
@@ -136,13 +129,7 @@ def first_line(error: Exception) -> str:
 
 
 def check_structure(data: bytes) -> None:
-    """Walk the file's fields without reading them: a file of few bytes could ask for much memory.
-
-    Raises
-    ------
-    ModelError
-        If it is no ONNX file, or has too many fields.
-    """
+    """Walk the file's fields without reading them: a file of few bytes could ask for much memory."""
     import onnx
 
     parts, fields = [(0, len(data), onnx.ModelProto.DESCRIPTOR)], 0
@@ -194,13 +181,7 @@ def parts_of(message: Any) -> Iterator[Any]:
 
 
 def check_contents(model: Any) -> None:
-    """Refuse what a model may not hold, by its name.
-
-    Raises
-    ------
-    ModelError
-        If there is such.
-    """
+    """Refuse what a model may not hold, by its name."""
     opsets = [entry.version for entry in model.opset_import if entry.domain in DOMAINS]
     if len(opsets) != 1 or opsets[0] not in OPSETS:
         raise ModelError(f"must be of one opset from {OPSETS[0]} to {OPSETS[-1]}, got {opsets}: export it for another")
@@ -265,13 +246,7 @@ def _check_tensor(tensor: Any) -> int:
 
 
 def fix_rows(model: Any) -> int:
-    """Give the model's inputs a fixed number of games, their first size, and return it.
-
-    Raises
-    ------
-    ModelError
-        If they do not agree, or another size is open.
-    """
+    """Give the model's inputs a fixed number of games, their first size, and return it."""
     weights = {tensor.name for tensor in model.graph.initializer}
     inputs = [value for value in model.graph.input if value.name not in weights]
     for value in (*inputs, *model.graph.output):
@@ -292,14 +267,8 @@ def fix_rows(model: Any) -> int:
     return rows
 
 
-def infer(model: Any) -> dict[str, Plug]:
-    """Return what each node makes, told before it is run.
-
-    Raises
-    ------
-    ModelError
-        If something does not fit, or a size is not known before.
-    """
+def infer(model: Any) -> dict[str, TensorSpec]:
+    """Return what each node makes, told before it is run."""
     import onnx
 
     del model.graph.value_info[:]  # what a file claims of its values is not asked
@@ -320,7 +289,7 @@ def infer(model: Any) -> dict[str, Plug]:
                 raise ModelError(
                     f"makes {name!r} by {node.op_type} of a size that is not known before: export it with fixed shapes"
                 )
-            made[name] = Plug(_DTYPES.get(kind.elem_type, "?"), tuple(size.dim_value for size in sizes))
+            made[name] = TensorSpec(_DTYPES.get(kind.elem_type, "?"), tuple(size.dim_value for size in sizes))
             numbers += math.prod(made[name].shape)
             if numbers > MOST_VALUES:
                 raise ModelError(f"makes more than {MOST_VALUES:,} numbers in one run, by {node.op_type} and before")
@@ -328,13 +297,7 @@ def infer(model: Any) -> dict[str, Plug]:
 
 
 def inspect(data: bytes) -> Signature:
-    """Do all that `examine` does, here.
-
-    Raises
-    ------
-    ModelError
-        If the model is not such as may play.
-    """
+    """Check and try a model in this process; return what it takes and gives."""
     import onnx
 
     check_structure(data)
@@ -347,7 +310,7 @@ def inspect(data: bytes) -> Signature:
     made = infer(model)
     weights = {tensor.name for tensor in model.graph.initializer}
     inputs = {
-        value.name: Plug(
+        value.name: TensorSpec(
             _DTYPES[value.type.tensor_type.elem_type],
             tuple(size.dim_value for size in value.type.tensor_type.shape.dim),
         )
@@ -355,9 +318,9 @@ def inspect(data: bytes) -> Signature:
         if value.name not in weights
     }
     outputs = {value.name: made.get(value.name) for value in model.graph.output}
-    for name, plug in outputs.items():
-        if plug is None or plug.shape[:1] != (rows,):
-            shape = None if plug is None else plug.shape
+    for name, spec in outputs.items():
+        if spec is None or spec.shape[:1] != (rows,):
+            shape = None if spec is None else spec.shape
             raise ModelError(f"must answer {rows} games by {name!r} if it is shown {rows}, got the shape {shape}")
     signature = Signature(rows, inputs, outputs)  # type: ignore[arg-type]
     _try(open_session(data), signature)
@@ -366,17 +329,17 @@ def inspect(data: bytes) -> Signature:
 
 def _try(session: Any, signature: Signature) -> None:
     """Run a model on zeros and on noise: its answers must be finite, the same again, and each of one game alone."""
-    zeros = {name: np.zeros(plug.shape, plug.dtype) for name, plug in signature.inputs.items()}
+    zeros = {name: np.zeros(spec.shape, spec.dtype) for name, spec in signature.inputs.items()}
     of_zeros = run_session(session, zeros)
-    for name, plug in signature.outputs.items():
-        if of_zeros[name].shape != plug.shape or of_zeros[name].dtype != plug.dtype:
-            raise ModelError(f"answers {name!r} of another shape than it says: {of_zeros[name].shape}, {plug.shape}")
+    for name, spec in signature.outputs.items():
+        if of_zeros[name].shape != spec.shape or of_zeros[name].dtype != spec.dtype:
+            raise ModelError(f"answers {name!r} of another shape than it says: {of_zeros[name].shape}, {spec.shape}")
     random = np.random.default_rng(0)
     noise = {
-        name: (random.random(plug.shape) * (256 if plug.dtype == "uint8" else 2 if "int" in plug.dtype else 1)).astype(
-            plug.dtype
+        name: (random.random(spec.shape) * (256 if spec.dtype == "uint8" else 2 if "int" in spec.dtype else 1)).astype(
+            spec.dtype
         )
-        for name, plug in signature.inputs.items()
+        for name, spec in signature.inputs.items()
     }
     answers = run_session(session, noise)
     again = run_session(session, noise)
@@ -393,6 +356,77 @@ def _try(session: Any, signature: Signature) -> None:
             raise ModelError(f"answers one game by what it sees of others, by its output {name!r}: keep games apart")
 
 
+_known: dict[str, Signature | str] = {}
+"""What was found, by digests: each model is tried once."""
+
+
+def examine(data: bytes) -> Signature:
+    """Check and try a model in a process of its own; return what it takes and gives."""
+    if len(data) > MOST_BYTES:
+        raise ModelError(f"is too large: expected {MOST_BYTES:,} bytes or fewer, got {len(data):,}")
+    digest = hashlib.sha256(data).hexdigest()
+    if digest not in _known:
+        _known[digest] = _tried(data)
+    if isinstance(found := _known[digest], str):
+        raise ModelError(found)
+    return found
+
+
+def _tried(data: bytes) -> Signature | str:
+    """Return what a model is, or why it is refused."""
+    # -P: what stands beside that file must not be taken for a library.
+    words = [sys.executable, "-P", __file__]
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        done = subprocess.run(words, input=data, capture_output=True, timeout=_HANGS_S, env=environment)  # noqa: S603
+    except subprocess.TimeoutExpired as error:
+        raise ModelError(f"takes more than {_HANGS_S} s to open and to answer four times") from error
+    lines = done.stdout.decode(errors="replace").splitlines()
+    if done.returncode or not lines:
+        last = (done.stderr.decode(errors="replace").strip().splitlines() or ["no word"])[-1]
+        raise ModelError(
+            f"ended the process that tried it (status {done.returncode}: {last[:300]}): it takes more than "
+            f"{SECONDS} s or {MEMORY / 2**30:g} GiB, or is broken"
+        )
+    said = json.loads(lines[-1])
+    if "refused" in said:
+        return str(said["refused"])
+    specs = [
+        {name: TensorSpec(dtype, tuple(shape)) for name, (dtype, shape) in part.items()} for part in said["tensors"]
+    ]
+    return Signature(said["rows"], *specs)
+
+
+class Network:
+    """A model that runs: on one thread, as its file says it, with nothing rearranged.
+
+    Parameters
+    ----------
+    data : bytes
+        The file.
+
+    Raises
+    ------
+    ModelError
+        If it is not such as may play.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self.data = data
+        self.signature = examine(data)
+        self._session = open_session(data)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"data": self.data}  # a session can be neither copied nor sent
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(state["data"])  # type: ignore[misc]
+
+    def run(self, feeds: Arrays) -> Arrays:
+        """Return all outputs of `Signature.rows` games."""
+        return run_session(self._session, feeds)
+
+
 def _main() -> None:
     with contextlib.suppress(ImportError):
         import resource  # not on every system
@@ -407,7 +441,7 @@ def _main() -> None:
                 resource.setrlimit(what, (most, most))
     try:
         signature = inspect(sys.stdin.buffer.read(MOST_BYTES + 1))
-        said: dict[str, Any] = {"rows": signature.rows, "plugs": [signature.inputs, signature.outputs]}
+        said: dict[str, Any] = {"rows": signature.rows, "tensors": [signature.inputs, signature.outputs]}
     except ModelError as error:
         said = {"refused": str(error)}
     print(json.dumps(said))  # noqa: T201

@@ -1,34 +1,178 @@
 """Tactics from any framework: a neural network as an ONNX file, and a JSON card that says how to play it.
 
-Nothing in such a folder is run as code: the model is arithmetic, looked through and tried before it plays
+Nothing in such a folder is run as code: the model is arithmetic, which is checked and tried before it plays
 (`swarm_pz.policies.onnx_checks`), and the card holds words and numbers.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
+import json
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from swarm_pz.config import GameConfig
+from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config.base import Config, check, check_choice, check_count
+from swarm_pz.config.constants import GRID_CELLS
 from swarm_pz.config.registry import system_of
 from swarm_pz.config.system import ControlSystem, serves_densities
-from swarm_pz.errors import CheckpointError, KindError, OutputError, PolicyError, SwarmError, nearest
-from swarm_pz.files import check_folder
-from swarm_pz.policies.onnx_card import MODEL, OnnxCard, digest_of, read_files, write_files
-from swarm_pz.policies.onnx_checks import ROWS, Arrays, ModelError, Plug
-from swarm_pz.policies.onnx_model import Network
+from swarm_pz.errors import CheckpointError, ConfigError, KindError, OutputError, PolicyError, SwarmError, nearest
+from swarm_pz.files import check_folder, draft_of, read_bytes
+from swarm_pz.policies.onnx_checks import MOST_BYTES, ROWS, Arrays, ModelError, Network, TensorSpec
 from swarm_pz.simulator.spawn import Seed
-from swarm_pz.spaces.formats import Format
+from swarm_pz.spaces.actions import ActionKind
+from swarm_pz.spaces.formats import Dtype, Format
 from swarm_pz.spaces.observation import Observations, observation_space
 from swarm_pz.systems import faults, registered
 from swarm_pz.systems.ergodic import Ergodic
+
+MODEL, CARD = "policy.onnx", "policy.json"
+FORMAT = "onnx-1"
+_MOST_CARD = 2**16
+_GET_AGAIN = "get it again from where it came from, or write it by swarm_pz.policies.onnx_policy.write"
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnnxCard(Config):
+    """What a model's card says; see `swarm_pz.spaces.formats.Format` for how actions and images are written.
+
+    Attributes
+    ----------
+    name : str
+        What tables call it.
+    origin : str
+        Who made it, from what, and how.
+    answers : str
+        The kind of its commands, as `ControlSystem.takes`.
+    system : str
+        The control system that it has learned to command; if empty, any that takes such commands.
+    observation : ObservationConfig
+        What it sees.
+    observation_dtype : {"uint8", "float32"}
+    channels_last : bool
+    action : {"normalised", "command", "discrete"}
+        How its answers are read, as of `Format`; those outside of the format's limits are clipped. Of discrete ones,
+        an answer is the number of a command, or else a value for each, of which the largest is taken.
+    action_cells : int, optional
+    flatten_actions : bool
+    state : dict of str to str
+        Of a model with memory: the output whose values an input has at the next step; zeros at first.
+    """
+
+    name: str = ""
+    origin: str = ""
+    answers: str = "density"
+    system: str = ""
+    observation: ObservationConfig = field(default_factory=ObservationConfig)
+    observation_dtype: Dtype = "uint8"
+    channels_last: bool = False
+    action: ActionKind = "normalised"
+    action_cells: int | None = None
+    flatten_actions: bool = False
+    state: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("name", "origin", "answers", "system"):
+            value = getattr(self, name)
+            is_line = isinstance(value, str) and len(value) <= 2000 and value.isprintable()
+            check(is_line, f"card.{name}", value, "a line of text")
+        for name in ("name", "answers"):
+            check(bool(getattr(self, name)), f"card.{name}", "", "a line of text that is not empty")
+        check_choice(self.action, "card.action", get_args(ActionKind))
+        check_choice(self.observation_dtype, "card.observation_dtype", get_args(Dtype))
+        for name in ("channels_last", "flatten_actions"):
+            check(isinstance(getattr(self, name), bool), f"card.{name}", getattr(self, name), "true or false")
+        if self.action_cells is not None:
+            check_count(self.action_cells, "card.action_cells", 2, GRID_CELLS)
+        outputs = list(self.state.values()) if isinstance(self.state, Mapping) else [None]
+        is_map = all(isinstance(name, str) for name in outputs) and len(set(outputs)) == len(outputs)
+        check(is_map, "card.state", self.state, "inputs to outputs")
+        check(isinstance(self.observation, ObservationConfig), "card.observation", self.observation, "an object")
+
+    def format(self, config: GameConfig, system: ControlSystem) -> Format:
+        """Return how a game's observations are shown, and answers are read."""
+        return Format(
+            config,
+            self.observation,
+            system,
+            action=self.action,
+            action_cells=self.action_cells,
+            flatten_actions=self.flatten_actions,
+            observation_dtype=self.observation_dtype,
+            channels_last=self.channels_last,
+        )
+
+
+def digest_of(card: OnnxCard, model: bytes) -> str:
+    """Return a hash of all that makes a policy."""
+    content = hashlib.sha256(json.dumps(card.to_dict(), sort_keys=True).encode())
+    content.update(model)
+    return content.hexdigest()[:32]
+
+
+def read_files(folder: Path) -> tuple[OnnxCard, bytes]:
+    """Return a folder's card and model; they must be files, not links, and as they were written."""
+    text, model = _read(folder / CARD, _MOST_CARD), _read(folder / MODEL, MOST_BYTES)
+    try:
+        said = json.loads(text)
+        form, digest = said.pop("format", None), said.pop("digest", None)
+    except (ValueError, RecursionError, AttributeError, TypeError) as error:
+        raise CheckpointError(f"{folder / CARD} is no card: expected a JSON object ({error})") from error
+    if form != FORMAT:
+        raise CheckpointError(f"the card in {folder} must be of format {FORMAT!r}, got {form!r}")
+    try:
+        card = OnnxCard.from_dict(said)
+    except (SwarmError, TypeError) as error:
+        raise CheckpointError(f"the card in {folder} cannot be used: {error}; {_GET_AGAIN}") from error
+    if digest is None:
+        raise CheckpointError(
+            f"the card in {folder} names no digest, by which changes are found: write the folder by "
+            "swarm_pz.policies.onnx_policy.write, which puts it in"
+        )
+    if digest != (found := digest_of(card, model)):
+        raise CheckpointError(
+            f"{folder} was changed after it was written: its card names digest {digest!r}, its content has "
+            f"{found!r}; {_GET_AGAIN}"
+        )
+    return card, model
+
+
+def is_card(path: Path) -> bool:
+    """Tell whether a file is the card of an ONNX model, by the format that it names."""
+    try:
+        return bool(json.loads(_read(path, _MOST_CARD))["format"] == FORMAT)
+    except (CheckpointError, ValueError, RecursionError, LookupError, TypeError):
+        return False
+
+
+def write_files(folder: Path, card: OnnxCard, model: bytes) -> None:
+    """Write a folder's files, the card last, so that a card never stands alone."""
+    with draft_of(folder / MODEL) as draft:
+        draft.write_bytes(model)
+    said = {"format": FORMAT} | card.to_dict() | {"digest": digest_of(card, model)}
+    with draft_of(folder / CARD) as draft:
+        draft.write_text(json.dumps(said, indent=2) + "\n")
+
+
+def _read(path: Path, most: int) -> bytes:
+    """Return the content of a file; links are refused."""
+    if not (path.exists() or path.is_symlink()):
+        others = sorted(one.name for one in path.parent.glob("*.onnx")) if path.name == MODEL else []
+        hint = f"; it holds {', '.join(others[:3])}: a model must be called {MODEL}" if others else ""
+        raise CheckpointError(f"{path.parent} must hold {MODEL} and {CARD}, {path.name} is missing{hint}")
+    try:
+        return read_bytes(path, most, links=False)
+    except ConfigError as error:
+        raise CheckpointError(f"{path} {error}") from error
 
 
 class OnnxPolicy:
@@ -75,7 +219,7 @@ class OnnxPolicy:
         if len(answers) != 1:
             raise self._lie(f"it answers by one output, states aside, the model has {sorted(signature.outputs)}")
         self._answer = answers[0]
-        # Densities are the same whoever flies: who serves others by them takes them from the policy's player.
+        # Densities are the same for every system; those that take other commands are made from them later.
         flown = Ergodic() if self.answers == "density" else system
         if flown is not None:
             try:
@@ -90,30 +234,30 @@ class OnnxPolicy:
 
     def _check_inputs(self, space: spaces.Space[Any]) -> None:
         """Check that the model takes what its card says it sees."""
-        seen = {name: plug for name, plug in self.network.signature.inputs.items() if name not in self.card.state}
+        seen = {name: spec for name, spec in self.network.signature.inputs.items() if name not in self.card.state}
         rows = self.network.signature.rows
         if isinstance(space, spaces.Dict):
-            expected = {name: Plug(str(part.dtype), (rows, *(part.shape or ()))) for name, part in space.items()}
-            fits = bool(seen) and all(expected.get(name) == plug for name, plug in seen.items())
+            expected = {name: TensorSpec(str(part.dtype), (rows, *(part.shape or ()))) for name, part in space.items()}
+            fits = bool(seen) and all(expected.get(name) == spec for name, spec in seen.items())
         else:
-            expected = {"observation": Plug(str(space.dtype), (rows, *(space.shape or ())))}
+            expected = {"observation": TensorSpec(str(space.dtype), (rows, *(space.shape or ())))}
             fits = list(seen.values()) == list(expected.values())
         if not fits:
             raise self._lie(f"in this game it is to be shown {_listed(expected)}, the model takes {_listed(seen)}")
 
     def _check_answer(self, space: spaces.Space[Any]) -> None:
         """Check that the model gives what its card says it answers."""
-        plug, rows = self.network.signature.outputs[self._answer], self.network.signature.rows
+        spec, rows = self.network.signature.outputs[self._answer], self.network.signature.rows
         if isinstance(space, spaces.Discrete):
-            is_number = plug.shape == (rows,) and np.issubdtype(plug.dtype, np.integer)
-            fits = is_number or (plug.shape == (rows, space.n) and np.issubdtype(plug.dtype, np.floating))
+            is_number = spec.shape == (rows,) and np.issubdtype(spec.dtype, np.integer)
+            fits = is_number or (spec.shape == (rows, space.n) and np.issubdtype(spec.dtype, np.floating))
             expected = f"whole numbers ({rows},), or values ({rows}, {space.n})"
         else:
             shape = (rows, *(space.shape or ()))
-            fits = plug.shape == shape and np.issubdtype(plug.dtype, np.floating)
+            fits = spec.shape == shape and np.issubdtype(spec.dtype, np.floating)
             expected = f"fractions {shape}"
         if not fits:
-            raise self._lie(f"in this game it is to answer {expected}, the model gives {_listed({self._answer: plug})}")
+            raise self._lie(f"in this game it is to answer {expected}, the model gives {_listed({self._answer: spec})}")
 
     @classmethod
     def read(cls, folder: Path, config: GameConfig) -> OnnxPolicy:
@@ -165,13 +309,7 @@ class OnnxPolicy:
         return form.read(answers, len(rows), f"the answers of policy {self.name}")
 
     def answers_to(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[Any]:
-        """Return what the model itself answers to n observations, of whatever size.
-
-        Raises
-        ------
-        PolicyError
-            As of `act`.
-        """
+        """Return what the model itself answers to n observations, of whatever size; raises as `act`."""
         shown = self._told_format().show(observations)
         seen = [name for name in self.network.signature.inputs if name not in self.card.state]
         given: Arrays = {name: shown[name] for name in seen} if isinstance(shown, dict) else {seen[0]: shown}
@@ -192,8 +330,8 @@ class OnnxPolicy:
     def _answer_part(self, given: Arrays, rows: NDArray[np.int64]) -> NDArray[Any]:
         """Answer as many games as the model takes, or fewer."""
         signature, count = self.network.signature, len(rows)
-        # Always as many: another number would round differently, and a game would depend on those beside it.
-        feeds = {name: np.zeros(plug.shape, plug.dtype) for name, plug in signature.inputs.items()}
+        # The batch size never varies, since the rounding depends on it: an answer depends on no other game.
+        feeds = {name: np.zeros(spec.shape, spec.dtype) for name, spec in signature.inputs.items()}
         for name, values in given.items():
             feeds[name][:count] = values
         for place, row in enumerate(rows.tolist()):
@@ -236,30 +374,22 @@ def write(folder: Path | str, model: bytes, card: OnnxCard, config: GameConfig |
             "Path('model.onnx').read_bytes() of what torch.onnx.export saved, or .SerializeToString() of a model"
         )
     config = GameConfig() if config is None else config
-    systems = _systems_for(card, config)
-    network = _network(folder / MODEL, model)
-    wrong = []
-    for system in systems:
+    network, faults_found = _network(folder / MODEL, model), []
+    for system in _systems_for(card, config):
         try:
             policy = OnnxPolicy(card, network, config, system)
             break
         except CheckpointError as error:
-            wrong.append(error)
+            faults_found.append(error)
     else:
-        raise wrong[0]
+        raise faults_found[0]
     _warn_of_clipping(policy, config)
     check_folder(folder)
     write_files(folder, card, model)
 
 
 def _systems_for(card: OnnxCard, config: GameConfig) -> list[ControlSystem]:
-    """Return the control systems that a card's policy may command: the game's if it is one, else all there are.
-
-    Raises
-    ------
-    CheckpointError
-        If there are none.
-    """
+    """Return the control systems that a card's policy may command: the game's if it is one, else all there are."""
     own, said = config.team_systems[0], f"the card of policy {card.name!r} says"
     known = {own.name: own} | {name: system_of(name) for name in registered() if name not in {own.name, *faults()}}
     if card.system and card.system not in known:
@@ -301,12 +431,7 @@ def _warn_of_clipping(policy: OnnxPolicy, config: GameConfig) -> None:
 
 
 def check_new(folder: Path) -> None:
-    """Refuse a folder that holds something, and names that are none of folders.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Raise an OutputError if the folder holds something, or its name is not one of a folder."""
     if folder.suffix == ".onnx":
         raise OutputError(
             f"expected a folder, got {str(folder)!r}: a model's card stands beside it, and players are named by folders"
@@ -322,5 +447,5 @@ def _network(path: Path, model: bytes) -> Network:
         raise CheckpointError(f"the model {path} {error}") from error
 
 
-def _listed(plugs: Mapping[str, Plug]) -> str:
-    return ", ".join(f"{name} {plug.dtype} {plug.shape}" for name, plug in plugs.items()) or "nothing"
+def _listed(specs: Mapping[str, TensorSpec]) -> str:
+    return ", ".join(f"{name} {spec.dtype} {spec.shape}" for name, spec in specs.items()) or "nothing"

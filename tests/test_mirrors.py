@@ -6,8 +6,6 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 HOMES = {
-    "policies/onnx_card": "policies/test_onnx_policy",
-    "policies/onnx_model": "policies/test_onnx_checks",
     "swarm_pz/cli/compare": "cli/test_cli",
     "swarm_pz/cli/data": "cli/test_cli",
     "swarm_pz/cli/machine": "cli/test_cli",
@@ -53,7 +51,6 @@ HOMES = {
     "swarm_pz/standard/report": "standard/test_verifying",
     "swarm_pz/systems/ergodic": "systems/test_family",
     "swarm_pz/systems/shapes": "systems/test_formation",
-    "training/learner": "training/test_resuming",
 }
 """Modules without a mirror of their own, and where their tests stand."""
 

@@ -12,7 +12,7 @@ from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import KindError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import commanders
-from swarm_pz.policies.commanders import SCRIPTS, Board, Commander, Script, hold
+from swarm_pz.policies.commanders import SCRIPTS, Commander, GameState, Script, hold
 from swarm_pz.policy import load
 
 SYSTEMS = {name: system_of(name) for name in sorted(registered())}
@@ -26,7 +26,7 @@ def rules(system, **more):
 
 def board(own=(), opposing=(), velocities=None, numbers=None, step=0, system="direct"):
     own = np.array(own, float).reshape(-1, 2)
-    return Board(
+    return GameState(
         own=own,
         opposing=np.array(opposing, float).reshape(-1, 2),
         velocities=np.zeros_like(own) if velocities is None else np.array(velocities, float),

@@ -16,8 +16,7 @@ from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.errors import CheckpointError, PolicyError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import exporting
-from swarm_pz.policies.onnx_card import MODEL
-from swarm_pz.policies.onnx_policy import OnnxPolicy
+from swarm_pz.policies.onnx_policy import MODEL, OnnxPolicy
 from swarm_pz.policy import load
 from swarm_pz.policy.model_policy import ModelPolicy
 

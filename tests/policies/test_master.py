@@ -106,7 +106,7 @@ def test_it_knows_after_one_command_whom_it_meets_and_for_as_long_as_that_is_so(
         env, _ = play(master, load(name, CONFIG), team, steps)
         assert recognised(master) == name
     order, rows = [team, 1 - team], np.zeros(1, int)
-    true, known = env.simulator, master._witness.env.simulator  # which has yet to see the last command's work
+    true, known = env.simulator, master._tracker.env.simulator  # which has yet to see the last command's work
     master.act(env.observe(master.observation, team, rows), rows)
     assert recognised(master) == name
     np.testing.assert_allclose(known.games.memory[0], true.games.memory[0], atol=1e-2)
@@ -137,7 +137,7 @@ def test_who_flies_as_nobody_known_does_is_a_stranger_to_the_end_and_meets_the_t
     corner[9, 0] = 1.0
     planned = [not np.array_equal(one[0], corner) for one in given]
     assert planned == [False, True, True, False, False, False, False]
-    assert master._met[0].is_stranger and master._met[0].foretold is None
+    assert master._met[0].is_stranger and master._met[0].predicted is None
 
 
 @pytest.mark.parametrize("team", [RED, BLUE])
@@ -206,7 +206,7 @@ def test_how_near_is_near_goes_by_the_way_that_drones_make_in_a_command_period(r
         assert master._met[0].is_stranger == is_stranger
 
 
-def test_who_has_other_drones_than_foretold_is_a_stranger():
+def test_who_has_other_drones_than_predicted_is_a_stranger():
     master, rows = a_master(), np.zeros(1, int)
     env, _ = play(master, load("halo", CONFIG), RED, 2)
     drones = env.observe(master.observation, RED, rows)
@@ -236,7 +236,7 @@ def test_each_game_is_searched_with_what_was_found_in_it_before_and_a_random_str
     assert [drawn for _, drawn in asked[:2]] == [np.random.default_rng(seed).random() for seed in range(2)]
 
 
-def test_who_sends_the_same_again_holds_it_and_so_it_is_foretold(monkeypatch):
+def test_who_sends_the_same_again_holds_it_and_so_it_is_predicted(monkeypatch):
     monkeypatch.setattr(module, "search", lambda *_: np.zeros((10, 10)))
     config = CONFIG.replace(memory=MemoryConfig(controller=None, controller_forgotten_on=("sending",)))
     master = Master(config, Tactic(), KNOWN, SHORT)

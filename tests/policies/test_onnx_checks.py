@@ -13,9 +13,8 @@ import onnx
 import pytest
 from onnx import TensorProto, helper
 
-from swarm_pz.policies import onnx_checks, onnx_model
-from swarm_pz.policies.onnx_checks import ModelError, Plug, inspect
-from swarm_pz.policies.onnx_model import Network, examine
+from swarm_pz.policies import onnx_checks
+from swarm_pz.policies.onnx_checks import ModelError, Network, TensorSpec, examine, inspect
 from tests.policies.onnx_of_tests import build, doubler, follower, weights
 
 node = helper.make_node
@@ -248,15 +247,15 @@ def test_a_model_is_tried_in_a_process_of_its_own_once():
     data = follower().SerializeToString()
     signature = examine(data)
     assert signature.rows == onnx_checks.ROWS
-    assert signature.inputs == {"seen": Plug("uint8", (8, 1, 5, 5))}
-    assert signature.outputs == {"answer": Plug("float32", (8, 5, 5))}
+    assert signature.inputs == {"seen": TensorSpec("uint8", (8, 1, 5, 5))}
+    assert signature.outputs == {"answer": TensorSpec("float32", (8, 5, 5))}
     assert examine(data) is signature
     with pytest.raises(ModelError, match="control flow"):
         examine(with_loop().SerializeToString())
 
 
 def test_large_files_are_refused_unread(monkeypatch):
-    monkeypatch.setattr(onnx_model, "MOST_BYTES", 10)
+    monkeypatch.setattr(onnx_checks, "MOST_BYTES", 10)
     with pytest.raises(ModelError, match="10 bytes or fewer"):
         examine(follower().SerializeToString())
 
@@ -272,7 +271,7 @@ def test_a_model_that_takes_the_process_down_is_refused_and_this_one_goes_on(mon
 
     for run, message in ((killed, "ended the process that tried it"), (endless, "takes more than")):
         monkeypatch.setattr(
-            onnx_model,
+            onnx_checks,
             "subprocess",
             type("", (), {"run": staticmethod(run), "TimeoutExpired": subprocess.TimeoutExpired}),
         )
@@ -284,9 +283,9 @@ def test_sequences_of_a_fixed_length_play():
     model = long_by_sight()
     del model.graph.node[:2]
     model.graph.initializer.append(weights("lengths", [50] * 8, np.int32))
-    assert inspect(model.SerializeToString()).outputs == {"y": Plug("float32", (8, 3))}
+    assert inspect(model.SerializeToString()).outputs == {"y": TensorSpec("float32", (8, 3))}
     model.graph.node[1].input[4] = ""
-    assert inspect(model.SerializeToString()).outputs == {"y": Plug("float32", (8, 3))}
+    assert inspect(model.SerializeToString()).outputs == {"y": TensorSpec("float32", (8, 3))}
 
 
 def test_games_that_a_file_fixes_are_shown_at_once():
@@ -324,4 +323,4 @@ def test_operators_that_may_play_are_operators_of_onnx():
 def test_the_program_says_what_it_found_in_one_line():
     data = doubler(IDENTITY).SerializeToString()
     done = subprocess.run([sys.executable, "-P", onnx_checks.__file__], input=data, capture_output=True, check=True)  # noqa: S603
-    assert json.loads(done.stdout) == {"rows": 8, "plugs": [{"x": ["float32", [8, 3]]}, {"y": ["float32", [8, 3]]}]}
+    assert json.loads(done.stdout) == {"rows": 8, "tensors": [{"x": ["float32", [8, 3]]}, {"y": ["float32", [8, 3]]}]}

@@ -18,9 +18,8 @@ from swarm_pz.errors import CheckpointError, ConfigError, KindError, OutputError
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.play.recordings.format import CommandLine
 from swarm_pz.play.server.policy_workers import PolicyWorkers
-from swarm_pz.policies import onnx_card
-from swarm_pz.policies.onnx_card import CARD, MODEL, OnnxCard
-from swarm_pz.policies.onnx_policy import write
+from swarm_pz.policies import onnx_policy
+from swarm_pz.policies.onnx_policy import CARD, MODEL, OnnxCard, write
 from swarm_pz.policy import load, load_players
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
 from tests.play.server.test_room import Client, opened, read, until
@@ -46,7 +45,7 @@ def resign(folder, **changes):
     """Change a card, and its digest with it, as somebody would who lies."""
     said = json.loads((folder / CARD).read_text()) | changes
     card = OnnxCard.from_dict({name: value for name, value in said.items() if name not in ("format", "digest")})
-    said["digest"] = onnx_card.digest_of(card, (folder / MODEL).read_bytes())
+    said["digest"] = onnx_policy.digest_of(card, (folder / MODEL).read_bytes())
     (folder / CARD).write_text(json.dumps(said))
 
 

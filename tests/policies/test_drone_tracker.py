@@ -5,7 +5,7 @@ import pytest
 
 from swarm_pz.config import BLUE, RED, GameConfig, ObservationConfig, SpawnConfig
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.policies.witness import Witness
+from swarm_pz.policies.drone_tracker import DroneTracker
 
 CONFIG = GameConfig(drones_per_team=4)
 DRONES = ObservationConfig(kind="drones")
@@ -17,20 +17,20 @@ def games(count=3):
     return env
 
 
-def looks(env, team, witness, rows, steps, chance):
-    """Play, and let a witness look on from a side."""
+def looks(env, team, tracker, rows, steps, chance):
+    """Play, and let a tracker look on from a side."""
     for _ in range(steps):
-        witness.look(env.observe(DRONES, team, rows), rows)
+        tracker.look(env.observe(DRONES, team, rows), rows)
         env.step(chance.random((env.num_games, 2, 10, 10)) ** 8)
-    witness.look(env.observe(DRONES, team, rows), rows)
+    tracker.look(env.observe(DRONES, team, rows), rows)
 
 
 @pytest.mark.parametrize("team", [RED, BLUE])
 def test_what_one_side_sees_is_kept_with_that_side_as_red(team):
-    env, witness, rows = games(), Witness(CONFIG), np.array([2, 0])
-    witness.forget(rows)
-    looks(env, team, witness, rows, 4, np.random.default_rng(0))
-    true, known = env.simulator, witness.env.simulator
+    env, tracker, rows = games(), DroneTracker(CONFIG), np.array([2, 0])
+    tracker.forget(rows)
+    looks(env, team, tracker, rows, 4, np.random.default_rng(0))
+    true, known = env.simulator, tracker.env.simulator
     np.testing.assert_array_equal(known.positions[rows], true.positions[rows])
     np.testing.assert_array_equal(known.velocities[rows], true.velocities[rows])
     np.testing.assert_array_equal(known.teams[rows] == RED, true.teams[rows] == team)
@@ -39,18 +39,18 @@ def test_what_one_side_sees_is_kept_with_that_side_as_red(team):
     fields, seen = true.capture_field[rows][:, order], known.capture_field[rows]
     assert np.corrcoef(fields.ravel(), seen.ravel())[0, 1] > 0.9
     positions = ObservationConfig(channels=("own_positions", "opposing_positions", "own_now", "own_soon"))
-    np.testing.assert_array_equal(witness.env.observe(positions, RED, rows), env.observe(positions, team, rows))
+    np.testing.assert_array_equal(tracker.env.observe(positions, RED, rows), env.observe(positions, team, rows))
 
 
 def test_a_new_game_owes_nothing_to_the_one_before():
     rows, env = np.array([1]), games()
-    used, fresh = Witness(CONFIG), Witness(CONFIG)
+    used, fresh = DroneTracker(CONFIG), DroneTracker(CONFIG)
     used.forget(rows)
     looks(env, RED, used, rows, 5, np.random.default_rng(0))
-    for witness in (used, fresh):
-        witness.forget(rows)
+    for tracker in (used, fresh):
+        tracker.forget(rows)
         env.reset([7], rows)
-        looks(env, RED, witness, rows, 3, np.random.default_rng(1))
+        looks(env, RED, tracker, rows, 3, np.random.default_rng(1))
     for name, array, other in zip(
         used.env.simulator.games._fields, used.env.simulator.games, fresh.env.simulator.games, strict=True
     ):
@@ -59,68 +59,68 @@ def test_a_new_game_owes_nothing_to_the_one_before():
 
 def test_drones_may_move_already_when_a_game_begins():
     config = CONFIG.replace(spawn=SpawnConfig(speed=0.2))
-    env, witness, rows = BatchEnv(config), Witness(config), np.zeros(1, int)
+    env, tracker, rows = BatchEnv(config), DroneTracker(config), np.zeros(1, int)
     env.reset([5])
-    witness.look(env.observe(DRONES, RED, rows), rows)
-    np.testing.assert_array_equal(witness.env.simulator.velocities[0], env.simulator.velocities[0])
+    tracker.look(env.observe(DRONES, RED, rows), rows)
+    np.testing.assert_array_equal(tracker.env.simulator.velocities[0], env.simulator.velocities[0])
 
 
 @pytest.mark.parametrize("own", [1.0, -1.0])
 def test_a_game_may_be_seen_first_as_none_begins(own):
-    witness, rows = Witness(CONFIG), np.zeros(1, int)
+    tracker, rows = DroneTracker(CONFIG), np.zeros(1, int)
     drones = np.full((1, 8, 5), 0.5, np.float32)
     drones[..., 2:4], drones[..., 4] = 40.0, own
-    witness.look(drones, rows)
-    games_ = witness.env.simulator.games
+    tracker.look(drones, rows)
+    games_ = tracker.env.simulator.games
     assert (games_.velocities[0] == 40.0).all() and (games_.teams[0] == (RED if own > 0 else BLUE)).all()
 
 
 def test_looks_are_a_command_period_apart():
     config = CONFIG.replace(command_period=0.5)
-    env, witness, rows = BatchEnv(config), Witness(config), np.zeros(1, int)
+    env, tracker, rows = BatchEnv(config), DroneTracker(config), np.zeros(1, int)
     env.reset([0])
-    looks(env, RED, witness, rows, 3, np.random.default_rng(0))
-    assert witness.env.simulator.time_s[0] == 1.5
+    looks(env, RED, tracker, rows, 3, np.random.default_rng(0))
+    assert tracker.env.simulator.time_s[0] == 1.5
 
 
 def test_what_will_happen_by_chance_is_not_to_be_known():
-    env, witness, rows = games(1), Witness(CONFIG), np.zeros(1, int)
-    witness.look(env.observe(DRONES, RED, rows), rows)
-    assert witness.env.simulator.games.seeds[0] != env.simulator.games.seeds[0]
+    env, tracker, rows = games(1), DroneTracker(CONFIG), np.zeros(1, int)
+    tracker.look(env.observe(DRONES, RED, rows), rows)
+    assert tracker.env.simulator.games.seeds[0] != env.simulator.games.seeds[0]
 
 
 def test_there_is_room_for_a_game_of_any_number_and_others_stay_as_they_are():
-    witness, env, rows = Witness(CONFIG), games(), np.array([0, 2])
-    witness.forget(rows)
-    looks(env, RED, witness, rows, 2, np.random.default_rng(0))
-    before = witness.env.simulator.snapshot(rows)
-    witness.forget(np.array([700]))
-    assert witness.env.num_games > 700
-    for array, old in zip(witness.env.simulator.snapshot(rows), before, strict=True):
+    tracker, env, rows = DroneTracker(CONFIG), games(), np.array([0, 2])
+    tracker.forget(rows)
+    looks(env, RED, tracker, rows, 2, np.random.default_rng(0))
+    before = tracker.env.simulator.snapshot(rows)
+    tracker.forget(np.array([700]))
+    assert tracker.env.num_games > 700
+    for array, old in zip(tracker.env.simulator.snapshot(rows), before, strict=True):
         np.testing.assert_array_equal(array, old)
 
 
-def test_a_game_that_came_as_foretold_is_taken_over_whole_but_drones_are_where_they_are_seen():
-    witness, env, rows = Witness(CONFIG), games(), np.array([1])
-    witness.forget(rows)
-    looks(env, RED, witness, rows, 1, np.random.default_rng(0))
-    foretold = env.simulator.snapshot(rows)
+def test_a_game_that_came_as_predicted_is_taken_over_whole_but_drones_are_where_they_are_seen():
+    tracker, env, rows = DroneTracker(CONFIG), games(), np.array([1])
+    tracker.forget(rows)
+    looks(env, RED, tracker, rows, 1, np.random.default_rng(0))
+    predicted = env.simulator.snapshot(rows)
     drones = env.observe(DRONES, RED, rows)[0]
     drones[:, :4] += np.float32(1e-5)
-    witness.adopt(foretold, drones, 1)
-    games_ = witness.env.simulator.games
-    np.testing.assert_array_equal(games_.memory[1], foretold.memory[0])
-    np.testing.assert_array_equal(games_.trails[1], foretold.trails[0])
+    tracker.adopt(predicted, drones, 1)
+    games_ = tracker.env.simulator.games
+    np.testing.assert_array_equal(games_.memory[1], predicted.memory[0])
+    np.testing.assert_array_equal(games_.trails[1], predicted.trails[0])
     np.testing.assert_array_equal(games_.positions[1], drones[:, :2])
     np.testing.assert_array_equal(games_.velocities[1], drones[:, 2:4])
 
 
 def test_games_may_begin_at_different_times_and_on_different_sides():
-    env, witness, rows = games(2), Witness(CONFIG), np.arange(2)
-    witness.look(env.observe(DRONES, RED, rows[:1]), rows[:1])
+    env, tracker, rows = games(2), DroneTracker(CONFIG), np.arange(2)
+    tracker.look(env.observe(DRONES, RED, rows[:1]), rows[:1])
     env.step(np.random.default_rng(0).random((2, 2, 10, 10)) ** 8)
-    witness.look(env.observe(DRONES, np.array([RED, BLUE]), rows), rows)
-    true, known = env.simulator, witness.env.simulator
+    tracker.look(env.observe(DRONES, np.array([RED, BLUE]), rows), rows)
+    true, known = env.simulator, tracker.env.simulator
     assert known.games.ticks[rows].tolist() == [30, 0]
     np.testing.assert_array_equal(known.positions[rows], true.positions)
     np.testing.assert_array_equal(known.teams[rows], [true.teams[0], 1 - true.teams[1]])

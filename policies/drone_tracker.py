@@ -1,10 +1,10 @@
-"""What can be known of a game by who sees nothing but its drones, once a command period.
+"""What can be known of a game from observations of its drones alone, once a command period.
 
-Trails and capture fields follow from where drones have been: known at each look, and in between taken to follow cubics.
-A game that was foretold, and came as foretold, is known exactly, with all that controllers remember.
+Trails and capture fields follow from where drones have been: known at each observation, and interpolated by cubics in
+between. A game that went as predicted is known exactly, with all that controllers remember.
 
-How trails fade by other rules than of time is not followed: there, where drones fail or return in the middle of a
-command, and with long command periods, what is shown of the past is less true.
+The past is less exact where trails fade by other rules than time, where drones fail or return in the middle of a
+command, and with long command periods.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _FEWEST = 16
 """Games for which there is room at first."""
 
 
-class Witness:
+class DroneTracker:
     """Follows games from one side's observations of their drones; that side is red here, whatever it is there.
 
     Parameters
@@ -49,7 +49,7 @@ class Witness:
 
     def look(self, drones: NDArray[np.float32], rows: NDArray[np.int64]) -> None:
         """Take in observations of kind `drones`, (n, N, 5), a command period after the last ones of these games."""
-        positions, velocities, teams = taken_apart(drones)
+        positions, velocities, teams = split_drones(drones)
         is_known = np.array([row in self._begun for row in rows.tolist()], np.bool_)
         later, new, games = rows[is_known], rows[~is_known], self.env.simulator.games
         self.env.reset([0] * len(new), new)
@@ -62,14 +62,14 @@ class Witness:
         self.env.simulator.retrace(ticks, positions[is_known], velocities[is_known], teams[is_known], later)
 
     def adopt(self, game: Games, drones: NDArray[np.float32], row: int) -> None:
-        """Take a game that was foretold for the one that is seen: its drones (N, 5) are where they were said to be."""
+        """Take a predicted game for the one that is seen: its drones (N, 5) are where they were predicted."""
         self.env.simulator.restore(game, [row])
-        positions, velocities, _ = taken_apart(drones)
+        positions, velocities, _ = split_drones(drones)
         self.env.simulator.games.positions[row] = positions
         self.env.simulator.games.velocities[row] = velocities
 
 
-def checked(drones: NDArray[np.float32], num_games: int, num_drones: int) -> NDArray[np.float32]:
+def checked_drones(drones: NDArray[np.float32], num_games: int, num_drones: int) -> NDArray[np.float32]:
     """Return observations of kind `drones`, (n, N, 5), if a game can stand as they say.
 
     Raises
@@ -80,7 +80,7 @@ def checked(drones: NDArray[np.float32], num_games: int, num_drones: int) -> NDA
     seen, expected = np.asarray(drones, np.float32), (num_games, num_drones, 5)
     if seen.shape != expected:
         raise PolicyError(f"observations of drones must be of shape {expected}, got {seen.shape}")
-    positions, velocities, _ = taken_apart(seen)
+    positions, velocities, _ = split_drones(seen)
     is_inside = (positions >= 0.0) & (positions <= 1.0)
     if not (np.isfinite(seen).all() and is_inside.all() and (np.abs(velocities) <= FASTEST).all()):
         raise PolicyError(
@@ -89,7 +89,7 @@ def checked(drones: NDArray[np.float32], num_games: int, num_drones: int) -> NDA
     return seen
 
 
-def taken_apart(
+def split_drones(
     drones: NDArray[np.float32],
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int8]]:
     """Return positions (..., N, 2), velocities (..., N, 2) and teams (..., N), the own one red, of observed drones."""
