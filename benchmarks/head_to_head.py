@@ -14,9 +14,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from swarm_pz.evaluation.match import paired_difference, play_match
+from matplotlib.figure import Figure
+
+from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
 from swarm_pz.policy import kind_of, registered
-from swarm_pz.training.report import plot_sizes
 
 
 def against_uniform(games: int) -> list[dict[str, Any]]:
@@ -60,6 +61,18 @@ def self_play(games: int, path: Path) -> None:
         f"{changes / seconds:.2f} a second; {ended} ended within the limit, mean length {seconds / len(played):.0f} s"
     )
     plot_sizes(match, path)
+
+
+def plot_sizes(match: MatchResult, path: Path) -> None:
+    """Draw team sizes over time of every game of a match, red's share of all drones."""
+    figure = Figure(figsize=(8, 4.5), layout="constrained")
+    axes = figure.add_subplot()
+    for game in match.unique:
+        axes.plot([size / match.config.num_drones for size in game.sizes], linewidth=0.8, alpha=0.7)
+    axes.axhline(0.5, color="grey", linewidth=0.8)
+    axes.set(xlabel="time in s", ylabel="red's share of all drones", ylim=(-0.02, 1.02))
+    axes.set_title(f"{match.policy} against {match.opponent}, {len(match.unique)} games", fontsize=10)
+    figure.savefig(path, dpi=120)
 
 
 def main() -> None:

@@ -125,9 +125,13 @@ def check_folder(path: Path) -> None:
     try:
         place = next(place for place in (path, *path.absolute().parents) if place.exists())
         if not place.is_dir():
-            raise OutputError(f"cannot write into {str(path)!r}: {str(place)!r} is a file, not a folder")
+            raise OutputError(
+                f"cannot write into {str(path)!r}: {str(place)!r} is a file, not a folder; choose another folder"
+            )
         if not os.access(place, os.W_OK):
-            raise OutputError(f"cannot write into {str(path)!r}: no permission to write in {str(place)!r}")
+            raise OutputError(
+                f"cannot write into {str(path)!r}: no permission to write in {str(place)!r}; choose another folder"
+            )
         path.mkdir(parents=True, exist_ok=True)
     except OutputError:
         raise

@@ -1,102 +1,125 @@
-"""What happens beside PPO: progress, evaluation without exploration, checkpoints."""
+"""What happens beside PPO: schedules, progress, evaluation without exploration, checkpoints."""
 
 from __future__ import annotations
 
 import math
 import sys
 import time
+from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
+import numpy as np
 import torch
 from stable_baselines3.common.callbacks import BaseCallback
 
 from swarm_pz.errors import Stopped
 from swarm_pz.evaluation.match import play_match
 from swarm_pz.policy import Player, load
-from swarm_pz.training.randomness import kept
-from swarm_pz.training.run_state import RunState
+from swarm_pz.training.checkpoint import random_streams_kept
+from swarm_pz.training.config import TrainConfig
 
 EVALUATION_SEEDS = 1_000_000
 """Sets the seeds of evaluations during a run apart from those of the matches after it."""
+_RECENT = 256
+"""Finished games over which the running figures are taken."""
 
 
-class Account(BaseCallback):
-    """Keeps the run's account: the latest finished games, and the time spent."""
+@dataclass
+class RunState:
+    """What has happened in a run; its callbacks share it.
+
+    Attributes
+    ----------
+    config : TrainConfig
+    records : list of dict
+        One of each evaluation: step, seconds, and of `evaluation_games` games without exploration against the first
+        opponent win_rate, its interval, loss_rate and share; of the latest training games training_share.
+    seconds : float
+        Time spent training, over all sittings.
+    recent : deque of (bool, float)
+        Of the latest training games, with exploration: won, and the final share of drones.
+    """
+
+    config: TrainConfig
+    records: list[dict[str, float]] = field(default_factory=list)
+    seconds: float = 0.0
+    recent: deque[tuple[bool, float]] = field(default_factory=lambda: deque(maxlen=_RECENT))
+
+    def exploration(self, steps: int) -> float:
+        """Return the standard deviation that the learner explores with after so many steps."""
+        done = min(steps / self.config.total_steps, 1.0)
+        return math.exp(self.config.log_std + done * (self.config.final_log_std - self.config.log_std))
+
+    def training_win_rate(self) -> float:
+        """Return the fraction of the latest training games won."""
+        return float(np.mean([won for won, _ in self.recent])) if self.recent else 0.0
+
+    def training_share(self) -> float:
+        """Return the mean final share of drones in the latest training games."""
+        return float(np.mean([share for _, share in self.recent])) if self.recent else 0.0
+
+
+class RunCallback(BaseCallback):
+    """A callback that shares the run's state, and never ends it by a step."""
 
     def __init__(self, state: RunState) -> None:
         super().__init__()
         self.state = state
 
+    def _on_step(self) -> bool:
+        return True
+
+
+class Account(RunCallback):
+    """Notes the finished games and the time spent."""
+
     def _on_training_start(self) -> None:
-        self._began, self._before = time.monotonic(), self.state.history.seconds
+        self._began, self._before = time.monotonic(), self.state.seconds
 
     def _on_step(self) -> bool:
-        self.state.history.seconds = self._before + time.monotonic() - self._began
+        self.state.seconds = self._before + time.monotonic() - self._began
         for info in self.locals["infos"]:
             if "outcome" in info:
                 self.state.recent.append((bool(info["outcome"] > 0), float(info["share"])))
         return True
 
 
-class FadingExploration(BaseCallback):
-    """Lowers the exploration's standard deviation as the run goes on."""
-
-    def __init__(self, state: RunState) -> None:
-        super().__init__()
-        self.state = state
+class Schedules(RunCallback):
+    """Lowers the exploration with the steps, and holds the actor still while only the critic learns."""
 
     def _on_rollout_start(self) -> None:
         with torch.no_grad():
             self.model.policy.log_std.fill_(math.log(self.state.exploration(self.num_timesteps)))  # type: ignore[operator]
-
-    def _on_step(self) -> bool:
-        return True
-
-
-class CriticFirst(BaseCallback):
-    """Holds the actor still at the start, until the critic knows what the taken-over tactic is worth."""
-
-    def __init__(self, state: RunState) -> None:
-        super().__init__()
-        self.state = state
-
-    def _on_rollout_start(self) -> None:
         learns = self.num_timesteps >= self.state.config.critic_steps
         for parameter in self.model.policy.actor.parameters():  # type: ignore[union-attr]
             parameter.requires_grad_(learns)
 
-    def _on_step(self) -> bool:
-        return True
 
-
-class PeriodicEvaluation(BaseCallback):
+class PeriodicEvaluation(RunCallback):
     """Plays the tactic without exploration every so often, from the start on.
 
     Parameters
     ----------
     state : RunState
     policy : callable
-        Gives the tactic as it stands.
+        Returns the tactic as it stands.
     """
 
     def __init__(self, state: RunState, policy: Callable[[], Player]) -> None:
-        super().__init__()
-        self.state = state
+        super().__init__(state)
         self._policy = policy
 
-    # At the start of a rollout, since at its end the update that it is for is still to come.
+    # At the start of a rollout: at its end the update that it is for is still to come.
     def _on_rollout_start(self) -> None:
-        records = self.state.history.records
+        records = self.state.records
         if not records or self.num_timesteps >= records[-1]["step"] + self.state.config.evaluate_every:
             self.evaluate()
 
-    def _on_step(self) -> bool:
-        return True
-
     def evaluate(self) -> None:
-        """Play the tactic as it stands and write it down."""
+        """Play the tactic as it stands and record the result."""
         config = self.state.config
-        with kept():  # an evaluation more or less changes nothing in the run
+        with random_streams_kept():  # an evaluation more or less changes nothing in the run
             match = play_match(
                 self._policy(),
                 load(config.opponents[0], config.game, config.game.team_systems[1]),
@@ -108,7 +131,7 @@ class PeriodicEvaluation(BaseCallback):
         summary = match.summary()
         record = {
             "step": self.num_timesteps,
-            "seconds": round(self.state.history.seconds, 1),
+            "seconds": round(self.state.seconds, 1),
             "win_rate": summary["win_rate"],
             "win_rate_low": summary["win_rate_ci95"][0],
             "win_rate_high": summary["win_rate_ci95"][1],
@@ -116,7 +139,7 @@ class PeriodicEvaluation(BaseCallback):
             "share": summary["mean_share"],
             "training_share": self.state.training_share(),
         }
-        self.state.history.records.append(record)
+        self.state.records.append(record)
         for name in ("win_rate", "loss_rate", "share"):
             self.logger.record(f"evaluation/{name}", record[name])
         self.logger.record("train/win_rate", self.state.training_win_rate())
@@ -124,16 +147,16 @@ class PeriodicEvaluation(BaseCallback):
         self.logger.dump(self.num_timesteps)
 
 
-class Checkpoint(BaseCallback):
-    """Saves a run every so often; and where it is asked to stop, which ends it.
+class Checkpoint(RunCallback):
+    """Saves a run every so often, and before it stops.
 
     Parameters
     ----------
     state : RunState
     save : callable
-        Writes all that is needed to go on.
+        Writes a checkpoint.
     should_stop : callable
-        Says whether to stop.
+        Whether to stop here.
     standing : callable
         Says how far the run is.
     """
@@ -141,16 +164,13 @@ class Checkpoint(BaseCallback):
     def __init__(
         self, state: RunState, save: Callable[[], None], should_stop: Callable[[], bool], standing: Callable[[], str]
     ) -> None:
-        super().__init__()
-        self.state = state
-        self._save = save
-        self._should_stop = should_stop
-        self._standing = standing
+        super().__init__(state)
+        self._save, self._should_stop, self._standing = save, should_stop, standing
 
     def _on_training_start(self) -> None:
         self._next = self.num_timesteps + self.state.config.checkpoint_every
 
-    # Between two rollouts nothing is half done; what is saved then changes nothing in the run.
+    # Between two rollouts nothing is half done, so a checkpoint changes nothing in the run.
     def _on_rollout_start(self) -> None:
         stops = self._should_stop()
         if stops or self.num_timesteps >= self._next:
@@ -159,38 +179,27 @@ class Checkpoint(BaseCallback):
         if stops:
             raise Stopped(self._standing())
 
-    def _on_step(self) -> bool:
-        return True
 
-
-class Progress(BaseCallback):
+class Progress(RunCallback):
     """Says how far the run is: a line in place on a terminal, a line every tenth elsewhere."""
 
     def __init__(self, state: RunState, say: Callable[[str], None]) -> None:
-        super().__init__()
-        self.state = state
+        super().__init__(state)
         self._say = say
         self._tenth = -1
 
     def _on_training_start(self) -> None:
-        self._first_step = self.num_timesteps
-        self._began = time.monotonic()
-
-    def _on_step(self) -> bool:
-        return True
+        self._first_step, self._began = self.num_timesteps, time.monotonic()
 
     def _on_rollout_end(self) -> None:
         total = self.state.config.total_steps
-        spent = time.monotonic() - self._began
-        rate = (self.num_timesteps - self._first_step) / spent
+        rate = (self.num_timesteps - self._first_step) / (time.monotonic() - self._began)
         done = min(self.num_timesteps / total, 1.0)
-        records = self.state.history.records
+        seconds, last = int(max(total - self.num_timesteps, 0) / rate), self.state.records[-1]
         line = (
-            f"{done:4.0%} {self.num_timesteps:>9,} steps  {rate:6,.0f}/s  "
-            f"{_clock(max(total - self.num_timesteps, 0) / rate)} left  "
+            f"{done:4.0%} {self.num_timesteps:>9,} steps  {rate:6,.0f}/s  {seconds // 60}:{seconds % 60:02d} left  "
             f"exploring: won {self.state.training_win_rate():3.0%}, share {self.state.training_share():.2f}  "
-            f"evaluated at {records[-1]['step']:,}: won {records[-1]['win_rate']:3.0%}, "
-            f"share {records[-1]['share']:.2f}"
+            f"evaluated at {last['step']:,}: won {last['win_rate']:3.0%}, share {last['share']:.2f}"
         )
         if sys.stdout.isatty():
             filled = round(20 * done)
@@ -198,7 +207,3 @@ class Progress(BaseCallback):
         elif int(10 * done) > self._tenth:
             self._tenth = int(10 * done)
             self._say(line)
-
-
-def _clock(seconds: float) -> str:
-    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"

@@ -1,48 +1,52 @@
-"""A run at one moment, as one file without code: arrays as safetensors, all else as JSON in its header."""
+"""What decides how a run goes on, bit for bit: a file without code, the process's random streams, the learner's state.
+
+The file holds arrays as safetensors, and all else, the story, as JSON in its header.
+"""
 
 from __future__ import annotations
 
 import json
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from safetensors import safe_open
 from safetensors.numpy import save
+from stable_baselines3 import PPO
 
 from swarm_pz.errors import CheckpointError
 from swarm_pz.files import draft_of
 
 CHECKPOINT = "checkpoint.safetensors"
 FORMAT = 1
+BEGIN_AFRESH = "begin afresh with --overwrite, or in another folder (--out)"
 
 Story = dict[str, Any]
 Arrays = dict[str, NDArray[Any]]
 
 
-def write(path: Path, story: Story, arrays: Arrays) -> None:
-    """Write a checkpoint atomically.
+# --- the file -------------------------------------------------------------------------------------
 
-    Parameters
-    ----------
-    path : Path
-    story : dict
-        Whatever JSON can say.
-    arrays : dict of array
-    """
+
+def write(path: Path, story: Story, arrays: Arrays) -> None:
+    """Write a checkpoint atomically; the story is what JSON can hold."""
     packed = save(arrays, metadata={"story": json.dumps(story | {"format": FORMAT})})
     with draft_of(path) as draft:
         draft.write_bytes(packed)
 
 
 def read_story(path: Path) -> Story:
-    """Read what a checkpoint says beside its arrays; arguments and errors as of `read`."""
+    """Return the story of a checkpoint; raises as `read`."""
     return _open(path, with_arrays=False)[0]
 
 
 def read(path: Path) -> tuple[Story, Arrays]:
-    """Read what `write` wrote.
+    """Return what `write` wrote.
 
     Raises
     ------
@@ -65,15 +69,74 @@ def _open(path: Path, *, with_arrays: bool) -> tuple[Story, Arrays]:
     return story, arrays
 
 
-BEGIN_AFRESH = "begin afresh with --overwrite, or in another folder (--out)"
-
-
-def under(prefix: str, arrays: Arrays) -> Arrays:
-    """Return arrays with a prefix before their names."""
+def add_prefix(prefix: str, arrays: Arrays) -> Arrays:
+    """Return arrays whose names begin with the prefix and a dot."""
     return {f"{prefix}.{name}": values for name, values in arrays.items()}
 
 
-def of(prefix: str, arrays: Arrays) -> Arrays:
-    """Return the arrays that `under` put a prefix before."""
+def with_prefix(prefix: str, arrays: Arrays) -> Arrays:
+    """Return the arrays that `add_prefix` renamed, by their own names."""
     start = f"{prefix}."
-    return {name.removeprefix(start): np.asarray(held) for name, held in arrays.items() if name.startswith(start)}
+    return {name.removeprefix(start): values for name, values in arrays.items() if name.startswith(start)}
+
+
+# --- random streams ---------------------------------------------------------------------------------
+
+
+def random_streams() -> Arrays:
+    """Return the state of the random streams that PyTorch and NumPy keep for the process; SB3 draws from them."""
+    _, keys, place, has_gauss, gauss = np.random.get_state(legacy=True)  # noqa: NPY002  (SB3's)
+    return {
+        "torch": torch.get_rng_state().numpy(),
+        "numpy": np.array(keys, np.uint32),
+        "numpy_place": np.array([place, has_gauss], np.int64),
+        "numpy_gauss": np.array([gauss], np.float64),
+    }
+
+
+def set_random_streams(arrays: Arrays) -> None:
+    """Set the process's streams to what `random_streams` returned."""
+    place, has_gauss = arrays["numpy_place"].tolist()
+    torch.set_rng_state(torch.from_numpy(arrays["torch"].copy()))
+    np.random.set_state(("MT19937", arrays["numpy"], place, has_gauss, float(arrays["numpy_gauss"][0])))  # noqa: NPY002
+
+
+@contextmanager
+def random_streams_kept() -> Iterator[None]:
+    """Restore the process's streams at the end."""
+    found = random_streams()
+    try:
+        yield
+    finally:
+        set_random_streams(found)
+
+
+# --- the learner ------------------------------------------------------------------------------------
+
+
+def learner_state(model: PPO) -> tuple[Story, Arrays]:
+    """Return weights, optimizer and counters of a learner; between two rollouts only."""
+    story: Story = {
+        "steps": model.num_timesteps,
+        "updates": model._n_updates,
+        "episodes": [{key: float(value) for key, value in info.items()} for info in model.ep_info_buffer or ()],
+    }
+    arrays = add_prefix("policy", {name: values.numpy() for name, values in model.policy.state_dict().items()})
+    for number, held in model.policy.optimizer.state_dict()["state"].items():
+        arrays |= add_prefix(f"optimizer.{number}", {name: values.numpy() for name, values in held.items()})
+    return story, arrays
+
+
+def restore_learner(model: PPO, story: Story, arrays: Arrays) -> None:
+    """Give a learner the state that `learner_state` returned."""
+    held: dict[int, dict[str, torch.Tensor]] = {}
+    for name, values in with_prefix("optimizer", arrays).items():
+        number, entry = name.split(".")
+        held.setdefault(int(number), {})[entry] = torch.from_numpy(values.copy())
+    weights = {name: torch.from_numpy(values.copy()) for name, values in with_prefix("policy", arrays).items()}
+    model.policy.load_state_dict(weights)
+    groups = model.policy.optimizer.state_dict()["param_groups"]
+    model.policy.optimizer.load_state_dict({"state": held, "param_groups": groups})
+    model.num_timesteps, model._n_updates = int(story["steps"]), int(story["updates"])
+    model.ep_info_buffer = deque(story["episodes"], maxlen=model._stats_window_size)
+    model.ep_success_buffer = deque(maxlen=model._stats_window_size)

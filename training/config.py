@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,12 +15,17 @@ FIELD = (*["uniform"] * 2, *SCRIPTS, "centre", "evade", "evade", "halo", "lasso"
 """Whom a run meets: all scripts, and more often those that are measured against or hard to beat."""
 
 MAY_CHANGE: dict[str, Any] = {"total_steps": 1, "threads": 1, "evaluate_every": 1, "checkpoint_every": 1}
-"""What a run may change when it is taken up, and what counts instead where settings must be the same."""
+"""What a resumed run may change, and the values that take their place where settings are compared."""
 
 
 def _check_names(names: object, field: str) -> None:
     holds = isinstance(names, tuple) and all(isinstance(name, str) for name in names)
     check(holds, field, names, "a tuple of policies' names")
+
+
+def _check_each(config: Config, check_one: Callable[..., Any], low: float, high: float, *names: str) -> None:
+    for name in names:
+        check_one(getattr(config, name), name, low, high)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +35,7 @@ class TrainConfig(Config):
     Attributes
     ----------
     game : GameConfig
-        The rules, and what the learner sees; who learns to command a system that takes no densities sees the drones.
+        The rules, and what the learner sees: drones, if its system takes no densities.
     sizes : tuple of int
         Drones a team, each in an equal part of the games; that of `game` if none is given. Evaluations
         are at the size of `game`.
@@ -37,11 +43,10 @@ class TrainConfig(Config):
         Names of policies, or folders of learned ones, dealt to the games in turn; the first is the one
         that evaluations during the run are against.
     start_from : str, optional
-        A learned policy, by name or folder, whose weights the tactic starts from; its network must be
-        the one that this run trains.
+        A learned policy, by name or folder, whose weights the tactic starts from; it must have the same network.
     critic_steps : int
-        Steps at the start in which only the critic learns, for it knows nothing of a tactic that is
-        taken over.
+        Value warm-up: steps at the start in which only the critic learns, since it does not know the tactic that
+        the actor starts from.
     action_cells : int
         Cells a side of the learner's action, if it is a density; divides the observation's grid.
     width : int
@@ -52,11 +57,11 @@ class TrainConfig(Config):
     num_envs : int
         Games played at once.
     rollout : int
-        Steps of each game between two updates.
+        Steps of each game between two updates (Stable-Baselines3's `n_steps`).
     batch_size : int
         Steps of a minibatch.
     epochs : int
-        Times that each update goes through its steps.
+        Times that each update goes through its steps (`n_epochs`).
     learning_rate : float
         Of Adam, at the start; it falls linearly with the steps, to a twentieth.
     gamma : float
@@ -66,12 +71,12 @@ class TrainConfig(Config):
     clip_range : float
         How far an update may change the probability of an action.
     entropy : float
-        Weight of the bonus for exploring.
+        Weight of the bonus for exploring (`ent_coef`).
     log_std : float
         Natural logarithm of the exploration's standard deviation at the start.
     final_log_std : float
-        The same at the end; in between it changes linearly with the steps. What plays later is the
-        mean action, which is learned best when exploration fades.
+        The same at the end; in between it changes linearly with the steps. The policy plays its mean action, which is
+        learned best when exploration fades.
     evaluate_every : int
         Steps between evaluations without exploration.
     evaluation_games : int
@@ -118,31 +123,19 @@ class TrainConfig(Config):
         check(isinstance(self.sizes, tuple), "sizes", self.sizes, "a tuple of numbers of drones")
         for size in self.sizes:
             check_count(size, "sizes", 1, 10_000)
-        for name, low, high in (
-            ("critic_steps", 0, 10**12),
-            ("width", 8, 512),
-            ("total_steps", 1, 10**12),
-            ("num_envs", 1, 65536),
-            ("rollout", 2, 65536),
-            ("batch_size", 2, 10**7),
-            ("epochs", 1, 1000),
-            ("evaluate_every", 1, 10**12),
-            ("evaluation_games", 2, 10**6),
-            ("checkpoint_every", 1, 10**12),
-            ("seed", 0, 2**32 - 1),
-            ("threads", 1, 1024),
-        ):
-            check_count(getattr(self, name), name, low, high)
-        for name, lowest, highest in (
-            ("learning_rate", 0.0, 1.0),
-            ("gamma", 0.0, 1.0),
-            ("gae_lambda", 0.0, 1.0),
-            ("clip_range", 0.0, 1.0),
-            ("entropy", -1.0, 1.0),
-            ("log_std", -10.0, 2.0),
-            ("final_log_std", -10.0, 2.0),
-        ):
-            check_number(getattr(self, name), name, lowest, highest)
+        _check_each(self, check_count, 1, 10**12, "total_steps", "evaluate_every", "checkpoint_every")
+        _check_each(self, check_count, 0, 10**12, "critic_steps")
+        _check_each(self, check_count, 8, 512, "width")
+        _check_each(self, check_count, 1, 65536, "num_envs")
+        _check_each(self, check_count, 2, 65536, "rollout")
+        _check_each(self, check_count, 2, 10**7, "batch_size")
+        _check_each(self, check_count, 1, 1000, "epochs")
+        _check_each(self, check_count, 2, 10**6, "evaluation_games")
+        _check_each(self, check_count, 0, 2**32 - 1, "seed")
+        _check_each(self, check_count, 1, 1024, "threads")
+        _check_each(self, check_number, 0.0, 1.0, "learning_rate", "gamma", "gae_lambda", "clip_range")
+        _check_each(self, check_number, -1.0, 1.0, "entropy")
+        _check_each(self, check_number, -10.0, 2.0, "log_std", "final_log_std")
         shared = self.num_envs % max(len(self.sizes), 1) == 0
         check(shared, "num_envs", self.num_envs, f"a multiple of {len(self.sizes)}, the number of sizes")
         check(self.evaluation_games % 2 == 0, "evaluation_games", self.evaluation_games, "even")
@@ -154,20 +147,11 @@ class TrainConfig(Config):
 
     def _check_images(self) -> None:
         """Check what the network that learns densities is made for."""
-        observation = self.game.observations[0]
-        check(
-            observation.kind == "grids",
-            "game.observation.kind",
-            observation.kind,
-            "'grids', which the network is made for",
-        )
+        kind, grid, cells = self.game.observations[0].kind, self.game.observations[0].grid, self.action_cells
+        check(kind == "grids", "game.observation.kind", kind, "'grids', which the network is made for")
         check(self.width % 8 == 0, "width", self.width, "a multiple of 8, the symmetries of the square")
-        check(
-            isinstance(self.action_cells, int) and self.action_cells >= 2 and observation.grid % self.action_cells == 0,
-            "action_cells",
-            self.action_cells,
-            f"a divisor of the observation's grid of {observation.grid}, at least 2",
-        )
+        holds = isinstance(cells, int) and cells >= 2 and grid % cells == 0
+        check(holds, "action_cells", cells, f"a divisor of the observation's grid of {grid}, at least 2")
 
 
 RECIPES = {
@@ -188,14 +172,13 @@ class LeagueConfig(Config):
     scripts : tuple of str
         Policies that are in the pool from the start; none for pure self-play.
     rivals : tuple of str
-        Learned tactics, by name or folder, that are there from the start, too, but among the snapshots:
-        those that beat an earlier champion, say.
+        Initial opponents beside the scripts: learned tactics, by name or folder. They are dealt as snapshots are.
     seats : int
         Opponents dealt at a time.
     cycle : int
         Steps between two deals.
     hardness : float
-        Exponent k of the weight (1 - p)^k of an opponent beaten in a share p of the games.
+        PFSP exponent: k of the weight (1 - p)^k of an opponent beaten in a share p of the games.
     floor : float
         What is added to every weight.
     script_share : float
@@ -208,9 +191,9 @@ class LeagueConfig(Config):
         Steps between two exploiters.
     exploiter_steps : int
         Steps that each trains; 0 for a league without.
-    join_after : int
-        Steps of the learner from where an exploiter, or the rating of a snapshot, begins to where it is waited for.
-        Other processes or machines are at it meanwhile; the result is the same without them.
+    async_delay : int
+        Steps of the learner from where an exploiter's training, or the rating of a snapshot, begins to where the
+        learner waits for it. Other processes or machines do it meanwhile; the result is the same without them.
     """
 
     learner: TrainConfig = field(default=RECIPES["long"])
@@ -225,26 +208,16 @@ class LeagueConfig(Config):
     snapshot_every: int = 500_000
     exploiter_every: int = 1_500_000
     exploiter_steps: int = 500_000
-    join_after: int = 0
+    async_delay: int = 0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check(isinstance(self.learner, TrainConfig), "learner", self.learner, "a TrainConfig")
         for name in ("scripts", "rivals"):
             _check_names(getattr(self, name), name)
-        for name, low, high in (
-            ("seats", 1, 65536),
-            ("cycle", 1, 10**12),
-            ("snapshot_every", 1, 10**12),
-            ("exploiter_every", 1, 10**12),
-            ("exploiter_steps", 0, 10**12),
-            ("join_after", 0, 10**12),
-        ):
-            check_count(getattr(self, name), name, low, high)
-        for name, lowest, highest in (
-            ("hardness", 0.0, 100.0),
-            ("floor", 1e-6, 1.0),
-            ("script_share", 0.0, 1.0),
-            ("snapshot_score", 0.0, 1.0),
-        ):
-            check_number(getattr(self, name), name, lowest, highest)
+        _check_each(self, check_count, 1, 65536, "seats")
+        _check_each(self, check_count, 1, 10**12, "cycle", "snapshot_every", "exploiter_every")
+        _check_each(self, check_count, 0, 10**12, "exploiter_steps", "async_delay")
+        _check_each(self, check_number, 0.0, 100.0, "hardness")
+        _check_each(self, check_number, 1e-6, 1.0, "floor")
+        _check_each(self, check_number, 0.0, 1.0, "script_share", "snapshot_score")

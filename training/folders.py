@@ -7,25 +7,33 @@ import json
 import time
 from pathlib import Path
 
-from swarm_pz.errors import CheckpointError, ConfigError
+from swarm_pz.errors import CheckpointError, ConfigError, OutputError
+from swarm_pz.files import explain
 from swarm_pz.policies.learned import CARD
 from swarm_pz.training.checkpoint import CHECKPOINT, read_story
 
 LEAGUE, LEARNER, SEARCH = "league.json", "main", "search.json"
 SETTINGS = "config.json"
-"""Of a run or a league, which go on by them."""
+"""Of a run or a league, which are resumed by them."""
 
 
 def held_by(folder: Path) -> str | None:
-    """Say what a folder holds that a new run would replace; None if nothing."""
-    if (folder / LEAGUE).is_file():
-        inner = held_by(folder / LEARNER)
-        return f"a league, {inner}" if inner else "a league"
-    for name in (CHECKPOINT, CARD, SEARCH):
-        path = folder / name
-        if path.is_file():
-            when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
-            return f"{_describe(path)} ({when})"
+    """Say what a folder holds that a new run would replace; None if nothing.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be looked into.
+    """
+    try:
+        if (folder / LEAGUE).is_file():
+            inner = held_by(folder / LEARNER)
+            return f"a league, {inner}" if inner else "a league"
+        for path in (folder / CHECKPOINT, folder / CARD, folder / SEARCH):
+            if path.is_file():
+                return f"{_describe(path)} ({time.strftime('%Y-%m-%d %H:%M', time.localtime(path.stat().st_mtime))})"
+    except OSError as error:
+        raise OutputError(f"cannot look into {str(folder)!r}: {explain(error)}; choose another folder") from error
     return None
 
 
@@ -44,26 +52,28 @@ def _describe(path: Path) -> str:
         return f"a file {path.name} that cannot be read"
 
 
-def check_folder(folder: Path, *, resume: bool, overwrite: bool, marks: tuple[str, ...]) -> None:
+def check_folder(folder: Path, *, resume: bool, overwrite: bool, mark: str) -> None:
     """Check that a run may begin in a folder, or go on there.
 
     Parameters
     ----------
     folder : Path
     resume, overwrite : bool
-    marks : tuple of str
-        Files of which one is there if there is something to go on with.
+    mark : str
+        File that is there if there is something to go on with.
 
     Raises
     ------
     CheckpointError
         If there is nothing to resume, or something that was not to be replaced.
+    OutputError
+        If the folder cannot be looked into.
     """
     held = held_by(folder)
-    if resume and not any((folder / name).is_file() for name in marks):
+    if resume and not (folder / mark).is_file():
         there = "holds " + held if held else "holds none" if folder.is_dir() else "does not exist"
         raise CheckpointError(
-            f"--resume expects a folder with {marks[0]}, which a run leaves: {folder} {there}; "
+            f"--resume expects a folder with {mark}, which a run leaves: {folder} {there}; "
             "name the run's folder (--out), or begin one without --resume"
         )
     if held and not resume and not overwrite:
@@ -75,8 +85,8 @@ def check_folder(folder: Path, *, resume: bool, overwrite: bool, marks: tuple[st
 
 def _series(first: Path) -> itertools.chain[Path]:
     """Return first, first-2, first-3, ..."""
-    later = (first.with_name(f"{first.name}-{number}") for number in itertools.count(2))
-    return itertools.chain([first], later)
+    following = (first.with_name(f"{first.name}-{number}") for number in itertools.count(2))
+    return itertools.chain([first], following)
 
 
 def next_free(first: Path) -> Path:

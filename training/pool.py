@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 _PRIOR_GAMES = 10.0
 """Games at an even score that a new opponent starts with."""
@@ -77,11 +77,16 @@ class Pool:
     until: int = 0
     unrated: str = ""
 
+    @classmethod
+    def from_dict(cls, plain: dict[str, Any]) -> Pool:
+        """Return the pool of which `dataclasses.asdict` gave the plain values."""
+        return cls(**plain | {"members": [Member(**entry) for entry in plain["members"]]})
+
     def newest(self) -> Member:
         """Return the newest snapshot; a league begins with one."""
         return next(member for member in reversed(self.members) if member.kind == "snapshot")
 
-    def weights(self, exponent: float, floor: float, scripts: float) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def weights(self, exponent: float, floor: float, scripts: float) -> NDArray[np.float64]:
         """Return each member's probability of being dealt; `scripts` is what all scripts share."""
         hard = np.array([(1.0 - member.beaten) ** exponent for member in self.members]) + floor
         is_script = np.array([member.kind == "script" for member in self.members])
@@ -89,12 +94,3 @@ class Pool:
             hard[is_script] *= scripts / hard[is_script].sum()
             hard[~is_script] *= (1.0 - scripts) / hard[~is_script].sum()
         return np.asarray(hard / hard.sum())
-
-    def to_json(self) -> str:
-        """Return the pool as JSON."""
-        return json.dumps(asdict(self), indent=2)
-
-    @classmethod
-    def from_dict(cls, plain: dict[str, Any]) -> Pool:
-        """Read what `to_json` wrote, as JSON gives it back."""
-        return cls(**plain | {"members": [Member(**entry) for entry in plain["members"]]})

@@ -1,4 +1,4 @@
-"""Train a tactic with Stable-Baselines3's PPO, show how it went, and write what plays."""
+"""Train a tactic with Stable-Baselines3's PPO, in a folder that a run can be resumed from."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 import torch
+from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback, CallbackList
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
-from stable_baselines3.common.vec_env import VecMonitor
+from stable_baselines3.common.vec_env import VecEnv, VecMonitor
 
-from swarm_pz import policies
+from swarm_pz import files, policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
 from swarm_pz.evaluation.provenance import provenance
@@ -23,25 +24,26 @@ from swarm_pz.evaluation.workers import never
 from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.policy import Player, load
-from swarm_pz.training import randomness
-from swarm_pz.training.callbacks import (
-    Account,
-    Checkpoint,
-    CriticFirst,
-    FadingExploration,
-    PeriodicEvaluation,
-    Progress,
-)
-from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Arrays, Story, of, read, under, write
+from swarm_pz.training import checkpoint
+from swarm_pz.training.callbacks import Account, Checkpoint, PeriodicEvaluation, Progress, RunState, Schedules
+from swarm_pz.training.checkpoint import BEGIN_AFRESH, CHECKPOINT, Arrays, Story, add_prefix, with_prefix
 from swarm_pz.training.config import MAY_CHANGE, TrainConfig
-from swarm_pz.training.flight import InFlight, Opponent
 from swarm_pz.training.folders import SETTINGS, check_folder
-from swarm_pz.training.learner import Learner
 from swarm_pz.training.networks import DronesPolicy, GridPolicy, as_policy, policy_class
-from swarm_pz.training.run_state import History, RunState
+from swarm_pz.training.resumable_games import Opponent, ResumableGames
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 HISTORY, TENSORBOARD = "history.json", "tensorboard"
+
+
+class _Learner(PPO):
+    """PPO that shows its network images as they are."""
+
+    @staticmethod
+    def _wrap_env(env: Any, verbose: int = 0, monitor_wrapper: bool = True) -> VecEnv:  # noqa: ARG004
+        """Leave the games as they are: SB3 would take the channels of an image for its columns if they are many."""
+        assert isinstance(env, VecEnv)  # noqa: S101  (as `Training` makes it)
+        return env
 
 
 def _load_opponent(opponent: Opponent, game: GameConfig) -> Player:
@@ -56,11 +58,11 @@ def clear(folder: Path) -> None:
 
 
 class Training:
-    """One training run in a folder, begun afresh or taken up from its last checkpoint.
+    """One training run in a folder, begun afresh or resumed from its last checkpoint.
 
     The folder holds ``config.json``, ``checkpoint.safetensors``, ``history.json``, TensorBoard's events and,
-    in the end, ``policy.safetensors`` with ``policy.json``. A run that is taken up is the run that never
-    stopped, bit for bit, on the same machine with the same versions and threads.
+    in the end, ``policy.safetensors`` with ``policy.json``. A resumed run is bit-identical to an uninterrupted one, on
+    the same machine with the same versions and threads.
 
     Parameters
     ----------
@@ -75,20 +77,22 @@ class Training:
     command : str
         What was called to begin the run; it stands on the card of the policy.
     load_opponent : callable, optional
-        Makes the opponents of unfinished games when these are taken up; by name, if not given.
+        Makes the opponents of unfinished games when these are restored; by name, if not given.
 
     Attributes
     ----------
     state : RunState
         What has happened so far, which callbacks share.
-    found : dict
-        What the checkpoint told that this run was taken up from.
+    stored : dict
+        The story of the checkpoint that this run was resumed from.
 
     Raises
     ------
     CheckpointError
         If there is nothing to resume, or it is corrupt or of another configuration; or if a fresh run would
         replace another.
+    OutputError
+        If the folder cannot be written to.
     """
 
     def __init__(
@@ -102,19 +106,16 @@ class Training:
         command: str = "",
         load_opponent: Callable[[Opponent, GameConfig], Player] = _load_opponent,
     ) -> None:
-        check_folder(folder, resume=resume, overwrite=overwrite, marks=(CHECKPOINT,))
-        self.config = config
-        self.command = command
-        self.folder = folder
+        check_folder(folder, resume=resume, overwrite=overwrite, mark=CHECKPOINT)
+        self.config, self.folder, self.command = config, folder, command
         self.state = RunState(config)
-        self.found: Story = {}
-        self._say = say
-        self._load_opponent = load_opponent
+        self.stored: Story = {}
+        self._say, self._load_opponent = say, load_opponent
         self._identity = _identity_of(config, load_all(config.opponents, config.game))
-        self.env = InFlight(_make_env(config), config.opponents)
+        self.env = ResumableGames(_make_env(config), config.opponents)
         self._monitor = VecMonitor(self.env)
         torch.set_num_threads(config.threads)
-        self.model = Learner(
+        self.model = _Learner(
             policy_class(config.game),
             self._monitor,
             n_steps=config.rollout,
@@ -131,11 +132,11 @@ class Training:
         )
         self.model.policy.log_std.requires_grad_(False)
         if config.start_from is not None:
-            self._take_over(config.start_from)
-        self._streams = randomness.streams()
+            self._start_from(config.start_from)
+        self._streams = checkpoint.random_streams()
         self._unfinished: Arrays = {}
         self._learns = False
-        folder.mkdir(parents=True, exist_ok=True)
+        files.check_folder(folder)
         if resume:
             self._load_checkpoint()
         else:  # nothing of an earlier run may be taken for this one's
@@ -149,15 +150,15 @@ class Training:
         return self.config.learning_rate * max(1.0 - done, 0.05)
 
     @property
-    def history(self) -> History:
-        """How the run went so far."""
-        return self.state.history
+    def history(self) -> list[dict[str, float]]:
+        """The evaluations so far, as of `RunState.records`."""
+        return self.state.records
 
     def exploration(self) -> float:
         """Return the standard deviation that the learner explores with at this point of the run."""
         return self.state.exploration(self.model.num_timesteps)
 
-    def _take_over(self, name: str) -> None:
+    def _start_from(self, name: str) -> None:
         given = policies.load(name, self.config.game)
         if not isinstance(given, LearnedPolicy):
             raise CheckpointError(f"start_from must name a learned policy, got {name!r}")
@@ -168,7 +169,7 @@ class Training:
 
     def untrained(self) -> LearnedPolicy:
         """Return the tactic of a network that has learned nothing yet, of this seed."""
-        with randomness.kept():
+        with checkpoint.random_streams_kept():
             torch.manual_seed(self.config.seed)
             fresh = policy_class(self.config.game)(
                 self.model.observation_space,
@@ -183,7 +184,7 @@ class Training:
         return self._policy(self.model.policy, self.folder.name)  # type: ignore[arg-type]
 
     def _policy(self, network: GridPolicy | DronesPolicy, name: str) -> LearnedPolicy:
-        steps, seconds = self.model.num_timesteps, self.history.seconds
+        steps, seconds = self.model.num_timesteps, self.state.seconds
         return as_policy(network, self.config, name, steps=steps, seconds=seconds, command=self.command)
 
     @property
@@ -206,7 +207,7 @@ class Training:
         Raises
         ------
         Stopped
-            If asked to stop; a checkpoint has been written.
+            If it should stop; a checkpoint has been written.
         """
         if self.is_finished:
             self._say(
@@ -234,34 +235,34 @@ class Training:
 
     def deal(self, opponents: Sequence[Player], names: Sequence[str]) -> None:
         """Give other opponents to the games that start from now on."""
-        self._take_up_games()
+        self._restore_games()
         self.env.deal(opponents, names)
 
     def learn(self, until: int, *callbacks: BaseCallback) -> None:
         """Train up to a number of steps, counted from the run's start."""
         self.model.set_logger(self.logger)
-        self._take_up_games()
-        schedules: list[BaseCallback] = [FadingExploration(self.state), CriticFirst(self.state), Account(self.state)]
+        self._restore_games()
         # SB3 draws from the process's streams; what else runs in it draws from others.
-        with randomness.kept():
-            randomness.set_streams(self._streams)
+        with checkpoint.random_streams_kept():
+            checkpoint.set_random_streams(self._streams)
             self._learns = True
             try:
                 self.model.learn(
                     until - self.model.num_timesteps,
-                    callback=CallbackList(schedules + list(callbacks)),
+                    callback=CallbackList([Schedules(self.state), Account(self.state), *callbacks]),
                     reset_num_timesteps=self.model.num_timesteps == 0,
                 )
             finally:
                 self._learns = False
-                self._streams = randomness.streams()
+                self._streams = checkpoint.random_streams()
 
     # --- checkpoints ------------------------------------------------------------------------------
 
     def save_checkpoint(self, **more: Any) -> None:
         """Write all that decides the future, atomically, and what else is given; between two rollouts only."""
-        learner, arrays = self.model.state()
-        games, flight = self.env.state()
+        learner, arrays = checkpoint.learner_state(self.model)
+        games, unfinished = self.env.state()
+        told = {"seconds": self.state.seconds, "records": self.state.records}
         story = {
             "config_hash": self._identity,
             "total_steps": self.config.total_steps,
@@ -269,35 +270,35 @@ class Training:
             "learner": learner,
             "games": games,
             "recent": list(self.state.recent),
-            "history": self.history.to_json(),
+            "history": told,
             **more,
         }
-        streams = randomness.streams() if self._learns else self._streams
-        arrays |= under("random", streams) | under("games", flight)
+        streams = checkpoint.random_streams() if self._learns else self._streams
+        arrays |= add_prefix("random", streams) | add_prefix("games", unfinished)
         arrays["games.returns"] = self._monitor.episode_returns
-        write(self.folder / CHECKPOINT, story, arrays)
-        report = json.loads(self.history.to_json()) | provenance(self.config.game, self.command)
+        checkpoint.write(self.folder / CHECKPOINT, story, arrays)
         with draft_of(self.folder / HISTORY) as draft:
-            draft.write_text(json.dumps(report) + "\n")
+            draft.write_text(json.dumps(told | provenance(self.config.game, self.command)) + "\n")
 
     def _load_checkpoint(self) -> None:
         path = self.folder / CHECKPOINT
-        story, arrays = read(path)
+        story, arrays = checkpoint.read(path)
         if story.get("config_hash") != self._identity:
             raise CheckpointError(
                 f"{path} belongs to another configuration: give the settings in {self.folder / SETTINGS}, "
                 "another folder (--out), or --overwrite to replace the run"
             )
         try:
-            self.model.take_up(story["learner"], arrays)
-            self.state.history = History.from_json(story["history"])
+            checkpoint.restore_learner(self.model, story["learner"], arrays)
+            self.state.records = list(story["history"]["records"])
+            self.state.seconds = float(story["history"]["seconds"])
             self.state.recent.extend((bool(won), float(share)) for won, share in story["recent"])
-            self._streams = of("random", arrays)
-            self._unfinished = of("games", arrays) if self.model.num_timesteps else {}
+            self._streams = with_prefix("random", arrays)
+            self._unfinished = with_prefix("games", arrays) if self.model.num_timesteps else {}
             total = int(story["total_steps"])
         except (AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
             raise CheckpointError(f"{path} does not fit this run ({_first_line(error)}); {BEGIN_AFRESH}") from error
-        self.found = story
+        self.stored = story
         self._say(f"resuming {self.folder} at step {self.model.num_timesteps:,}")
         if total != self.config.total_steps:
             self._say(
@@ -305,19 +306,19 @@ class Training:
                 f"{self.config.total_steps:,}"
             )
 
-    def _take_up_games(self) -> None:
-        """Play the unfinished games of the checkpoint again, up to where they were, unless that has been done."""
+    def _restore_games(self) -> None:
+        """Play the unfinished games of the checkpoint up to where they were, unless that has been done."""
         if not self._unfinished:
             return
         arrays, self._unfinished = self._unfinished, {}
-        observations, same = self.env.take_up(self.found["games"], arrays, self._load_opponent)
+        observations, same = self.env.restore(self.stored["games"], arrays, self._load_opponent)
         self._monitor.episode_returns = arrays["returns"].copy()
         self._monitor.episode_lengths = self.env.ages.astype(np.int32)
-        self.model.see(observations, self.env.ages == 0)
+        self.model._last_obs, self.model._last_episode_starts = observations, self.env.ages == 0
         if not same:
             self._say(
-                "unfinished games came out differently here than where they were stored: the run goes on, but is not "
-                "the one that never stopped"
+                "unfinished games came out differently here than where they were stored: the run goes on, but differs "
+                "from an uninterrupted one"
             )
 
 
@@ -328,20 +329,20 @@ def load_all(names: Sequence[str], config: GameConfig) -> list[Player]:
 
 
 def _make_env(config: TrainConfig) -> SwarmVecEnv | StackedVecEnv:
-    def make(game: GameConfig, num_envs: int, seed: int) -> SwarmVecEnv:
+    def make(game: GameConfig, num_envs: int) -> SwarmVecEnv:
         return SwarmVecEnv(
             game,
             num_envs,
             opponent=load_all(config.opponents, game),
             action_cells=config.action_cells if game.team_systems[0].takes == "density" else None,
             threads=config.threads,
-            seed=seed,
+            seed=config.seed,
         )
 
     if not config.sizes:
-        return make(config.game, config.num_envs, config.seed)
-    games = [config.game.replace(drones_per_team=size) for size in config.sizes]
-    env = StackedVecEnv([make(game, config.num_envs // len(games), config.seed) for game in games])
+        return make(config.game, config.num_envs)
+    share = config.num_envs // len(config.sizes)
+    env = StackedVecEnv([make(config.game.replace(drones_per_team=size), share) for size in config.sizes])
     env.seed(config.seed)
     return env
 
@@ -353,7 +354,7 @@ def _first_line(error: Exception) -> str:
 def _identity_of(config: TrainConfig, opponents: Sequence[Player]) -> str:
     """Return what a checkpoint belongs to: all but how long and on how many threads the run is.
 
-    A learned opponent counts as what it is, and not only as what its folder is called.
+    A learned opponent counts by its digest, and not only by its folder's name.
     """
     digests = {player.digest for player in opponents if isinstance(player, LearnedPolicy)}
     return "-".join([config.replace(**MAY_CHANGE).hash, *(digest[:16] for digest in sorted(digests))])

@@ -23,24 +23,24 @@ _LOOK_S = 0.2
 
 
 @dataclass(frozen=True)
-class Places:
+class MemberLoader:
     """Loads a league's members by their sources, in other processes, too.
 
     Parameters
     ----------
-    of : dict of str to str
+    places : dict of str to str
         The name or folder of each source.
     """
 
-    of: dict[str, str]
+    places: dict[str, str]
 
     def __call__(self, source: str, game: GameConfig) -> Player:
         """Return a member, made for a game."""
-        return policies.load(self.of[source], game)
+        return policies.load(self.places[source], game)
 
     def folder_of(self, source: str) -> Path | None:
         """Return the folder that a member comes from, if any."""
-        return folder_of(self.of[source])
+        return folder_of(self.places[source])
 
 
 class Rating:
@@ -57,15 +57,19 @@ class Rating:
     """
 
     def __init__(self, pool: Pool, folder: Path, game: GameConfig, workers: Executor) -> None:
-        kinds = {kind: [m for m in pool.members if m.kind == kind] for kind in ("script", "snapshot", "exploiter")}
-        snapshots = kinds["snapshot"]
-        latest = [*snapshots[:1], *snapshots[1:][-_RATED:], *kinds["exploiter"][-_RATED:]]
-        places = {member.source: member.source for member in kinds["script"]}
-        places |= {member.source: str(folder / member.source) for member in latest}
-        self._newest, self._workers = snapshots[-1].source, workers
+        sources = {
+            kind: [one.source for one in pool.members if one.kind == kind]
+            for kind in ("script", "snapshot", "exploiter")
+        }
+        first, *snapshots = sources["snapshot"]
+        places = {source: source for source in sources["script"]}
+        places |= {
+            source: str(folder / source) for source in (first, *snapshots[-_RATED:], *sources["exploiter"][-_RATED:])
+        }
+        self._newest, self._workers = sources["snapshot"][-1], workers
         # Players are made here and now: what makes them draws from the process's random streams.
         config = TournamentConfig(games=_GAMES, game=game, budget_ms=1e6)
-        self._tournament = Tournament(list(places), config, folder / "ratings", Places(places))
+        self._tournament = Tournament(list(places), config, folder / "ratings", MemberLoader(places))
         self._thread: ThreadPoolExecutor | None = None
         self._played: Future[None] | None = None
         self._is_left = False
@@ -84,7 +88,7 @@ class Rating:
         Raises
         ------
         Stopped
-            If asked to stop while it waits.
+            If it should stop while it waits.
         """
         if self._played is not None:
             while not wait([self._played], timeout=_LOOK_S).done:

@@ -1,4 +1,4 @@
-"""What a training run ends with: the learning curve, the table beside the baselines, and a game."""
+"""What a training run ends with: the learning curve, and the table beside the baselines."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from swarm_pz.config import GameConfig
 from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
 from swarm_pz.files import draft_of
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.training.run_state import History
 
 matplotlib.use("Agg")
 
@@ -48,43 +47,35 @@ def compare(
     def play(policy: Any) -> MatchResult:
         return play_match(policy, "uniform", games=games, seed=seed, config=config, threads=threads)
 
-    match = play(trained)
+    match, baselines = play(trained), [play(untrained)]
     if config.team_systems[0].takes == "density":
-        constant = max((play(name) for name in CONSTANT), key=lambda played: float(played.summary()["mean_share"]))
-        scripts = [play("noise"), constant]
+        constant = max(map(play, CONSTANT), key=lambda played: float(played.summary()["mean_share"]))
+        baselines += [play("noise"), constant]
     else:
-        scripts = [play("hold")]
+        baselines += [play("hold")]
     comparisons = []
-    for baseline in (play(untrained), *scripts):
+    for baseline in baselines:
         difference, low, high = paired_difference(match, baseline)
         comparisons.append(Comparison(match=baseline, difference=difference, low=low, high=high))
     return match, comparisons
 
 
-def plot_learning_curve(history: History, opponent: str, path: Path) -> None:
-    """Draw share and win rate of the evaluations against an opponent over environment steps."""
-    steps = [record["step"] / 1000 for record in history.records]
+def plot_learning_curve(records: list[dict[str, float]], opponent: str, path: Path) -> None:
+    """Draw share and win rate of the evaluations against an opponent, as `RunState.records` has them, over steps."""
+    columns = {name: [record[name] for record in records] for name in records[0]}
+    steps = [step / 1000 for step in columns["step"]]
     figure = Figure(figsize=(8, 4.5), layout="constrained")
     axes = figure.add_subplot()
-    low = [record["win_rate_low"] for record in history.records]
-    high = [record["win_rate_high"] for record in history.records]
+    low, high = columns["win_rate_low"], columns["win_rate_high"]
     axes.fill_between(steps, low, high, color="tab:orange", alpha=0.2, linewidth=0)
-    axes.plot(steps, [record["win_rate"] for record in history.records], "o-", color="tab:orange", label="games won")
-    axes.plot(steps, [record["loss_rate"] for record in history.records], "x--", color="tab:red", label="games lost")
-    axes.plot(steps, [record["share"] for record in history.records], "o-", color="tab:blue", label="share of drones")
-    explored = [(step, record["training_share"]) for step, record in zip(steps, history.records, strict=True)][1:]
-    if explored:
-        axes.plot(*zip(*explored, strict=True), ":", color="tab:blue", label="share while learning, all opponents")
+    axes.plot(steps, columns["win_rate"], "o-", color="tab:orange", label="games won")
+    axes.plot(steps, columns["loss_rate"], "x--", color="tab:red", label="games lost")
+    axes.plot(steps, columns["share"], "o-", color="tab:blue", label="share of drones")
+    if explored := columns["training_share"][1:]:  # none before the first game
+        axes.plot(steps[1:], explored, ":", color="tab:blue", label="share while learning, all opponents")
     axes.axhline(0.5, color="grey", linewidth=0.8)
-    axes.annotate(
-        f"as good as {opponent} ",
-        (1.0, 0.5),
-        xycoords=axes.get_yaxis_transform(),
-        ha="right",
-        va="bottom",
-        color="grey",
-        fontsize=8,
-    )
+    in_axes, grey = axes.get_yaxis_transform(), "grey"
+    axes.text(1.0, 0.5, f"as good as {opponent} ", transform=in_axes, ha="right", va="bottom", color=grey, fontsize=8)
     axes.set(
         xlabel="thousand environment steps (1 s of game each)",
         ylabel=f"against {opponent}",
@@ -95,15 +86,3 @@ def plot_learning_curve(history: History, opponent: str, path: Path) -> None:
     figure.legend(loc="outside lower center", ncols=4, fontsize=9)
     with draft_of(path) as draft:
         figure.savefig(draft, dpi=120)
-
-
-def plot_sizes(match: MatchResult, path: Path) -> None:
-    """Draw team sizes over time of every game of a match, red's share of all drones."""
-    figure = Figure(figsize=(8, 4.5), layout="constrained")
-    axes = figure.add_subplot()
-    for game in match.unique:
-        axes.plot([size / match.config.num_drones for size in game.sizes], linewidth=0.8, alpha=0.7)
-    axes.axhline(0.5, color="grey", linewidth=0.8)
-    axes.set(xlabel="time in s", ylabel="red's share of all drones", ylim=(-0.02, 1.02))
-    axes.set_title(f"{match.policy} against {match.opponent}, {len(match.unique)} games", fontsize=10)
-    figure.savefig(path, dpi=120)

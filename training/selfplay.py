@@ -5,7 +5,7 @@ al., "Grandmaster level in StarCraft II using multi-agent reinforcement learning
 weight (1 - p)^k for an opponent that is beaten in a share p of the games. A learner that forgets how
 to beat somebody meets them again. Scripts have a fixed share, however many snapshots there are: they
 are what tactics are measured against. Exploiters start from the learner's weights and learn to beat
-just that tactic; what they find joins the pool.
+just that tactic; those that do join the pool.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from stable_baselines3.common.callbacks import BaseCallback
 
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
@@ -28,31 +27,30 @@ from swarm_pz.errors import CheckpointError, Stopped
 from swarm_pz.evaluation.bundles import PolicyBundle
 from swarm_pz.evaluation.workers import BackgroundTasks, SerialExecutor, never
 from swarm_pz.files import draft_of
-from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
+from swarm_pz.policies.learned import LearnedPolicy
 from swarm_pz.policy import Player
-from swarm_pz.training.callbacks import Checkpoint
+from swarm_pz.training.callbacks import Checkpoint, RunCallback, RunState
 from swarm_pz.training.checkpoint import CHECKPOINT
 from swarm_pz.training.config import MAY_CHANGE, LeagueConfig
 from swarm_pz.training.exploit import respond
-from swarm_pz.training.flight import Opponent
 from swarm_pz.training.folders import LEAGUE as STATE
 from swarm_pz.training.folders import LEARNER, SETTINGS, check_folder
 from swarm_pz.training.pool import Member, Pool
-from swarm_pz.training.ppo import Training
+from swarm_pz.training.ppo import Training, clear
 from swarm_pz.training.rating import Rating
+from swarm_pz.training.resumable_games import Opponent
 
 _EXPLOITED_GAMES = 100
 """Games that show whether an exploiter beats its target."""
 
 
-class _Scores(BaseCallback):
-    """Counts finished games for the pool."""
+class _Scores(RunCallback):
+    """Counts finished games for the pool; `names` are the opponents', by the numbers in infos."""
 
-    def __init__(self, pool: Pool, names: Sequence[str]) -> None:
-        super().__init__()
+    def __init__(self, state: RunState, pool: Pool, names: Sequence[str]) -> None:
+        super().__init__(state)
         self.members = {member.name: member for member in pool.members}
         self.names = names
-        """Of opponents, by the numbers in infos."""
 
     def _on_step(self) -> bool:
         for info in self.locals["infos"]:
@@ -62,11 +60,11 @@ class _Scores(BaseCallback):
 
 
 class League:
-    """One league in a folder, begun afresh or taken up where it was.
+    """One league in a folder, begun afresh or resumed.
 
     The folder holds ``config.json`` (its settings), ``league.json`` (the pool, for readers), ``main/`` (the learner's
     run, whose checkpoint holds the pool, too), ``pool/`` (snapshots), ``exploiters/``, and ``ratings/``, a tournament
-    of the latest of them. As with `Training`, a league that is taken up is the league that never stopped.
+    of the latest of them. As with `Training`, a resumed league is bit-identical to an uninterrupted one.
 
     Parameters
     ----------
@@ -99,10 +97,9 @@ class League:
         command: str = "",
         workers: Executor | None = None,
     ) -> None:
-        check_folder(folder, resume=resume, overwrite=overwrite, marks=(STATE,))
-        self.config = config
-        self.folder = folder
-        self._say = say
+        check_folder(folder, resume=resume, overwrite=overwrite, mark=STATE)
+        self.config, self.folder, self._say = config, folder, say
+        self._game = config.learner.game
         self._workers = workers if workers is not None else SerialExecutor()
         self._background = BackgroundTasks(self._workers)
         self._rating: Rating | None = None
@@ -117,7 +114,10 @@ class League:
         )
         settings = config.replace(learner=config.learner.replace(**MAY_CHANGE))
         if resume:
-            self.pool = self._read_pool()
+            try:  # as of the learner's checkpoint
+                self.pool = Pool.from_dict(self.main.stored["pool"])
+            except (LookupError, TypeError, ValueError) as error:
+                raise CheckpointError(f"{self.main.folder / CHECKPOINT} is corrupt or foreign: {error!r}") from error
             if settings.hash != self.pool.config_hash:
                 raise CheckpointError(
                     f"{folder} holds a league with other settings: give those, or another folder (--out)"
@@ -125,21 +125,13 @@ class League:
         else:
             for name in ("pool", "exploiters", "ratings"):
                 shutil.rmtree(folder / name, ignore_errors=True)
-            for name in (WEIGHTS, CARD):
-                (folder / name).unlink(missing_ok=True)
+            clear(folder)
             invited = [Member(name, name, "script") for name in config.scripts]
             invited += [Member(name, name, "rival") for name in config.rivals]
             self.pool = Pool(invited, config_hash=settings.hash)
             self._snapshot()
         with draft_of(folder / SETTINGS) as draft:
             draft.write_text(json.dumps(config.to_dict(), indent=2) + "\n")
-
-    def _read_pool(self) -> Pool:
-        """Return the pool as of the learner's checkpoint."""
-        try:
-            return Pool.from_dict(self.main.found["pool"])
-        except (LookupError, TypeError, ValueError) as error:
-            raise CheckpointError(f"{self.main.folder / CHECKPOINT} is corrupt or foreign: {error!r}") from error
 
     def run(self, should_stop: Callable[[], bool] = never) -> LearnedPolicy:
         """Play the league to its end, write the learner's tactic and return it.
@@ -152,7 +144,7 @@ class League:
         Raises
         ------
         Stopped
-            If asked to stop; all that is needed to go on has been written.
+            If it should stop; all that is needed to go on has been written.
         """
         total = self.config.learner.total_steps
         if self.main.is_finished:
@@ -168,7 +160,7 @@ class League:
                     self.pool.until = step + self.config.cycle
                 began = time.monotonic()
                 stops = Checkpoint(self.main.state, self._save, should_stop, self.main.standing)
-                scores = _Scores(self.pool, self.main.env.opponent_names)
+                scores = _Scores(self.main.state, self.pool, self.main.env.opponent_names)
                 self.main.learn(min(self.pool.until, total), scores, stops)
                 self._report((self.main.model.num_timesteps - step) / (time.monotonic() - began))
                 self._save()
@@ -177,14 +169,14 @@ class League:
         training = league.pop("learner")
         del training["opponents"]  # the league says whom it met
         card = learner.card | {"training": training, "league": league}
-        policy = LearnedPolicy(card, learner.weights(), self.config.learner.game, self.folder.name)
+        policy = LearnedPolicy(card, learner.weights(), self._game, self.folder.name)
         policy.write(self.folder)
         self.main.env.close()
         return policy
 
     @contextmanager
     def _working(self) -> Iterator[None]:
-        """Have others work; whoever leaves before the end ends what they are at."""
+        """Let workers do what is sent; an error in the block ends their work."""
         try:
             with BackgroundTasks(self._workers) as self._background:
                 yield
@@ -211,7 +203,10 @@ class League:
                 self._end_rating(should_stop)
         if is_over and since:
             self.main.logger.dump(step)
-        if self._wants_exploiter(step) and is_over and not self.pool.target:
+        wants_exploiter = self.config.exploiter_steps > 0 and (
+            step - self.pool.exploiter_step >= self.config.exploiter_every
+        )
+        if wants_exploiter and is_over and not self.pool.target:
             if self.pool.snapshot_step != step:
                 self._end_rating(should_stop)
                 self._snapshot()
@@ -228,11 +223,8 @@ class League:
 
     def _is_awaited(self, began: int, step: int) -> bool:
         """Tell whether what began at a step joins at this one: between two deals, so that it is always the same one."""
-        total, after = self.config.learner.total_steps, self.config.join_after
+        total, after = self.config.learner.total_steps, self.config.async_delay
         return after == 0 or step >= total or (step >= self.pool.until and step >= began + after)
-
-    def _wants_exploiter(self, step: int) -> bool:
-        return self.config.exploiter_steps > 0 and step - self.pool.exploiter_step >= self.config.exploiter_every
 
     def _report(self, rate: float) -> None:
         step = self.main.model.num_timesteps
@@ -255,52 +247,51 @@ class League:
         chosen = [self.pool.members[i].name for i in np.searchsorted(np.cumsum(weights), places * 0.999999)]
         # A partner that did not explore would beat the learner that does, whatever it had learned.
         noise = self.main.exploration()
-        partners = {
-            name: self._partner(Opponent(name, noise), self.config.learner.game) for name in dict.fromkeys(chosen)
-        }
+        partners = {name: self._partner(Opponent(name, noise), self._game) for name in dict.fromkeys(chosen)}
         order = [chosen[i] for i in generator.permutation(len(chosen))]
         self.main.deal([partners[name] for name in order], order)
 
     def _partner(self, opponent: Opponent, game: GameConfig) -> Player:
         """Return a member of the pool; learned ones with noise."""
         member = next(member for member in self.pool.members if member.name == opponent.name)
-        player = policies.load(self._locate(member.source, member.kind), game)
+        is_installed = member.kind in ("script", "rival")
+        player = policies.load(member.source if is_installed else self.folder / member.source, game)
         if isinstance(player, LearnedPolicy):
             player.noise = opponent.noise
         return player
 
-    def _locate(self, source: str, kind: str) -> str:
-        return source if kind in ("script", "rival") else str(self.folder / source)
-
     def _snapshot(self, *, is_rated: bool = False) -> None:
         """Put the learner as it stands into the pool, and save the league before anybody plays it."""
         number = sum(member.kind == "snapshot" for member in self.pool.members)
-        name = f"snapshot_{number:03d}"
-        source = f"pool/{name}"
+        source = f"pool/snapshot_{number:03d}"
         self.main.policy().write(self.folder / source)
-        self.pool.members.append(Member(name, source, "snapshot"))
+        self.pool.members.append(Member(Path(source).name, source, "snapshot"))
         self.pool.snapshot_step = self.main.model.num_timesteps
         if is_rated:
             self.pool.unrated = source
         self._save()
 
+    @property
+    def _exploiter(self) -> str:
+        return f"exploiter_{self.pool.exploiters:03d}"
+
     def _begin_exploiter(self, should_stop: Callable[[], bool]) -> None:
         """Have a best response to the pool's target trained, or one finished, unless somebody is at it."""
-        name = f"exploiter_{self.pool.exploiters:03d}"
+        name, learner, steps = self._exploiter, self.config.learner, self.config.exploiter_steps
         if name in self._background:
             return
-        self._say(f"{name} trains for {self.config.exploiter_steps:,} steps against {Path(self.pool.target).name}")
+        self._say(f"{name} trains for {steps:,} steps against {Path(self.pool.target).name}")
         target, digest, bundle = self.folder / self.pool.target, None, None
         if self._background.is_elsewhere:
-            digest, bundle = LearnedPolicy.read(target, self.config.learner.game).digest, PolicyBundle.of(target)
+            digest, bundle = LearnedPolicy.read(target, self._game).digest, PolicyBundle.of(target)
         self._background.send(
             name,
             respond,
             str(target),
             self.folder / "exploiters" / name,
-            self.config.learner.replace(evaluate_every=self.config.exploiter_steps),
-            self.config.exploiter_steps,
-            self.config.learner.seed + 1000 + self.pool.exploiters,
+            learner.replace(evaluate_every=steps),
+            steps,
+            learner.seed + 1000 + self.pool.exploiters,
             _EXPLOITED_GAMES,
             should_stop if self._background.is_here else never,
             digest,
@@ -309,7 +300,7 @@ class League:
 
     def _end_exploiter(self, should_stop: Callable[[], bool]) -> None:
         """Wait for the exploiter; whoever beats its target joins the pool."""
-        name = f"exploiter_{self.pool.exploiters:03d}"
+        name = self._exploiter
         match, bundle = self._background.fetch(name, should_stop)
         self._end_rating(should_stop)
         if bundle is not None:
@@ -326,7 +317,7 @@ class League:
     def _begin_rating(self) -> Rating:
         """Have the newest snapshot rated, unless somebody is at it."""
         if self._rating is None:
-            self._rating = Rating(self.pool, self.folder, self.config.learner.game, self._workers)
+            self._rating = Rating(self.pool, self.folder, self._game, self._workers)
             self._rating.begin()
         return self._rating
 
@@ -338,6 +329,7 @@ class League:
 
     def _save(self) -> None:
         # The pool must be of the same moment as the learner, so it is in the same file.
-        self.main.save_checkpoint(pool=asdict(self.pool))
+        plain = asdict(self.pool)
+        self.main.save_checkpoint(pool=plain)
         with draft_of(self.folder / STATE) as draft:
-            draft.write_text(self.pool.to_json() + "\n")
+            draft.write_text(json.dumps(plain, indent=2) + "\n")

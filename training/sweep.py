@@ -1,4 +1,4 @@
-"""A sweep: the same training run for several seeds, by whoever is free; what the benchmark asks of a method."""
+"""A sweep: the same training run with several seeds, shared among workers; what the benchmark asks of a method."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def sweep(
     show: Callable[[float, float], None] = lambda *_: None,
     command: str = "",
 ) -> list[LearnedPolicy]:
-    """Train a policy with each seed; what was stopped goes on where it was, and what is trained stays.
+    """Train a policy with each seed; stopped runs are resumed, and trained ones stay.
 
     Parameters
     ----------
@@ -65,21 +65,22 @@ def sweep(
     ConfigError
         If seeds are not different, or a player is a folder, which machines elsewhere do not have.
     Stopped
-        If it was asked to; what was trained so far, and checkpoints, are kept.
+        If it should stop; what was trained so far, and checkpoints, are kept.
     WorkerError
         If a worker died.
     """
     check(0 < len(seeds) == len(set(seeds)), "seeds", tuple(seeds), "different ones, at least one")
     runs = {folder / f"seed-{seed}": config.replace(seed=seed) for seed in seeds}
-    with BackgroundTasks(pool) as background:
-        if background.is_elsewhere:
+    with BackgroundTasks(pool) as tasks:
+        if tasks.is_elsewhere:
             _check_players(config)
         left = [place for place, one in runs.items() if not _is_trained(place, one)]
         total = config.total_steps * len(runs)
-        watch = _Watch(left if not background.is_here else [], say)
+        told = dict.fromkeys([] if tasks.is_here else left, 0)
 
         def look() -> None:
-            watch.look()
+            for place in told:
+                told[place] = _tell_evaluations(place, told[place], say)
             show(min(sum(map(_steps_of, runs)), total), total)
 
         def look_and_ask() -> bool:
@@ -87,12 +88,10 @@ def sweep(
             return should_stop()
 
         for place in left:
-            told = (should_stop, say) if background.is_here else (never, silent)
-            background.send(
-                str(place), train_one, runs[place], None if background.is_elsewhere else place, command, *told
-            )
+            more = (should_stop, say) if tasks.is_here else (never, silent)
+            tasks.send(str(place), train_one, runs[place], None if tasks.is_elsewhere else place, command, *more)
         for place in left:
-            bundle = background.fetch(str(place), look_and_ask)
+            bundle = tasks.fetch(str(place), look_and_ask)
             look()
             if bundle is not None:
                 bundle.unpack(folder)
@@ -109,7 +108,7 @@ def train_one(
     ----------
     config : TrainConfig
     folder : Path, optional
-        Of the run, which is taken up if it has begun. Without one nothing is left here, and the policy is returned.
+        Of the run, which is resumed if it has begun. Without one nothing is left here, and the policy is returned.
     command : str
     should_stop, say : callable
         As of `Training`.
@@ -144,7 +143,7 @@ def _steps_of(place: Path) -> int:
         return 0
 
 
-@functools.lru_cache(maxsize=1024)  # it is asked for again and again, and seldom changes
+@functools.lru_cache(maxsize=1024)  # it is looked at again and again, and seldom changes
 def _steps_at(path: Path, _: int) -> int:
     return int(read_story(path)["learner"]["steps"])
 
@@ -165,20 +164,12 @@ def _is_trained(place: Path, config: TrainConfig) -> bool:
     return True
 
 
-class _Watch:
-    """Says what runs that others are at write of their evaluations."""
-
-    def __init__(self, places: Sequence[Path], say: Say) -> None:
-        self._told = dict.fromkeys(places, 0)
-        self._say = say
-
-    def look(self) -> None:
-        """Say what is new."""
-        for place, told in self._told.items():
-            try:
-                records = json.loads((place / HISTORY).read_text())["records"]
-            except (OSError, ValueError, LookupError):  # has not begun, or is elsewhere
-                continue
-            for record in records[told:]:
-                self._say(f"{place}: {record['step']:,} steps, won {record['win_rate']:.2f} of its evaluation's games")
-            self._told[place] = len(records)
+def _tell_evaluations(place: Path, told: int, say: Say) -> int:
+    """Say what a run that others are at has written of its evaluations since; return how many have been told."""
+    try:
+        records = json.loads((place / HISTORY).read_text())["records"]
+    except (OSError, ValueError, LookupError):  # has not begun, or is elsewhere
+        return told
+    for record in records[told:]:
+        say(f"{place}: {record['step']:,} steps, won {record['win_rate']:.2f} of its evaluation's games")
+    return len(records)

@@ -155,7 +155,7 @@ class SwarmVecEnv(BatchVecEnv):
         return [draw(self.duel.batch.simulator, row) for row in range(self.num_envs)]
 
 
-class StackedVecEnv(VecEnv):
+class StackedVecEnv(BatchVecEnv):
     """Batches of games of different rules, seen and answered as one.
 
     Parameters
@@ -213,15 +213,3 @@ class StackedVecEnv(VecEnv):
         """Return an attribute of each game's part."""
         every = [getattr(part, attr_name) for part in self.parts for _ in range(part.num_envs)]
         return [every[index] for index in self._get_indices(indices)]
-
-    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Refuse, as `SwarmVecEnv` does."""
-        self.parts[0].set_attr(attr_name, value, indices)
-
-    def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
-        """Refuse, as `SwarmVecEnv` does."""
-        return self.parts[0].env_method(method_name, *args, indices=indices, **kwargs)
-
-    def env_is_wrapped(self, wrapper_class: Any, indices: VecEnvIndices = None) -> list[bool]:
-        """Return False for each of the games: none is wrapped on its own."""
-        return [False for _ in self._get_indices(indices)]

@@ -27,7 +27,7 @@ from swarm_pz.evaluation.provenance import versions
 from swarm_pz.kernels.cache import processor
 from swarm_pz.policies.exporting import export_model
 from swarm_pz.policies.learned import LearnedPolicy
-from swarm_pz.training import randomness
+from swarm_pz.training.checkpoint import random_streams_kept
 from swarm_pz.training.networks import GridPolicy, as_policy
 
 COMMAND = "python -m benchmarks.algorithms"
@@ -207,7 +207,7 @@ class Run:
         """Write the policy, and evaluate what was written; learning goes on as if nobody had looked."""
         began, commands = _clocks(), self.model.num_timesteps
         rate = commands / self.seconds[0]
-        with randomness.kept():
+        with random_streams_kept():
             self.write()
             found = evaluate(self.folder, self.budget.games_on_the_way)
         scores = {name: figures["score"] for name, figures in found.items()}

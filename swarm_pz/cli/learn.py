@@ -152,8 +152,8 @@ def league(
     with goes_on_with(resuming(out)), open_pool(processes, ray) as pool:
         run = League(config, out, resume=resume, overwrite=overwrite, say=say, command=command(), workers=pool)
         print_rules(learner.game)
-        if not isinstance(pool, SerialExecutor) and not config.join_after and config.exploiter_steps:
-            say("the learner waits for exploiters where they begin: --join-after 500000 lets it go on meanwhile")
+        if not isinstance(pool, SerialExecutor) and not config.async_delay and config.exploiter_steps:
+            say("the learner waits for exploiters where they begin: --async-delay 500000 lets it go on meanwhile")
         if not run.main.is_finished:
             say(f"training for {learner.total_steps:,} steps in {out} (Ctrl-C stops, --resume goes on)")
         with stops_at_safe_points() as should_stop:

@@ -148,8 +148,8 @@ def test_who_has_others_work_for_a_league_is_told_that_the_learner_need_not_wait
     monkeypatch.setattr("swarm_pz.training.selfplay.League", stand_in(given, main=SimpleNamespace(is_finished=True)))
     monkeypatch.setattr("swarm_pz.evaluation.match.play_match", lambda *_, **__: match("ring"))
     monkeypatch.setattr(learn.tables, "print_opponents", lambda *_: None)
-    hint = "the learner waits for exploiters where they begin: --join-after 500000 lets it go on meanwhile"
-    for more, is_told in (([], True), (["--join-after", "64"], False), (["--exploiter-steps", "0"], False)):
+    hint = "the learner waits for exploiters where they begin: --async-delay 500000 lets it go on meanwhile"
+    for more, is_told in (([], True), (["--async-delay", "64"], False), (["--exploiter-steps", "0"], False)):
         main(["league", "--out", str(OUT), "--processes", "3", *more])
         assert given["workers"].count == 3
         assert (hint in capsys.readouterr().out) is is_told

@@ -14,6 +14,8 @@ import pytest
 from swarm_pz.cli import main
 from swarm_pz.training.callbacks import Account
 from swarm_pz.training.checkpoint import CHECKPOINT, read_story
+from swarm_pz.training.ppo import Training
+from tests.training.runs import TINY, quiet
 
 SMALL = {"num-envs": 4, "rollout": 8, "width": 8, "threads": 1, "evaluation-games": 2}
 SHORT = ["--game.time-limit", "5", "--game.drones-per-team", "2"]
@@ -26,8 +28,8 @@ def options(prefix="", **changes):
 
 TRAIN = ["train", "--games", "2", *options(total_steps=64), *SHORT]
 LEAGUE = [
-    "league", "--games", "2", "--scripts", "ring", "--cycle", "32", *options("learner.", total_steps=96),
-    "--learner.game.time-limit", "5", "--learner.game.drones-per-team", "2",
+    "league", "--games", "2", "--scripts", "ring", "--cycle", "32", "--exploiter-steps", "0",
+    *options("learner.", total_steps=96), "--learner.game.time-limit", "5", "--learner.game.drones-per-team", "2",
 ]  # fmt: skip
 EXPLOIT = [
     "evaluate", "runs/target", "--exploit", "--exploit-steps", "300", "--exploiters", "1", "--games", "2",
@@ -35,8 +37,8 @@ EXPLOIT = [
 ]  # fmt: skip
 
 
-@pytest.fixture
-def no_film(monkeypatch):
+@pytest.fixture(autouse=True)
+def _no_film(monkeypatch):
     monkeypatch.setattr("swarm_pz.analysis.video.film_game", lambda *_, **__: "not filmed")
 
 
@@ -79,7 +81,6 @@ def contents(folder):
     return {path: path.read_bytes() for path in Path(folder).rglob("*") if path.is_file()}
 
 
-@pytest.mark.usefixtures("no_film")
 def test_training_twice_loses_nothing(capsys):
     assert run(TRAIN, capsys)[0] == 0
     before = contents("runs/first")
@@ -88,79 +89,59 @@ def test_training_twice_loses_nothing(capsys):
     for part in ("runs/first holds a finished run of 64 steps", "--resume", "--overwrite", "--out runs/first-2"):
         assert part in said
     status, said = run([*TRAIN, "--seed", "1"], capsys)
-    assert status == 0
-    assert "policy: runs/first-2" in said
+    assert status == 0 and "policy: runs/first-2" in said
     assert contents("runs/first") == before
 
 
-@pytest.mark.usefixtures("no_film")
-@pytest.mark.parametrize(("command", "steps"), [(TRAIN, 64), ([*LEAGUE, "--exploiter-steps", "0"], 96)])
+@pytest.mark.parametrize(("command", "steps"), [(TRAIN, 64), (LEAGUE, 96)])
 def test_resuming_what_is_finished_says_so_and_trains_nothing(command, steps, capsys):
     status, said = run(command, capsys)
-    assert status == 0
-    assert "finished" not in said
+    assert status == 0 and "finished" not in said
     weights = {path: path.read_bytes() for path in Path("runs").rglob("policy.safetensors")}
     status, said = run([*command, "--resume"], capsys)
-    assert status == 0
-    assert "is finished, and no" in said
-    assert f"it has had {steps} of {steps} steps; ask for more to go on" in said
-    assert "training for" not in said
-    assert weights
-    assert {path: path.read_bytes() for path in Path("runs").rglob("policy.safetensors")} == weights
+    assert status == 0 and f"it has had {steps} of {steps} steps" in said and "training for" not in said
+    assert {path: path.read_bytes() for path in Path("runs").rglob("policy.safetensors")} == weights != {}
 
 
 @pytest.mark.parametrize("command", [TRAIN, LEAGUE, [*EXPLOIT[:1], "centre", *EXPLOIT[2:]]])
 def test_resuming_where_nothing_is_says_what_was_expected(command, capsys):
     status, said = run([*command, "--resume"], capsys)
-    assert status == 2
-    assert "--resume expects a folder with" in said
+    assert status == 2 and "--resume expects a folder with" in said
     assert not Path("runs").exists()
 
 
-@pytest.mark.usefixtures("no_film")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_stops_training_at_a_checkpoint_and_the_line_that_is_said_goes_on(number, stops_at, capsys):
-    stops_at(20, number)
-    status, said = run(TRAIN, capsys)
-    assert status == 130
-    assert "runs/first is saved at step 32 of 64" in said
-    assert read_story(Path("runs/first") / CHECKPOINT)["learner"]["steps"] == 32
+@pytest.mark.parametrize("command", [TRAIN, LEAGUE])
+def test_a_folder_that_cannot_be_made_is_named_with_what_to_do(command, capsys):
+    Path("taken").touch()
+    status, said = run([*command, "--out", "taken/run"], capsys)
+    assert status == 2 and "taken' is a file" in said and "choose another folder" in said
+
+
+@pytest.mark.parametrize(
+    ("command", "number", "folder", "steps", "total"),
+    [
+        (TRAIN, signal.SIGINT, "runs/first", 32, 64),
+        (TRAIN, signal.SIGTERM, "runs/first", 32, 64),
+        (LEAGUE, signal.SIGINT, "runs/league/main", 64, 96),
+        (EXPLOIT, signal.SIGINT, "runs/exploiter/seed-0", 256, 300),
+    ],
+)
+def test_a_signal_stops_at_a_checkpoint_and_the_line_that_is_said_goes_on(
+    command, number, folder, steps, total, stops_at, capsys, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, "cma", None)  # no search that does not learn
+    if command is EXPLOIT:
+        Training(TINY.replace(total_steps=32), Path("runs/target"), say=quiet).run()
+    stops_at(steps - 12, number)
+    status, said = run(command, capsys)
+    assert status == 130 and f"{folder} is saved at step {steps} of {total}" in said
+    assert read_story(Path(folder) / CHECKPOINT)["learner"]["steps"] == steps
     assert not list(Path("runs").rglob(".*draft*"))
-    again = line_that_goes_on(said)
-    assert again == [*TRAIN, "--resume", "--out", "runs/first"]
-    status, said = run(again, capsys)
-    assert status == 0
-    assert "resuming runs/first at step 32" in said
-
-
-def test_a_signal_stops_a_league_and_the_line_that_is_said_goes_on(stops_at, capsys):
-    stops_at(40)
-    status, said = run(LEAGUE, capsys)
-    assert status == 130
-    assert "saved at step 64 of 96" in said
-    assert run(LEAGUE[:1] + LEAGUE[3:] + ["--out", "runs/league"], capsys)[0] == 2
-    assert run(line_that_goes_on(said), capsys)[0] == 0
-    assert Path("runs/league/policy.json").exists()
-
-
-def test_a_signal_stops_an_exploiter_and_the_line_that_is_said_goes_on(stops_at, capsys, monkeypatch):
-    monkeypatch.setitem(sys.modules, "cma", None)
-    from swarm_pz.training.config import TrainConfig
-    from swarm_pz.training.ppo import Training
-
-    tiny = TrainConfig(num_envs=4, rollout=8, width=8, evaluation_games=2, threads=1, total_steps=32)
-    game = tiny.game.replace(time_limit=5.0, drones_per_team=2)
-    Training(tiny.replace(game=game), Path("runs/target"), say=lambda _: None).run()
-    stops_at(20)
-    status, said = run(EXPLOIT, capsys)
-    assert status == 130
-    assert "runs/exploiter/seed-0 is saved at step 256 of 300" in said
-    status, said_again = run([*EXPLOIT, "--out", "runs/exploiter"], capsys)
-    assert status == 2
-    assert "a search for what beats runs/target" in said_again
+    status, _ = run([*command, "--out", str(Path("runs", Path(folder).parts[1]))], capsys)
+    assert status == 2, "what was begun is not replaced"
     status, said = run(line_that_goes_on(said), capsys)
-    assert status == 0
-    assert "an exploiter of runs/target" in said
+    assert status == 0 and (Path(folder) / CHECKPOINT).exists()
+    assert read_story(Path(folder) / CHECKPOINT)["learner"]["steps"] >= total
 
 
 def test_a_real_process_stops_at_a_real_signal():
@@ -179,6 +160,5 @@ def test_a_real_process_stops_at_a_real_signal():
         process.kill()
     assert process.returncode == 130
     steps = read_story(Path("runs/first") / CHECKPOINT)["learner"]["steps"]
-    assert steps > 0
-    assert f"saved at step {steps:,} of 1,000,000" in said
+    assert steps > 0 and f"saved at step {steps:,} of 1,000,000" in said
     assert line_that_goes_on(said) == [*arguments, "--resume", "--out", "runs/first"]

@@ -14,80 +14,75 @@ def test_the_recipe_of_the_benchmarks_exploiters_is_the_one_that_it_was_frozen_w
 
 
 @pytest.mark.parametrize(
-    ("name", "low", "high", "step"),
+    ("made", "name", "low", "high", "step"),
     [
-        ("critic_steps", 0, 10**12, 1),
-        ("width", 8, 512, 8),
-        ("total_steps", 1, 10**12, 1),
-        ("num_envs", 1, 65536, 1),
-        ("rollout", 2, 65536, 1),
-        ("batch_size", 2, 10**7, 1),
-        ("epochs", 1, 1000, 1),
-        ("learning_rate", 0.0, 1.0, FRACTION),
-        ("gamma", 0.0, 1.0, FRACTION),
-        ("gae_lambda", 0.0, 1.0, FRACTION),
-        ("clip_range", 0.0, 1.0, FRACTION),
-        ("entropy", -1.0, 1.0, FRACTION),
-        ("log_std", -10.0, 2.0, FRACTION),
-        ("final_log_std", -10.0, 2.0, FRACTION),
-        ("evaluate_every", 1, 10**12, 1),
-        ("evaluation_games", 2, 10**6, 2),
-        ("checkpoint_every", 1, 10**12, 1),
-        ("seed", 0, 2**32 - 1, 1),
-        ("threads", 1, 1024, 1),
+        (TrainConfig, "critic_steps", 0, 10**12, 1),
+        (TrainConfig, "width", 8, 512, 8),
+        (TrainConfig, "total_steps", 1, 10**12, 1),
+        (TrainConfig, "num_envs", 1, 65536, 1),
+        (TrainConfig, "rollout", 2, 65536, 1),
+        (TrainConfig, "batch_size", 2, 10**7, 1),
+        (TrainConfig, "epochs", 1, 1000, 1),
+        (TrainConfig, "learning_rate", 0.0, 1.0, FRACTION),
+        (TrainConfig, "gamma", 0.0, 1.0, FRACTION),
+        (TrainConfig, "gae_lambda", 0.0, 1.0, FRACTION),
+        (TrainConfig, "clip_range", 0.0, 1.0, FRACTION),
+        (TrainConfig, "entropy", -1.0, 1.0, FRACTION),
+        (TrainConfig, "log_std", -10.0, 2.0, FRACTION),
+        (TrainConfig, "final_log_std", -10.0, 2.0, FRACTION),
+        (TrainConfig, "evaluate_every", 1, 10**12, 1),
+        (TrainConfig, "evaluation_games", 2, 10**6, 2),
+        (TrainConfig, "checkpoint_every", 1, 10**12, 1),
+        (TrainConfig, "seed", 0, 2**32 - 1, 1),
+        (TrainConfig, "threads", 1, 1024, 1),
+        (LeagueConfig, "seats", 1, 65536, 1),
+        (LeagueConfig, "cycle", 1, 10**12, 1),
+        (LeagueConfig, "hardness", 0.0, 100.0, FRACTION * 100),
+        (LeagueConfig, "floor", 1e-6, 1.0, FRACTION),
+        (LeagueConfig, "script_share", 0.0, 1.0, FRACTION),
+        (LeagueConfig, "snapshot_score", 0.0, 1.0, FRACTION),
+        (LeagueConfig, "snapshot_every", 1, 10**12, 1),
+        (LeagueConfig, "exploiter_every", 1, 10**12, 1),
+        (LeagueConfig, "exploiter_steps", 0, 10**12, 1),
+        (LeagueConfig, "async_delay", 0, 10**12, 1),
     ],
 )
-def test_settings_of_a_run_have_bounds(name, low, high, step):
+def test_settings_have_bounds(made, name, low, high, step):
     for value in (low, high):
-        assert getattr(TrainConfig(**{name: value}), name) == value
+        assert getattr(made(**{name: value}), name) == value
     for value in (low - step, high + step, None, "5"):
         with pytest.raises(ConfigError, match=f"^{name} must be"):
-            TrainConfig(**{name: value})
+            made(**{name: value})
 
 
 @pytest.mark.parametrize(
-    ("name", "low", "high", "step"),
+    ("made", "changes", "message"),
     [
-        ("seats", 1, 65536, 1),
-        ("cycle", 1, 10**12, 1),
-        ("hardness", 0.0, 100.0, FRACTION * 100),
-        ("floor", 1e-6, 1.0, FRACTION),
-        ("script_share", 0.0, 1.0, FRACTION),
-        ("snapshot_score", 0.0, 1.0, FRACTION),
-        ("snapshot_every", 1, 10**12, 1),
-        ("exploiter_every", 1, 10**12, 1),
-        ("exploiter_steps", 0, 10**12, 1),
+        (TrainConfig, {"opponents": ()}, "opponents must be at least one policy's name"),
+        (TrainConfig, {"opponents": "ring"}, "opponents must be a tuple"),
+        (TrainConfig, {"opponents": (1,)}, "opponents must be a tuple"),
+        (TrainConfig, {"game": 5}, "game must be"),
+        (TrainConfig, {"game": GameConfig(observation=ObservationConfig(kind="entities"))}, "'grids'"),
+        (TrainConfig, {"game": GameConfig(observation=ObservationConfig(grid=2))}, "a divisor of .* grid of 2"),
+        (TrainConfig, {"width": 12}, "width must be a multiple of 8"),
+        (TrainConfig, {"action_cells": 1}, "a divisor of .* grid of 10, at least 2, got 1"),
+        (TrainConfig, {"action_cells": 2.5}, "action_cells must be a divisor"),
+        (TrainConfig, {"evaluation_games": 3}, "evaluation_games must be even"),
+        (TrainConfig, {"sizes": 5}, "sizes must be a tuple"),
+        (TrainConfig, {"sizes": (0,)}, "sizes must be a whole number"),
+        (TrainConfig, {"sizes": (5, 10), "num_envs": 5}, "num_envs must be a multiple of 2"),
+        (TrainConfig, {"learn_rate": 0.1}, "did you mean 'learning_rate'"),
+        (LeagueConfig, {"scripts": "ring"}, "scripts must be a tuple of policies' names, got 'ring'"),
+        (LeagueConfig, {"rivals": "ring"}, "rivals must be a tuple of policies' names, got 'ring'"),
+        (LeagueConfig, {"learner": None}, "learner must be a TrainConfig"),
     ],
 )
-def test_settings_of_a_league_have_bounds(name, low, high, step):
-    for value in (low, high):
-        assert getattr(LeagueConfig(**{name: value}), name) == value
-    for value in (low - step, high + step, None, "5"):
-        with pytest.raises(ConfigError, match=f"^{name} must be"):
-            LeagueConfig(**{name: value})
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"opponents": ()}, "opponents must be at least one policy's name"),
-        ({"width": 12}, "width must be a multiple of 8"),
-        ({"action_cells": 1}, "action_cells must be a divisor of the observation's grid of 10, at least 2, got 1"),
-        ({"action_cells": 2.5}, "action_cells must be a divisor"),
-        ({"game": GameConfig(observation=ObservationConfig(grid=2))}, "a divisor of the observation's grid of 2"),
-        ({"sizes": (0,)}, "sizes must be a whole number"),
-        ({"sizes": (10_001,)}, "sizes must be a whole number"),
-        ({"sizes": (5, 10), "num_envs": 5}, "num_envs must be a multiple of 2"),
-    ],
-)
-def test_settings_that_do_not_go_together_are_refused(changes, message):
+def test_settings_that_do_not_go_together_are_refused(made, changes, message):
     with pytest.raises(ConfigError, match=message):
-        TrainConfig(**changes)
+        made(**changes)
 
 
-@pytest.mark.parametrize("name", ["scripts", "rivals"])
-def test_a_league_invites_by_names(name):
-    with pytest.raises(ConfigError, match=f"{name} must be a tuple of policies' names, got 'ring'"):
-        LeagueConfig(**{name: "ring"})
-    with pytest.raises(ConfigError, match="learner must be a TrainConfig"):
-        LeagueConfig(learner=None)
+def test_who_commands_a_system_that_takes_no_densities_sees_drones_whatever_was_asked_for():
+    config = TrainConfig(game=GameConfig(controllers="direct"))
+    assert config.game.observation == ObservationConfig(kind="drones")
+    assert TrainConfig.from_dict(config.to_dict()) == config

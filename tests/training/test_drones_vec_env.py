@@ -13,6 +13,7 @@ from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.training.drones_vec_env import DronesVecEnv, PlayingRolloutBuffer
 
 SMALL = {"drones_per_team": 2, "action_period": 0.5}
+CALM = CaptureConfig(enabled=False)
 
 
 def choose(environment, generator):
@@ -26,10 +27,8 @@ def test_a_row_is_a_drone_of_the_pettingzoo_face():
     streams = np.random.SeedSequence(4).spawn(3)
     singles = [drones_env(opponent=name, **SMALL) for name in ("noise", "uniform", "noise")]
     for single, stream in zip(singles, streams, strict=True):
-        assert (rows.observation_space, rows.action_space) == (
-            single.observation_space("red_0_drone_0"),
-            single.action_space("red_0_drone_0"),
-        )
+        spaces = single.observation_space("red_0_drone_0"), single.action_space("red_0_drone_0")
+        assert (rows.observation_space, rows.action_space) == spaces
         single.np_random = np.random.default_rng(stream)
         single.reset()
     for _ in range(8):
@@ -42,23 +41,24 @@ def test_a_row_is_a_drone_of_the_pettingzoo_face():
             assert rewards[mine] == pytest.approx(list(result[1].values()))
 
 
-def test_games_that_end_before_others_tell_what_their_own_drones_saw_last():
+def test_games_that_end_before_others_tell_what_their_own_drones_saw_last(monkeypatch):
     rows = DronesVecEnv(num_games=3, seed=4, **SMALL)
     rows.reset()
     drones = rows.drones
     assert len(set(drones.duel.sides.tolist())) == 2
     drones.batch.simulator.games.teams[1:] = drones.duel.sides[1:, None]  # nobody is left on the other side
-    expected, restart = [], rows._restart
-    rows._restart = lambda games: (expected.append(drones.observe()), restart(games))
+    expected, reset = [], drones.reset
+    monkeypatch.setattr(drones, "reset", lambda *given: (expected.append(drones.observe()), reset(*given)))
     _, _, dones, infos = rows.step(choose(rows, np.random.default_rng(0)))
     assert np.flatnonzero(dones).tolist() == list(range(4, 12))
     seen = np.stack([infos[row]["terminal_observation"] for row in range(4, 12)])
     assert (seen == expected[0][1:].reshape(8, -1)).all() and (seen[:, 0] == 1).all()
+    for info in infos[4:]:  # a won game is no time-out
+        assert (info["outcome"], info["TimeLimit.truncated"], bool(info["flies"])) == (1, False, True)
 
 
-def test_games_that_end_tell_their_last_observation_and_whether_time_was_up():
-    calm = CaptureConfig(enabled=False)
-    env = DronesVecEnv(num_games=2, seed=0, side="red", max_cycles=3, capture=calm, **SMALL)
+def test_games_that_end_by_time_say_so_and_begin_anew():
+    env = DronesVecEnv(num_games=2, seed=0, side="red", max_cycles=3, capture=CALM, **SMALL)
     env.reset()
     generator = np.random.default_rng(0)
     for _ in range(2):
@@ -68,50 +68,28 @@ def test_games_that_end_tell_their_last_observation_and_whether_time_was_up():
     assert dones.all()
     for row, info in enumerate(infos):
         assert info["TimeLimit.truncated"] and info["time_s"] == 1.5 and info["outcome"] == 0
-        assert info["flies"] == (row % 4 < 2)
+        assert info["flies"] == (row % 4 < 2) == (info["terminal_observation"][0] == 1)
         assert env.observation_space.contains(info["terminal_observation"])
-        assert (info["terminal_observation"][0] == 1) == bool(info["flies"])
-    assert (seen[:, 3:5] == 0).all()  # games have begun anew: drones rest
+    assert (seen[:, 3:5] == 0).all()  # drones rest
     assert env.reset_infos[0]["time_s"] == 0.0
 
 
-def test_a_lost_game_is_no_time_out():
-    env = DronesVecEnv(num_games=8, seed=0, drones_per_team=1, action_period=1.0)
-    env.reset()
-    generator, ends = np.random.default_rng(0), []
-    for _ in range(300):
-        _, _, dones, infos = env.step(choose(env, generator))
-        for game in np.flatnonzero(dones[::2]):
-            info = infos[2 * game]
-            ends.append(info["outcome"])
-            assert info["TimeLimit.truncated"] == (info["outcome"] == 0)
-            assert info["flies"] == (info["outcome"] == 1) or info["outcome"] == 0
-    assert {-1} <= set(ends) <= {-1, 0, 1}
-
-
 @pytest.mark.parametrize("options", [{}, {"action": "discrete"}, {"side": "both"}])
-def test_seeds_and_threads_decide_nothing_but_the_games(options):
+def test_seeds_decide_the_games_and_threads_decide_nothing(options):
     def play(threads):
         env = DronesVecEnv(num_games=4, threads=threads, seed=3, max_cycles=12, **SMALL, **options)
         env.action_space.seed(0)
         seen = [env.reset()]
         for _ in range(15):
             actions = np.stack([env.action_space.sample() for _ in range(env.num_envs)])
-            observations, rewards, dones, _ = env.step(actions)
-            assert all(env.observation_space.contains(one) for one in observations)
-            seen += [observations, rewards, dones]
+            seen += env.step(actions)[:3]
+        assert all(env.observation_space.contains(one) for one in seen[-3])
+        assert env.seed(3) == [3] * 16
+        assert np.array_equal(env.reset(), seen[0]) and not np.array_equal(env.reset(), seen[0])
         env.close()
         return seen
 
     np.testing.assert_equal(play(1), play(2))
-
-
-def test_seeding_anew_gives_other_starts_and_the_same_seed_the_same():
-    env = DronesVecEnv(num_games=2, seed=1, **SMALL)
-    first, second = env.reset(), env.reset()
-    assert not np.array_equal(first, second)
-    assert env.seed(1) == [1] * 8
-    assert np.array_equal(env.reset(), first)
 
 
 @pytest.mark.parametrize("action", ["acceleration", "discrete"])
@@ -150,20 +128,15 @@ def test_rows_that_sat_out_are_not_learned_from_and_are_worth_nothing_or_what_th
     assert all(len(part.actions) > 1 for part in buffer.get(2)), "PPO cannot normalise the advantage of one alone"
 
 
-def test_actions_that_are_none_are_refused_and_options_as_of_the_pettingzoo_face():
-    env = DronesVecEnv(num_games=2, **SMALL)
+def test_wrong_actions_and_options_are_refused_and_pictures_are_of_every_rows_game():
+    env = DronesVecEnv(num_games=2, drones_per_team=1, action_period=0.5)
     env.reset()
-    for actions in (np.full((8, 2), np.nan), np.zeros((2, 2)), np.full((8, 2), 1.5)):
+    for actions in (np.full((4, 2), np.nan), np.zeros((2, 2)), np.full((4, 2), 1.5)):
         with pytest.raises(CommandError, match="actions"):
             env.step(actions)
     with pytest.raises(ConfigError, match="did you mean 'num_games'"):
         DronesVecEnv(num_game=2)
     with pytest.raises(AttributeError, match="games of a DronesVecEnv share"):
         env.set_attr("seed", 3)
-
-
-def test_pictures_are_of_every_rows_game():
-    env = DronesVecEnv(num_games=2, drones_per_team=1)
-    env.reset()
     pictures = env.get_images()
     assert len(pictures) == 4 and (pictures[0] == pictures[1]).all() and not (pictures[0] == pictures[2]).all()

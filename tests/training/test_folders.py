@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from swarm_pz.errors import CheckpointError, ConfigError
+from swarm_pz.errors import CheckpointError, ConfigError, OutputError
 from swarm_pz.training.checkpoint import CHECKPOINT, write
 from swarm_pz.training.folders import SEARCH, check_folder, choose, held_by, next_free
 
@@ -23,34 +23,38 @@ def test_what_a_folder_holds_is_named():
     assert held_by(RUNS / "nothing") is None
     leave_run(RUNS / "stopped")
     assert "a run at step 64 of 128 (20" in held_by(RUNS / "stopped")
-    leave_run(RUNS / "ended", 128)
-    assert "a finished run of 128 steps (20" in held_by(RUNS / "ended")
     leave_run(RUNS / "league" / "main", 128)
     (RUNS / "league" / "league.json").write_text("{}")
     assert "a league, a finished run of 128 steps" in held_by(RUNS / "league")
-    for name, content, said in (
-        (CHECKPOINT, "torn", f"a file {CHECKPOINT} that cannot be read"),
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        (CHECKPOINT, "torn", "that cannot be read"),
         ("policy.json", json.dumps({"steps": 5}), "a policy trained for 5 steps"),
-        ("policy.json", "torn", "a file policy.json that cannot be read"),
+        ("policy.json", "torn", "that cannot be read"),
+        ("policy.json", json.dumps({"steps": "five"}), "that cannot be read"),
         (SEARCH, json.dumps({"target": "halo"}), "a search for what beats halo"),
-        (SEARCH, "torn", f"a file {SEARCH} that cannot be read"),
-    ):
-        folder = RUNS / said
-        folder.mkdir()
-        (folder / name).write_text(content)
-        assert said in held_by(folder)
+        (SEARCH, "[]", "that cannot be read"),
+    ],
+)
+def test_a_file_of_a_folder_is_described_or_said_to_be_unreadable(name, content, said):
+    RUNS.mkdir()
+    (RUNS / name).write_text(content)
+    assert said in held_by(RUNS)
 
 
 def test_a_folder_with_a_run_is_refused_with_three_ways_out():
     leave_run(RUNS / "first", 128)
     leave_run(RUNS / "first-2")
     with pytest.raises(CheckpointError) as refused:
-        check_folder(RUNS / "first", resume=False, overwrite=False, marks=(CHECKPOINT,))
+        check_folder(RUNS / "first", resume=False, overwrite=False, mark=CHECKPOINT)
     for part in ("finished run of 128 steps", "--resume", "--overwrite", "--out runs/first-3"):
         assert part in str(refused.value)
-    check_folder(RUNS / "first", resume=True, overwrite=False, marks=(CHECKPOINT,))
-    check_folder(RUNS / "first", resume=False, overwrite=True, marks=(CHECKPOINT,))
-    check_folder(RUNS / "third", resume=False, overwrite=False, marks=(CHECKPOINT,))
+    check_folder(RUNS / "first", resume=True, overwrite=False, mark=CHECKPOINT)
+    check_folder(RUNS / "first", resume=False, overwrite=True, mark=CHECKPOINT)
+    check_folder(RUNS / "third", resume=False, overwrite=False, mark=CHECKPOINT)
 
 
 def test_resuming_without_a_run_is_refused():
@@ -59,7 +63,16 @@ def test_resuming_without_a_run_is_refused():
     (RUNS / "league" / "league.json").write_text("{}")
     for name, said in (("none", "does not exist"), ("empty", "holds none"), ("league", "holds a league")):
         with pytest.raises(CheckpointError, match=f"expects a folder with {CHECKPOINT}.*{name} {said}"):
-            check_folder(RUNS / name, resume=True, overwrite=False, marks=(CHECKPOINT,))
+            check_folder(RUNS / name, resume=True, overwrite=False, mark=CHECKPOINT)
+
+
+def test_a_folder_that_nobody_may_look_into_is_named(monkeypatch):
+    def refuse(path):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "is_file", refuse)
+    with pytest.raises(OutputError, match=r"cannot look into 'runs': permission denied.*choose another folder"):
+        check_folder(RUNS, resume=False, overwrite=False, mark=CHECKPOINT)
 
 
 def test_a_run_goes_to_the_next_free_folder_and_the_latest_is_resumed():
@@ -72,10 +85,8 @@ def test_a_run_goes_to_the_next_free_folder_and_the_latest_is_resumed():
     leave_run(first)
     assert chosen() == next_free(first) == RUNS / "first-2"
     leave_run(RUNS / "first-2")
-    assert chosen() == RUNS / "first-3"
-    assert chosen(resume=True) == RUNS / "first-2"
+    assert (chosen(), chosen(resume=True)) == (RUNS / "first-3", RUNS / "first-2")
     assert chosen(Path("mine"), overwrite=True) == Path("mine")
-    with pytest.raises(ConfigError, match="which run to replace"):
-        chosen(overwrite=True)
-    with pytest.raises(ConfigError, match="give one of them"):
-        chosen(first, resume=True, overwrite=True)
+    for asked in ({"overwrite": True}, {"out": first, "resume": True, "overwrite": True}):
+        with pytest.raises(ConfigError, match=r"which run to replace|give one of them"):
+            chosen(**asked)

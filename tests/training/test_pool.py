@@ -1,31 +1,40 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 
+import numpy as np
 import pytest
 
 from swarm_pz.training.pool import Member, Pool
 
 
-def test_a_new_opponent_counts_as_ten_games_at_an_even_score():
+def test_a_new_opponent_counts_as_ten_games_at_an_even_score_and_two_hundred_are_remembered():
     member = Member("ring", "ring", "script")
     assert member.beaten == 0.5
     member.count(1.0)
-    assert member.beaten == pytest.approx(6 / 11)
     member.count(0.5)
     assert (member.games, member.score) == (12.0, 6.5)
+    old = Member("ring", "ring", "script", games=200.0, score=100.0)
+    old.count(1.0)
+    assert (old.games, old.beaten) == (200.0, pytest.approx(101 / 201))
 
 
-def test_two_hundred_games_are_remembered():
-    member = Member("ring", "ring", "script", games=200.0, score=100.0)
-    member.count(1.0)
-    assert member.games == 200.0
-    assert member.beaten == pytest.approx(101 / 201)
+def test_the_hardest_are_met_most_and_scripts_keep_their_share_however_many_snapshots_there_are():
+    scripts = [Member("easy", "easy", "script", 100, 95), Member("hard", "hard", "script", 100, 80)]
+    snapshots = [Member(f"s{i}", f"s{i}", "snapshot", 100, 50) for i in range(30)]
+    easy, hard = Pool(scripts).weights(exponent=2.0, floor=0.0, scripts=0.5)
+    assert hard / easy == pytest.approx((0.2 / 0.05) ** 2) and easy + hard == pytest.approx(1.0)
+    weights = Pool(scripts + snapshots).weights(exponent=2.0, floor=0.02, scripts=0.4)
+    assert weights[:2].sum() == pytest.approx(0.4)
+    assert weights[1] / weights[0] == pytest.approx((0.2**2 + 0.02) / (0.05**2 + 0.02))
+    np.testing.assert_allclose(weights[2:], 0.6 / 30)
+    np.testing.assert_allclose(Pool(snapshots).weights(exponent=2.0, floor=0.02, scripts=0.4), 1 / 30)
 
 
-def test_a_pool_is_read_as_it_was_written():
-    pool = Pool(
-        [Member("ring", "ring", "script", 20.0, 5.0), Member("snapshot_000", "pool/snapshot_000", "snapshot")],
-        config_hash="abc", snapshot_step=3, target="pool/snapshot_000", exploiters=2, exploiter_step=1, until=7,
-    )  # fmt: skip
-    assert Pool.from_dict(json.loads(pool.to_json())) == pool
+def test_a_pool_is_read_as_it_was_written_and_its_newest_snapshot_is_the_last_of_them():
+    kinds = {"ring": "script", "s1": "snapshot", "x1": "exploiter", "s2": "snapshot", "x2": "exploiter", "r": "rival"}
+    members = [Member(name, f"pool/{name}", kind, 20.0, 5.0) for name, kind in kinds.items()]
+    pool = Pool(members, "abc", snapshot_step=3, target="pool/s2", exploiters=2, exploiter_step=1, until=7)
+    again = Pool.from_dict(json.loads(json.dumps(asdict(pool))))
+    assert again == pool and again.newest().name == "s2"

@@ -1,23 +1,25 @@
-"""Exploiters and ratings of a league are the same whoever is at them, and join where they always do."""
+"""Exploiters and ratings of a league are the same whoever works at them, and join where they always do."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from swarm_pz.errors import Stopped, WorkerError
-from swarm_pz.evaluation.bundles import PolicyBundle
-from swarm_pz.evaluation.workers import Processes
+from swarm_pz.errors import Stopped
+from swarm_pz.evaluation.workers import Processes, SerialExecutor
 from swarm_pz.policies.learned import LearnedPolicy
+from swarm_pz.training import rating
 from swarm_pz.training.callbacks import Checkpoint
-from swarm_pz.training.exploit import respond
+from swarm_pz.training.pool import Member, Pool
+from swarm_pz.training.rating import Rating
 from swarm_pz.training.selfplay import League
-from tests.training.test_selfplay import LEARNER, TINY, quiet
+from tests.training.runs import LEAGUE, LEARNER, assert_same_weights, quiet
 
-LATER = TINY.replace(
-    learner=LEARNER.replace(total_steps=192), join_after=40, exploiter_every=64, snapshot_every=64, snapshot_score=1.0
+LATER = LEAGUE.replace(
+    learner=LEARNER.replace(total_steps=192), async_delay=40, exploiter_every=64, snapshot_every=64, snapshot_score=1.0
 )
 """Exploiters begin at 64 and 160, and join at 128 and at the end."""
 
@@ -25,27 +27,21 @@ LATER = TINY.replace(
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
     joined = []
-    end = League._end_exploiter
 
-    def noted(self, asked):
-        joined.append((self.pool.exploiter_step, self.main.model.num_timesteps))
-        end(self, asked)
+    def say(line):
+        if line.startswith("exploiter_") and " against " in line and "trains" not in line:
+            joined.append((league.pool.exploiter_step, league.main.model.num_timesteps))
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(League, "_end_exploiter", noted)
-        league = League(LATER, tmp_path_factory.mktemp("alone"), say=quiet)
-        league.run()
+    league = League(LATER, tmp_path_factory.mktemp("alone"), say=say)
+    league.run()
     league.joined = joined
     return league
 
 
 def assert_same(league, other):
-    one, two = asdict(league.pool), asdict(other.pool)
-    assert one == two
+    assert asdict(league.pool) == asdict(other.pool)
     for place in ("", *(member.source for member in league.pool.members if "/" in member.source)):
-        ours, theirs = (LearnedPolicy.read(each.folder / place, LEARNER.game) for each in (league, other))
-        for name, values in ours.weights().items():
-            np.testing.assert_array_equal(values, theirs.weights()[name])
+        assert_same_weights(*(LearnedPolicy.read(each.folder / place, LEARNER.game) for each in (league, other)))
     games = [
         sorted(
             line.split('"thinking_ms"')[0] for line in (each.folder / "ratings/games.jsonl").read_text().splitlines()
@@ -75,31 +71,46 @@ def test_whoever_works_for_a_league_it_is_the_same(alone, tmp_path, monkeypatch)
     assert any(during)  # the learner went on
     assert_same(league, alone)
     assert not list((tmp_path / "exploiters").rglob("checkpoint*"))
-    for place in (tmp_path / "exploiters").iterdir():
-        told = LearnedPolicy.read(place, LEARNER.game).card["training"]
-        assert {*told["opponents"], told["start_from"]} <= {
-            "uniform", "ring", *(str(folder) for folder in (tmp_path / "pool").iterdir())
-        }  # fmt: skip
 
 
 def test_a_league_that_was_stopped_while_others_worked_for_it_goes_on_as_the_same(alone, tmp_path):
-    steps = []
-
-    def stop():
-        steps.append(league.main.model.num_timesteps)
-        return steps[-1] >= 96
-
     league = League(LATER, tmp_path, say=quiet)
     with pytest.raises(Stopped):
-        league.run(stop)
+        league.run(lambda: league.main.model.num_timesteps >= 96)
     assert league.pool.target and league.pool.unrated
     league = League(LATER, tmp_path, resume=True, say=quiet)
     league.run()
     assert_same(league, alone)
 
 
-def test_a_worker_with_another_target_trains_nothing(alone, tmp_path):
-    target = alone.folder / "pool" / "snapshot_000"
-    with pytest.raises(WorkerError, match=r"snapshot_000 is another on .*: expected digest 0{32}"):
-        respond(str(target), tmp_path / "e", LEARNER, 32, 0, 2, digest="0" * 32, bundle=PolicyBundle.of(target))
-    assert not list(tmp_path.iterdir())
+def test_a_snapshot_is_rated_among_all_scripts_the_first_and_the_latest(tmp_path, monkeypatch):
+    monkeypatch.setattr(rating, "_RATED", 2)
+    members = [Member(name, name, "script") for name in ("ring", "uniform")] + [Member("halo", "halo", "rival")]
+    for kind in ("snapshot", "exploiter"):
+        members += [Member(f"{kind}_{n}", f"{kind}s/{kind}_{n}", kind) for n in range(4)]
+    held = []
+
+    def tournament(names, config, folder, loader):
+        held.append((names, config, folder, loader))
+        return SimpleNamespace(players=tuple(names), play=lambda: held.append("played"), results=lambda: "results")
+
+    def rate(results, anchor):
+        held.append((results, anchor))
+        return SimpleNamespace(values=100.0 * np.arange(len(held[0][0])))
+
+    monkeypatch.setattr(rating, "Tournament", tournament)
+    monkeypatch.setattr(rating, "rate", rate)
+    made = Rating(Pool(members), tmp_path, LEARNER.game, SerialExecutor())
+    made.begin()
+    found = made.end(lambda: False)
+    (names, config, folder, loader), *then = held
+    assert names == [
+        "ring", "uniform", "snapshots/snapshot_0", "snapshots/snapshot_2", "snapshots/snapshot_3",
+        "exploiters/exploiter_2", "exploiters/exploiter_3",
+    ]  # fmt: skip
+    assert found == 400.0
+    assert then == ["played", ("results", "uniform")]
+    assert (config.game, folder) == (LEARNER.game, tmp_path / "ratings")
+    assert config.budget_ms >= 60_000  # a machine that stalls is no reason to lose
+    assert loader("ring", LEARNER.game).name == "ring"
+    assert loader.places["snapshots/snapshot_0"] == str(tmp_path / "snapshots" / "snapshot_0")

@@ -12,115 +12,54 @@ from swarm_pz.simulator import Simulator
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 COARSE = GameConfig(observation=ObservationConfig(grid=10), drones_per_team=3)
+STILL = np.zeros((4, 10, 10), np.float32)
 
 
-def test_seeds_repeat_and_games_of_a_batch_differ():
-    def play(seed):
-        env = SwarmVecEnv(COARSE, 4, opponent="noise")
-        env.seed(seed)
-        seen = [env.reset()]
+def stacked(*sizes, **options):
+    return StackedVecEnv([SwarmVecEnv(COARSE.replace(drones_per_team=size), 2, **options) for size in sizes])
+
+
+def test_seeds_decide_the_games_threads_decide_nothing_and_games_of_a_batch_differ():
+    def play(seed, threads=1):
+        env = SwarmVecEnv(COARSE, 4, opponent=["ring", "noise"], threads=threads, seed=9)
+        assert env.seed(seed) == [seed] * 4
         generator = np.random.default_rng(0)
-        for _ in range(40):
-            seen.append(env.step(generator.uniform(-1, 1, (4, 10, 10)))[0])
-        return np.stack(seen)
+        seen = np.stack([env.reset(), *(env.step(generator.uniform(-1, 1, (4, 10, 10)))[0] for _ in range(20))])
+        env.close()
+        return seen
 
     one = play(3)
-    np.testing.assert_array_equal(one, play(3))
+    np.testing.assert_array_equal(one, play(3, threads=2))
     assert not np.array_equal(one, play(4))
-    assert not np.array_equal(one[:, 0], one[:, 1])
+    assert not np.array_equal(one[:, 0], one[:, 2])
+    with pytest.raises(CommandError, match="a seed must be"):
+        SwarmVecEnv(num_envs=2, seed=-3)
 
 
 def test_a_time_out_is_marked_and_its_last_observation_is_of_the_game_that_ended():
-    env = VecMonitor(SwarmVecEnv(COARSE.replace(time_limit=2.0), 3, seed=0))
+    env = VecMonitor(SwarmVecEnv(COARSE.replace(time_limit=2.0), 4, seed=0))
     env.reset()
-    actions = np.zeros((3, 10, 10), np.float32)
-    env.step(actions)
-    observations, _, dones, infos = env.step(actions)
+    env.step(STILL)
+    observations, _, dones, infos = env.step(STILL)
     assert dones.all()
-    for row in range(3):
-        assert infos[row]["TimeLimit.truncated"] is True
-        assert infos[row]["outcome"] == 0
-        assert infos[row]["episode"]["l"] == 2
-        assert infos[row]["terminal_observation"][-1].max() == 0  # no time left
+    for row, info in enumerate(infos):
+        assert (info["TimeLimit.truncated"], info["outcome"], info["episode"]["l"]) == (True, 0, 2)
+        assert info["terminal_observation"][-1].max() == 0  # no time left
         assert observations[row][-1].min() == 255  # a fresh game
-        assert env.observation_space.contains(infos[row]["terminal_observation"])
+        assert env.observation_space.contains(info["terminal_observation"])
 
 
-def test_a_decided_game_is_not_marked_as_a_time_out():
-    env = SwarmVecEnv(COARSE.replace(drones_per_team=1), 32, seed=0)
+@pytest.mark.parametrize("won", [True, False])
+def test_a_decided_game_is_not_marked_as_a_time_out(won):
+    env = SwarmVecEnv(COARSE, 4, seed=0)
     env.reset()
-    for _ in range(200):
-        _, rewards, dones, infos = env.step(np.random.default_rng(0).uniform(-1, 1, (32, 10, 10)))
-        for row in np.flatnonzero(dones):
-            assert infos[row]["TimeLimit.truncated"] is False
-            assert rewards[row] == (2.0 if infos[row]["outcome"] == 1 else -2.0)
-            assert infos[row]["size"] == (2 if infos[row]["outcome"] == 1 else 0)
-        if dones.any():
-            return
-    raise AssertionError("no game was decided")
-
-
-def test_the_interface_that_sb3_expects():
-    env = SwarmVecEnv(COARSE, 2)
-    assert env.get_attr("num_envs") == [2, 2]
-    assert env.env_is_wrapped(object) == [False, False]
-    assert env.get_images()[1].shape[-1] == 3
-    assert env.render_mode == "rgb_array"
-    with pytest.raises(AttributeError, match="share their attributes"):
-        env.set_attr("seat", 1)
-    with pytest.raises(AttributeError, match="no method"):
-        env.env_method("reset")
-    env.reset()
-    assert env.reset_infos[0]["side"] in (0, 1)
-    env.close()
-
-
-def test_threads_change_nothing():
-    seen = []
-    for threads in (1, 2):
-        env = SwarmVecEnv(COARSE, 8, opponent=["ring", "noise"], threads=threads, seed=1)
-        env.reset()
-        generator = np.random.default_rng(0)
-        seen.append([env.step(generator.uniform(-1, 1, (8, 10, 10)))[0] for _ in range(20)])
-        env.close()
-    np.testing.assert_array_equal(seen[0], seen[1])
-
-
-def test_stacked_batches_play_as_they_would_alone():
-    def parts():
-        return [
-            SwarmVecEnv(COARSE.replace(drones_per_team=n, time_limit=3.0), 2, opponent="noise", seed=n) for n in (2, 5)
-        ]
-
-    stacked, alone = StackedVecEnv(parts()), parts()
-    np.testing.assert_array_equal(stacked.reset(), np.concatenate([part.reset() for part in alone]))
-    generator = np.random.default_rng(0)
-    for _ in range(4):
-        actions = generator.uniform(-1, 1, (4, 10, 10)).astype(np.float32)
-        seen, rewards, dones, infos = stacked.step(actions)
-        results = [part.step(actions[rows]) for part, rows in zip(alone, (slice(0, 2), slice(2, 4)), strict=True)]
-        np.testing.assert_array_equal(seen, np.concatenate([result[0] for result in results]))
-        np.testing.assert_array_equal(rewards, np.concatenate([result[1] for result in results]))
-        np.testing.assert_array_equal(dones, np.concatenate([result[2] for result in results]))
-        assert [info.get("size") for info in infos] == [info.get("size") for _, _, _, part in results for info in part]
-    assert stacked.num_envs == 4
-    assert stacked.get_attr("num_envs") == [2] * 4
-    assert stacked.env_is_wrapped(VecMonitor) == [False] * 4
-    stacked.deal(["ring"], ["ring"])
-    assert stacked.opponent_names == ["noise", "ring"]
-    assert [part.duel._dealt[0].number for part in stacked.parts] == [1, 1]
-    with pytest.raises(AttributeError, match="share their attributes"):
-        stacked.set_attr("x", 1)
-    stacked.close()
-
-
-def test_stacked_batches_are_seeded_apart():
-    env = StackedVecEnv([SwarmVecEnv(COARSE, 2) for _ in range(2)])
-    env.seed(3)
-    first = env.reset()
-    assert not np.array_equal(first[:2], first[2:])
-    env.seed(3)
-    np.testing.assert_array_equal(env.reset(), first)
+    env.duel.batch.simulator.games.teams[:] = (env.duel.sides if won else 1 - env.duel.sides)[:, None]
+    _, rewards, dones, infos = env.step(STILL)
+    assert dones.all()
+    for reward, info in zip(rewards, infos, strict=True):
+        told = {name: info[name] for name in ("TimeLimit.truncated", "outcome", "size")}
+        assert told == {"TimeLimit.truncated": False, "outcome": 1 if won else -1, "size": 6 if won else 0}
+        assert np.sign(reward) == (1 if won else -1)
 
 
 def test_only_the_games_that_have_ended_start_anew_and_have_infos_each_its_own():
@@ -133,8 +72,8 @@ def test_only_the_games_that_have_ended_start_anew_and_have_infos_each_its_own()
     simulator, sides = env.duel.batch.simulator, env.duel.sides.copy()
     for one in (env, endless):
         one.duel.batch.simulator.games.ticks[[1, 3]] = COARSE.limit_ticks - 30
-    seen, _, dones, infos = env.step(np.zeros((4, 10, 10)))
-    last, *_ = endless.step(np.zeros((4, 10, 10)))
+    seen, _, dones, infos = env.step(STILL)
+    last, *_ = endless.step(STILL)
     assert dones.tolist() == [False, True, False, True]
     assert infos[0] == infos[2] == {}
     assert simulator.time_s.tolist() == [1.0, 0.0, 1.0, 0.0]
@@ -143,7 +82,6 @@ def test_only_the_games_that_have_ended_start_anew_and_have_infos_each_its_own()
         alone.reset(streams[row].spawn(2)[1:])  # the second game of its own stream
         np.testing.assert_array_equal(simulator.positions[row], alone.positions[0])
         assert (infos[row]["opponent"], infos[row]["side"], infos[row]["time_s"]) == (opponent, sides[row], 300.0)
-        assert infos[row]["TimeLimit.truncated"] is True
         ended = infos[row]["terminal_observation"]
         np.testing.assert_array_equal(ended[:-1], last[row, :-1])
         assert (ended[-1].max(), seen[row, -1].min()) == (0, 255)
@@ -151,9 +89,8 @@ def test_only_the_games_that_have_ended_start_anew_and_have_infos_each_its_own()
 
 
 def test_games_follow_the_stream_of_their_seed_and_may_be_left_out():
-    def starts(make, leave_out=(0, 0)):
-        env = make()
-        places = []
+    def starts(leave_out=(0, 0)):
+        env, places = SwarmVecEnv(COARSE, 2, seed=7), []
         for number in range(3):
             if number == 1:
                 env.skip(np.array(leave_out))
@@ -161,15 +98,9 @@ def test_games_follow_the_stream_of_their_seed_and_may_be_left_out():
             places.append(env.duel.batch.simulator.positions.copy())
         return np.stack(places)
 
-    def seeded():
-        env = SwarmVecEnv(COARSE, 2)
-        assert env.seed(7) == [7, 7]
-        return env
-
-    given = starts(lambda: SwarmVecEnv(COARSE, 2, seed=7))
-    np.testing.assert_array_equal(given, starts(seeded))
-    np.testing.assert_array_equal(starts(seeded, (1, 0))[1:, 1], given[1:, 1])
-    np.testing.assert_array_equal(starts(seeded, (1, 0))[1, 0], given[2, 0])
+    given, skipped = starts(), starts((1, 0))
+    np.testing.assert_array_equal(skipped[1:, 1], given[1:, 1])
+    np.testing.assert_array_equal(skipped[1, 0], given[2, 0])
     for row, stream in enumerate(np.random.SeedSequence(7).spawn(2)):
         alone = DuelEnv(COARSE)
         for number, seed in enumerate(stream.spawn(3)):
@@ -207,64 +138,75 @@ def test_all_keywords_at_once_are_kept(monkeypatch):
     env.close()
 
 
-def test_attributes_are_asked_of_some_games_or_of_all():
+def test_the_interface_that_sb3_expects():
     parts = [SwarmVecEnv(COARSE, 2, seed=0), SwarmVecEnv(COARSE, 3, max_cycles=4, seed=0)]
     env = StackedVecEnv(parts)
     assert env.get_attr("num_envs") == [2, 2, 3, 3, 3]
-    assert env.get_attr("num_envs", [4, 0]) == [3, 2]
-    assert env.get_attr("num_envs", 1) == [2]
+    assert (env.get_attr("num_envs", [4, 0]), env.get_attr("num_envs", 1)) == ([3, 2], [2])
     assert parts[1].get_attr("num_envs", [0, 2]) == [3, 3]
     for one in (env, parts[0]):
-        assert one.env_is_wrapped(VecMonitor, [0]) == [False]
+        assert one.env_is_wrapped(VecMonitor, [0]) == [False] and one.render_mode == "rgb_array"
         with pytest.raises(AttributeError, match="no method 'deal'"):
             one.env_method("deal", [])
+        with pytest.raises(AttributeError, match="share their attributes"):
+            one.set_attr("seat", 1)
     env.reset()
-    assert len(parts[1].get_images()) == 3
-    parts[1].duel.batch.simulator.restore(parts[1].duel.batch.simulator.snapshot([0]), [2])
+    simulator = parts[1].duel.batch.simulator
+    simulator.restore(simulator.snapshot([0]), [2])
     images = parts[1].get_images()
+    assert len(images) == 3 and images[1].shape[-1] == 3
     assert np.array_equal(images[0], images[2]) and not np.array_equal(images[0], images[1])
 
 
-def test_stacked_batches_are_dealt_by_the_names_that_are_said():
-    env = StackedVecEnv([SwarmVecEnv(COARSE, 2) for _ in range(2)])
-    env.deal([policies.load("ring", COARSE)], ["old friend"])
-    assert [part.opponent_names for part in env.parts] == [["uniform", "old friend"]] * 2
+def test_stacked_batches_play_as_they_would_alone():
+    def parts():
+        return [
+            SwarmVecEnv(COARSE.replace(drones_per_team=n, time_limit=3.0), 2, opponent="noise", seed=n) for n in (2, 5)
+        ]
+
+    together, alone = StackedVecEnv(parts()), parts()
+    np.testing.assert_array_equal(together.reset(), np.concatenate([part.reset() for part in alone]))
+    assert [info["size"] for info in together.reset_infos] == [2, 2, 5, 5]
+    assert [info["side"] for info in together.reset_infos] == [side for part in alone for side in part.duel.sides]
+    generator = np.random.default_rng(0)
+    for _ in range(4):
+        actions = generator.uniform(-1, 1, (4, 10, 10)).astype(np.float32)
+        *results, infos = together.step(actions)
+        expected = [part.step(actions[rows]) for part, rows in zip(alone, (slice(0, 2), slice(2, 4)), strict=True)]
+        for place, result in enumerate(results):
+            np.testing.assert_array_equal(result, np.concatenate([one[place] for one in expected]))
+        assert [info.get("size") for info in infos] == [info.get("size") for *_, part in expected for info in part]
+    together.close()
 
 
-def test_infos_of_stacked_starts_are_in_the_order_of_the_games():
-    env = StackedVecEnv([SwarmVecEnv(COARSE.replace(drones_per_team=size), 2) for size in (4, 2)])
+def test_stacked_batches_are_seeded_apart():
+    env = stacked(3, 3)
     assert env.seed(3) == [3] * 4
-    env.reset()
-    assert [info["size"] for info in env.reset_infos] == [4, 4, 2, 2]
-    sides = [info["side"] for info in env.reset_infos]
-    for number, part in enumerate(env.parts):
-        assert part.duel.sides.tolist() == sides[2 * number : 2 * number + 2]
+    first = env.reset()
+    assert not np.array_equal(first[:2], first[2:])
+    env.seed(3)
+    np.testing.assert_array_equal(env.reset(), first)
 
 
-def test_stacked_batches_share_no_opponent():
+def test_stacked_batches_are_dealt_by_the_names_that_are_said_and_share_no_opponent():
     def targets(deal):
-        parts = [SwarmVecEnv(COARSE.replace(drones_per_team=size), 2, side="red", seed=0) for size in (3, 4)]
-        env = StackedVecEnv(parts)
+        env = stacked(3, 4, side="red", seed=0)
         deal(env)
+        assert (
+            [part.opponent_names for part in env.parts] == [["uniform", "old friend"]] * 2 == 2 * [env.opponent_names]
+        )
         env.reset()
         for _ in range(3):
-            env.step(np.zeros((4, 10, 10), np.float32))
-        return np.stack([part.duel.batch.simulator.targets[:, BLUE] for part in parts])
-
-    def noise():
-        return policies.load("noise", GameConfig())
+            env.step(STILL)
+        return np.stack([part.duel.batch.simulator.targets[:, BLUE] for part in env.parts])
 
     def apart(env):
         for part in env.parts:
-            part.deal([noise()], ["noise"])
+            part.deal([policies.load("noise", GameConfig())], ["old friend"])
 
-    one = noise()
+    one = policies.load("noise", GameConfig())
     for given in ([one], [one, one]):
+        named = ["old friend"] * len(given)
         np.testing.assert_array_equal(
-            targets(lambda env, given=given: env.deal(given, ["noise"] * len(given))), targets(apart)
+            targets(lambda env, given=given, named=named: env.deal(given, named)), targets(apart)
         )
-
-
-def test_a_seed_below_zero_is_refused():
-    with pytest.raises(CommandError, match="a seed must be"):
-        SwarmVecEnv(num_envs=2, seed=-3)

@@ -1,7 +1,6 @@
-"""Unfinished games of a run: stored as seeds and actions, and taken up by playing them again.
+"""Unfinished games of a run: stored as seeds and actions, and restored by playing them again.
 
-A game is what its seeds and commands make it, the opponent's memory and random stream included, whatever kind
-of policy that is. So nothing of all this is stored: each unfinished game is played again, from its start.
+Seeds and commands decide a game, the opponent's memory and random stream included, whatever kind of policy that is.
 """
 
 from __future__ import annotations
@@ -23,14 +22,14 @@ from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
 
 class Opponent(NamedTuple):
-    """An opponent, as it can be had again: what it is called, and the noise on its actions."""
+    """What an opponent is loaded by: its name, and the noise on its actions."""
 
     name: str
     noise: float
 
 
-class InFlight(VecEnvWrapper):
-    """Games that may be stored unfinished.
+class ResumableGames(VecEnvWrapper):
+    """Games that can be stored before they end.
 
     Parameters
     ----------
@@ -49,6 +48,8 @@ class InFlight(VecEnvWrapper):
     def __init__(self, venv: SwarmVecEnv | StackedVecEnv, opponents: Sequence[str]) -> None:
         super().__init__(venv)
         self._batches = venv.parts if isinstance(venv, StackedVecEnv) else [venv]
+        bounds = np.cumsum([0, *(batch.num_envs for batch in self._batches)]).tolist()
+        self._rows = [slice(*pair) for pair in itertools.pairwise(bounds)]
         self._dealt = [Opponent(name, 0.0) for name in opponents]
         self._playing = self._next_opponents()
         self._seed: int | None = None
@@ -103,27 +104,26 @@ class InFlight(VecEnvWrapper):
         del self._actions[: len(self._actions) - int(self.ages.max())]
         return observations, rewards, dones, infos
 
-    # --- stop and go on -------------------------------------------------------------------------
+    # --- store and restore ----------------------------------------------------------------------
 
     def state(self) -> tuple[Story, Arrays]:
-        """Return what `take_up` needs."""
+        """Return what `restore` needs."""
         opponents = list(dict.fromkeys([*self._dealt, *self._playing]))
         story: Story = {
             "seed": self._seed,
-            "seats": opponents,
+            "opponents": opponents,
             "dealt": [opponents.index(one) for one in self._dealt],
             "digest": self._digest(),
         }
-        shape = self.action_space.shape or ()
         arrays: Arrays = {
             "begun": self._begun.copy(),
             "ages": self.ages.copy(),
-            "seated": np.array([opponents.index(one) for one in self._playing], np.int64),
-            "actions": np.array(self._actions, np.float32).reshape(-1, self.num_envs, *shape),
+            "playing": np.array([opponents.index(one) for one in self._playing], np.int64),
+            "actions": np.array(self._actions, np.float32).reshape(-1, self.num_envs, *(self.action_space.shape or ())),
         }
         return story, arrays
 
-    def take_up(
+    def restore(
         self, story: Story, arrays: Arrays, load: Callable[[Opponent, GameConfig], Player]
     ) -> tuple[NDArray[Any], bool]:
         """Play stored games again, up to where they were.
@@ -143,31 +143,34 @@ class InFlight(VecEnvWrapper):
             Whether the games are those stored, bit for bit; if not, they are others of the same kind.
         """
         self.seed(story["seed"])
-        opponents = [Opponent(name, noise) for name, noise in story["seats"]]
+        opponents = [Opponent(name, noise) for name, noise in story["opponents"]]
         self._dealt = [opponents[place] for place in story["dealt"]]
+        self._playing = [opponents[place] for place in arrays["playing"].tolist()]
         self._begun, self.ages = arrays["begun"].copy(), arrays["ages"].copy()
         self._actions = list(arrays["actions"])
-        self._playing = [opponents[place] for place in arrays["seated"].tolist()]
-        first = 0
-        for batch in self._batches:
-            rows = slice(first, first + batch.num_envs)
+        for batch, rows in zip(self._batches, self._rows, strict=True):
             players = {one: load(one, batch.duel.config) for one in opponents}
-            batch.deal(list(players.values()), [one.name for one in opponents])  # all meet the names in the same order
-            self._replay(batch, rows, players)
+            for dealt in (opponents, self._playing[rows]):  # first all, so that each batch numbers them alike
+                batch.deal([players[one] for one in dealt], [one.name for one in dealt])
+            self._replay(batch, rows)
             batch.deal([players[one] for one in self._dealt], [one.name for one in self._dealt])
-            first += batch.num_envs
         ended = np.concatenate([~batch.duel.batch.running for batch in self._batches])
         if ended.any():  # games that came out differently, and sooner
-            self._restart(ended)
+            for batch, rows in zip(self._batches, self._rows, strict=True):
+                batch.restart(np.flatnonzero(ended[rows]))
+            self._begin(ended)
         observations = np.concatenate([batch.duel.observe() for batch in self._batches])
         return observations, self._digest() == story["digest"]
 
-    def _restart(self, ended: NDArray[np.bool_]) -> None:
-        first = 0
-        for batch in self._batches:
-            batch.restart(np.flatnonzero(ended[first : first + batch.num_envs]))
-            first += batch.num_envs
-        self._begin(ended)
+    def _replay(self, batch: SwarmVecEnv, rows: slice) -> None:
+        """Play the unfinished games of one batch again; the oldest begins first."""
+        ages = self.ages[rows]
+        batch.skip(self._begun[rows] - 1)
+        for left, actions in zip(range(len(self._actions), 0, -1), self._actions, strict=True):
+            batch.restart(np.flatnonzero(ages == left))
+            if batch.duel.batch.running.any():
+                batch.duel.step(actions[rows])
+        batch.restart(np.flatnonzero(ages == 0))
 
     def _digest(self) -> str:
         """Return a hash of the games as they stand."""
@@ -176,14 +179,3 @@ class InFlight(VecEnvWrapper):
             for array in (*batch.duel.batch.simulator.games, batch.duel.sides):
                 content.update(np.ascontiguousarray(array).tobytes())
         return content.hexdigest()
-
-    def _replay(self, batch: SwarmVecEnv, rows: slice, players: dict[Opponent, Player]) -> None:
-        """Play the unfinished games of one batch again; the oldest begins first."""
-        playing, ages = self._playing[rows], self.ages[rows]
-        batch.deal([players[one] for one in playing], [one.name for one in playing])
-        batch.skip(self._begun[rows] - 1)
-        for left, actions in zip(range(len(self._actions), 0, -1), self._actions, strict=True):
-            batch.restart(np.flatnonzero(ages == left))
-            if batch.duel.batch.running.any():
-                batch.duel.step(actions[rows])
-        batch.restart(np.flatnonzero(ages == 0))
