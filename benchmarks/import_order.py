@@ -26,8 +26,8 @@ def busy() -> None:
         pass
 
 
-def measure(task: str, amount: int) -> float:
-    """Return the speed of one task, in a process whose imports are done."""
+def measure(task: str, amount: int) -> tuple[float, float]:
+    """Return the speed of one task by the clock and by processor time, in a process whose imports are done."""
     from stable_baselines3 import PPO
 
     from swarm_pz import GameConfig, ObservationConfig, Simulator
@@ -38,12 +38,16 @@ def measure(task: str, amount: int) -> float:
     game = GameConfig(observation=ObservationConfig(grid=10), time_limit=60.0)
     model = PPO("MlpPolicy", SwarmVecEnv(game, 8, seed=0), n_steps=max(8, amount // 8), seed=0, device="cpu")
     play_match(model, "uniform", games=2, config=game.replace(time_limit=2.0))  # compiles
-    start = time.perf_counter()
+    start, used = time.perf_counter(), time.process_time()
     if task == TASKS[0]:
         model.learn(amount)
-        return model.num_timesteps / (time.perf_counter() - start)
-    play_match(model, "uniform", games=8, config=game)
-    return 8 / (time.perf_counter() - start)
+        done = model.num_timesteps
+    else:
+        matches = amount // 128  # one takes a slice or two of the processor's time: too little to measure
+        for _ in range(matches):
+            play_match(model, "uniform", games=8, config=game)
+        done = 8 * matches
+    return done / (time.perf_counter() - start), done / (time.process_time() - used)
 
 
 def main() -> None:
@@ -57,31 +61,24 @@ def main() -> None:
     if asked.one:
         for module in ORDERS[asked.one[0]]:
             __import__(module)
-        print(measure(asked.one[1], asked.steps))
+        print(*measure(asked.one[1], asked.steps))
         return
     loops = [multiprocessing.Process(target=busy, daemon=True) for _ in range(asked.busy)]
     for loop in loops:
         loop.start()
     plain = {name: value for name, value in os.environ.items() if not name.startswith(("OMP_", "GOMP_"))}
     for task in TASKS:
-        speeds: dict[str, list[float]] = {order: [] for order in ORDERS}
+        speeds: dict[str, list[list[float]]] = {order: [] for order in ORDERS}
         for _ in range(asked.repeats):
             for order, measured in speeds.items():
-                command = [
-                    sys.executable,
-                    "-m",
-                    "benchmarks.import_order",
-                    "--steps",
-                    str(asked.steps),
-                    "--one",
-                    order,
-                    task,
-                ]
+                command = [sys.executable, "-m", "benchmarks.import_order", "--steps", str(asked.steps)]
+                command += ["--one", order, task]
                 found = subprocess.run(command, env=plain, check=True, capture_output=True, text=True)  # noqa: S603
-                measured.append(float(found.stdout.split()[-1]))
-        first, last = (statistics.median(measured) for measured in speeds.values())
-        print(f"{task}: " + ", ".join(f"{order} {statistics.median(v):.3g}" for order, v in speeds.items()))
-        print(f"  PyTorch first / swarm_pz first: {first / last:.2f}")
+                measured.append([float(word) for word in found.stdout.split()[-2:]])
+        for i, by in enumerate(("the clock", "processor time")):
+            first, last = (statistics.median(pair[i] for pair in measured) for measured in speeds.values())
+            ratio = f"{first:.3g} / {last:.3g} = {first / last:.2f}"
+            print(f"{task}, by {by}: {' / '.join(ORDERS)} = {ratio}", flush=True)
 
 
 if __name__ == "__main__":
