@@ -354,9 +354,12 @@ def main(recording: Path) -> None:
     chosen, began = forgeries(honest), time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         found = run(honest, chosen, Path(folder))
-    print("\n".join(found))
+    for fault in found:
+        print(ascii(fault)[:500])
     print(f"{len(chosen)} forged recordings, {len(found)} faults, {time.monotonic() - began:.1f} s")
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    from benchmarks.table import forged  # under a name that the sandbox's process can import
+
+    forged.main(Path(sys.argv[1]))

@@ -124,6 +124,8 @@ def _answer_of(
 
 def _death(name: str | Path, process: subprocess.Popen[bytes]) -> str:
     """Say of what a process died."""
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(5)  # its pipe closes before it is dead, and killed now, it would seem to have been given up
     process.kill()
     status = process.wait()
     if status in (-getattr(signal, "SIGPROF", 0), -getattr(signal, "SIGKILL", 0)):
