@@ -33,21 +33,26 @@ from swarm_pz.bench import simulator_face
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.training.vec_env import SwarmVecEnv
 
-GAMES = 64
+GAMES, ENTITIES = 64, ObservationConfig(kind="entities")
 ID = "swarm_pz/Capture-v0"
 SECONDS = 0.2
 """Of processor time, that each face has in a round."""
 Step = Callable[[], object]
 
 
+def drawn(sample: Callable[[], Any]) -> Callable[[], Any]:
+    """Return what gives a few actions, drawn beforehand, again and again."""
+    return itertools.cycle([sample() for _ in range(8)]).__next__
+
+
 def parallel(environment: ParallelEnv[str, Any, Any]) -> Step:
-    """Return a step of a PettingZoo environment, with actions drawn beforehand."""
+    """Return a step of a PettingZoo environment."""
     environment.reset(seed=0)
     spaces = {agent: environment.action_space(agent) for agent in environment.possible_agents}
-    actions = itertools.cycle([{agent: space.sample() for agent, space in spaces.items()} for _ in range(8)])
+    actions = drawn(lambda: {agent: space.sample() for agent, space in spaces.items()})
 
     def step() -> None:
-        environment.step(next(actions))
+        environment.step(actions())
         if not environment.agents:
             environment.reset()
 
@@ -57,10 +62,10 @@ def parallel(environment: ParallelEnv[str, Any, Any]) -> Step:
 def single(environment: gymnasium.Env[Any, Any]) -> Step:
     """Return a step of a Gymnasium environment."""
     environment.reset(seed=0)
-    actions = itertools.cycle([environment.action_space.sample() for _ in range(8)])
+    actions = drawn(environment.action_space.sample)
 
     def step() -> None:
-        _, _, terminated, truncated, _ = environment.step(next(actions))
+        _, _, terminated, truncated, _ = environment.step(actions())
         if terminated or truncated:
             environment.reset()
 
@@ -70,16 +75,16 @@ def single(environment: gymnasium.Env[Any, Any]) -> Step:
 def vector(environment: VectorEnv[Any, Any, Any]) -> Step:
     """Return a step of a Gymnasium vector environment, which resets itself."""
     environment.reset(seed=0)
-    actions = itertools.cycle([environment.action_space.sample() for _ in range(8)])
-    return lambda: environment.step(next(actions))
+    actions = drawn(environment.action_space.sample)
+    return lambda: environment.step(actions())
 
 
 def sb3(environment: SwarmVecEnv) -> Step:
     """Return a step of Stable-Baselines3's."""
     environment.reset()
     sample = environment.action_space.sample
-    actions = itertools.cycle([np.stack([sample() for _ in range(environment.num_envs)]) for _ in range(8)])
-    return lambda: environment.step(next(actions))
+    actions = drawn(lambda: np.stack([sample() for _ in range(environment.num_envs)]))
+    return lambda: environment.step(actions())
 
 
 FACES: dict[str, tuple[int, Callable[[], Step]]] = {
@@ -89,10 +94,7 @@ FACES: dict[str, tuple[int, Callable[[], Step]]] = {
     f"SwarmVecEnv({GAMES})": (GAMES, lambda: sb3(SwarmVecEnv(num_envs=GAMES, seed=0))),
     "parallel_env": (1, lambda: parallel(swarm_pz.parallel_env())),
     "gymnasium.make": (1, lambda: single(gymnasium.make(ID))),
-    'parallel_env, kind="entities"': (
-        1,
-        lambda: parallel(swarm_pz.parallel_env(observation=ObservationConfig(kind="entities"))),
-    ),
+    'parallel_env, kind="entities"': (1, lambda: parallel(swarm_pz.parallel_env(observation=ENTITIES))),
     "drones_env": (1, lambda: parallel(swarm_pz.drones_env())),
 }
 

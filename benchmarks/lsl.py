@@ -7,17 +7,12 @@ with the recordings.
 from __future__ import annotations
 
 import argparse
-import contextlib
 import itertools
 import json
 import os
-import signal
-import subprocess
-import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -25,12 +20,12 @@ import pylsl
 from websockets import Subprotocol
 from websockets.sync.client import connect
 
+from benchmarks.table.clients import ACKNOWLEDGE_EVERY, server
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, decode_frame
 from swarm_pz.play.recordings.format import CapturedLine, ClockLine, EndLine, InForceLine, Recording
 
 _WAIT_S = 300.0
-_ACKNOWLEDGE_EVERY = 4
 
 
 def main() -> None:
@@ -41,7 +36,7 @@ def main() -> None:
     name = f"benchmark-{os.getpid()}"
     heard: list[tuple[dict[str, object], float, float]] = []
     with tempfile.TemporaryDirectory() as folder:
-        with _server(Path(folder), name) as address:
+        with server(Path(folder), 1.0, ["--lsl", name]) as (address, _):
             stop = threading.Event()
             listening = threading.Thread(target=_listen, args=(name, heard, stop))
             listening.start()
@@ -51,19 +46,6 @@ def main() -> None:
             listening.join()
         recordings = [Recording.read(path) for path in sorted(Path(folder).glob("*.jsonl"))]
     print(json.dumps(_compare(recordings, heard) | {"seconds": seconds}, indent=2))
-
-
-@contextlib.contextmanager
-def _server(folder: Path, name: str) -> Iterator[str]:
-    command = [sys.executable, "-u", "-c", "from swarm_pz.cli import main; main()"]
-    command += ["play", "--port", "0", "--countdown", "1", "--out", str(folder), "--lsl", name]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603
-        said = next(line for line in process.stdout or sys.stdin if "http://" in line)
-        try:
-            yield said.split("http://")[1].strip().rstrip("/")
-        finally:
-            process.send_signal(signal.SIGTERM)
-            process.wait(20)
 
 
 def _listen(name: str, heard: list[tuple[dict[str, object], float, float]], stop: threading.Event) -> None:
@@ -91,7 +73,7 @@ def _play(address: str, seconds: float) -> None:
             data = socket.recv(timeout=_WAIT_S)
             if isinstance(data, bytes):
                 frames += data[0] == FRAME
-                if data[0] == FRAME and frames % _ACKNOWLEDGE_EVERY == 0:
+                if data[0] == FRAME and frames % ACKNOWLEDGE_EVERY == 0:
                     socket.send(protocol.encode(protocol.Acknowledge(decode_frame(data).sequence)))
                 continue
             told = protocol.decode_server(data)

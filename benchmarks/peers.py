@@ -18,6 +18,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -68,18 +69,6 @@ def vmas(scenario: str, games: int, threads: int, **arguments: Any) -> tuple[Ste
     return step, games * len(env.agents) * len(actions)
 
 
-def vmas_football(games: int, threads: int) -> tuple[Step, int]:
-    """VMAS football, 10 against 10."""
-    return vmas(
-        "football", games, threads, n_blue_agents=10, n_red_agents=10, ai_red_agents=False, ai_blue_agents=False
-    )
-
-
-def vmas_tag(games: int, threads: int) -> tuple[Step, int]:
-    """VMAS simple_tag."""
-    return vmas("simple_tag", games, threads)
-
-
 def magent_battle(_games: int, _threads: int) -> tuple[Step, int]:
     """MAgent2 battle, 81 against 81, one game."""
     from magent2.environments import battle_v4
@@ -96,8 +85,8 @@ def magent_battle(_games: int, _threads: int) -> tuple[Step, int]:
     return step, len(env.possible_agents) * len(actions)
 
 
-def jaxmarl(name: str, games: int) -> tuple[Step, int]:
-    """Return a function that takes 32 steps of a JaxMARL environment, and the agent-steps in them."""
+def jaxmarl(name: str, games: int, _threads: int) -> tuple[Step, int]:
+    """Return a function that takes 32 steps of a JaxMARL environment, by all cores, and the agent-steps in them."""
     import jax
     from jaxmarl import make
 
@@ -132,25 +121,18 @@ def jaxmarl(name: str, games: int) -> tuple[Step, int]:
     return step, games * len(env.agents) * steps
 
 
-def jaxmarl_tag(games: int, _threads: int) -> tuple[Step, int]:
-    """JaxMARL MPE_simple_tag; XLA takes all cores that the process may use."""
-    return jaxmarl("MPE_simple_tag_v3", games)
-
-
-def jaxmarl_smax(games: int, _threads: int) -> tuple[Step, int]:
-    """JaxMARL SMAX."""
-    return jaxmarl("SMAX", games)
-
-
-CONTENDERS: dict[str, tuple[Callable[[int, int], tuple[Step, int]], str, str, tuple[int, ...]]] = {
+ELEVEN = {"n_blue_agents": 10, "n_red_agents": 10, "ai_red_agents": False, "ai_blue_agents": False}
+CONTENDERS: dict[str, tuple[Callable[..., tuple[Step, int]], str, str, tuple[int, ...]]] = {
     "swarm-pz": (swarm_pz, "10 against 10", "drone-steps: a control solve, 3 ticks, captures", (64, 256)),
-    "VMAS football": (vmas_football, "10 against 10", "agent-steps", (64, 512, 2048)),
-    "VMAS simple_tag": (vmas_tag, "3 against 1", "agent-steps", (512, 4096, 16384)),
+    "VMAS football": (partial(vmas, "football", **ELEVEN), "10 against 10", "agent-steps", (64, 512, 2048)),
+    "VMAS simple_tag": (partial(vmas, "simple_tag"), "3 against 1", "agent-steps", (512, 4096, 16384)),
     "MAgent2 battle": (magent_battle, "81 against 81", "agent-steps", (1,)),
-    "JaxMARL MPE_simple_tag": (jaxmarl_tag, "3 against 1", "agent-steps", (1024, 4096, 16384)),
-    "JaxMARL SMAX": (jaxmarl_smax, "5 against 5", "agent-steps", (256, 1024, 4096)),
-}
-"""Name: what makes it, its teams, what is counted, batch sizes to choose from."""
+    "JaxMARL MPE_simple_tag": (
+        partial(jaxmarl, "MPE_simple_tag_v3"), "3 against 1", "agent-steps", (1024, 4096, 16384)
+    ),
+    "JaxMARL SMAX": (partial(jaxmarl, "SMAX"), "5 against 5", "agent-steps", (256, 1024, 4096)),
+}  # fmt: skip
+"""Name: what makes it of a number of games and of threads, its teams, what is counted, batch sizes to choose from."""
 
 
 def rate(step: Step, count: int) -> float:
@@ -220,13 +202,9 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
     figure = Figure(figsize=(7, 3.2), layout="constrained")
     axes = figure.add_subplot()
     rows = rows[::-1]
-    medians = [row["median"] / 1e6 for row in rows]
-    errors = [
-        [row["median"] / 1e6 - row["low"] / 1e6 for row in rows],
-        [row["high"] / 1e6 - row["median"] / 1e6 for row in rows],
-    ]
+    medians, lows, highs = (np.array([row[key] for row in rows]) / 1e6 for key in ("median", "low", "high"))
     colours = ["#1d62d6" if row["name"].startswith("swarm-pz") else "#9aa3ad" for row in rows]
-    bars = axes.barh([row["name"] for row in rows], medians, xerr=errors, color=colours)
+    bars = axes.barh([row["name"] for row in rows], medians, xerr=[medians - lows, highs - medians], color=colours)
     axes.bar_label(bars, [f" {median:.2f}" for median in medians])
     axes.set_xlabel("million agent-steps a second\n(of swarm-pz: drone-steps, each with a solve)")
     axes.margins(x=0.1)

@@ -15,21 +15,19 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle
 from numpy.typing import NDArray
 
+from benchmarks.paper.style import GROUND, TEAMS
 from swarm_pz.config import BLUE, GRID_CELLS, RED, TICKS_PER_SECOND, CaptureConfig, GameConfig
 from swarm_pz.evaluation.rollout import Rollout
-from swarm_pz.rendering.board import SHADE_COLOURS, TEAM_COLOURS
 from swarm_pz.rendering.painter import ARENA, HEADER, MARGIN, draw
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.ergodicity import reconstruct
 
-INKS = [tuple(channel / 255 for channel in colour) for colour in TEAM_COLOURS]
-SHADES = [tuple(channel / 255 for channel in colour) for colour in SHADE_COLOURS]
+CENTRES = (np.arange(10) + 0.5) / 10 - 0.5
 
 
 def ring(radius: float) -> NDArray[np.float64]:
     """Return a command (10, 10) that asks for a ring around the centre."""
-    centres = (np.arange(10) + 0.5) / 10 - 0.5
-    return np.exp(-(((np.hypot(centres[None, :], centres[:, None]) - radius) / 0.06) ** 2))
+    return np.exp(-(((np.hypot(CENTRES, CENTRES[:, None]) - radius) / 0.06) ** 2))
 
 
 def board(simulator: Simulator) -> NDArray[np.uint8]:
@@ -79,25 +77,24 @@ def draw_game(path: Path) -> None:
 
 def _legend() -> tuple[list[Any], list[str]]:
     """Return marks and what they mean."""
-    return (
-        [
-            Line2D([], [], color=INKS[RED], marker="o", markersize=9, alpha=0.9),
-            Line2D([], [], color=INKS[BLUE], marker="D", markersize=8, alpha=0.9),
-            Patch(facecolor=(*SHADES[RED], 0.25)),
-            Patch(facecolor=(*SHADES[RED], 0.75), hatch="////", edgecolor="black"),
-            Patch(facecolor=(*SHADES[BLUE], 0.75), hatch="\\\\\\\\", edgecolor="black"),
-            Line2D([], [], color="#00795c", linestyle="dashed", linewidth=1.8),
-        ],
-        [
-            "red's drones, and where they flew\nin the last five seconds",
-            "blue's drones, and the same",
-            "shaded: ground that red has been around;\nthe darker, the more (blue's is bluish)",
-            "dark, hatched upwards: surrounded by red;\na blue drone here turns red",
-            "dark, hatched downwards: surrounded by\nblue; a red drone here turns blue",
-            "red's target, which its player sent: drones\nbetween these lines above all; blue's player\n"
-            "wants drones everywhere alike",
-        ],
-    )
+    ground = {"facecolor": (*GROUND[RED], 0.75), "hatch": "////", "edgecolor": "black"}
+    marks = [
+        Line2D([], [], color=TEAMS[RED], marker="o", markersize=9, alpha=0.9),
+        Line2D([], [], color=TEAMS[BLUE], marker="D", markersize=8, alpha=0.9),
+        Patch(facecolor=(*GROUND[RED], 0.25)),
+        Patch(**ground),
+        Patch(**ground | {"facecolor": (*GROUND[BLUE], 0.75), "hatch": "\\\\\\\\"}),
+        Line2D([], [], color="#00795c", linestyle="dashed", linewidth=1.8),
+    ]
+    return marks, [
+        "red's drones, and where they flew\nin the last five seconds",
+        "blue's drones, and the same",
+        "shaded: ground that red has been around;\nthe darker, the more (blue's is bluish)",
+        "dark, hatched upwards: surrounded by red;\na blue drone here turns red",
+        "dark, hatched downwards: surrounded by\nblue; a red drone here turns blue",
+        "red's target, which its player sent: drones\nbetween these lines above all; blue's player\n"
+        "wants drones everywhere alike",
+    ]
 
 
 def draw_trail(path: Path) -> None:
@@ -127,16 +124,6 @@ def draw_trail(path: Path) -> None:
     for row, column in np.argwhere(occupancy):
         axes[1].text(column, row, occupancy[row, column], ha="center", va="center", fontsize=6)
     figure.savefig(path, dpi=110)
-
-
-def ring_game() -> Simulator:
-    """Return a game in which red rings the centre, which blue is sent to."""
-    simulator = Simulator(GameConfig())
-    simulator.reset([3])
-    centres = (np.arange(10) + 0.5) / 10 - 0.5
-    simulator.command(RED, [ring(0.24)])
-    simulator.command(BLUE, [np.exp(-(centres[None, :] ** 2 + centres[:, None] ** 2) / 0.01)])
-    return simulator
 
 
 def draw_field(path: Path) -> None:
@@ -179,8 +166,11 @@ def _draw_peak(axes: Any, occupancy: NDArray[np.int64], field: NDArray[np.float6
 
 
 def draw_capture(path: Path) -> None:
-    """Draw the ticks before and of a capture, and a second later."""
-    simulator = ring_game()
+    """Draw the ticks before and of a capture in the middle of a ring, and a second later."""
+    simulator = Simulator(GameConfig())
+    simulator.reset([3])
+    simulator.command(RED, [ring(0.24)])
+    simulator.command(BLUE, [np.exp(-(CENTRES**2 + CENTRES[:, None] ** 2) / 0.01)])
     before = board(simulator)
     while not simulator.games.captures[0, RED]:
         before = board(simulator)

@@ -153,8 +153,8 @@ def to_markdown(rows: Sequence[Row], budget: Budget) -> str:
 def draw(rows: Sequence[Row], path: Path) -> None:
     """Draw the learning curves; a method has its line whatever its rank."""
     looks = dict(zip(METHODS, zip(COLOURS, DASHES, strict=True), strict=True))
-    with require_extra("matplotlib", "ladder").rc_context(style.RC):
-        figure = require_extra("matplotlib.figure", "ladder").Figure(figsize=(9, 4), layout="constrained")
+    with require_extra("matplotlib", "cli").rc_context(style.RC):
+        figure = require_extra("matplotlib.figure", "cli").Figure(figsize=(9, 4), layout="constrained")
         sides = (("against uniform coverage", OPPONENTS[:1]), ("against five scripts", SCRIPTS))
         for axes, (title, opponents) in zip(figure.subplots(1, 2, sharey=True), sides, strict=True):
             for row in rows:

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
+import tempfile
+from dataclasses import replace
 from typing import Any
 
 from benchmarks.compatibility.rows import SMALL, row
+from swarm_pz import parallel_env
 
 
-@row(flatten_actions=True, observation_dtype="float32")
+@row(
+    "IPPO, a group a side, two iterations, on a `PettingZooClass` that makes `PettingZooWrapper`",
+    flatten_actions=True,
+    observation_dtype="float32",
+)
 def two_groups(**keywords: Any) -> None:
-    """IPPO, a group a side, two iterations, on a `PettingZooClass` that makes `PettingZooWrapper`."""
-    import tempfile
-    from dataclasses import replace
-
     from benchmarl.algorithms import IppoConfig
     from benchmarl.environments.pettingzoo.common import PettingZooClass
     from benchmarl.experiment import Experiment, ExperimentConfig
     from benchmarl.models.mlp import MlpConfig
     from torchrl.envs import PettingZooWrapper
-
-    from swarm_pz import parallel_env
 
     global Capture  # BenchMARL pickles the task when it begins
 

@@ -2,9 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import gymnasium
+import numpy as np
+from gymnasium import wrappers
+from gymnasium.utils.env_checker import check_env
+
+import swarm_pz
 from benchmarks.compatibility.rows import SMALL, row
+
+UNIT = np.float32(0), np.float32(1)
+
+
+def make(mode: str | None = None) -> gymnasium.Env[Any, Any]:
+    """Return a game."""
+    return gymnasium.make("swarm_pz/Capture-v0", render_mode=mode, **SMALL)
 
 
 def play(env: Any, steps: int = 12) -> Any:
@@ -20,129 +34,69 @@ def play(env: Any, steps: int = 12) -> Any:
     return results
 
 
-@row()
-def check() -> None:
-    """Its `check_env`."""
-    import gymnasium
-    from gymnasium.utils.env_checker import check_env
-
-    import swarm_pz
-
-    check_env(gymnasium.make("swarm_pz/Capture-v0", render_mode="rgb_array", **SMALL).unwrapped)
+check = row("Its `check_env`")(lambda: check_env(make("rgb_array").unwrapped))
 
 
-@row()
+@row("`FlattenObservation`, `FrameStackObservation`, and `Normalize`-, `Rescale`- and `DtypeObservation`")
 def observations() -> None:
-    """`FlattenObservation`, `FrameStackObservation`, and `Normalize`-, `Rescale`- and `DtypeObservation`."""
-    import gymnasium
-    import numpy as np
-    from gymnasium import wrappers
-
-    import swarm_pz
-
-    env = gymnasium.make("swarm_pz/Capture-v0", **SMALL)
+    env = make()
     for wrapped in (
         wrappers.FlattenObservation(env),
         wrappers.FrameStackObservation(env, 4),
         wrappers.NormalizeObservation(env),
-        wrappers.RescaleObservation(env, np.float32(0), np.float32(1)),
+        wrappers.RescaleObservation(env, *UNIT),
         wrappers.DtypeObservation(env, np.float32),
     ):
         seen, *_ = play(wrapped)
         assert seen in wrapped.observation_space
 
 
-@row()
+@row("`ClipAction`, `RescaleAction`, `StickyAction`, `RepeatAction`, `TimeLimit`, `Autoreset`, `PassiveEnvChecker`")
 def actions() -> None:
-    """`ClipAction`, `RescaleAction`, `StickyAction`, `RepeatAction`, `TimeLimit`, `Autoreset`, `PassiveEnvChecker`."""
-    import gymnasium
-    import numpy as np
-    from gymnasium import wrappers
-
-    import swarm_pz
-
-    env = gymnasium.make("swarm_pz/Capture-v0", **SMALL)
-    play(wrappers.ClipAction(env))
-    play(wrappers.RescaleAction(env, np.float32(0), np.float32(1)))
-    play(wrappers.StickyAction(env, 0.5))
-    play(wrappers.RepeatAction(env, 2))
-    play(wrappers.TimeLimit(env, 3))
-    play(wrappers.Autoreset(env))
-    play(wrappers.PassiveEnvChecker(env.unwrapped))
+    env = make()
+    for wrapped in (
+        wrappers.ClipAction(env),
+        wrappers.RescaleAction(env, *UNIT),
+        wrappers.StickyAction(env, 0.5),
+        wrappers.RepeatAction(env, 2),
+        wrappers.TimeLimit(env, 3),
+        wrappers.Autoreset(env),
+        wrappers.PassiveEnvChecker(env.unwrapped),
+    ):
+        play(wrapped)
 
 
-@row()
+@row("`RecordEpisodeStatistics`, `NormalizeReward`")
 def statistics() -> None:
-    """`RecordEpisodeStatistics`, `NormalizeReward`."""
-    import gymnasium
-    from gymnasium.wrappers import NormalizeReward, RecordEpisodeStatistics
-
-    import swarm_pz
-
-    env = RecordEpisodeStatistics(NormalizeReward(gymnasium.make("swarm_pz/Capture-v0", **SMALL)))
-    *_, info = play(env, steps=SMALL["max_cycles"])
+    *_, info = play(wrappers.RecordEpisodeStatistics(wrappers.NormalizeReward(make())), steps=SMALL["max_cycles"])
     assert info["episode"]["l"] == SMALL["max_cycles"]
 
 
-@row()
+@row("`NumpyToTorch`")
 def tensors() -> None:
-    """`NumpyToTorch`."""
-    import gymnasium
-    from gymnasium.wrappers import NumpyToTorch
-
-    import swarm_pz
-
-    seen, *_ = play(NumpyToTorch(gymnasium.make("swarm_pz/Capture-v0", **SMALL)))
+    seen, *_ = play(wrappers.NumpyToTorch(make()))
     assert seen.shape == (9, 50, 50)
 
 
-@row()
+@row("`RecordVideo`, of frames once a step and ten times a second")
 def video() -> None:
-    """`RecordVideo`, of frames once a step and ten times a second."""
-    from pathlib import Path
-
-    import gymnasium
-    from gymnasium.wrappers import RecordVideo
-
-    import swarm_pz
-
     for mode in ("rgb_array", "rgb_array_list"):
-        env = gymnasium.make("swarm_pz/Capture-v0", render_mode=mode, **SMALL)
-        play(RecordVideo(env, f"videos/{mode}", episode_trigger=lambda episode: episode == 0))
+        play(wrappers.RecordVideo(make(mode), f"videos/{mode}", episode_trigger=lambda episode: episode == 0))
     assert len(list(Path("videos").glob("*/*.mp4"))) == 2
 
 
-@row()
+@row("`HumanRendering`, `RenderCollection`, `AddRenderObservation`")
 def window() -> None:
-    """`HumanRendering`, `RenderCollection`, `AddRenderObservation`."""
-    import gymnasium
-    from gymnasium import wrappers
-
-    import swarm_pz
-
-    env = gymnasium.make("swarm_pz/Capture-v0", render_mode="rgb_array", **SMALL)
+    env = make("rgb_array")
     play(wrappers.RenderCollection(env))
     play(wrappers.AddRenderObservation(env))
     play(wrappers.HumanRendering(env), steps=2)
 
 
-@row(fails='it makes a `Discrete` of all combinations, and a command has a hundred numbers: use `action="discrete"`')
-def discretised() -> None:
-    """`DiscretizeAction`."""
-    import gymnasium
-    from gymnasium.wrappers import DiscretizeAction
-
-    import swarm_pz
-
-    play(DiscretizeAction(gymnasium.make("swarm_pz/Capture-v0", **SMALL), 3))
-
-
-@row(fails="it is for pictures of three colours; the nine images of an observation are no colours")
-def grey() -> None:
-    """`GrayscaleObservation`."""
-    import gymnasium
-    from gymnasium.wrappers import GrayscaleObservation
-
-    import swarm_pz
-
-    play(GrayscaleObservation(gymnasium.make("swarm_pz/Capture-v0", **SMALL)))
+discretised = row(
+    "`DiscretizeAction`",
+    'it makes a `Discrete` of all combinations, and a command has a hundred numbers: use `action="discrete"`',
+)(lambda: play(wrappers.DiscretizeAction(make(), 3)))
+grey = row(
+    "`GrayscaleObservation`", "it is for pictures of three colours; the nine images of an observation are no colours"
+)(lambda: play(wrappers.GrayscaleObservation(make())))

@@ -17,28 +17,25 @@ class Row:
 
     Attributes
     ----------
+    what : str
+        What is tried, in a line.
     run : callable
-        Does it; gets the keywords. Its docstring tells what is tried. What it needs it imports itself: who
-        reads the rows may lack the library.
+        Does it; gets the keywords.
     keywords : mapping
-        What our faces must be told so that the library takes them.
+        What our environments must be told so that the library takes them.
     fails : str
         Why the library cannot; empty where it can.
     """
 
-    run: Callable[..., None]
+    what: str
+    run: Callable[..., Any]
     keywords: Mapping[str, Any]
     fails: str
 
-    @property
-    def what(self) -> str:
-        """What is tried, in a line."""
-        return " ".join((self.run.__doc__ or "").split()).removesuffix(".")
 
-
-def row(fails: str = "", **keywords: Any) -> Callable[[Callable[..., None]], Row]:
+def row(what: str, fails: str = "", **keywords: Any) -> Callable[[Callable[..., Any]], Row]:
     """Make a row of a function."""
-    return lambda run: Row(run, keywords, fails)
+    return lambda run: Row(what, run, keywords, fails)
 
 
 def rows_of(library: ModuleType) -> dict[str, Row]:

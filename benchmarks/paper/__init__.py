@@ -4,10 +4,3 @@ A claim is a module with a `FIGURE`, of `benchmarks.paper.claims` where the pape
 where we do: `measure` plays the games and says whether the claim holds, by a rule that stands there before anybody
 looks; `draw` shows what was found.
 """
-
-from benchmarks.paper.claims import FIGURES
-from benchmarks.paper.figure import Figure, Finding
-from benchmarks.paper.making import EVERY, Made, make, make_all
-from benchmarks.paper.ours import FIGURES as OURS
-
-__all__ = ["EVERY", "FIGURES", "OURS", "Figure", "Finding", "Made", "make", "make_all"]

@@ -32,15 +32,12 @@ def gaussian(x0: float, y0: float, sigma: float, cells: int = 10) -> Array:
     return np.asarray(np.exp(-squares / (2 * sigma**2)) / sigma**2)
 
 
-def _scaled(density: Array) -> Array:
-    return np.asarray(density / density.max())
-
-
 TARGETS: dict[str, Array] = {
     "uniform": np.ones((10, 10)),
-    "centre": _scaled(gaussian(0.5, 0.5, 0.1)),
-    "bimodal": _scaled(gaussian(*BIMODAL[0]) + gaussian(*BIMODAL[1])),
+    "centre": gaussian(0.5, 0.5, 0.1),
+    "bimodal": gaussian(*BIMODAL[0]) + gaussian(*BIMODAL[1]),
 }
+TARGETS = {name: density / density.max() for name, density in TARGETS.items()}
 """Commands: an even cover, a Gaussian in the middle, and two modes of different width."""
 
 
@@ -131,18 +128,15 @@ class Flight:
 
     def __init__(self, simulator: Simulator, each_second: Callable[[int], None] | None = None) -> None:
         self.config = simulator.config
-        metric, values, places = ErgodicMetric(simulator, RED), [], []
+        places = []
 
-        def observe(number: int) -> None:
-            metric.observe()
+        def keep(number: int) -> None:
             places.append(simulator.positions.astype(np.float64))
-            if number % 10 == 0:
-                values.append(metric.value())
-                if each_second is not None:
-                    each_second(number // 10)
+            if number % 10 == 0 and each_second is not None:
+                each_second(number // 10)
 
-        periods(simulator, SECONDS, observe)
-        self.metric, self.places = np.stack(values, axis=1), np.stack(places, axis=1)
+        self.metric = metric_over_time(simulator, SECONDS, keep)
+        self.places = np.stack(places, axis=1)
 
     def maps(self, cells: int) -> Array:
         """Return the time-averaged trajectories (seeds, cells, cells): the share of all drones' time in each cell."""

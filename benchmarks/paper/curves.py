@@ -20,12 +20,7 @@ def over_time(axes: Any, found: Mapping[str, Mapping[str, Sequence[float]]]) -> 
     for (label, values), colour, dash in zip(found.items(), COLOURS, DASHES, strict=False):
         style.band(axes, times, dict(values), colour, dash, label)
     axes.plot([JUDGED, JUDGED, SECONDS], [1e-5, COVERED, COVERED], color=style.DARK, linewidth=0.8)
-    axes.annotate(
-        f"{COVERED:g} from {JUDGED} s on",
-        (SECONDS, COVERED),
-        (0, 4),
-        textcoords="offset points",
-        ha="right",
-        bbox={"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 1},
-    )
+    look = {"ha": "right", "bbox": {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 1}}
+    text = f"{COVERED:g} from {JUDGED} s on"
+    axes.annotate(text, (SECONDS, COVERED), (0, 4), textcoords="offset points", **look)
     axes.set(yscale="log", xlabel="time (s)", xlim=(0, SECONDS), ylim=(1e-5, 0.3))

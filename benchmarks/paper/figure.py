@@ -1,15 +1,20 @@
-"""What a figure is, and what was found when it was made."""
+"""What a figure is, what was found when it was made, and how its numbers are estimated."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from swarm_pz.config import GameConfig
-from swarm_pz.evaluation.rollout import game_number
+from swarm_pz.evaluation.intervals import bootstrap, wilson
+from swarm_pz.evaluation.rollout import Game, game_number
 
 Interval = tuple[float, float]
+Number = tuple[float, Interval | None]
+"""A value, infinite for "never", and its 95 % interval, if it has one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,16 +23,12 @@ class Finding:
 
     Attributes
     ----------
-    statistic : dict of str to float
-        Numbers that decide about the claim, by name; infinite ones stand for "never".
-    interval : dict of str to (float, float)
-        95 % intervals of statistics, by the same names.
+    numbers : dict of str to Number
+        What decides about the claim, by name.
     method : str
         How the intervals were made.
-    supported : bool
-        Whether the claim holds, by the figure's rule.
-    parts : dict of str to bool
-        Of a claim that has several parts, whether each holds, by what it is in words: the claim holds if all do.
+    holds : bool, or dict of str to bool
+        Whether the claim holds, by the figure's rule; of several parts, in words, whether each does.
     seen : str
         What we see, in sentences.
     configs : dict of str to GameConfig
@@ -37,15 +38,13 @@ class Finding:
         What is drawn, as plain values.
     """
 
-    statistic: dict[str, float]
-    interval: dict[str, Interval]
+    numbers: dict[str, Number]
     method: str
-    supported: bool
+    holds: bool | dict[str, bool]
     seen: str
     configs: dict[str, GameConfig]
     seeds: list[int]
     series: dict[str, Any]
-    parts: dict[str, bool] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,22 +53,10 @@ class Figure:
 
     Attributes
     ----------
-    name : str
-        Of the files, and of the module that makes it.
-    title : str
-        Stands above the picture.
-    claim : str
-        The sense of the paper's words, or what we say.
-    paper : str
-        What the paper shows.
-    section : str
-        The paper's section that the claim stands in, as "IV-B"; empty for what is ours.
-    quote : str
-        The paper's own words, few of them; empty for what is ours.
-    rule : str
-        When the claim counts as supported, in words.
-    revised : str
-        What was changed in the claim or the rule after the first look, and why; empty if nothing was.
+    name, title : str
+        Of the files and of the module; and what stands above the picture.
+    claim, paper, rule : str
+        The sense of the paper's words, or ours; what the paper shows; when the claim holds.
     measure : callable
         From a seed to a `Finding`.
     draw : callable
@@ -78,6 +65,10 @@ class Figure:
         Of the picture, in inches.
     seconds : float
         How long it takes, about: long ones begin first.
+    section, quote : str
+        Where the paper says it, as "IV-B", and its own words; empty for what is ours.
+    revised : str
+        What was changed in the claim or the rule after the first look, and why.
     """
 
     name: str
@@ -92,6 +83,27 @@ class Figure:
     section: str = ""
     quote: str = ""
     revised: str = ""
+
+
+def estimate(values: ArrayLike, statistic: Callable[[Any], Any] | None = None) -> tuple[float, Interval]:
+    """Return a statistic of samples, their mean if none is given, and its interval, as `bootstrap` has them."""
+    value, low, high = map(float, bootstrap(values, statistic))
+    return value, (low, high)
+
+
+def estimates(
+    names: Sequence[str], values: ArrayLike, statistic: Callable[[Any], Any]
+) -> dict[str, tuple[float, Interval]]:
+    """Return the same of a statistic that is an array (len(names),), by name."""
+    ends = zip(*(found.tolist() for found in bootstrap(values, statistic)), strict=True)
+    return {name: (value, (low, high)) for name, (value, low, high) in zip(names, ends, strict=True)}
+
+
+def standing(name: str, games: list[Game]) -> dict[str, Any]:
+    """Return a player's row of won, drawn and lost games, as `style.bars` takes it."""
+    outcomes = [game.outcome for game in games]
+    counts = {key: outcomes.count(key) for key in ("win", "draw", "loss")}
+    return {"policy": name, "games": len(games), **counts, "win_ci95": wilson(counts["win"], len(games))}
 
 
 def games_as_red(count: int) -> list[int]:

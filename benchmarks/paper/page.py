@@ -7,9 +7,8 @@ import io
 import json
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import swarm_pz
 from benchmarks.paper.figure import Figure, Finding
@@ -19,39 +18,29 @@ from swarm_pz.evaluation.intervals import LEVEL
 from swarm_pz.evaluation.provenance import provenance
 
 
-@dataclass(frozen=True)
-class Page:
+class Page(NamedTuple):
     """A page that holds figures: its name, its heading, and the Markdown that it opens with."""
 
     name: str
     title: str
     opening: str
 
-    @property
-    def file(self) -> str:
-        """The file's name."""
-        return f"{self.name}.md"
-
 
 def to_dict(figure: Figure, finding: Finding, seed: int, command: str = "") -> dict[str, Any]:
     """Return everything about a figure as plain values, ready for JSON."""
+    numbers, holds = finding.numbers, finding.holds
+    parts = holds if isinstance(holds, dict) else {}
+    said = ("name", "title", "claim", "section", "quote", "paper", "rule", "revised")
     return {
-        "name": figure.name,
-        "title": figure.title,
-        "claim": figure.claim,
-        "section": figure.section,
-        "quote": figure.quote,
-        "paper": figure.paper,
-        "rule": figure.rule,
-        "revised": figure.revised,
-        "statistic": {name: _plain(value) for name, value in finding.statistic.items()},
+        **{name: getattr(figure, name) for name in said},
+        "statistic": {name: _plain(value) for name, (value, _) in numbers.items()},
         "interval": {
             "level": LEVEL,
             "method": finding.method,
-            **{name: [_plain(end) for end in ends] for name, ends in finding.interval.items()},
+            **{name: [*map(_plain, ends)] for name, (_, ends) in numbers.items() if ends is not None},
         },
-        "supported": bool(finding.supported),
-        "parts": {name: bool(holds) for name, holds in finding.parts.items()},
+        "supported": all(parts.values()) if parts else bool(holds),
+        "parts": {name: bool(part) for name, part in parts.items()},
         "caption": f"{figure.paper} {finding.seen}",
         "config_hash": {name: config.hash for name, config in finding.configs.items()},
         **provenance(finding.configs, command),
@@ -68,35 +57,31 @@ def _plain(value: float) -> float | None:
 
 
 def write(record: dict[str, Any], out: Path) -> None:
-    """Write a figure's NAME.json."""
+    """Write a figure's NAME.json, the long rows of numbers on one line, so that the rest can be read."""
     text = {name: value for name, value in record.items() if name != "series"}
     series = json.dumps(record["series"], separators=(",", ":"), allow_nan=False)
-    # The long rows of numbers on one line, so that the rest can be read.
     body = json.dumps(text, indent=2, allow_nan=False).removesuffix("\n}")
     (out / f"{record['name']}.json").write_text(f'{body},\n  "series": {series}\n}}\n')
 
 
 def draw(figure: Figure, series: dict[str, Any], out: Path) -> None:
-    """Draw a figure's NAME.png."""
-    matplotlib = require_extra("matplotlib", "cli")
+    """Draw a figure's NAME.png, with a palette, which takes less than half of the room."""
+    matplotlib, image = require_extra("matplotlib", "cli"), require_extra("PIL.Image", "render")
     figure_class = require_extra("matplotlib.figure", "cli").Figure
-    with matplotlib.rc_context(RC):
+    with matplotlib.rc_context(RC), io.BytesIO() as drawn:
         canvas = figure_class(figsize=figure.size, layout="constrained")
         canvas.suptitle(figure.title, x=0.01, ha="left")
         figure.draw(canvas, series)
-        drawn = io.BytesIO()
         canvas.savefig(drawn)
-    image_module = require_extra("PIL.Image", "cli")
-    # A palette takes less than half of the room.
-    cut, plain = image_module.Quantize.MEDIANCUT, image_module.Dither.NONE
-    picture = image_module.open(drawn).convert("RGB").quantize(256, method=cut, dither=plain)
+        cut, plain = image.Quantize.MEDIANCUT, image.Dither.NONE
+        picture = image.open(drawn).convert("RGB").quantize(256, method=cut, dither=plain)
     picture.save(out / f"{figure.name}.png", optimize=True, dpi=(DPI, DPI))
 
 
 def write_page(page: Page, names: Iterable[str], out: Path) -> None:
     """Write a page of those figures that a folder holds, in the order of `names`, and its two tables."""
     records = [json.loads(path.read_text()) for name in names if (path := out / f"{name}.json").exists()]
-    (out / page.file).write_text(to_markdown(page, records))
+    (out / f"{page.name}.md").write_text(to_markdown(page, records))
     for name, rows in tables(records).items():
         with (out / f"{page.name}_{name}.csv").open("w", newline="") as file:
             csv.writer(file, lineterminator="\n").writerows(rows)
@@ -137,13 +122,11 @@ def tables(records: Sequence[dict[str, Any]]) -> dict[str, list[tuple[str, ...]]
     ]
     numbers: list[tuple[str, ...]] = [("figure", "number", "value", "low", "high", "intervals")]
     for record in records:
-        parts = "; ".join(f"{name}: {'yes' if holds else 'no'}" for name, holds in record.get("parts", {}).items())
-        of_paper = (record.get("section", ""), record.get("quote", ""))
+        parts = "; ".join(f"{name}: {'yes' if holds else 'no'}" for name, holds in record["parts"].items())
         rules = (record["claim"], record["rule"], record["revised"], verdict(record).strip("*"), parts)
-        claims.append((record["name"], *of_paper, *rules))
+        claims.append((record["name"], record["section"], record["quote"], *rules))
         for name, value in record["statistic"].items():
-            ends = record["interval"].get(name)
-            low, high = map(_show, ends) if ends else ("", "")
+            low, high = map(_show, record["interval"][name]) if name in record["interval"] else ("", "")
             row = (record["name"], name.replace("_", " "), _show(value), low, high, record["interval"]["method"])
             numbers.append(row)
     return {"claims": claims, "numbers": numbers}

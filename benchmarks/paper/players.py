@@ -87,10 +87,7 @@ class Ensemble:
     observation = ObservationConfig(grid=25, channels=("opposing_positions", "own_share"))
 
     def __init__(
-        self,
-        config: GameConfig,
-        shape: Callable[[Array], Array] = lambda distance: disc(distance, 0.1),
-        last: int = 1,
+        self, config: GameConfig, shape: Callable[[Array], Array] = lambda distance: disc(distance, 0.1), last: int = 1
     ) -> None:
         self._most = 1.0 - (last + 0.5) / config.num_drones
         self._centres = (np.arange(config.command_cells) + 0.5) / config.command_cells

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -80,15 +80,10 @@ def bars(axes: Any, rows: list[dict[str, Any]]) -> None:
 
 def mark(axes: Any, value: float, text: str, *, upright: bool = False, at: float = 0.995) -> None:
     """Draw a line across the axes that a number is compared with, and say what it is, left of a place `at`."""
-    if upright:
-        axes.axvline(value, color=GREY, linewidth=0.9)
-        place, look = axes.get_xaxis_transform(), {"ha": "center", "va": "bottom"}
-        axes.text(value, 1.0, text, transform=place, color=GREY, fontsize=8, **look)
-    else:
-        axes.axhline(value, color=GREY, linewidth=0.9)
-        axes.text(
-            at, value, text, transform=axes.get_yaxis_transform(), color=GREY, fontsize=8, ha="right", va="bottom"
-        )
+    (axes.axvline if upright else axes.axhline)(value, color=GREY, linewidth=0.9)
+    place = axes.get_xaxis_transform() if upright else axes.get_yaxis_transform()
+    x, y, side = (value, 1.0, "center") if upright else (at, value, "right")
+    axes.text(x, y, text, transform=place, color=GREY, fontsize=8, ha=side, va="bottom")
 
 
 def arena(axes: Any, title: str) -> None:
@@ -104,7 +99,7 @@ def arena(axes: Any, title: str) -> None:
 def captured_ground(axes: Any, cells: Sequence[Sequence[int]], team: int) -> None:
     """Hatch the cells (column, row) in which a team captures, upwards for red and downwards for blue."""
     side = 1 / GRID_CELLS
-    squares = [rectangle((side * column, side * row), side, side) for column, row in cells]
+    squares = [patch("Rectangle", (side * column, side * row), side, side) for column, row in cells]
     collection = require_extra("matplotlib.collections", "cli").PatchCollection(
         squares,
         hatch="/////" if team == RED else "\\\\\\\\\\",
@@ -125,14 +120,9 @@ def drones(axes: Any, positions: NDArray[np.float64], teams: NDArray[np.int64], 
         )
 
 
-def rectangle(corner: tuple[float, float], width: float, height: float, **look: Any) -> Any:
-    """Make a rectangle to be added to axes."""
-    return require_extra("matplotlib.patches", "cli").Rectangle(corner, width, height, **look)
-
-
-def circle(centre: tuple[float, float], radius: float, **look: Any) -> Any:
-    """Make a circle to be added to axes."""
-    return require_extra("matplotlib.patches", "cli").Circle(centre, radius, **look)
+def patch(kind: str, place: tuple[float, float], *size: float, **look: Any) -> Any:
+    """Make a "Rectangle" (by its corner) or a "Circle" (by its centre) to be added to axes."""
+    return getattr(require_extra("matplotlib.patches", "cli"), kind)(place, *size, **look)
 
 
 def swatch(
@@ -145,7 +135,19 @@ def swatch(
     )  # fmt: skip
 
 
-def legend_below(figure: Any, handles: list[Any] | None = None, columns: int = 4) -> None:
-    """Put a legend under the whole figure."""
+def legend_below(figure: Any, handles: Any = None, columns: int = 4) -> None:
+    """Put a legend under the whole figure: of some entries, of some axes, or of all of them."""
+    if hasattr(handles, "get_legend_handles_labels"):
+        handles, _ = handles.get_legend_handles_labels()
     given = {} if handles is None else {"handles": handles}
     figure.legend(loc="outside lower center", ncols=columns, fontsize=9, **given)
+
+
+def for_targets(figure: Any, series: dict[str, Any], draw: Callable[[Any, Any], None], ylabel: str) -> None:
+    """Draw what belongs to each target into axes of its own, side by side, with one legend."""
+    panels = figure.subplots(1, len(series), sharey=True)
+    for axes, (target, found) in zip(panels, series.items(), strict=True):
+        draw(axes, found)
+        axes.set_title(f"target: {target}")
+    panels[0].set_ylabel(ylabel)
+    legend_below(figure, panels[0])

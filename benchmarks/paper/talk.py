@@ -76,11 +76,7 @@ def over_talk(axes: Any, names: Sequence[str], found: Mapping[str, Mapping[str, 
     axes.set(yscale="log", xlabel="communication radius (map widths)")
 
 
-def over_radius(figure: Any, radii: Sequence[float], series: Mapping[str, Mapping[str, Any]]) -> None:
+def over_radius(figure: Any, series: Mapping[str, Mapping[str, Any]]) -> None:
     """Draw the metric over the radius for each target of `series`, a line for each of what stands there."""
-    panels = figure.subplots(1, len(series), sharey=True)
-    for axes, (target, found) in zip(panels, series.items(), strict=True):
-        over_talk(axes, radius_names(radii), found)
-        axes.set_title(f"target: {target}")
-    panels[0].set_ylabel(f"ergodic metric E after {JUDGED} s (no unit)")
-    style.legend_below(figure, panels[0].get_legend_handles_labels()[0])
+    names, label = radius_names(RADII), f"ergodic metric E after {JUDGED} s (no unit)"
+    style.for_targets(figure, dict(series), lambda axes, found: over_talk(axes, names, found), label)

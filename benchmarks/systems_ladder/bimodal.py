@@ -15,7 +15,7 @@ from swarm_pz.simulator import Simulator
 
 Array = NDArray[np.float64]
 Commands = Callable[[int, Simulator], Any]
-"""From a second and the games to the commands (E, ...) of the team; None for those that it has."""
+"""From a second and the games to the commands (E, ...) of the team."""
 
 DWELL_S = 8
 """Seconds at one mode, where there can be one at a time."""
@@ -24,8 +24,27 @@ _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 
 def bimodal_commands(system: ControlSystem, config: GameConfig) -> Commands | None:
     """Return what asks for the bimodal target; None if its kind of commands is not known here."""
-    make = _KINDS.get(system.takes)
-    return make(system, config) if make is not None else None
+    density, places = TARGETS["bimodal"], np.array([[x, y] for x, y, _ in BIMODAL])
+    match system.takes:
+        case "density":
+            return _in_turn([density])
+        case "attraction":
+            return _in_turn([np.stack([density, np.zeros_like(density)])])
+        case "attractors":  # one mode, then the other, the wider one with the least weight
+            ends = zip(BIMODAL, config.flocking.migration, strict=True)
+            return _in_turn([system.parse([(x, y, weight)], config) for (x, y, _), weight in ends])
+        case "formation":
+            points = (spread(config.num_drones) - 0.5) / 0.5
+            return _in_turn([system.parse({"points": points, "centre": (0.5, 0.5), "size": 0.5}, config)])
+        case "leaders":  # each to a mode; a single one to one after the other
+            count = len(system.default(config))
+            is_enough = count >= len(places)
+            return _in_turn(
+                [places[np.arange(count) % len(places)]] if is_enough else [place[None] for place in places]
+            )
+        case "accelerations":
+            return _towards(spread(config.num_drones))
+    return None
 
 
 def spread(count: int) -> Array:
@@ -39,65 +58,21 @@ def spread(count: int) -> Array:
     return np.concatenate(places).clip(0.02, 0.98)
 
 
-def _all(command: Array, simulator: Simulator) -> Array:
-    """Return the same command for every game."""
-    return np.broadcast_to(command, (simulator.num_games, *command.shape))
-
-
-def _once(command: Array) -> Commands:
-    return lambda _, simulator: _all(command, simulator)
-
-
 def _in_turn(commands: Sequence[Array]) -> Commands:
-    return lambda second, simulator: _all(commands[second // DWELL_S % len(commands)], simulator)
+    """Send all games one command after the other."""
+
+    def send(second: int, simulator: Simulator) -> Array:
+        command = commands[second // DWELL_S % len(commands)]
+        return np.broadcast_to(command, (simulator.num_games, *command.shape))
+
+    return send
 
 
-def _drawing(system: ControlSystem, config: GameConfig) -> Commands:
-    return _once(TARGETS["bimodal"])
-
-
-def _attraction(system: ControlSystem, config: GameConfig) -> Commands:
-    return _once(np.stack([TARGETS["bimodal"], np.zeros_like(TARGETS["bimodal"])]))
-
-
-def _attractors(system: ControlSystem, config: GameConfig) -> Commands:
-    """Send the flock to one mode and to the other, the wider one with the least weight."""
-    weights = config.flocking.migration
-    return _in_turn(
-        [system.parse([(x, y, weight)], config) for (x, y, _), weight in zip(BIMODAL, weights, strict=True)]
-    )
-
-
-def _points(system: ControlSystem, config: GameConfig) -> Commands:
-    points = (spread(config.num_drones) - 0.5) / 0.5
-    return _once(system.parse({"points": points, "centre": (0.5, 0.5), "size": 0.5}, config))
-
-
-def _leaders(system: ControlSystem, config: GameConfig) -> Commands:
-    """Send a leader to each mode; a single one to one after the other."""
-    places = np.array([[x, y] for x, y, _ in BIMODAL])
-    count = len(system.default(config))
-    if count >= len(places):
-        return _once(places[np.arange(count) % len(places)])
-    return _in_turn([place[None] for place in places])
-
-
-def _accelerations(system: ControlSystem, config: GameConfig) -> Commands:
+def _towards(places: Array) -> Commands:
     """Fly every drone to a place of its own, by an acceleration a second."""
-    places = spread(config.num_drones)
 
-    def towards(_: int, simulator: Simulator) -> Array:
+    def push(_: int, simulator: Simulator) -> Array:
         pushes = 1.2 * (places - simulator.positions) - 0.9 * simulator.velocities.astype(np.float64)
         return np.asarray(pushes.clip(-1.0, 1.0) * (simulator.teams == RED)[..., None])
 
-    return towards
-
-
-_KINDS: dict[str, Callable[[ControlSystem, GameConfig], Commands]] = {
-    "density": _drawing,
-    "attraction": _attraction,
-    "attractors": _attractors,
-    "formation": _points,
-    "leaders": _leaders,
-    "accelerations": _accelerations,
-}
+    return push

@@ -34,15 +34,7 @@ def player_name(entrant: str) -> str:
 
 
 def load_entrant(entrant: str, game: GameConfig) -> Player:
-    """Return the policy of an entrant, made for its system.
-
-    Raises
-    ------
-    CommandError
-        If it is not called SYSTEM/PLAYER.
-    PolicyError
-        If there is no such policy, or it cannot command that system.
-    """
+    """Return the policy of an entrant, made for its system."""
     if "/" not in entrant:
         raise CommandError(f"an entrant is called SYSTEM/PLAYER, as {ADVERSARY}, got {entrant!r}")
     name = system_name(entrant)
@@ -50,19 +42,7 @@ def load_entrant(entrant: str, game: GameConfig) -> Player:
 
 
 class Contest(Tournament):
-    """A tournament of systems: each entrant flies by its own.
-
-    Parameters
-    ----------
-    entrants : sequence of str
-        As SYSTEM/PLAYER.
-    config : TournamentConfig
-        Its game says all but who flies.
-    folder : Path
-    command : str
-    against : str, optional
-        Who alone is played by the others; everybody plays everybody, if not given.
-    """
+    """A tournament of entrants, as SYSTEM/PLAYER, of which each flies by its own system; if given, all against one."""
 
     def __init__(
         self, entrants: Sequence[str], config: TournamentConfig, folder: Path, command: str = "", against: str = ""
@@ -91,13 +71,7 @@ class Contest(Tournament):
 
 
 def choose_systems(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the control systems of these names; all that are installed, if none are given.
-
-    Raises
-    ------
-    CommandError
-        If one is not installed.
-    """
+    """Return the control systems of these names; all that are installed, if none are given."""
     known = sorted(registered())
     for name in names:
         if name not in known:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -28,85 +28,76 @@ def standings(contest: Contest) -> list[dict[str, Any]]:
 
 def _standing(contest: Contest, entrant: str) -> dict[str, Any]:
     games = [alike[0] for alike in contest.counting(entrant, ADVERSARY)]
-    limit = contest.config.game.time_limit
+    limit, system, count = contest.config.game.time_limit, system_name(entrant), len(games)
     outcomes = [game.outcome_of(entrant) for game in games]
-    counts = {outcome: outcomes.count(outcome) for outcome in ("win", "draw", "loss")}
+    wins, draws, losses = (outcomes.count(outcome) for outcome in ("win", "draw", "loss"))
     played = [game for game in games if not game.forfeit]
-    place = {game.key: game.one != entrant for game in games}
-    rates = [60.0 * game.sent[place[game.key]] / max(game.seconds, 1e-9) for game in played]
-    wins = [game.seconds if game.outcome_of(entrant) == "win" else None for game in games]
-    name = player_name(entrant)
+    rates = [60.0 * game.sent[game.one != entrant] / max(game.seconds, 1e-9) for game in played]
     return {
         "entrant": entrant,
-        "system": system_name(entrant),
-        "player": name,
-        "takes": system_of(system_name(entrant)).takes,
+        "system": system,
+        "player": player_name(entrant),
+        "takes": system_of(system).takes,
         "kind": contest.kind(entrant),
-        "games": len(games),
-        "wins": counts["win"],
-        "draws": counts["draw"],
-        "losses": counts["loss"],
+        "games": count,
+        "wins": wins,
+        "draws": draws,
+        "losses": losses,
         "forfeits": sum(bool(game.forfeit) and game.outcome_of(entrant) == "loss" for game in games),
-        "win_rate": counts["win"] / len(games),
-        "win_rate_ci95": list(wilson(counts["win"], len(games))),
-        "length": _over_pairs(played, [_length(game, limit) for game in played]),
-        "time_to_win": _over_pairs(games, [limit if won is None else won for won in wins]),
+        "win_rate": wins / count,
+        "win_rate_ci95": list(wilson(wins, count)),
+        "length": _over_pairs(played, [limit if game.outcome == "draw" else game.seconds for game in played]),
+        "time_to_win": _over_pairs(games, [_time(game, entrant, limit) for game in games]),
         "commands_a_minute": _over_pairs(played, rates),
-        "won_after_s": sorted(won for won in wins if won is not None),
+        "won_after_s": sorted(game.seconds for game in games if game.outcome_of(entrant) == "win"),
     }
-
-
-def _length(game: PlayedGame, limit: float) -> float:
-    return limit if game.outcome == "draw" else game.seconds
 
 
 def _over_pairs(games: Sequence[PlayedGame], values: Sequence[float]) -> dict[str, Any] | None:
     """Return the mean of values, one a game, and its interval from a bootstrap over pairs of games."""
     if not games:
         return None
+    pairs = _by_pair(games, values)
+    sums = np.array([[sum(pair), len(pair)] for pair in pairs.values()])
+    return _mean(sums, lambda drawn: drawn[:, 0].sum() / drawn[:, 1].sum())
+
+
+def _by_pair(games: Sequence[PlayedGame], values: Sequence[float]) -> dict[int, list[float]]:
     pairs: dict[int, list[float]] = {}
     for game, value in zip(games, values, strict=True):
         pairs.setdefault(game.number // 2, []).append(value)
-    sums = np.array([[sum(pair), len(pair)] for pair in pairs.values()])
-    mean, low, high = bootstrap(sums, lambda drawn: drawn[:, 0].sum() / drawn[:, 1].sum())
-    return {"mean": float(mean), "ci95": [float(low), float(high)]}
+    return pairs
+
+
+def _mean(values: Array, statistic: Callable[[Any], Any] | None = None) -> dict[str, Any]:
+    mean, *ends = map(float, bootstrap(values, statistic))
+    return {"mean": mean, "ci95": ends}
 
 
 def compare(contest: Contest, one: str, other: str) -> dict[str, Any]:
-    """Return by how much more often the first of two wins against the adversary, on the same starts.
+    """Return by how much more often, and sooner, the first of two wins against the adversary, on the same starts.
 
-    Returns
-    -------
-    dict
-        `more_often` and `sooner` (seconds of the restricted mean time to a win), each a mean of differences and its
-        interval from a bootstrap over pairs of games.
+    Both are means of differences and their intervals from a bootstrap over pairs of games; `sooner` is in seconds of
+    the restricted mean time to a win.
     """
-    wins, times = (
-        _paired(contest, (one, other), lambda game, who: float(game.outcome_of(who) == "win")),
-        _paired(contest, (one, other), lambda game, who: _time(game, who, contest.config.game.time_limit)),
-    )
-    often, often_low, often_high = bootstrap(wins[:, 0] - wins[:, 1])
-    soon, soon_low, soon_high = bootstrap(times[:, 1] - times[:, 0])
-    return {
-        "one": one,
-        "other": other,
-        "more_often": {"mean": float(often), "ci95": [float(often_low), float(often_high)]},
-        "sooner": {"mean": float(soon), "ci95": [float(soon_low), float(soon_high)]},
-    }
+    limit = contest.config.game.time_limit
+    wins = _paired(contest, (one, other), lambda game, who: float(game.outcome_of(who) == "win"))
+    times = _paired(contest, (one, other), lambda game, who: _time(game, who, limit))
+    more, sooner = _mean(wins[:, 0] - wins[:, 1]), _mean(times[:, 1] - times[:, 0])
+    return {"one": one, "other": other, "more_often": more, "sooner": sooner}
 
 
 def _time(game: PlayedGame, entrant: str, limit: float) -> float:
     return game.seconds if game.outcome_of(entrant) == "win" else limit
 
 
-def _paired(contest: Contest, entrants: tuple[str, str], value: Any) -> Array:
+def _paired(contest: Contest, entrants: tuple[str, str], value: Callable[[PlayedGame, str], float]) -> Array:
     """Return the mean over each pair of games of a value of two entrants (pairs, 2)."""
     columns = []
     for entrant in entrants:
-        by_pair: dict[int, list[float]] = {}
-        for game in contest.between(entrant, ADVERSARY):
-            by_pair.setdefault(game.number // 2, []).append(value(game, entrant))
-        columns.append([float(np.mean(by_pair[pair])) for pair in sorted(by_pair)])
+        games = list(contest.between(entrant, ADVERSARY))
+        pairs = _by_pair(games, [value(game, entrant) for game in games])
+        columns.append([float(np.mean(pairs[pair])) for pair in sorted(pairs)])
     return np.array(columns).T
 
 

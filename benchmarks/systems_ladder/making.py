@@ -12,14 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from benchmarks.systems_ladder.contest import (
-    ADVERSARY,
-    Contest,
-    best_scripts,
-    choose_systems,
-    pilot,
-    trained_for,
-)
+from benchmarks.systems_ladder.contest import ADVERSARY, Contest, best_scripts, choose_systems, pilot, trained_for
 from benchmarks.systems_ladder.findings import compare, payoffs, standings
 from benchmarks.systems_ladder.page import draw_field, draw_times, tables, to_markdown
 from benchmarks.systems_ladder.traits import measure_traits
@@ -68,13 +61,8 @@ class SystemsConfig(Config):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name, low, high in (
-            ("pilot_games", 2, 10**6),
-            ("games", 2, 10**6),
-            ("starts", 2, 10**4),
-            ("seconds", 1, 10**4),
-            ("seed", 0, 2**32 - 1),
-        ):
+        most = {"pilot_games": (2, 10**6), "games": (2, 10**6), "starts": (2, 10**4), "seconds": (1, 10**4)}
+        for name, (low, high) in {**most, "seed": (0, 2**32 - 1)}.items():
             check_count(getattr(self, name), name, low, high)
         for name in ("pilot_games", "games"):
             check(getattr(self, name) % 2 == 0, name, getattr(self, name), "even, half for each side")
@@ -100,29 +88,10 @@ def make(
     command: str = "",
     pool: Executor | None = None,
 ) -> dict[str, Any]:
-    """Play and measure what is missing, and write `systems.md` and its pictures.
+    """Play and measure what is missing, write the page into `out`, and return what it tells, as `systems.json` does.
 
-    Parameters
-    ----------
-    config : SystemsConfig
-    folder : Path
-        Keeps the games and the traits; who gives the same again goes on there.
-    out : Path
-        Where the page goes.
-    processes : int
-    progress : callable, optional
-        Called with what is done and what there is to do, in each part.
-    should_stop : callable, optional
-        Called now and then: whether to stop there.
-    command : str
-        What was called; it stands on the page.
-    pool : Executor, optional
-        Who plays and measures instead of processes; it is left open.
-
-    Returns
-    -------
-    dict
-        What the page tells, as `systems.json` in `folder` holds it.
+    `folder` keeps games and traits; who gives the same again goes on there. `progress` is told what is done and what
+    there is to do, in each part; `should_stop` whether to stop. A `pool` plays and measures instead of processes.
 
     Raises
     ------
@@ -175,9 +144,6 @@ def write(results: dict[str, Any], folder: Path, out: Path) -> None:
             csv.writer(file, lineterminator="\n").writerows(rows)
 
 
-# --- traits -------------------------------------------------------------------------------------------
-
-
 def _measure_all(
     systems: Sequence[str],
     config: SystemsConfig,
@@ -204,12 +170,14 @@ def _measure_all(
         if progress is not None:
             progress(sum(one is not None for one in found.values()), len(systems))
 
+    measure = functools.partial(
+        measure_traits, game=config.game, seed=config.seed, starts=config.starts, seconds=config.seconds
+    )
+    tasks = [(system,) for system in missing]
     share(
         pool,
-        functools.partial(
-            measure_traits, game=config.game, seed=config.seed, starts=config.starts, seconds=config.seconds
-        ),
-        [(system,) for system in missing],
+        measure,
+        tasks,
         lambda task, traits: keep(task[0], traits),
         should_stop=should_stop,
         name=lambda task: task[0],

@@ -13,17 +13,7 @@ from benchmarks.systems_ladder.traits import LOSS, LOST, REACHED, SIZES, TALK
 from swarm_pz.errors import require_extra
 from swarm_pz.files import draft_of
 
-_COLOURS = [
-    "tab:blue",
-    "tab:orange",
-    "tab:green",
-    "tab:red",
-    "tab:purple",
-    "tab:brown",
-    "tab:pink",
-    "tab:olive",
-    "tab:cyan",
-]
+_COLOURS = [f"tab:{name}" for name in ("blue", "orange", "green", "red", "purple", "brown", "pink", "olive", "cyan")]
 _CHANGES = {
     "size": f"{SIZES[-1]} drones, not {SIZES[0]}",
     "permutation": "drones in another order",
@@ -50,11 +40,7 @@ def to_markdown(results: dict[str, Any], pictures: str) -> str:
             "commanded by the best script for its kind of commands, and by a policy trained for it, if there is one.",
         ],
         ["```bash", results["command"] or "python -m benchmarks.systems_ladder", "```"],
-        *(
-            [["**Few and short games: this page only shows that everything works.**"]]
-            if config["games"] < _FEWEST
-            else []
-        ),
+        *([["**Few and short games: this page only shows that everything works.**"]] * (config["games"] < _FEWEST)),
         *([line] for line in _answer(results)),
         [
             "**Why systems that come to rest win.** A drone at rest leaves its whole trail in one cell. Its team keeps",
@@ -110,19 +96,17 @@ def tables(results: dict[str, Any]) -> dict[str, list[tuple[Any, ...]]]:
 
 def _answer(results: dict[str, Any]) -> list[str]:
     """Return the paragraphs that say where a trained policy beats the best script."""
-    lines = []
+    lines, compared = [], results["trained_and_script"]
     for verdict, words in (
         (_MORE, "wins more often than the best script"),
         (_EVEN, "shows no clear difference from the best script in games won"),
         (_LESS, "wins **less** often than the best script"),
     ):
-        names = [f"`{system_name(row['one'])}`" for row in results["trained_and_script"] if _verdict(row) == verdict]
-        if names:
+        if names := [f"`{system_name(row['one'])}`" for row in compared if _verdict(row) == verdict]:
             lines.append(f"The policy trained for {', '.join(names)} {words}.")
-    trained = {system_name(row["one"]) for row in results["trained_and_script"]}
-    systems = {row["system"] for row in results["standings"]}
-    if without := ", ".join(f"`{system}`" for system in sorted(systems - trained)):
-        lines.append(f"No policy has been trained for {without}.")
+    without = {row["system"] for row in results["standings"]} - {system_name(row["one"]) for row in compared}
+    if without:
+        lines.append(f"No policy has been trained for {', '.join(f'`{system}`' for system in sorted(without))}.")
     return lines
 
 
@@ -161,29 +145,18 @@ def _modes(found: dict[str, Any] | None) -> tuple[str, str, str]:
     return f"{found['reached']} of {found['starts']}", needed, _interval(ends, 2)
 
 
-# --- pictures -----------------------------------------------------------------------------------------
-
-
 def draw_times(results: dict[str, Any], path: Path) -> None:
     """Draw which share of the games against the adversary is not won yet, over time."""
-    matplotlib = require_extra("matplotlib", "cli")
-    figure_class = require_extra("matplotlib.figure", "cli").Figure
-    limit = results["config"]["game"]["time_limit"]
-    systems = sorted({row["system"] for row in results["standings"]})
-    with matplotlib.rc_context(RC):
-        figure = figure_class(figsize=(8, 4.5), layout="constrained")
+    limit, systems = results["config"]["game"]["time_limit"], sorted({row["system"] for row in results["standings"]})
+    with require_extra("matplotlib", "cli").rc_context(RC):
+        figure = require_extra("matplotlib.figure", "cli").Figure(figsize=(8, 4.5), layout="constrained")
         axes = figure.add_subplot()
         for row in results["standings"]:
             times = np.array([0.0, *row["won_after_s"], limit])
             left = 1.0 - np.arange(len(times) - 1) / row["games"]
-            axes.step(
-                times,
-                [*left, left[-1]],
-                where="post",
-                color=_COLOURS[systems.index(row["system"]) % len(_COLOURS)],
-                linestyle=DASHES[row["kind"] == "learned"],
-                label=f"{row['system']} by {row['player']}",
-            )
+            colour, dash = _COLOURS[systems.index(row["system"]) % len(_COLOURS)], DASHES[row["kind"] == "learned"]
+            look = {"where": "post", "color": colour, "linestyle": dash}
+            axes.step(times, [*left, left[-1]], label=f"{row['system']} by {row['player']}", **look)
         axes.set(xlabel="seconds of game", ylabel="share of games not won yet", xlim=(0, limit), ylim=(-0.02, 1.02))
         figure.legend(loc="outside right upper", fontsize=8)
         with draft_of(path) as draft:

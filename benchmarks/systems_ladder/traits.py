@@ -40,42 +40,27 @@ Change = Callable[[Simulator], None]
 
 
 def measure_traits(system: str, game: GameConfig, *, seed: int, starts: int, seconds: int) -> dict[str, Any]:
-    """Return the traits of a control system as plain values.
+    """Return the traits of a control system as plain values, each from so many starts.
 
-    Parameters
-    ----------
-    system : str
-    game : GameConfig
-        The rules; who flies, and how many, is set here.
-    seed : int
-    starts : int
-        Games behind each number.
-    seconds : int
-        How long a team flies before it is judged, and before something changes.
-
-    Returns
-    -------
-    dict
-        `coverage` by size, and the ratios `permutation`, `captured`, `leader`, `talk` and `loss`, each a mean with its
-        interval; `bimodal`, what covers two modes.
+    They are `coverage` by size, the ratios `permutation`, `captured`, `leader`, `talk` and `loss`, each a mean with its
+    interval, and `bimodal`, what covers two modes. A team flies for so many seconds before it is judged, and before
+    something changes.
     """
-    rules, seeds = game.replace(controllers=system), game_seeds(seed, starts)
-    usual = SIZES[1]
+    rules, seeds, generator = game.replace(controllers=system), game_seeds(seed, starts), np.random.default_rng(seed)
     alone = {size: lone_team(size, rules) for size in SIZES}
     even = {size: _metric(_start(alone[size], seeds), seconds) for size in SIZES}
-    later = _after(_start(alone[usual], seeds), seconds)
-    generator = np.random.default_rng(seed)
+    usual, before = alone[SIZES[1]], even[SIZES[1]]
+    later = _after(_start(usual, seeds), seconds)
 
     def talking(**numbers: float) -> Array:
-        controller = alone[usual].controller.replace(**numbers)
-        return _metric(_start(alone[usual].replace(controller=controller), seeds), seconds)
+        return _metric(_start(usual.replace(controller=usual.controller.replace(**numbers)), seeds), seconds)
 
     changed = {
-        "permutation": (_metric(_permuted(alone[usual], seeds), seconds), even[usual]),
-        "captured": (_after(_start(alone[usual], seeds), seconds, lambda sim: _capture(sim, LOST, generator)), later),
-        "leader": (_after(_start(alone[usual], seeds), seconds, _capture_leader), later),
-        "talk": (talking(communication_radius=TALK), even[usual]),
-        "loss": (talking(message_loss=LOSS), even[usual]),
+        "permutation": (_metric(_permuted(usual, seeds), seconds), before),
+        "captured": (_after(_start(usual, seeds), seconds, lambda sim: _capture(sim, LOST, generator)), later),
+        "leader": (_after(_start(usual, seeds), seconds, _capture_leader), later),
+        "talk": (talking(communication_radius=TALK), before),
+        "loss": (talking(message_loss=LOSS), before),
     }
     return {
         "system": system,
@@ -90,23 +75,20 @@ def measure_traits(system: str, game: GameConfig, *, seed: int, starts: int, sec
 def measure_bimodal(system: str, game: GameConfig, *, seed: int, starts: int, seconds: int) -> dict[str, Any] | None:
     """Return how many commands it takes to cover two modes, and how well they are covered in the end.
 
-    Returns
-    -------
-    dict or None
-        `reached` of `starts` teams, the median number of `commands` until then with its interval (infinite where most
-        do not), and the `metric` in the end; None if nobody has said how commands of its kind ask for two modes.
+    `commands` is their median number, None where most do not; None of all if it is not known here how commands of its
+    kind ask for two modes.
     """
     rules = lone_team(SIZES[1], game.replace(controllers=system))
-    simulator = _start(rules, game_seeds(seed, starts))
     commands = bimodal_commands(system_of(system), rules)
     if commands is None:
         return None
+    simulator = _start(rules, game_seeds(seed, starts))
     metric = ErgodicMetric(simulator, RED)
     sent, needed = np.zeros(starts), np.full(starts, np.inf)
     latest: Any = None
     for second in range(seconds):
         asked = commands(second, simulator)
-        if asked is not None and not np.array_equal(asked, latest):
+        if not np.array_equal(asked, latest):
             simulator.command(RED, asked)
             sent, latest = sent + 1, asked
         _observe(simulator, metric, 1)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import math
+import os
+import signal
 import subprocess
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import IO, cast
+from typing import IO, NoReturn, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +19,7 @@ from numpy.typing import NDArray
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.errors import RenderError, require_extra
 from swarm_pz.evaluation.rollout import Rollout, Watch, game_number
-from swarm_pz.files import check_file, draft_of
+from swarm_pz.files import FULL, check_file, draft_of
 from swarm_pz.policy import Player
 from swarm_pz.rendering.board import INK, SHADE_COLOURS, TEAM_COLOURS
 from swarm_pz.rendering.painter import FILM, PICTURE, Overlay, Painter
@@ -87,14 +90,13 @@ def film_game(
         if value is not None and not (math.isfinite(value) and value > 0):
             raise RenderError(f"{name} must be a number above 0, got {value!r}")
     check_file(path)
-    number = game_number(pair, side)
 
     def report(game: Rollout) -> None:
         if progress is not None:
             end = game.batch.limit_s if seconds is None else min(seconds, game.batch.limit_s)
             progress(min(float(game.simulator.time_s[0]), end), end)
 
-    with closing(Rollout(policy, opponent, [number], seed=seed, config=config)) as game:
+    with closing(Rollout(policy, opponent, [game_number(pair, side)], seed=seed, config=config)) as game:
         if path.suffix == STILL:
             return _write_still(game, path, seconds, overlays, report)
         _write_film(game, path, seconds, speed, overlays, report)
@@ -104,22 +106,20 @@ def film_game(
 def _write_film(
     game: Rollout, path: Path, seconds: float | None, speed: float, overlays: Sequence[Overlay], report: Watch
 ) -> None:
-    every = max(1, round(speed / CONTROL_PERIOD / FILM_RATE))
-    layout = FILM if not overlays else PICTURE
-    painter = Painter(game.names(), targets=True, overlays=overlays, layout=layout)
-    count = 0
-    with open_film(path, speed / CONTROL_PERIOD / every, painter.size) as film:
+    every, count = max(1, round(speed / CONTROL_PERIOD / FILM_RATE)), 0
+    painter = Painter(game.names(), targets=True, overlays=overlays, layout=PICTURE if overlays else FILM)
+    with open_film(path, speed / CONTROL_PERIOD / every, painter.size) as append:
 
         def show(game: Rollout) -> None:
             nonlocal count
             if count % every == 0:
-                film(painter.draw(game.simulator))
+                append(painter.draw(game.simulator))
             count += 1
 
         show(game)
         game.play(seconds, after_control_period=show, after_step=report)
         if (count - 1) % every:  # how it ended, which would be left out
-            film(painter.draw(game.simulator))
+            append(painter.draw(game.simulator))
 
 
 def _write_still(game: Rollout, path: Path, seconds: float | None, overlays: Sequence[Overlay], report: Watch) -> str:
@@ -139,12 +139,6 @@ def _write_still(game: Rollout, path: Path, seconds: float | None, overlays: Seq
     return standing
 
 
-def check_film(path: Path) -> None:
-    """Raise a RenderError unless a file's suffix names a format that can be written."""
-    if path.suffix not in FORMATS:
-        raise RenderError(f"a film's file name must end in {' or '.join(FORMATS)}, got {str(path)!r}")
-
-
 @contextmanager
 def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callable[[NDArray[np.uint8]], None]]:
     """Give a function that appends a picture to the film; the file is there, and whole, when the block ends.
@@ -162,9 +156,10 @@ def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callab
     RenderError
         If the suffix names no format that can be written, or the encoder fails.
     OutputError
-        If the file cannot be written.
+        If the file cannot be written, as where the disk is full.
     """
-    check_film(path)
+    if path.suffix not in FORMATS:
+        raise RenderError(f"a film's file name must end in {' or '.join(FORMATS)}, got {str(path)!r}")
     program = require_extra("imageio_ffmpeg", "render").get_ffmpeg_exe()
     pictures = f"-f rawvideo -pix_fmt rgb24 -s {size[0]}x{size[1]} -r {rate} -i -".split()
     with draft_of(path) as draft, TemporaryDirectory() as folder, Path(folder, "said").open("w+") as said:
@@ -182,26 +177,28 @@ def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callab
             start_new_session=True,  # Ctrl-C is for this process, which ends that one
         )
         pipe = cast("IO[bytes]", encoder.stdin)
+        has_failed = True
         try:
-            yield lambda picture: _send(pipe, picture)
+            yield lambda picture: pipe.write(np.ascontiguousarray(picture).data)
             pipe.close()
-            failed = encoder.wait() != 0
+            has_failed = encoder.wait() != 0
         except BrokenPipeError:
-            failed = True
+            encoder.wait()
         finally:
             encoder.kill()  # unless it has ended
             with suppress(BrokenPipeError):
                 pipe.close()
             encoder.wait()
-        if failed:
+        if has_failed:
             said.seek(0)
-            raise RenderError(
-                f"the film {str(path)!r} could not be encoded: {said.read().strip() or 'no reason given'}"
-            )
+            _explain(path, said.read().strip(), encoder.returncode)
 
 
-def _send(pipe: IO[bytes], picture: NDArray[np.uint8]) -> None:
-    pipe.write(np.ascontiguousarray(picture).data)
+def _explain(path: Path, told: str, status: int) -> NoReturn:
+    """Say why the encoder has failed, of a full disk as `draft_of` does."""
+    if any(os.strerror(number) in told for number in FULL) or status == -getattr(signal, "SIGXFSZ", 0):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    raise RenderError(f"the film {str(path)!r} could not be encoded: {told or f'the encoder ended with {status}'}")
 
 
 def _palette() -> NDArray[np.uint8]:

@@ -4,26 +4,11 @@ import numpy as np
 import pygame
 import pytest
 
+from swarm_pz.errors import RenderError
 from swarm_pz.rendering.window import Window
 
 
-@pytest.fixture
-def window():
-    window = Window("a title", 50)
-    yield window
-    window.close()
-
-
-def test_a_window_shows_the_picture_upright_under_its_title(window):
-    picture = np.arange(6 * 8 * 3, dtype=np.uint8).reshape(6, 8, 3)
-    for shown in (picture, picture[::-1]):
-        window.show(shown)
-        on_screen = pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
-        np.testing.assert_array_equal(on_screen, shown)
-    assert pygame.display.get_caption()[0] == "a title"
-
-
-def test_a_window_keeps_its_rate_answers_the_desktop_and_closes(window, monkeypatch):
+def test_a_window_shows_the_picture_upright_under_its_title_keeps_its_rate_and_closes(monkeypatch):
     asked = []
 
     class Clock:
@@ -32,9 +17,20 @@ def test_a_window_keeps_its_rate_answers_the_desktop_and_closes(window, monkeypa
 
     monkeypatch.setattr("pygame.time.Clock", Clock)
     monkeypatch.setattr("pygame.event.pump", lambda: asked.append("answered"))
-    other = Window("other", 50)
-    other.show(np.zeros((4, 4, 3), np.uint8))
-    other.refresh()
-    assert asked == ["answered", 50, "answered"]
-    other.close()
+    window, picture = Window("a title", 50), np.arange(6 * 8 * 3, dtype=np.uint8).reshape(6, 8, 3)
+    for shown in (picture, picture[::-1]):
+        window.show(shown)
+        on_screen = pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
+        np.testing.assert_array_equal(on_screen, shown)
+    assert pygame.display.get_caption()[0] == "a title"
+    window.refresh()
+    assert asked == ["answered", 50] * 2 + ["answered"]
+    window.close()
     assert not pygame.display.get_init()
+
+
+def test_without_a_display_human_says_so_and_does_not_hang(monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(RenderError, match="needs a display"):
+        Window("a title", 50)

@@ -2,20 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.paper.claims import (
-    adversary,
-    bunching_up,
-    capture_geometry,
-    comebacks,
-    drawing_attention,
-    ensemble_tactic,
-    flocking_comparison,
-    fluctuation,
-    permutation_invariance,
-    scale_invariance,
-    team_sizes,
-    wavefront,
-)
+from importlib import import_module
+
 from benchmarks.paper.figure import Figure
 from benchmarks.paper.page import Page
 
@@ -27,20 +15,10 @@ PAGE = Page(
 )
 
 FIGURES: dict[str, Figure] = {
-    module.FIGURE.name: module.FIGURE
-    for module in (
-        capture_geometry,
-        scale_invariance,
-        permutation_invariance,
-        fluctuation,
-        ensemble_tactic,
-        team_sizes,
-        flocking_comparison,
-        drawing_attention,
-        adversary,
-        bunching_up,
-        wavefront,
-        comebacks,
+    name: import_module(f"{__name__}.{name}").FIGURE
+    for name in (
+        "capture_geometry", "scale_invariance", "permutation_invariance", "fluctuation", "ensemble_tactic",
+        "team_sizes", "flocking_comparison", "drawing_attention", "adversary", "bunching_up", "wavefront", "comebacks",
     )
-}
+}  # fmt: skip
 """All figures by name, in the order of the page."""

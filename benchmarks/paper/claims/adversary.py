@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any, cast
 
 import numpy as np
 
 from benchmarks.paper import style
-from benchmarks.paper.figure import Figure, Finding, Interval
+from benchmarks.paper.figure import Figure, Finding, Number, estimate, standing
 from benchmarks.paper.players import Held
 from swarm_pz.config import GameConfig
-from swarm_pz.evaluation.intervals import bootstrap, wilson
-from swarm_pz.evaluation.rollout import game_number, play_games
+from swarm_pz.evaluation.rollout import Game, game_number, play_games
 from swarm_pz.policy import Policy, load
 
 PAIRS = 30
@@ -34,56 +34,40 @@ def median_win_rate(wins: Any) -> Any:
     return np.median(np.mean(wins, axis=(0, 2)))
 
 
-def outcomes_of(name: str, seconds: int, seed: int, config: GameConfig) -> list[str]:
+def play(name: str, seconds: int, seed: int, config: GameConfig) -> list[Game]:
     """Play a script that gives a command every so many seconds against uniform coverage, both sides of each pair."""
     player = cast("Policy", load(name, config))  # scripts are
     numbers = [game_number(pair, side) for pair in range(PAIRS) for side in ("red", "blue")]
-    games = play_games(Held(player, seconds), ADVERSARY, numbers, seed=seed, config=config)
-    return [game.outcome for game in games]
+    return play_games(Held(player, seconds), ADVERSARY, numbers, seed=seed, config=config)
 
 
 def measure(seed: int) -> Finding:
     """Play every naive tactic at both cadences under both sets of rules."""
-    statistic, interval, series, parts = {}, {}, {}, {}
+    numbers: dict[str, Number] = {}
+    series, parts, said = {}, {}, []
     configs = {name: GameConfig.preset(name) for name in VARIANTS}
-    for variant, config in configs.items():
-        for seconds in CADENCES:
-            played = {name: outcomes_of(name, seconds, seed, config) for name in NAIVE}
-            wins = np.array([[outcome == "win" for outcome in played[name]] for name in NAIVE], np.float64)
-            by_pair = wins.T.reshape(PAIRS, 2, len(NAIVE)).transpose(0, 2, 1)
-            value, low, high = map(float, bootstrap(by_pair, median_win_rate))
-            name = f"median_win_rate_{variant}_every_{seconds}_s"
-            statistic[name], interval[name] = value, (low, high)
-            part = f"`{variant}`, a command every {f'{seconds} s' if seconds > 1 else 'second'}"
-            parts[part] = high < 0.5
-            series[part] = [_row(name, played[name]) for name in NAIVE]
-    return Finding(
-        statistic=statistic,
-        interval=interval,
-        method=f"bootstrap over {PAIRS} pairs of games, sides swapped; in the picture Wilson's for each player",
-        supported=all(parts.values()),
-        seen=_describe(series, statistic, interval),
-        configs=configs,
-        seeds=[seed],
-        series=series,
-        parts=parts,
-    )
-
-
-def _row(name: str, outcomes: list[str]) -> dict[str, Any]:
-    counts = {key: outcomes.count(key) for key in ("win", "draw", "loss")}
-    return {"policy": name, "games": len(outcomes), **counts, "win_ci95": wilson(counts["win"], len(outcomes))}
-
-
-def _describe(series: dict[str, Any], statistic: dict[str, float], interval: dict[str, Interval]) -> str:
-    sentences = []
-    for part, name in zip(series, statistic, strict=True):
-        low, high = interval[name]
+    for (variant, config), seconds in itertools.product(configs.items(), CADENCES):
+        played = {name: play(name, seconds, seed, config) for name in NAIVE}
+        wins = np.array([[game.outcome == "win" for game in played[name]] for name in NAIVE], np.float64)
+        by_pair = wins.T.reshape(PAIRS, 2, len(NAIVE)).transpose(0, 2, 1)
+        value, (low, high) = estimate(by_pair, median_win_rate)
+        numbers[f"median_win_rate_{variant}_every_{seconds}_s"] = value, (low, high)
+        part = f"`{variant}`, a command every {f'{seconds} s' if seconds > 1 else 'second'}"
+        parts[part] = high < 0.5
+        series[part] = [standing(name, played[name]) for name in NAIVE]
         verdict = "a challenge" if high < 0.5 else "none" if low > 0.5 else "not surely one"
         above = [f"`{row['policy']}`" for row in series[part] if row["win_ci95"][0] > 0.5]
         more = f"; {', '.join(above)} win{'s' * (len(above) == 1)} clearly more than half" if above else ""
-        sentences.append(f"Rules {part}: {100 * statistic[name]:.0f} %, so uniform coverage is {verdict}{more}.")
-    return f"The median share that {len(NAIVE)} naive tactics win, of {2 * PAIRS} games each. " + " ".join(sentences)
+        said.append(f"Rules {part}: {100 * value:.0f} %, so uniform coverage is {verdict}{more}.")
+    return Finding(
+        numbers=numbers,
+        method=f"bootstrap over {PAIRS} pairs of games, sides swapped; in the picture Wilson's for each player",
+        holds=parts,
+        seen=f"The median share that {len(NAIVE)} naive tactics win, of {2 * PAIRS} games each. {' '.join(said)}",
+        configs=configs,
+        seeds=[seed],
+        series=series,
+    )
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
@@ -93,8 +77,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         style.bars(axes, rows)
         axes.set(xlabel=f"share of games against {ADVERSARY}", title="rules: " + part.replace("`", "") + "\n")
         axes.label_outer()
-    handles, _ = panels[0].get_legend_handles_labels()
-    style.legend_below(figure, handles)
+    style.legend_below(figure, panels[0])
 
 
 FIGURE = Figure(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -9,11 +10,10 @@ from numpy.typing import NDArray
 
 from benchmarks.paper import style
 from benchmarks.paper.coverage import gaussian
-from benchmarks.paper.figure import Figure, Finding, games_as_red
-from benchmarks.paper.losses import Losses
+from benchmarks.paper.figure import Figure, Finding, estimate, games_as_red
 from benchmarks.paper.players import Fixed
-from swarm_pz.config import RED, GameConfig
-from swarm_pz.evaluation.intervals import bootstrap, wilson
+from swarm_pz.config import BLUE, RED, GameConfig
+from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.evaluation.rollout import Rollout
 
 Array = NDArray[np.float64]
@@ -30,6 +30,42 @@ AT_ONCE = 5.0
 WATCHED = 60.0
 """Seconds after which a game is left."""
 LEAST = 0.1
+
+
+class Losses:
+    """Watches what blue loses, every control period.
+
+    Attributes
+    ----------
+    first, last : float64 array (E,)
+        Seconds at which blue first lost a drone and had lost all; infinite if it did not.
+    spread : float64 array (E,)
+        Root mean square distance of blue's drones from their mean just before the first loss; NaN without one.
+    """
+
+    def __init__(self, rollout: Rollout) -> None:
+        games = len(rollout.rows)
+        self.first, self.last = np.full((2, games), np.inf)
+        self.spread = np.full(games, np.nan)
+        self._before = rollout.simulator.teams == BLUE
+        self._places = rollout.simulator.positions.copy()
+
+    def __call__(self, rollout: Rollout) -> None:
+        """Look at all games."""
+        simulator = rollout.simulator
+        members = simulator.teams == BLUE
+        lost = (self._before & ~members).any(axis=1) & np.isinf(self.first)
+        for row in np.flatnonzero(lost):
+            own = self._places[row, self._before[row]].astype(np.float64)
+            self.spread[row] = np.sqrt(((own - own.mean(axis=0)) ** 2).sum(axis=1).mean())
+        self.first[lost] = simulator.time_s[lost]
+        over = ~members.any(axis=1) & np.isinf(self.last)
+        self.last[over] = simulator.time_s[over]
+        self._before, self._places = members, simulator.positions.copy()
+
+    def whole_within(self, seconds: float) -> NDArray[np.bool_]:
+        """Return which games (E,) blue lost whole, so soon after its first loss."""
+        return np.asarray(np.isfinite(self.last) & (self.last <= self.first + seconds + 1e-6))
 
 
 def disc(sigma: float | None, cells: int) -> Array:
@@ -55,72 +91,52 @@ def better_share(at_once: Array) -> Any:
     return np.mean(at_once, axis=(0, 1)).max(axis=-1)
 
 
-def is_compact(sigma: float | None) -> bool:
-    """Say whether a disc counts as one of a team close together."""
-    return sigma is not None and sigma <= COMPACT
-
-
-def is_spread(sigma: float | None) -> bool:
-    """Say whether a disc counts as one of a team that is spread."""
-    return sigma is None or sigma >= SPREAD
-
-
 def measure(seed: int) -> Finding:
     """Let blue hold each disc while red aims at it in each way, from the same starts."""
     config = GameConfig()
-    lost, spread = np.zeros((GAMES, len(SIGMAS), len(AIMERS))), np.zeros((GAMES, len(SIGMAS), len(AIMERS)))
-    for place, sigma in enumerate(SIGMAS):
-        holder = Fixed(disc(sigma, config.command_cells))
-        for way, aimer in enumerate(AIMERS):
-            rollout = Rollout(aimer, holder, games_as_red(GAMES), seed=seed, config=config)
-            place_blue(rollout, disc(sigma, config.command_cells), seed)
-            losses = Losses(rollout)
-            rollout.play(WATCHED, after_control_period=losses)
-            lost[:, place, way], spread[:, place, way] = losses.whole_within(AT_ONCE), losses.spread
-    compact, loose = (lost[:, [*map(kind, SIGMAS)]] for kind in (is_compact, is_spread))
-    value, low, high = map(float, bootstrap(compact, better_share))
-    other, other_low, other_high = map(float, bootstrap(loose, better_share))
-    both = np.concatenate([compact, loose], axis=1)
+    lost, spread = np.zeros((2, GAMES, len(SIGMAS), len(AIMERS)))
+    for (place, sigma), (way, aimer) in itertools.product(enumerate(SIGMAS), enumerate(AIMERS)):
+        command = disc(sigma, config.command_cells)
+        rollout = Rollout(aimer, Fixed(command), games_as_red(GAMES), seed=seed, config=config)
+        place_blue(rollout, command, seed)
+        losses = Losses(rollout)
+        rollout.play(WATCHED, after_control_period=losses)
+        lost[:, place, way], spread[:, place, way] = losses.whole_within(AT_ONCE), losses.spread
+    compact = lost[:, [sigma is not None and sigma <= COMPACT for sigma in SIGMAS]]
+    loose = lost[:, [sigma is None or sigma >= SPREAD for sigma in SIGMAS]]
     cut = compact.shape[1]
-    gap, gap_low, gap_high = map(
-        float, bootstrap(both, lambda drawn: better_share(drawn[:, :cut]) - better_share(drawn[:, cut:]))
-    )
-    supported = low > LEAST and gap_low > 0
-    rows = [
+    numbers = {
+        "all_at_once_compact": estimate(compact, better_share),
+        "all_at_once_spread": estimate(loose, better_share),
+        "difference": estimate(
+            np.concatenate([compact, loose], axis=1),
+            lambda drawn: better_share(drawn[:, :cut]) - better_share(drawn[:, cut:]),
+        ),
+    }
+    holds = numbers["all_at_once_compact"][1][0] > LEAST and numbers["difference"][1][0] > 0
+    rows: list[dict[str, Any]] = [
         {
             "sigma": sigma,
             "held": [float(np.nanmedian(one)) if np.isfinite(one).any() else None for one in spread[:, place].T],
-            "lost": [int(count) for count in lost[:, place].sum(axis=0)],
-            "interval": [wilson(int(count), GAMES) for count in lost[:, place].sum(axis=0)],
+            "lost": (counts := [int(count) for count in lost[:, place].sum(axis=0)]),
+            "interval": [wilson(count, GAMES) for count in counts],
         }
         for place, sigma in enumerate(SIGMAS)
     ]
+    each = ", ".join(f"{max(row['lost'])} of {GAMES} at {row['sigma']:g}" for row in rows if row["sigma"] is not None)
+    tight, even = (100 * numbers[f"all_at_once_{kind}"][0] for kind in ("compact", "spread"))
     return Finding(
-        statistic={"all_at_once_compact": value, "all_at_once_spread": other, "difference": gap},
-        interval={
-            "all_at_once_compact": (low, high),
-            "all_at_once_spread": (other_low, other_high),
-            "difference": (gap_low, gap_high),
-        },
+        numbers={**numbers},
         method=f"bootstrap over {GAMES} starts, the same for all; in the picture Wilson's for each disc",
-        supported=supported,
-        seen=_describe(rows, value, other, supported),
+        holds=holds,
+        seen="Blue holds a disc in the centre, and red aims at it by a disc (`chase`) or a ring (`ring`), of which the "
+        f"better counts. All of blue is lost within {AT_ONCE:g} s of its first loss in {each} map widths, and in "
+        f"{max(rows[-1]['lost'])} where blue covers the whole square. Teams that are close together (up to "
+        f"{COMPACT:g}) lose {tight:.0f} % of their games so, spread ones (from {SPREAD:g} on) {even:.1f} %: "
+        + ("to bunch up is to risk the game at once." if holds else "close drones are not surely lost at once."),
         configs={"paper": config},
         seeds=[seed],
         series={"rows": rows, "games": GAMES},
-    )
-
-
-def _describe(rows: list[dict[str, Any]], compact: float, spread: float, supported: bool) -> str:
-    even = rows[-1]
-    each = ", ".join(f"{max(row['lost'])} of {GAMES} at {row['sigma']:g}" for row in rows if row["sigma"] is not None)
-    return (
-        "Blue holds a disc in the centre, and red aims at it by a disc (`chase`) or a ring (`ring`), of which the "
-        "better counts. All of blue is lost within "
-        f"{AT_ONCE:g} s of its first loss in {each} map widths, and in {max(even['lost'])} where blue covers the whole "
-        f"square. Teams that are close together (up to {COMPACT:g}) lose {100 * compact:.0f} % of their games so, "
-        f"spread ones (from {SPREAD:g} on) {100 * spread:.1f} %: "
-        + ("to bunch up is to risk the game at once." if supported else "close drones are not surely lost at once.")
     )
 
 

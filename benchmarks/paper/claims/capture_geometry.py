@@ -79,10 +79,9 @@ def measure(_: int) -> Finding:
         }
     probes = len(SCENES) * GRID_CELLS**2
     return Finding(
-        statistic={"cells_that_differ": wrong / probes},
-        interval={"cells_that_differ": wilson(wrong, probes)},
+        numbers={"cells_that_differ": (wrong / probes, wilson(wrong, probes))},
         method=f"Wilson, {probes} games, one for each cell of each scene",
-        supported=wrong == 0,
+        holds=wrong == 0,
         seen=f"Of {probes:,} games, each with an opposing drone in another cell, {wrong} differ from what the rule "
         "says. One drone captures on the ring around it and not where it is; two capture what lies between them; a "
         "ring captures its middle; and 9 drones at a wall or 5 in a corner do what takes 16 on open ground.",
@@ -94,16 +93,13 @@ def measure(_: int) -> Finding:
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw the field of each scene, its drones, and outline what it captures."""
-    panels = figure.subplots(1, len(series), sharey=True)
-    image = None
+    panels, red = figure.subplots(1, len(series), sharey=True), style.TEAMS[RED]
+    look = {"origin": "lower", "cmap": "Greys", "vmin": 0, "vmax": 1, "extent": (0, WINDOW, 0, WINDOW), "zorder": 0}
     for axes, (name, scene) in zip(panels, series.items(), strict=True):
-        image = axes.imshow(
-            scene["field"], origin="lower", cmap="Greys", vmin=0, vmax=1, extent=(0, WINDOW, 0, WINDOW), zorder=0
-        )
+        image = axes.imshow(scene["field"], **look)
         for column, row in scene["captured"]:
-            axes.add_patch(
-                style.rectangle((column + 0.06, row + 0.06), 0.88, 0.88, fill=False, edgecolor=style.TEAMS[RED])
-            )
+            corner = (column + 0.06, row + 0.06)
+            axes.add_patch(style.patch("Rectangle", corner, 0.88, 0.88, fill=False, edgecolor=red))
         places = np.array(scene["drones"]) + 0.5
         style.drones(axes, places, np.full(len(places), RED), size=26)
         wrapped = name.replace(", ", ",\n")
@@ -117,17 +113,13 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
             wall(0, color=style.DARK, linewidth=4)
     panels[0].set_ylabel("y (cells of 1/50 map width)")
     bar = figure.colorbar(image, ax=panels, shrink=0.8, label="red's capture field / its maximum")
-    bar.ax.axhline(0.75, color=style.TEAMS[RED])
-    style.legend_below(
-        figure,
-        [
-            style.swatch("drone of red", style.TEAMS[RED], marker="o"),
-            style.swatch(
-                "an opposing drone here is captured: field above 0.75", style.TEAMS[RED], marker="s", hollow=True
-            ),
-            style.swatch("wall", style.DARK, line=4),
-        ],
-    )
+    bar.ax.axhline(0.75, color=red)
+    entries = [
+        style.swatch("drone of red", red, marker="o"),
+        style.swatch("an opposing drone here is captured: field above 0.75", red, marker="s", hollow=True),
+        style.swatch("wall", style.DARK, line=4),
+    ]
+    style.legend_below(figure, entries)
 
 
 FIGURE = Figure(

@@ -44,42 +44,36 @@ def measure(seed: int) -> Finding:
     players = installed(PLAYERS, GameConfig())
     strongest = players[-1]
     configs = {f"{own} against {other}": GameConfig(drones_per_team=(own, other)) for own, other in HANDICAPS}
-    rows, shown, statistic, interval = [], {}, {}, {}
+    rows: list[dict[str, Any]] = []
+    shown, numbers = {}, {}
     for handicap, config in configs.items():
         for player in players:
             games = play_games(player, OPPONENT, games_as_red(GAMES), seed=seed, config=config)
             results, histories = [game.outcome for game in games], [game.sizes for game in games]
             wins, draws = results.count("win"), results.count("draw")
-            rows.append(
-                {
-                    "handicap": handicap,
-                    "player": player,
-                    "wins": wins,
-                    "draws": draws,
-                    "games": GAMES,
-                    "win_interval": wilson(wins, GAMES),
-                }
-            )
+            row = {"handicap": handicap, "player": player, "wins": wins, "draws": draws, "games": GAMES}
+            rows.append(row | {"win_interval": wilson(wins, GAMES)})
             if player == strongest:
-                name = "win_rate_from_" + handicap.replace(" ", "_")
-                statistic[name], interval[name] = wins / GAMES, wilson(wins, GAMES)
+                numbers["win_rate_from_" + handicap.replace(" ", "_")] = wins / GAMES, wilson(wins, GAMES)
                 number = longest_behind(histories, results, config.num_drones)
                 shown[handicap] = None if number is None else histories[number]
-    supported = all(low > LEAST for low, _ in interval.values())
-    best = {handicap: [row for row in rows if row["handicap"] == handicap] for handicap in configs}
+    holds = all(low > LEAST for _, (low, _) in numbers.values())
     seen = " ".join(
         f"From {handicap}, "
-        + ", ".join(f"`{row['player']}` wins {row['wins']} and draws {row['draws']}" for row in group)
+        + ", ".join(
+            f"`{row['player']}` wins {row['wins']} and draws {row['draws']}"
+            for row in rows
+            if row["handicap"] == handicap
+        )
         + f" of {GAMES} games against `{OPPONENT}`."
-        for handicap, group in best.items()
+        for handicap in configs
     )
-    if not supported:
+    if not holds:
         seen += " A team this far behind wins too rarely to call it a chance."
     return Finding(
-        statistic=statistic,
-        interval=interval,
+        numbers={**numbers},
         method=f"Wilson over {GAMES} games",
-        supported=supported,
+        holds=holds,
         seen=seen,
         configs=configs,
         seeds=[seed],
@@ -101,24 +95,19 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     for place, share in zip(places, won, strict=True):
         left.text(1.01, place, f"{100 * share:.0f} %", va="center")
     left.set_yticks(places, labels, fontsize=8)
-    left.set(
-        xlim=(0, 1), ylim=(len(rows) - 0.4, -0.6), xlabel=f"share of games against {OPPONENT}", title="won from behind"
-    )
+    left.set(xlim=(0, 1), ylim=(len(rows) - 0.4, -0.6), xlabel=f"share of games against {OPPONENT}")
+    left.set_title("won from behind")
     left.grid(visible=False)
     left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
+    drones, strongest = series["drones"], series["strongest"]
     for (handicap, sizes), colour, dash in zip(series["games"].items(), style.SERIES, style.DASHES, strict=False):
         if sizes:
-            right.step(
-                range(len(sizes)), sizes, dash, where="post", color=colour, linewidth=1.8, label=f"from {handicap}"
-            )
-    style.mark(right, series["drones"] / 2, "equal teams")
-    right.set(
-        xlabel="time (s)",
-        ylabel=f"drones of {series['strongest']}, of {series['drones']}",
-        ylim=(0, series["drones"] + 0.5),
-    )
-    right.set_title(f"{series['strongest']}'s won games that were behind for the longest")
-    right.set_yticks(range(0, series["drones"] + 1, 5))
+            look = {"where": "post", "color": colour, "linewidth": 1.8, "label": f"from {handicap}"}
+            right.step(range(len(sizes)), sizes, dash, **look)
+    style.mark(right, drones / 2, "equal teams")
+    right.set(xlabel="time (s)", ylabel=f"drones of {strongest}, of {drones}", ylim=(0, drones + 0.5))
+    right.set_title(f"{strongest}'s won games that were behind for the longest")
+    right.set_yticks(range(0, drones + 1, 5))
     right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.paper import style
-from benchmarks.paper.figure import Figure, Finding, games_as_red
+from benchmarks.paper.figure import Figure, Finding, Interval, estimate, games_as_red
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.evaluation.intervals import bootstrap, rounded
@@ -33,19 +33,10 @@ LOOKS: tuple[Look, ...] = ("begin", "send")
 
 
 class Drawer:
-    """Plays a tactic as somebody does who needs time to draw: looks, draws, sends, and looks again.
+    """Plays a tactic as somebody who needs some seconds to draw: looks, draws, sends, and looks again.
 
-    What it sends is an answer to what it saw when it began to draw; until then its last command stays, and at first
-    that of a seat which has said nothing, uniform coverage. Beside it stands one that commands as seldom, but looks
-    when it sends.
-
-    Parameters
-    ----------
-    tactic : Policy
-    seconds : int
-        What a drawing takes, in commands of one second; 0 answers at once.
-    looks : {"begin", "send"}
-        When it looks.
+    What it sends is an answer to what it saw when it began to draw (or, to compare, when it sends); until then its last
+    command stays, at first uniform coverage.
     """
 
     def __init__(self, tactic: Policy, seconds: int, looks: Look = "begin") -> None:
@@ -103,25 +94,14 @@ def measure(seed: int) -> Finding:
     for opponent in OPPONENTS:
         at_once = tally(0, opponent, seed)
         for looks in LOOKS:
-            later = [tally(seconds, opponent, seed, looks) for seconds in DRAWING[1:]]
-            games[opponent, looks] = [at_once, *later]
+            games[opponent, looks] = [at_once, *(tally(seconds, opponent, seed, looks) for seconds in DRAWING[1:])]
+    drawn, away = f"more_lost_a_minute_by_{JUDGED}_s_of_drawing", f"more_lost_a_minute_by_looking_away_for_{JUDGED}_s"
     pairs = {
-        f"more_lost_a_minute_by_{JUDGED}_s_of_drawing": {
-            opponent: (games[opponent, "begin"][0], games[opponent, "begin"][judged]) for opponent in OPPONENTS
-        },
-        f"more_lost_a_minute_by_looking_away_for_{JUDGED}_s": {
-            opponent: (games[opponent, "send"][judged], games[opponent, "begin"][judged]) for opponent in OPPONENTS
-        },
-    }
-    more = {
-        f"{name}_against_{opponent}": tuple(map(float, bootstrap(np.stack(two, axis=1), more_lost)))
-        for name, of in pairs.items()
-        for opponent, two in of.items()
-    }
-    parts = {
-        f"against {opponent}": more[f"more_lost_a_minute_by_{JUDGED}_s_of_drawing_against_{opponent}"][1] > 0
+        f"{name}_against_{opponent}": (games[opponent, looks][place], games[opponent, "begin"][judged])
+        for name, looks, place in ((drawn, LOOKS[0], 0), (away, LOOKS[1], judged))
         for opponent in OPPONENTS
     }
+    more = {name: estimate(np.stack(two, axis=1), more_lost) for name, two in pairs.items()}
     found = {
         opponent: {
             looks: {
@@ -133,32 +113,30 @@ def measure(seed: int) -> Finding:
         for opponent in OPPONENTS
     }
     return Finding(
-        statistic={name: value for name, (value, _, _) in more.items()},
-        interval={name: (low, high) for name, (_, low, high) in more.items()},
+        numbers={**more},
         method=f"bootstrap over {GAMES} starts, which all share",
-        supported=all(parts.values()),
-        parts=parts,
-        seen=_describe(found, more),
+        holds={f"against {opponent}": more[f"{drawn}_against_{opponent}"][1][0] > 0 for opponent in OPPONENTS},
+        seen=_describe(found, {opponent: more[f"{drawn}_against_{opponent}"] for opponent in OPPONENTS}),
         configs={"paper": GameConfig()},
         seeds=[seed],
         series=found,
     )
 
 
-def _describe(found: dict[str, Any], more: dict[str, tuple[float, ...]]) -> str:
+def _describe(found: dict[str, Any], more: dict[str, tuple[float, Interval]]) -> str:
     judged = DRAWING.index(JUDGED)
     text = (
         f"`{TACTIC}` looks, draws for some seconds, and then sends; its last command stays meanwhile. {GAMES} games "
         f"from the same starts, {SECONDS} s of each at most."
     )
     for opponent, rows in found.items():
-        late, prompt = rows["begin"], rows["send"]
-        value, low, high = more[f"more_lost_a_minute_by_{JUDGED}_s_of_drawing_against_{opponent}"]
+        late, prompt = ([lost for lost, *_ in rows[looks]["lost"]] for looks in LOOKS)
+        value, (low, high) = more[opponent]
         text += (
-            f" Against `{opponent}` it loses {late['lost'][0][0]:.0f} drones a minute if it commands at once, every "
-            f"second, and {late['lost'][judged][0]:.0f} if a drawing takes {JUDGED} s ({value:+.1f}, {low:+.1f} to "
-            f"{high:+.1f}); if it commands as seldom, but answers what it sees then, {prompt['lost'][judged][0]:.0f}; "
-            f"with {DRAWING[-1]} s {late['lost'][-1][0]:.0f} and {prompt['lost'][-1][0]:.0f}."
+            f" Against `{opponent}` it loses {late[0]:.0f} drones a minute if it commands at once, every second, and "
+            f"{late[judged]:.0f} if a drawing takes {JUDGED} s ({value:+.1f}, {low:+.1f} to {high:+.1f}); if it "
+            f"commands as seldom, but answers what it sees then, {prompt[judged]:.0f}; with {DRAWING[-1]} s "
+            f"{late[-1]:.0f} and {prompt[-1]:.0f}."
         )
         if high < 0:
             text += " So it loses fewer."
@@ -183,7 +161,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     left.set_ylim(bottom=0)
     style.mark(right, 50, "even")
     right.set(ylabel=f"share of all drones after {SECONDS} s (%)", xlabel="seconds between two commands", ylim=(0, 100))
-    style.legend_below(figure, left.get_legend_handles_labels()[0])
+    style.legend_below(figure, left)
 
 
 FIGURE = Figure(

@@ -9,10 +9,10 @@ import numpy as np
 
 from benchmarks.paper import style
 from benchmarks.paper.claims import ensemble_moments
-from benchmarks.paper.figure import Figure, Finding, games_as_red
+from benchmarks.paper.figure import Figure, Finding, Number, estimate, games_as_red, standing
 from benchmarks.paper.players import Ensemble
 from swarm_pz.config import GameConfig
-from swarm_pz.evaluation.intervals import mean_with_interval, wilson
+from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.evaluation.rollout import Game, play_games
 from swarm_pz.spaces.densities import disc, ring
 
@@ -37,44 +37,34 @@ TACTICS: dict[str, Callable[[GameConfig], Ensemble]] = {
 
 def measure(seed: int) -> Finding:
     """Play every tactic under both sets of rules, from the same starts."""
-    statistic, interval, series, parts = {}, {}, {}, {}
-    configs, shown = {name: GameConfig.preset(name) for name in VARIANTS}, None
+    numbers: dict[str, Number] = {}
+    series, parts, shown = {}, {}, None
+    configs = {name: GameConfig.preset(name) for name in VARIANTS}
     for variant, config in configs.items():
         played = {
             name: play_games(make(config), OPPONENT, games_as_red(GAMES), seed=seed, config=config)
             for name, make in TACTICS.items()
         }
-        rows = [_row(name, games) for name, games in played.items()]
+        rows = [standing(name, games) for name, games in played.items()]
         for key in ("win", "loss"):
-            statistic[f"{key}_rate_{variant}"] = rows[0][key] / GAMES
-            interval[f"{key}_rate_{variant}"] = wilson(rows[0][key], GAMES)
+            numbers[f"{key}_rate_{variant}"] = rows[0][key] / GAMES, wilson(rows[0][key], GAMES)
         won = {name: np.array([game.outcome == "win" for game in games], float) for name, games in played.items()}
-        gain, ends = mean_with_interval(won[SAID] - won[ALONE])
-        statistic[f"win_rate_gained_by_tracking_{variant}"] = gain
-        interval[f"win_rate_gained_by_tracking_{variant}"] = ends
-        parts[variant] = interval[f"win_rate_{variant}"][0] > 0.5
+        numbers[f"win_rate_gained_by_tracking_{variant}"] = estimate(won[SAID] - won[ALONE])
+        parts[variant] = rows[0]["win_ci95"][0] > 0.5
         series[variant] = rows
         if any(won[SAID]):
             game = _longest_stand(played[SAID], config.num_drones)
             frames = ensemble_moments.frames(TACTICS[SAID](config), OPPONENT, game, seed, config)
             shown = {"rules": variant, "pair": game.pair, "frames": frames}
     return Finding(
-        statistic=statistic,
-        interval=interval,
+        numbers=numbers,
         method=f"Wilson over {GAMES} games; bootstrap over pairs of games from the same start for what is gained",
-        supported=all(parts.values()),
+        holds=parts,
         seen=_describe(series),
         configs=configs,
         seeds=[seed],
         series={"played": series, "shown": shown},
-        parts=parts,
     )
-
-
-def _row(name: str, games: list[Game]) -> dict[str, Any]:
-    results = [game.outcome for game in games]
-    counts = {key: results.count(key) for key in ("win", "draw", "loss")}
-    return {"policy": name, "games": len(games), **counts, "win_ci95": wilson(counts["win"], len(games))}
 
 
 def _wins(row: dict[str, Any]) -> str:
@@ -112,7 +102,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     for axes, (variant, rows) in zip(panels, series["played"].items(), strict=True):
         style.bars(axes, rows)
         axes.set(xlabel=f"share of games against {OPPONENT}", title=f"rules: {variant}\n")
-    style.legend_below(bottom, panels[0].get_legend_handles_labels()[0])
+    style.legend_below(bottom, panels[0])
 
 
 FIGURE = Figure(

@@ -21,8 +21,8 @@ from benchmarks.paper.claims.flocking_flights import (
 )
 from benchmarks.paper.claims.flocking_picture import draw
 from benchmarks.paper.coverage import SECONDS, Flight, over_seeds
-from benchmarks.paper.figure import Figure, Finding, game_seeds
-from swarm_pz.evaluation.intervals import bootstrap, mean_with_interval, median_with_interval, rounded, wilson
+from benchmarks.paper.figure import Figure, Finding, Number, estimate, game_seeds
+from swarm_pz.evaluation.intervals import median_with_interval, rounded, wilson
 
 SEEDS = 20
 KEYS = {ERGODIC: "ergodic", SEQUENCE: "two_attractors", ADAPTER: "drawing_to_flock"}
@@ -39,30 +39,26 @@ def measure(seed: int) -> Finding:
     flights, spread, (shares, reaches) = fly(seeds), spreads(seeds), asked()
     seconds = {name: first_reached(flight.metric) for name, flight in flights.items()}
     reached = {name: int(np.isfinite(when).sum()) for name, when in seconds.items()}
-    intervals = {name: wilson(count, SEEDS) for name, count in reached.items()}
+    share = {name: (count / SEEDS, wilson(count, SEEDS)) for name, count in reached.items()}
+    ends = {name: estimate(flight.metric[:, -1]) for name, flight in flights.items()}
     medians = {name: median_with_interval(when) for name, when in seconds.items()}
-    ratio, low, high = map(float, bootstrap(spread, widest_over_narrowest))
+    ratio, (low, high) = estimate(spread, widest_over_narrowest)
+    wanted = float(reaches[0] / reaches[1])
+    more, fewer = share[ERGODIC][1][0] > 0.5, share[ADAPTER][1][1] < 0.5
     parts = {
-        "one drawing, and sooner": bool(
-            intervals[ERGODIC][0] > 0.5
-            and intervals[ADAPTER][1] < 0.5
-            and medians[ERGODIC][1][1] < medians[SEQUENCE][1][0]
-        ),
-        "the weight sets the compactness": bool(low >= reaches[0] / reaches[1]),
+        "one drawing, and sooner": more and fewer and medians[ERGODIC][1][1] < medians[SEQUENCE][1][0],
+        "the weight sets the compactness": low >= wanted,
     }
-    ends = {name: mean_with_interval(flight.metric[:, -1]) for name, flight in flights.items()}
+    measured = {"reached_by_{}": share, f"metric_at_{SECONDS}_s_{{}}": ends, "median_seconds_{}": medians}
+    numbers: dict[str, Number] = {
+        words.format(key): found[name] for words, found in measured.items() for name, key in KEYS.items()
+    }
+    numbers["flock_at_least_weight_over_largest"] = ratio, (low, high)
+    numbers["drawn_spots_diffuse_over_compact"] = wanted, None
     return Finding(
-        statistic={f"reached_by_{key}": reached[name] / SEEDS for name, key in KEYS.items()}
-        | {f"metric_at_{SECONDS}_s_{key}": ends[name][0] for name, key in KEYS.items()}
-        | {f"median_seconds_{key}": medians[name][0] for name, key in KEYS.items()}
-        | {"flock_at_least_weight_over_largest": ratio, "drawn_spots_diffuse_over_compact": reaches[0] / reaches[1]},
-        interval={f"reached_by_{key}": intervals[name] for name, key in KEYS.items()}
-        | {f"metric_at_{SECONDS}_s_{key}": ends[name][1] for name, key in KEYS.items()}
-        | {f"median_seconds_{key}": medians[name][1] for name, key in KEYS.items()}
-        | {"flock_at_least_weight_over_largest": (low, high)},
+        numbers=numbers,
         method=f"Wilson over {SEEDS} seeds; bootstrap over seeds for metrics and widths; order statistics for medians",
-        supported=all(parts.values()),
-        parts=parts,
+        holds=parts,
         seen=_describe(reached, {name: median for name, (median, _) in medians.items()}, flights)
         + _describe_weights(spread, (ratio, low, high), reaches),
         configs={name: flight.config for name, flight in flights.items()},

@@ -25,7 +25,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     left.set_title("mean over seeds, band 95 %")
     _draw_modes(middle, series)
     _draw_weights(right, series)
-    style.legend_below(figure, left.get_legend_handles_labels()[0], columns=3)
+    style.legend_below(figure, left, columns=3)
 
 
 def _draw_maps(figure: Any, series: dict[str, Any]) -> None:
@@ -36,7 +36,7 @@ def _draw_maps(figure: Any, series: dict[str, Any]) -> None:
         style.arena(axes, name)
         image = axes.imshow(cells, origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=8)
         for mode in MODES:
-            axes.add_patch(style.circle(mode, NEAR, fill=False, edgecolor=style.DARK, linestyle="--"))
+            axes.add_patch(style.patch("Circle", mode, NEAR, fill=False, edgecolor=style.DARK, linestyle="--"))
         axes.label_outer()
     figure.colorbar(image, ax=panels, label=f"density in {SECONDS} s / even cover", extend="max")
 

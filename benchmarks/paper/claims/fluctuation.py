@@ -9,15 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.paper import style
-from benchmarks.paper.coverage import (
-    COVERED,
-    JUDGED,
-    TARGETS,
-    hand_over,
-    metric_over_time,
-    over_seeds,
-    start,
-)
+from benchmarks.paper.coverage import COVERED, JUDGED, TARGETS, hand_over, metric_over_time, over_seeds, start
 from benchmarks.paper.curves import over_time
 from benchmarks.paper.figure import Figure, Finding, game_seeds
 from swarm_pz.config import RED, CaptureConfig, GameConfig
@@ -94,11 +86,9 @@ def measure(seed: int) -> Finding:
         if interval[1] > COVERED
     ]
     return Finding(
-        statistic={name: mean for name, (mean, _) in named.items()},
-        interval={name: interval for name, (_, interval) in named.items()},
+        numbers={**named},
         method=f"bootstrap over {SEEDS} seeds",
-        supported=all(parts.values()),
-        parts=parts,
+        holds=parts,
         seen=f"Red's {DRONES} drones follow one command, sent once; blue's {DRONES} cover the square. Captured drones "
         f"are drawn by lot. The metric of all places where red's drones were, after {JUDGED} s: {said}."
         + (f" Not surely at most {COVERED:g}: {', '.join(unsure)}." if unsure else ""),
@@ -110,12 +100,7 @@ def measure(seed: int) -> Finding:
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw the metric over time for each target, a line for each way of changing sides."""
-    panels = figure.subplots(1, len(series), sharey=True)
-    for axes, (target, found) in zip(panels, series.items(), strict=True):
-        over_time(axes, found)
-        axes.set_title(f"target: {target}")
-    panels[0].set_ylabel("ergodic metric E (no unit; 0: covered exactly)")
-    style.legend_below(figure, panels[0].get_legend_handles_labels()[0])
+    style.for_targets(figure, series, over_time, "ergodic metric E (no unit; 0: covered exactly)")
 
 
 FIGURE = Figure(

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from benchmarks.paper import style
 from benchmarks.paper.coverage import JUDGED, TARGETS, give, lone_team, over_seeds, periods, start
-from benchmarks.paper.figure import Figure, Finding, game_seeds
+from benchmarks.paper.figure import Figure, Finding, estimate, game_seeds
 from swarm_pz.config import RED, TICKS_PER_CONTROL_PERIOD
-from swarm_pz.evaluation.intervals import mean_with_interval, rounded
+from swarm_pz.evaluation.intervals import rounded
 from swarm_pz.kernels.game import Games
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.ergodicity import ErgodicMetric
@@ -75,17 +75,15 @@ def measure(seed: int) -> Finding:
 
     periods(one, JUDGED, observe)
     metric = np.array(values)
-    difference, interval = mean_with_interval(metric[-1, 1] - metric[-1, 0])
+    difference, interval = estimate(metric[-1, 1] - metric[-1, 0])
     largest = float(after_one.max())
-    supported = largest <= ROUNDING and max(map(abs, interval)) <= SAME
     return Finding(
-        statistic={
-            "largest_distance_after_a_control_period": largest,
-            f"difference_of_metric_at_{JUDGED}_s": difference,
+        numbers={
+            "largest_distance_after_a_control_period": (largest, None),
+            f"difference_of_metric_at_{JUDGED}_s": (difference, interval),
         },
-        interval={f"difference_of_metric_at_{JUDGED}_s": interval},
         method=f"bootstrap over {SEEDS} seeds; a largest value has none",
-        supported=supported,
+        holds=largest <= ROUNDING and max(map(abs, interval)) <= SAME,
         seen=f"{DRONES} drones in another order are, one control period later, at most {largest:.1e} map widths from "
         "where they would have been: rounding. The games are chaotic, so single drones go other ways within seconds, "
         f"but the team covers its target as before: after {JUDGED} s the metric differs by {difference:+.6f} on "
@@ -105,28 +103,19 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw how far drones come apart, and the metric of both orders."""
     left, right = figure.subplots(1, 2)
     times = 0.1 * np.arange(1, len(series["largest_distance"]) + 1)
-    left.plot(times, np.maximum(series["largest_distance"], 1e-9), color=style.SERIES[2], label="median of the games")
-    left.plot(
-        times, np.maximum(series["most_distance"], 1e-9), ":", color=style.SERIES[2], label="farthest of all games"
-    )
+    for name, dash, label in (
+        ("largest_distance", "-", "median of the games"),
+        ("most_distance", ":", "farthest of all games"),
+    ):
+        left.plot(times, np.maximum(series[name], 1e-9), dash, color=style.SERIES[2], label=label)
     style.mark(left, ROUNDING, "rounding: the limit for the first control period")
-    left.set(
-        yscale="log",
-        xlabel="time since the permutation (s)",
-        ylabel="farthest drone from its permuted self (map widths)",
-        title="single drones: rounding, then chaos",
-        xlim=(0, times[-1]),
-    )
+    left.set(yscale="log", xlabel="time since the permutation (s)", xlim=(0, times[-1]))
+    left.set(ylabel="farthest drone from its permuted self (map widths)", title="single drones: rounding, then chaos")
     left.legend(loc="lower right")
     for name, colour, dash in (("original", style.SERIES[0], "-"), ("permuted", style.SERIES[1], "--")):
         style.band(right, times, series[name], colour, dash, f"{name} order: mean over {SEEDS} seeds, band 95 %")
-    right.set(
-        yscale="log",
-        xlabel="time (s)",
-        ylabel="ergodic metric E (no unit)",
-        title="the team: the same coverage",
-        xlim=(0, times[-1]),
-    )
+    right.set(yscale="log", xlabel="time (s)", xlim=(0, times[-1]))
+    right.set(ylabel="ergodic metric E (no unit)", title="the team: the same coverage")
     right.legend(loc="upper right")
 
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from benchmarks.paper import style
 from benchmarks.paper.coverage import COVERED, JUDGED, SECONDS, Flight, lone_team, over_seeds, start
 from benchmarks.paper.drawings import DRAWINGS
-from benchmarks.paper.figure import Figure, Finding, game_seeds
+from benchmarks.paper.figure import Figure, Finding, estimate, game_seeds
 from swarm_pz.config import GameConfig
-from swarm_pz.evaluation.intervals import bootstrap, mean_with_interval, rounded
+from swarm_pz.evaluation.intervals import rounded
 
 SEEDS = 20
 SIZES = (6, 12, 24)
@@ -47,31 +47,26 @@ def measure(seed: int) -> Finding:
     # (controllers, seeds, drawings, sizes)
     judged = np.array([[flight.metric[:, JUDGED - 1] for flight in row.values()] for row in flown.values()])
     judged = judged.reshape(len(DRAWINGS), len(CONTROLLERS), len(SIZES), -1).transpose(1, 3, 0, 2)
-    worst = {name: bootstrap(values, worst_mean) for name, values in zip(CONTROLLERS, judged, strict=True)}
-    found = {f"worst_metric_at_{JUDGED}_s_{name}": three for name, three in worst.items()}
+    worst = {name: estimate(values, worst_mean) for name, values in zip(CONTROLLERS, judged, strict=True)}
     agreements = {}
     for drawing, row in flown.items():
         for name in CONTROLLERS:
             small, large = (row[f"{size} drones, {name}"].maps(CELLS) for size in (SIZES[0], SIZES[-1]))
-            agreements[name, drawing] = mean_with_interval(apart(small, large))
-    covers = bool(worst["ergodic"][2] <= COVERED)
-    names = {key: f"{SIZES[0]}_and_{SIZES[-1]}_apart_{key[1]}_{key[0]}" for key in agreements}
+            agreements[name, drawing] = estimate(apart(small, large))
+    covers = worst["ergodic"][1][1] <= COVERED
     return Finding(
-        statistic={name: float(three[0]) for name, three in found.items()}
-        | {names[key]: mean for key, (mean, _) in agreements.items()},
-        interval={name: (float(three[1]), float(three[2])) for name, three in found.items()}
-        | {names[key]: ends for key, (_, ends) in agreements.items()},
+        numbers={
+            **{f"worst_metric_at_{JUDGED}_s_{name}": number for name, number in worst.items()},
+            **{f"{SIZES[0]}_and_{SIZES[-1]}_apart_{drawing}_{name}": n for (name, drawing), n in agreements.items()},
+        },
         method=f"bootstrap over {SEEDS} seeds",
-        supported=covers,
+        holds=covers,
         seen=_describe(judged.mean(axis=1), {key: mean for key, (mean, _) in agreements.items()}, covers),
         configs=configs,
         seeds=seeds,
         series={
             drawing: {
-                name: {
-                    "metric": over_seeds(flight.metric),
-                    "map": rounded(SHOWN**2 * flight.maps(SHOWN)[0], 3),
-                }
+                name: {"metric": over_seeds(flight.metric), "map": rounded(SHOWN**2 * flight.maps(SHOWN)[0], 3)}
                 for name, flight in row.items()
             }
             for drawing, row in flown.items()
@@ -120,16 +115,15 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
         axes.tick_params(labelbottom=drawing == [*series][-1])
     panels[0, -1].set_title(f"metric E; asked: {COVERED:g} from {JUDGED} s")
     panels[-1, -1].set_xlabel("time (s)")
-    handles, labels = panels[0, -1].get_legend_handles_labels()
-    style.legend_below(figure, handles[: len(labels)], columns=6)
+    style.legend_below(figure, panels[0, -1], columns=6)
 
 
 def _draw_drawing(axes: Any, name: str) -> None:
     drawing = DRAWINGS[name]
     style.arena(axes, "drawn" if name == next(iter(DRAWINGS)) else "")
     axes.imshow(drawing.density, origin="lower", extent=(0, 1, 0, 1), cmap="Greys", vmin=0, vmax=1.4)
-    for brush, _, points in drawing.strokes:
-        axes.plot(*np.transpose(points), color=style.BRUSHES[brush], linewidth=1.6)
+    for stroke in drawing.strokes:
+        axes.plot(*np.transpose(stroke.points), color=style.BRUSHES[stroke.brush], linewidth=1.6)
 
 
 FIGURE = Figure(

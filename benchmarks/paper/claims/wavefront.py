@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.paper import style
-from benchmarks.paper.figure import Figure, Finding, games_as_red
+from benchmarks.paper.figure import Figure, Finding, Interval, estimates, games_as_red
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.evaluation.intervals import bootstrap
 from swarm_pz.evaluation.rollout import Rollout
@@ -43,34 +43,28 @@ def measure(seed: int) -> Finding:
     config, players = GameConfig(), (ATTACK, *OTHERS)
     games = np.stack([counts(name, seed, config) for name in players], axis=1)
     found, low, high = bootstrap(games, rates)
-    gap, gap_low, gap_high = bootstrap(games, gaps)
-    parts = {"captures many": bool(gap_low[0] > 0), "at high risk": bool(gap_low[1] > 0)}
-    named = {"taken_a_minute": 0, "lost_a_minute": 1}
+    above = estimates(["taken_a_minute_above_the_median", "lost_a_minute_above_the_median"], games, gaps)
+    taken, lost = above.values()
     return Finding(
-        statistic={name: float(found[0, place]) for name, place in named.items()}
-        | {f"{name}_above_the_median": float(gap[place]) for name, place in named.items()},
-        interval={name: (float(low[0, place]), float(high[0, place])) for name, place in named.items()}
-        | {
-            f"{name}_above_the_median": (float(gap_low[place]), float(gap_high[place])) for name, place in named.items()
+        numbers={
+            "taken_a_minute": (float(found[0, 0]), (float(low[0, 0]), float(high[0, 0]))),
+            "lost_a_minute": (float(found[0, 1]), (float(low[0, 1]), float(high[0, 1]))),
+            **above,
         },
         method=f"bootstrap over {GAMES} starts, the same for all players",
-        supported=all(parts.values()),
-        seen=_describe(found, gap, gap_low, gap_high),
+        holds={"captures many": taken[1][0] > 0, "at high risk": lost[1][0] > 0},
+        seen=f"Against `{OPPONENT}` the wave takes {found[0, 0]:.0f} drones a minute and loses {found[0, 1]:.0f}; that "
+        f"is {taken[0]:+.0f} and {lost[0]:+.0f} beside the median of {len(OTHERS)} other tactics: {_surely(taken)} are "
+        f"taken than is usual, and {_surely(lost)} lost.",
         configs={"paper": config},
         seeds=[seed],
         series={"players": players, "rates": found.tolist(), "low": low.tolist(), "high": high.tolist()},
-        parts=parts,
     )
 
 
-def _describe(found: Any, gap: Any, low: Any, high: Any) -> str:
-    words = ["surely more" if above else "surely fewer" if below else "not surely more"
-             for above, below in zip(low > 0, high < 0, strict=True)]  # fmt: skip
-    return (
-        f"Against `{OPPONENT}` the wave takes {found[0, 0]:.0f} drones a minute and loses {found[0, 1]:.0f}; that is "
-        f"{gap[0]:+.0f} and {gap[1]:+.0f} beside the median of {len(OTHERS)} other tactics: {words[0]} are taken than "
-        f"is usual, and {words[1]} lost."
-    )
+def _surely(number: tuple[float, Interval]) -> str:
+    low, high = number[1]
+    return "surely more" if low > 0 else "surely fewer" if high < 0 else "not surely more"
 
 
 def draw(figure: Any, series: dict[str, Any]) -> None:
@@ -82,23 +76,13 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     look = {"ha": "center", "va": "top", "rotation": 45, "rotation_mode": "anchor", "transform_rotates_text": True}
     axes.text(0.42 * most, 0.41 * most, "as many taken as lost", color=style.GREY, fontsize=8, **look)
     for place, name in enumerate(series["players"]):
-        colour = style.SERIES[1] if name == ATTACK else style.SERIES[0]
-        taken, lost = found[place]
-        across = [[lost - low[place, 1]], [high[place, 1] - lost]]
-        up = [[taken - low[place, 0]], [high[place, 0] - taken]]
-        axes.errorbar(lost, taken, xerr=across, yerr=up, fmt="D" if name == ATTACK else "o", color=colour, capsize=2)
-        weight = "bold" if name == ATTACK else "normal"
-        aside = (-6, 6, "right") if name == "halo" else (6, -12 if name == "ring" else 6, "left")
-        axes.annotate(
-            name,
-            (lost, taken),
-            aside[:2],
-            ha=aside[2],
-            textcoords="offset points",
-            color=colour,
-            weight=weight,
-            fontsize=8,
-        )
+        is_wave, (taken, lost) = name == ATTACK, found[place]
+        colour, marker, weight = (style.SERIES[1], "D", "bold") if is_wave else (style.SERIES[0], "o", "normal")
+        up, across = np.stack([found[place] - low[place], high[place] - found[place]], axis=1)[..., None]
+        axes.errorbar(lost, taken, xerr=across, yerr=up, fmt=marker, color=colour, capsize=2)
+        *aside, side = (-6, 6, "right") if name == "halo" else (6, -12 if name == "ring" else 6, "left")
+        words = {"color": colour, "weight": weight, "fontsize": 8, "ha": side, "textcoords": "offset points"}
+        axes.annotate(name, (lost, taken), aside, **words)
     axes.set(xlim=(0, most), ylim=(0, most))
     axes.set(xlabel="drones lost a minute (95 %)", ylabel=f"drones taken a minute from {OPPONENT} (95 %)")
 

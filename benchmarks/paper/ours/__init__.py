@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 from benchmarks.paper.figure import Figure
-from benchmarks.paper.ours import communication, dropout, relays, short_memory
 from benchmarks.paper.page import Page
 
 PAGE = Page(
@@ -25,6 +26,6 @@ What happens to a team whose drones hear each other badly, or fail? The paper ma
 )
 
 FIGURES: dict[str, Figure] = {
-    module.FIGURE.name: module.FIGURE for module in (communication, short_memory, relays, dropout)
+    name: import_module(f"{__name__}.{name}").FIGURE for name in ("communication", "short_memory", "relays", "dropout")
 }
 """All figures by name, in the order of the page."""

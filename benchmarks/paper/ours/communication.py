@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.paper.coverage import JUDGED, TARGETS, lone_team, over_seeds, periods, start
-from benchmarks.paper.figure import Figure, Finding, Interval, game_seeds
+from benchmarks.paper.figure import Figure, Finding, Interval, Number, game_seeds
 from benchmarks.paper.style import legend_below
 from benchmarks.paper.talk import CLOSE, DRONES, RADII, covered, over_talk, radius_names, ratio, rules, steps_that_fall
 from swarm_pz.config import RED
@@ -43,17 +43,17 @@ def measure(seed: int) -> Finding:
     ratios = {target: ratio(radius[:, place, -1], lone[:, place]) for place, target in enumerate(TARGETS)}
     gains = {target: ratio(lone[:, place], radius[:, place, 0]) for place, target in enumerate(TARGETS)}
     is_near = all(abs(value - 1.0) <= CLOSE for value, _ in ratios.values())
-    statistic: dict[str, float] = {}
+    numbers: dict[str, Number] = {}
     for target, (of_radius, of_loss) in zip(TARGETS, falls.tolist(), strict=True):
-        statistic |= {f"steps_of_radius_that_fall_{target}": of_radius, f"steps_of_loss_that_fall_{target}": of_loss}
-    names = {"radius_0_over_lone_drones": ratios, "lone_drones_over_all_to_all": gains}
-    measured = {f"{name}_{target}": found[target] for name, found in names.items() for target in TARGETS}
+        numbers[f"steps_of_radius_that_fall_{target}"] = of_radius, None
+        numbers[f"steps_of_loss_that_fall_{target}"] = of_loss, None
+    numbers |= {f"radius_0_over_lone_drones_{target}": number for target, number in ratios.items()}
+    numbers |= {f"lone_drones_over_all_to_all_{target}": number for target, number in gains.items()}
     with_lone = np.concatenate([radius, lone[..., None]], axis=-1)
     return Finding(
-        statistic=statistic | {name: value for name, (value, _) in measured.items()},
-        interval={name: interval for name, (_, interval) in measured.items()},
+        numbers=numbers,
         method=f"bootstrap over {SEEDS} seeds; a step falls if the whole interval of its mean does",
-        supported=is_near and not falls.any(),
+        holds=is_near and not falls.any(),
         seen=_describe(radius.mean(axis=0), loss.mean(axis=0), falls, gains),
         configs=by_radius | by_loss,
         seeds=seeds,
@@ -91,17 +91,14 @@ def _describe(
 def draw(figure: Any, series: dict[str, Any]) -> None:
     """Draw the metric against radius and against loss, a line a target."""
     panels = figure.subplots(1, 2, sharey=True)
-    names = {
-        "radius": [*radius_names(RADII), "lone\ndrones"],
-        "loss": [f"{100 * loss:g}" for loss in LOSSES],
-    }
+    names = {"radius": [*radius_names(RADII), "lone\ndrones"], "loss": [f"{100 * loss:g}" for loss in LOSSES]}
     titles = {"radius": "who is near enough to hear", "loss": "what gets lost on the way"}
     for axes, name in zip(panels, titles, strict=True):
         over_talk(axes, names[name], {f"target: {target}": found for target, found in series[name].items()})
         axes.set_title(f"{titles[name]}: less talk to the right")
     panels[0].set_ylabel(f"ergodic metric E after {JUDGED} s (no unit)")
     panels[1].set_xlabel("messages lost (%)")
-    legend_below(figure, panels[0].get_legend_handles_labels()[0])
+    legend_below(figure, panels[0])
 
 
 FIGURE = Figure(

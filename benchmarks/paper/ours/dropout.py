@@ -20,10 +20,9 @@ from benchmarks.paper.coverage import (
     start,
 )
 from benchmarks.paper.curves import over_time
-from benchmarks.paper.figure import Figure, Finding, game_seeds
+from benchmarks.paper.figure import Figure, Finding, estimate, game_seeds
 from benchmarks.paper.talk import ratio
 from swarm_pz.config import CONTROL_PERIOD, RED, DynamicsConfig
-from swarm_pz.evaluation.intervals import mean_with_interval
 
 SEEDS, DRONES = 40, 12
 REPAIR_RATE = 0.1
@@ -72,11 +71,10 @@ def measure(seed: int) -> Finding:
     failing = {name: metric_over_time(start(config, seeds, TARGETS["bimodal"])) for name, config in configs.items()}
     captured = {name_of(rate): captured_and_back(seeds, rate) for rate in FAILURE_RATES if rate}
     judged, judged_captured = (
-        {name: mean_with_interval(values[:, JUDGED - 1]) for name, values in metric.items()}
-        for metric in (failing, captured)
+        {name: estimate(values[:, JUDGED - 1]) for name, values in metric.items()} for metric in (failing, captured)
     )
     worse = {name: ratio(failing[name][:, JUDGED - 1], values[:, JUDGED - 1]) for name, values in captured.items()}
-    supported = all(judged[name_of(rate)][1][1] <= COVERED for rate in FAILURE_RATES if rate <= HALF_OUT)
+    holds = all(judged[name_of(rate)][1][1] <= COVERED for rate in FAILURE_RATES if rate <= HALF_OUT)
     numbers = {
         **_keyed(f"metric_at_{JUDGED}_s_", judged),
         **_keyed(f"metric_at_{JUDGED}_s_captured_", judged_captured),
@@ -85,16 +83,15 @@ def measure(seed: int) -> Finding:
     whole, half, most = (judged[name_of(rate)][0] for rate in (0.0, HALF_OUT, FAILURE_RATES[-1]))
     times, ends = worse[name_of(HALF_OUT)]
     return Finding(
-        statistic={name: mean for name, (mean, _) in numbers.items()},
-        interval={name: interval for name, (_, interval) in numbers.items()},
+        numbers=numbers,
         method=f"bootstrap over {SEEDS} seeds",
-        supported=supported,
+        holds=holds,
         seen=f"{DRONES} drones on the bimodal target; each fails at random and returns, with nothing remembered, after "
         f"{1 / REPAIR_RATE:.0f} s on average. After {JUDGED} s the metric is {whole:.5f} without failures, {half:.5f} "
         f"with half of the drones out at every time, and {most:.5f} with three quarters out. "
         + (
             "Nobody is told: the others fill the gaps."
-            if supported
+            if holds
             else "The target is still followed, but not as closely as claimed, and not only because they are fewer: "
             f"{DRONES // 2} drones that never fail come to {judged[FEWER][0]:.5f}."
         )
@@ -123,7 +120,7 @@ def draw(figure: Any, series: dict[str, Any]) -> None:
     panels[0].set_title("drones fail where they are, and return to work")
     panels[1].set_title("drones are captured, and come back")
     panels[0].set_ylabel("ergodic metric E of working drones (no unit)")
-    style.legend_below(figure, panels[0].get_legend_handles_labels()[0], columns=6)
+    style.legend_below(figure, panels[0], columns=6)
 
 
 FIGURE = Figure(

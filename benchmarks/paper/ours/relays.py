@@ -2,23 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from benchmarks.paper.coverage import JUDGED, TARGETS, over_seeds
-from benchmarks.paper.figure import Figure, Finding, game_seeds
-from benchmarks.paper.talk import (
-    CLOSE,
-    DRONES,
-    RADII,
-    covered,
-    over_radius,
-    rules,
-    steps_that_fall,
-    times_silence,
-)
-from swarm_pz.evaluation.intervals import bootstrap
+from benchmarks.paper.figure import Figure, Finding, estimates, game_seeds
+from benchmarks.paper.talk import CLOSE, DRONES, RADII, covered, over_radius, rules, steps_that_fall, times_silence
 
 SEEDS = 20
 HOPS = {"one hop": False, "relays": True}
@@ -33,19 +21,19 @@ def measure(seed: int) -> Finding:
         for name, relay in HOPS.items()
     }
     metric = np.stack([covered(by_radius, seeds) for by_radius in configs.values()], axis=1)
-    worst, low, high = bootstrap(metric, times_silence)
-    falls = steps_that_fall(metric).sum(axis=1)
+    names = [name.replace(" ", "_") for name in HOPS]
+    times = estimates([f"most_times_silence_with_{name}" for name in names], metric, times_silence)
+    worst = [value for value, _ in times.values()]
+    falls = steps_that_fall(metric).sum(axis=1).tolist()
     gains = metric[:, 0].mean(axis=0) / metric[:, 1].mean(axis=0)
     number, place = np.unravel_index(gains.argmax(), gains.shape)
-    names = [f"most_times_silence_with_{name.replace(' ', '_')}" for name in HOPS]
     return Finding(
-        statistic={
-            **dict(zip(names, worst.tolist(), strict=True)),
-            **{f"steps_that_fall_with_{name.replace(' ', '_')}": int(n) for name, n in zip(HOPS, falls, strict=True)},
+        numbers={
+            **times,
+            **{f"steps_that_fall_with_{name}": (count, None) for name, count in zip(names, falls, strict=True)},
         },
-        interval={name: (float(below), float(above)) for name, below, above in zip(names, low, high, strict=True)},
         method=f"bootstrap over {SEEDS} seeds; a step falls if the whole interval of its mean does",
-        supported=bool(high[1] <= 1.0 + CLOSE),
+        holds=times["most_times_silence_with_relays"][1][1] <= 1.0 + CLOSE,
         seen=f"At the worst radius the metric is {worst[0]:.1f} times that of drones that hear nobody, and with relays "
         f"{worst[1]:.1f} times; {falls[0]} and {falls[1]} of {len(TARGETS) * (len(RADII) - 1)} steps to a smaller "
         f"radius surely lower the metric. Relays help most at a radius of {RADII[place]:g} "
@@ -59,11 +47,6 @@ def measure(seed: int) -> Finding:
     )
 
 
-def draw(figure: Any, series: dict[str, Any]) -> None:
-    """Draw the metric over the radius for each target, without and with relays."""
-    over_radius(figure, RADII, series)
-
-
 FIGURE = Figure(
     name="relays",
     title=f"{DRONES} drones that pass on what they hear (means over {SEEDS} seeds, 95 %)",
@@ -74,7 +57,7 @@ FIGURE = Figure(
     rule=f"With relays, at no radius and on no target is the mean metric after {JUDGED} s more than {1 + CLOSE:g} "
     "times that with radius 0, with the whole interval of the largest of these ratios.",
     measure=measure,
-    draw=draw,
+    draw=over_radius,
     size=(11.5, 4.4),
     seconds=18,
 )

@@ -8,18 +8,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.paper.coverage import TARGETS, over_seeds
-from benchmarks.paper.figure import Figure, Finding, game_seeds
-from benchmarks.paper.talk import (
-    DRONES,
-    RADII,
-    Array,
-    covered,
-    over_radius,
-    rules,
-    steps_that_fall,
-    times_silence,
-)
-from swarm_pz.evaluation.intervals import bootstrap
+from benchmarks.paper.figure import Figure, Finding, estimates, game_seeds
+from benchmarks.paper.talk import DRONES, RADII, Array, covered, over_radius, rules, steps_that_fall, times_silence
 
 SEEDS = 20
 REMEMBERED_S = (2.0, 4.0, 8.0)
@@ -42,27 +32,22 @@ def measure(seed: int) -> Finding:
         for remembered in REMEMBERED_S
     }
     metric = np.stack([covered(by_radius, seeds) for by_radius in configs.values()], axis=1)
-    worst, low, high = bootstrap(metric, times_silence)
-    change, least, most = bootstrap(metric, growth)
-    falls = steps_that_fall(metric).sum(axis=1)
-    names = [f"most_times_silence_at_{remembered:g}_s" for remembered in REMEMBERED_S]
-    changes = [f"at_{after:g}_s_over_{before:g}_s" for before, after in itertools.pairwise(REMEMBERED_S)]
+    times = estimates([f"most_times_silence_at_{s:g}_s" for s in REMEMBERED_S], metric, times_silence)
+    changes = estimates([f"at_{b:g}_s_over_{a:g}_s" for a, b in itertools.pairwise(REMEMBERED_S)], metric, growth)
+    worst = [value for value, _ in times.values()]
+    falls = steps_that_fall(metric).sum(axis=1).tolist()
     steps = len(TARGETS) * (len(RADII) - 1)
     found = ", ".join(f"{times:.1f} at {tau:g} s" for times, tau in zip(worst, REMEMBERED_S, strict=True))
-    counts = ", ".join(map(str, falls.tolist()))
+    counts = ", ".join(map(str, falls))
     silent = ", ".join(f"{mean:.4f}" for mean in metric[:, :, list(TARGETS).index("uniform"), -1].mean(axis=0))
     return Finding(
-        statistic={
-            **dict(zip(names, worst.tolist(), strict=True)),
-            **dict(zip(changes, change.tolist(), strict=True)),
-            **{f"steps_that_fall_at_{s:g}_s": int(count) for s, count in zip(REMEMBERED_S, falls, strict=True)},
-        },
-        interval={
-            name: (float(below), float(above))
-            for name, below, above in zip([*names, *changes], [*low, *least], [*high, *most], strict=True)
+        numbers={
+            **times,
+            **changes,
+            **{f"steps_that_fall_at_{s:g}_s": (count, None) for s, count in zip(REMEMBERED_S, falls, strict=True)},
         },
         method=f"bootstrap over {SEEDS} seeds; a step falls if the whole interval of its mean does",
-        supported=bool((most < 1.0).all()),
+        holds=all(most < 1.0 for _, (_, most) in changes.values()),
         seen=f"The metric at the worst radius, relative to that of drones that hear nobody: {found}. {counts} of "
         f"{steps} steps to a smaller radius surely lower the metric. Drones that hear nobody differ, too: on the "
         f"uniform target they come to {silent}.",
@@ -78,11 +63,6 @@ def measure(seed: int) -> Finding:
     )
 
 
-def draw(figure: Any, series: dict[str, Any]) -> None:
-    """Draw the metric over the radius for each target, a line a time constant."""
-    over_radius(figure, RADII, series)
-
-
 FIGURE = Figure(
     name="short_memory",
     title=f"{DRONES} drones that forget sooner or later, and hear less and less (means over {SEEDS} seeds, 95 %)",
@@ -92,7 +72,7 @@ FIGURE = Figure(
     rule="Take, at each time constant, the largest mean metric over all targets and radii in times of that with radius "
     "0. From 2 to 4 and from 4 to 8 s it falls, each with its whole interval.",
     measure=measure,
-    draw=draw,
+    draw=over_radius,
     size=(11.5, 4.4),
     seconds=25,
 )

@@ -6,19 +6,32 @@ games might have said, on either side of its bound.
 
 from __future__ import annotations
 
-import numpy as np
-import pytest
+import json
 
-from swarm_pz.evaluation import intervals
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure as Canvas
+
+from benchmarks.paper.page import to_dict
+from benchmarks.paper.style import RC
 from swarm_pz.evaluation.rollout import Game
 
 SEED = 3
+_DRAWN: set[str] = set()
 
 
-@pytest.fixture(autouse=True)
-def few_resamples(monkeypatch):
-    """Take fewer resamples than results do: no case here is near its bound."""
-    monkeypatch.setattr(intervals, "RESAMPLES", 250)
+def found_by(module):
+    """Return what the file of a figure would hold, and draw it the first time: what is drawn is there, and plain."""
+    figure = module.FIGURE
+    record = json.loads(json.dumps(to_dict(figure, figure.measure(SEED), SEED), allow_nan=False))
+    if figure.name in _DRAWN:
+        return record
+    _DRAWN.add(figure.name)
+    with matplotlib.rc_context(RC):
+        canvas = Canvas(figsize=figure.size, layout="constrained")
+        figure.draw(canvas, record["series"])
+        canvas.draw_without_rendering()
+    return record
 
 
 def game(number, outcome="win", *, seconds=10.0, captures=3, sizes=(10, 20)):
@@ -40,7 +53,7 @@ def results(wins, count, losing="loss"):
 
 
 def flights(monkeypatch, module, values_of):
-    """Let every flight's metric be what a function of rules, seeds and seconds says; return what was flown."""
+    """Let every flight's metric be what a function of rules, command, seeds and seconds says; return what was flown."""
     flown = []
 
     def start(config, seeds, command):

@@ -55,19 +55,6 @@ def contest(tmp_path):
     )
 
 
-def test_each_entrant_flies_by_its_own_system(tmp_path):
-    contest = Contest(FIELD, SHORT, tmp_path)
-    assert contest.rules_of("direct/tighten", ADVERSARY).game.team_controllers == ("direct", "ergodic")
-    assert contest.rules_of("direct/scatter", "direct/tighten").game.team_controllers == ("direct", "direct")
-    assert len(contest.pairings()) == 3
-    assert len(Contest(FIELD, SHORT, tmp_path, against=ADVERSARY).pairings()) == 2
-
-
-def test_who_is_played_by_all_is_so_whatever_the_alphabet_says(tmp_path):
-    contest = Contest((ADVERSARY, "direct/tighten", "flocking/pounce"), SHORT, tmp_path, against=ADVERSARY)
-    assert contest.pairings() == [("direct/tighten", ADVERSARY), (ADVERSARY, "flocking/pounce")]
-
-
 def test_scripts_of_a_system_answer_its_commands_and_nobody_learned_is_among_them():
     assert scripts_for("direct", GameConfig()) == ["hem_in", "hold", "scatter", "tighten"]
     ergodic = scripts_for("ergodic", GameConfig())
@@ -120,19 +107,6 @@ def test_standings_count_games_lengths_and_new_commands(contest):
     assert first["commands_a_minute"]["mean"] == pytest.approx(30.0)
     assert first["won_after_s"] == [8.0, 10.0, 12.0]
     assert (first["system"], first["player"], first["takes"]) == ("direct", "tighten", "accelerations")
-
-
-def test_intervals_are_over_pairs_of_games_and_begin_with_the_lower_end(contest):
-    both_ways = [("win", 10.0, 5), ("win", 20.0, 10), ("win", 10.0, 5), ("win", 20.0, 10)]
-    played(contest, {"direct/tighten": both_ways})
-    rows = {row["entrant"]: row for row in standings(contest)}
-    assert rows["direct/tighten"]["length"]["ci95"] == pytest.approx([15.0, 15.0]), "pairs are alike"
-    low, high = rows["direct/scatter"]["length"]["ci95"]
-    assert low < rows["direct/scatter"]["length"]["mean"] < high
-    found = compare(contest, "direct/tighten", "direct/scatter")
-    for name in ("more_often", "sooner"):
-        low, high = found[name]["ci95"]
-        assert low < found[name]["mean"] < high
 
 
 def test_a_forfeit_is_a_game_lost_whose_length_and_commands_do_not_count(contest):

@@ -23,22 +23,6 @@ def small(monkeypatch):
     monkeypatch.setattr(traits, "SIZES", (2, 4, 5))
 
 
-def test_traits_are_numbers_with_intervals_and_the_same_again(small):
-    found, again = (traits.measure_traits("ergodic", GameConfig(), seed=0, starts=2, seconds=2) for _ in range(2))
-    assert found == again
-    assert set(found["coverage"]) == {"2", "4", "5"} and found["takes"] == "density"
-    for name in ("size", "permutation", "captured", "leader", "talk", "loss"):
-        low, high = found[name]["ci95"]
-        assert 0 < low <= found[name]["mean"] * (1 + 1e-3) and found[name]["mean"] <= high * (1 + 1e-3)
-    assert found["bimodal"]["starts"] == 2 and found["bimodal"]["sent"] == 1
-
-
-def test_who_does_nothing_is_as_bad_in_another_order_and_with_hard_talk(small):
-    found = traits.measure_traits("direct", GameConfig(), seed=0, starts=2, seconds=1)
-    for name in ("permutation", "talk", "loss"):
-        assert found[name]["mean"] == pytest.approx(1.0)
-
-
 def test_each_trait_is_the_ratio_of_what_was_changed_to_what_was_not(small, monkeypatch):
     flown = []
 
@@ -84,11 +68,6 @@ def test_the_commands_that_it_takes_are_those_sent_until_both_modes_were_covered
     assert found["metric"]["mean"] == pytest.approx(6.0)
 
 
-def test_a_share_of_the_drones_changes_sides(lone):
-    traits._capture(lone, 0.3, np.random.default_rng(0))
-    assert (lone.sizes[:, BLUE] == 3).all()
-
-
 def test_the_leader_is_the_drone_nearest_to_the_peak(lone):
     peak = np.zeros((3, 10, 10))
     peak[:, 2, 7] = 1.0
@@ -108,23 +87,6 @@ def test_every_kind_of_command_of_ours_asks_for_two_modes(name):
     for second in (0, 8, 9):
         simulator.command(RED, commands(second, simulator))
         simulator.advance(3)
-
-
-def test_points_and_pushes_ask_for_a_place_over_the_modes_for_each_drone():
-    config = lone_team(10, GameConfig(controllers="formation"))
-    simulator = Simulator(config, 1)
-    simulator.reset([0])
-    system = system_of("formation")
-    (command,) = bimodal_commands(system, config)(0, simulator)
-    np.testing.assert_allclose(system.slots(command, 10), spread(10), atol=1e-6)
-    direct = lone_team(4, GameConfig(controllers="direct"))
-    simulator = Simulator(direct, 1)
-    simulator.reset([0])
-    commands = bimodal_commands(system_of("direct"), direct)
-    for second in range(30):
-        simulator.command(RED, commands(second, simulator))
-        simulator.advance(30)
-    assert np.abs(simulator.positions[0] - spread(4)).max() < 0.1
 
 
 def test_one_mode_is_asked_for_long_enough_to_get_there():

@@ -1,3 +1,0 @@
-from tests.benchmarks.paper.given import few_resamples
-
-__all__ = ["few_resamples"]
