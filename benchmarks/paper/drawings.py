@@ -24,7 +24,7 @@ class Drawing(NamedTuple):
     def density(self) -> Array:
         """The command (A, A) that the table makes of them, rounded to a thousandth."""
         asked = density_of(self.strokes, GameConfig().command_cells)
-        return np.round(asked / asked.max(), 3)
+        return np.asarray(np.round(asked / asked.max(), 3))
 
 
 def interpolated(density: Array, cells: int) -> Array:

@@ -140,7 +140,7 @@ def _write_still(game: Rollout, path: Path, seconds: float | None, overlays: Seq
 
 
 @contextmanager
-def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callable[[NDArray[np.uint8]], None]]:
+def open_film(path: Path, rate: float, size: tuple[int, int]) -> Iterator[Callable[[NDArray[np.uint8]], object]]:
     """Give a function that appends a picture to the film; the file is there, and whole, when the block ends.
 
     Parameters

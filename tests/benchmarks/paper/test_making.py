@@ -18,6 +18,9 @@ from benchmarks.paper.making import EVERY, Made, make_all
 from benchmarks.paper.page import tables, to_dict, write, write_page
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import Stopped
+from swarm_pz.evaluation import intervals
+
+RESAMPLES = intervals.RESAMPLES
 
 
 @pytest.mark.parametrize("folder", [claims, ours])
@@ -34,6 +37,7 @@ def test_every_module_with_a_figure_is_registered_and_quotes_the_paper_if_it_is_
 
 
 def test_the_same_seed_writes_the_same_files_in_one_process_and_in_two(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(intervals, "RESAMPLES", RESAMPLES)  # other processes have it, too
     names = ["capture_geometry", "permutation_invariance"]
     one, two = tmp_path / "one", tmp_path / "two"
     options = ["--only", *names, "--processes", "1", "--out", str(one)]
