@@ -14,6 +14,7 @@
 `observation`     one side's grid observation, or its lists of drones
 `sight`           what drones that are agents see
 `painting`        strokes of a brush on an image
+`arrays`          arrays by the type of their numbers
 `assignment`      who takes which place of a formation
 `profiling`       parts of a control period, for measuring
 `compiler`        how kernels are compiled

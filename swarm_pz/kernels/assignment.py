@@ -7,13 +7,13 @@ Systems 52, 2016), with the order of `scipy.optimize.linear_sum_assignment`, so 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.kernels import exact
+from swarm_pz.kernels.arrays import Float64s, Int64s
 
 
 @exact
-def assign(costs: NDArray[np.float64], columns: NDArray[np.int64]) -> None:
+def assign(costs: Float64s, columns: Int64s) -> None:
     """Write the column of each row into `columns` (n,), each taken once, so that the sum of costs (n, n) is least."""
     count = len(costs)
     row_prices, column_prices, shortest = np.zeros(count), np.zeros(count), np.empty(count)

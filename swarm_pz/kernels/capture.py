@@ -14,10 +14,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.config import GRID_CELLS
 from swarm_pz.kernels import kernel
+from swarm_pz.kernels.arrays import Bools, Int8s, Int16s, Int64s, Integers
 
 BORDER = 2
 FRAMED_CELLS = GRID_CELLS + 2 * BORDER
@@ -27,12 +27,12 @@ _CELLS, _BORDER = np.uint64(GRID_CELLS), np.uint64(BORDER)
 _ONE, _FOUR = np.uint64(1), np.uint64(4)
 
 
-def _ring_counts() -> NDArray[np.int64]:
+def _ring_counts() -> Int64s:
     near, far = (_neighbours_inside(reach) for reach in (BORDER - 1, BORDER))
     return np.outer(far, far) - np.outer(near, near)
 
 
-def _neighbours_inside(reach: int) -> NDArray[np.int64]:
+def _neighbours_inside(reach: int) -> Int64s:
     """Count, along one axis, the cells up to `reach` away from each that lie inside the square."""
     cells = np.arange(GRID_CELLS)
     return np.minimum(cells + reach, GRID_CELLS - 1) - np.maximum(cells - reach, 0) + 1
@@ -44,7 +44,7 @@ FIELD_UNIT = math.lcm(*RING_COUNTS.ravel().tolist())
 """What a capture field of 1 is stored as."""
 
 
-def ring_weights(largest_occupancy: int) -> NDArray[np.integer]:
+def ring_weights(largest_occupancy: int) -> Integers:
     """Return what one tick in a cell's ring adds to the field there, 0 on the border.
 
     Parameters
@@ -65,22 +65,22 @@ def ring_weights(largest_occupancy: int) -> NDArray[np.integer]:
 class Boards(NamedTuple):
     """The capture fields of one game, and what they are made from."""
 
-    fields: NDArray[np.integer]
+    fields: Integers
     """(2, G + 4, G + 4) in units of `FIELD_UNIT`."""
-    occupancy: NDArray[np.integer]
+    occupancy: Integers
     """(2, G + 4, G + 4) ticks that trails count in each cell; (2, 0, 0) with few drones."""
-    ring_weights: NDArray[np.integer]
+    ring_weights: Integers
     """(G + 4, G + 4) see `ring_weights`."""
 
 
 @kernel
-def add_to_occupancy(occupancy: NDArray[np.integer], cell: int, ticks: int) -> None:
+def add_to_occupancy(occupancy: Integers, cell: int, ticks: int) -> None:
     """Add ticks spent in one cell (row * G + column) to a team's occupancy; `add_up` has to follow."""
     occupancy[np.uint64(cell) // _CELLS + _BORDER, np.uint64(cell) % _CELLS + _BORDER] += ticks
 
 
 @kernel
-def add_to_field(field: NDArray[np.integer], ring_weights: NDArray[np.integer], cell: int, ticks: int) -> None:
+def add_to_field(field: Integers, ring_weights: Integers, cell: int, ticks: int) -> None:
     """Add ticks spent in one cell (row * G + column) to a team's capture field.
 
     "A is on the ring around B" is symmetric, so the cells that see this one form its own ring.
@@ -121,7 +121,7 @@ def add_up(boards: Boards) -> None:
 
 
 @kernel
-def field_maximum(field: NDArray[np.integer]) -> int:
+def field_maximum(field: Integers) -> int:
     """Return the largest value of one team's capture field."""
     flat = field.ravel()
     highest: int = flat[0]  # on the border, hence 0
@@ -140,7 +140,7 @@ def capture_limit(maximum: int, threshold: float) -> int:
 
 
 @kernel
-def find_peak(field: NDArray[np.integer]) -> int:
+def find_peak(field: Integers) -> int:
     """Return the place, in the flattened field, of a largest value."""
     highest, flat = field_maximum(field), field.ravel()
     place = 0
@@ -151,33 +151,13 @@ def find_peak(field: NDArray[np.integer]) -> int:
 
 @kernel
 def find_captured(
-    cells: NDArray[np.int16],
-    teams: NDArray[np.int8],
-    fields: NDArray[np.integer],
-    threshold: float,
-    peaks: NDArray[np.int64],
-    captured: NDArray[np.bool_],
+    cells: Int16s, teams: Int8s, fields: Integers, threshold: float, peaks: Int64s, captured: Bools
 ) -> bool:
-    """Test every drone of one game against the opposing capture field.
+    """Mark the drones (N,) of one game that the opposing field captures, and return whether there are any.
 
-    Parameters
-    ----------
-    cells : int16 array (drones,)
-        Where they are.
-    teams : int8 array (drones,)
-    fields : int array (2, G + 4, G + 4)
-    threshold : float
-    peaks : int64 array (2,)
-        Any place in each flattened field; updated to that of its maximum once that matters. Since a
-        field is nowhere higher than at its maximum, most tests fail already against where it was
-        lately, and the field need not be searched.
-    captured : bool array (drones,)
-        Overwritten.
-
-    Returns
-    -------
-    bool
-        Whether any drone is captured.
+    `peaks` (2,) are any places in the flattened fields; they are updated to those of the maxima once that matters.
+    Since a field is nowhere higher than at its maximum, most tests fail already against where it was lately, and the
+    field need not be searched.
     """
     if not any_captured(cells, teams, fields, threshold, peaks, captured):
         return False
@@ -187,12 +167,7 @@ def find_captured(
 
 @kernel
 def any_captured(
-    cells: NDArray[np.int16],
-    teams: NDArray[np.int8],
-    fields: NDArray[np.integer],
-    threshold: float,
-    peaks: NDArray[np.int64],
-    captured: NDArray[np.bool_],
+    cells: Int16s, teams: Int8s, fields: Integers, threshold: float, peaks: Int64s, captured: Bools
 ) -> bool:
     """Test every drone as if the fields were highest at `peaks`."""
     red, blue = fields[0], fields[1]

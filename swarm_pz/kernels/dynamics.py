@@ -3,31 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.kernels import kernel
+from swarm_pz.kernels.arrays import Float32s
 
 
 @kernel
 def move(
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    accelerations: NDArray[np.float32],
-    tick: np.float32,
-    drift: np.float32,
+    positions: Float32s, velocities: Float32s, accelerations: Float32s, tick: np.float32, drift: np.float32
 ) -> None:
     """Move every drone of one game by one tick; a wall stops it and takes its normal velocity.
 
-    Parameters
-    ----------
-    positions, velocities : float32 array (drones, 2)
-        Map widths, map widths per second; updated.
-    accelerations : float32 array (drones, 2)
-        Map widths per second squared, already saturated.
-    tick : float32
-        Length of a tick in seconds.
-    drift : float32
-        Map widths travelled in a tick per unit of velocity: g times the tick.
+    Accelerations (N, 2) are saturated already. `tick` is in seconds, `drift` map widths a tick per unit of velocity.
     """
     for i in range(positions.shape[0]):
         for axis in range(2):

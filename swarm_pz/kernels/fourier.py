@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.kernels import entry_point, kernel
+from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Floats, Int64s
 
 PI = np.float32(math.pi)
 SAME_TARGET = 1e-9
@@ -26,18 +26,11 @@ _C2, _C4, _C6, _C8, _C10, _C12 = (
 
 
 @kernel
-def fill_first_harmonic(places: NDArray[np.float32], cosines: NDArray[np.float32], sines: NDArray[np.float32]) -> None:
-    """Tabulate cos(pi x) and sin(pi x), to 1e-7.
+def fill_first_harmonic(places: Float32s, cosines: Float32s, sines: Float32s) -> None:
+    """Tabulate cos(pi x) and sin(pi x) of places (R,), to 1e-7.
 
-    The nearest whole number n gives the sign, (-1)^n, and what is left, in [-1/2, 1/2], goes into
-    the Taylor series: without calls or branches, many places are done at once.
-
-    Parameters
-    ----------
-    places : float32 array (places,)
-        Coordinates x in map widths.
-    cosines, sines : float32 array (places,)
-        Overwritten.
+    The nearest whole number n gives the sign, (-1)^n, and what is left, in [-1/2, 1/2], goes into the Taylor series:
+    without calls or branches, many places are done at once.
     """
     one, two, half = np.float32(1.0), np.float32(2.0), np.float32(0.5)
     for r in range(places.shape[0]):
@@ -50,25 +43,10 @@ def fill_first_harmonic(places: NDArray[np.float32], cosines: NDArray[np.float32
 
 
 @kernel
-def fill_harmonics(
-    x: NDArray[np.float32],
-    places: int,
-    modes: tuple[int, ...],
-    cosines: NDArray[np.float32],
-    sines: NDArray[np.float32],
-) -> None:
-    """Tabulate cos(pi k x) and sin(pi k x): 2k and 2k + 1 from k and 1, by the addition theorems.
+def fill_harmonics(x: Float32s, places: int, modes: tuple[int, ...], cosines: Float32s, sines: Float32s) -> None:
+    """Tabulate cos(pi k x) and sin(pi k x) at the first places: 2k and 2k + 1 from k and 1, by the addition theorems.
 
-    Parameters
-    ----------
-    x : float32 array (at least places,)
-        Coordinates in map widths.
-    places : int
-        How many of them to do.
-    modes : tuple of int
-        0, 1, ..., K - 1.
-    cosines, sines : float32 array (K, or K + 1 if K is odd, at least places)
-        Overwritten but for k = 0, which never changes.
+    Tables are (K, or K + 1 if K is odd, at least `places`); k = 0 never changes.
     """
     fill_first_harmonic(x[:places], cosines[1], sines[1])
     for k in range(1, (len(modes) + 1) // 2):
@@ -83,7 +61,7 @@ def fill_harmonics(
 
 
 @kernel
-def largest(image: NDArray[np.floating]) -> float:
+def largest(image: Floats) -> float:
     """Return the largest value of an image; numba takes half a second to compile the method that does it."""
     most: float = image[0, 0]
     for row in range(image.shape[0]):
@@ -93,7 +71,7 @@ def largest(image: NDArray[np.floating]) -> float:
 
 
 @kernel
-def normalise(density: NDArray[np.float64], target: NDArray[np.float64]) -> None:
+def normalise(density: Float64s, target: Float64s) -> None:
     """Scale a density image (A, A) so that its cells sum to 1; an empty one becomes uniform."""
     peak = largest(density)
     if peak == 0.0:
@@ -111,7 +89,7 @@ def normalise(density: NDArray[np.float64], target: NDArray[np.float64]) -> None
 
 
 @kernel
-def differ(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
+def differ(one: Float64s, other: Float64s) -> bool:
     """Whether two targets (A, A) are different commands. An image and its double make the same target."""
     most = 0.0
     for row in range(one.shape[0]):
@@ -122,12 +100,7 @@ def differ(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
 
 @kernel
 def transform(
-    target: NDArray[np.float64],
-    matrix: NDArray[np.float64],
-    mass: float,
-    along_x: NDArray[np.float64],
-    sums: NDArray[np.float64],
-    coefficients: NDArray[np.float32],
+    target: Float64s, matrix: Float64s, mass: float, along_x: Float64s, sums: Float64s, coefficients: Float32s
 ) -> None:
     """Compute the Fourier coefficients (K, K) of a target, phi_0 = mass: matrix' target' matrix, normalised.
 
@@ -151,16 +124,16 @@ def transform(
 
 @entry_point
 def make_targets(
-    densities: NDArray[np.float64],
-    places: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    teams: NDArray[np.int64],
-    matrix: NDArray[np.float64],
+    densities: Float64s,
+    places: Int64s,
+    rows: Int64s,
+    teams: Int64s,
+    matrix: Float64s,
     mass: float,
     holds: bool,
-    targets: NDArray[np.float64],
-    coefficients: NDArray[np.float32],
-    sent: NDArray[np.bool_] | None,
+    targets: Float64s,
+    coefficients: Float32s,
+    sent: Bools | None,
 ) -> None:
     """Turn the densities of some places into targets of the games `rows[place]`.
 

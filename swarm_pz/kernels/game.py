@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.kernels import entry_point, kernel
+from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int8s, Int16s, Int64s, Integers, Uint64s
 from swarm_pz.kernels.capture import Boards, add_up, find_captured
 from swarm_pz.kernels.controllers.communication import Communication, ergodic_among_heard, who_hears_whom
 from swarm_pz.kernels.controllers.ergodic import ErgodicParameters, Scratch, ergodic, make_scratch, saturate
@@ -29,57 +29,57 @@ GIVEN = 2
 class Games(NamedTuple):
     """Everything that changes, of E games; copying these arrays copies the games."""
 
-    ticks: NDArray[np.int64]
+    ticks: Int64s
     """(E,) ticks since the start."""
-    positions: NDArray[np.float32]
+    positions: Float32s
     """(E, N, 2) map widths."""
-    velocities: NDArray[np.float32]
+    velocities: Float32s
     """(E, N, 2) map widths per second, over the speed factor."""
-    accelerations: NDArray[np.float32]
+    accelerations: Float32s
     """(E, N, 2) map widths per second squared, held between solves."""
-    altitudes: NDArray[np.float32]
+    altitudes: Float32s
     """(E, N) shown, never used; distinct within a game."""
-    teams: NDArray[np.int8]
+    teams: Int8s
     """(E, N) 0 red, 1 blue."""
-    trails: NDArray[np.int16]
+    trails: Int16s
     """(E, T, N) grid cells, -1 where there is no past yet."""
-    fields: NDArray[np.integer]
+    fields: Integers
     """(E, 2, G + 4, G + 4) each team's capture field, framed and in units of `capture.FIELD_UNIT`."""
-    occupancy: NDArray[np.integer]
+    occupancy: Integers
     """(E, 2, G + 4, G + 4) what `fields` is added up from, with many drones; else (E, 2, 0, 0)."""
-    memory: NDArray[np.float32]
+    memory: Float32s
     """(E, K, K, N) the controller's decayed sums of F_k over the past."""
-    memory_weight: NDArray[np.float32]
+    memory_weight: Float32s
     """(E, N) their weight."""
-    targets: NDArray[np.float64]
+    targets: Float64s
     """(E, 2, A, A) each team's command in force, summing to 1."""
-    coefficients: NDArray[np.float32]
+    coefficients: Float32s
     """(E, 2, K, K) Fourier coefficients phi_k of the targets, times their mass."""
-    capture_ticks: NDArray[np.int64]
+    capture_ticks: Int64s
     """(E, N) tick of each drone's last capture."""
-    captures: NDArray[np.int64]
+    captures: Int64s
     """(E, 2) drones that each team has captured since the start."""
-    recaptures: NDArray[np.int64]
+    recaptures: Int64s
     """(E, 2) of these, drones that it had itself lost within the last second."""
-    seeds: NDArray[np.uint64]
+    seeds: Uint64s
     """(E,) of what happens by chance during the game; see `swarm_pz.kernels.rng`."""
-    failed: NDArray[np.bool_]
+    failed: Bools
     """(E, N) drones that do not work now."""
-    flown_by: NDArray[np.int8]
+    flown_by: Int8s
     """(E, 2) who flies each team: `ERGODIC`, or a number from `GIVEN` on."""
-    followed: NDArray[np.float64]
+    followed: Float64s
     """(E, 2, A, A) each team's target at the last solve, if commands make it forget; else (E, 2, 0, 0)."""
-    sent: NDArray[np.bool_]
+    sent: Bools
     """(E, 2) whether each team was sent a command since its last solve, if that makes it forget."""
-    reconstruction: NDArray[np.float32]
+    reconstruction: Float32s
     """(E, 2, G, G) each team's capture field, if it is made of densities; else (E, 2, 0, 0)."""
-    given: NDArray[np.float32]
+    given: Float32s
     """(E, N, 2) accelerations that others than the ergodic controller have chosen; (E, 0, 2) if there are none."""
-    commands: NDArray[np.float64]
+    commands: Float64s
     """(E, 2, S) the commands in force of teams that others fly, filled up with zeros; else (E, 2, 0)."""
-    former: NDArray[np.float64]
+    former: Float64s
     """(E, 2, S) the commands before those."""
-    commanded: NDArray[np.int64]
+    commanded: Int64s
     """(E, 2) the ticks at which those in force came."""
 
 
@@ -93,7 +93,7 @@ class RuleParameters(NamedTuple):
     ticks_per_second: int
     capture_enabled: bool
     capture_threshold: float
-    ring_weights: NDArray[np.integer]
+    ring_weights: Integers
     """(G + 4, G + 4) see `swarm_pz.kernels.capture`."""
 
 
@@ -139,7 +139,7 @@ def swarm_of(games: Games, e: int) -> Swarm:
 
 
 @kernel
-def has_loser(teams: NDArray[np.int8]) -> bool:
+def has_loser(teams: Int8s) -> bool:
     """Whether one team owns every drone."""
     blue = 0
     for i in range(teams.shape[0]):
@@ -149,9 +149,9 @@ def has_loser(teams: NDArray[np.int8]) -> bool:
 
 @kernel
 def forget(
-    trails: NDArray[np.int16],
-    memory: NDArray[np.float32],
-    memory_weight: NDArray[np.float32],
+    trails: Int16s,
+    memory: Float32s,
+    memory_weight: Float32s,
     drone: int,
     team: int,
     what: tuple[bool, bool],
@@ -198,7 +198,7 @@ def fail_and_repair(games: Games, e: int, variants: RuleVariants) -> None:
 
 
 @kernel
-def at_work(teams: NDArray[np.int8], failed: NDArray[np.bool_]) -> NDArray[np.int8]:
+def at_work(teams: Int8s, failed: Bools) -> Int8s:
     """Return each drone's team, -1 for those that have failed."""
     crew = teams.copy()
     for i in range(teams.shape[0]):
@@ -265,13 +265,7 @@ def solve_with_variants(
 
 @kernel
 def find_captured_with_variants(
-    games: Games,
-    e: int,
-    threshold: float,
-    variants: RuleVariants,
-    boards: Boards,
-    peaks: NDArray[np.int64],
-    captured: NDArray[np.bool_],
+    games: Games, e: int, threshold: float, variants: RuleVariants, boards: Boards, peaks: Int64s, captured: Bools
 ) -> bool:
     """Mark the drones that are captured, where variants have a say, and return whether there are any."""
     positions, teams = games.positions[e], games.teams[e]
@@ -357,8 +351,8 @@ def advance_game(
 @entry_point
 def advance_games(
     games: Games,
-    rows: NDArray[np.int64],
-    ticks: NDArray[np.int64],
+    rows: Int64s,
+    ticks: Int64s,
     rules: RuleParameters,
     controller: ErgodicParameters,
     variants: RuleVariants | None,
@@ -371,16 +365,16 @@ def advance_games(
 
 @entry_point
 def take_up(
-    asked: NDArray[np.float64],
-    places: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    teams: NDArray[np.int64],
+    asked: Float64s,
+    places: Int64s,
+    rows: Int64s,
+    teams: Int64s,
     holds: bool,
-    ticks: NDArray[np.int64],
-    flown_by: NDArray[np.int8],
-    commands: NDArray[np.float64],
-    former: NDArray[np.float64],
-    commanded: NDArray[np.int64],
+    ticks: Int64s,
+    flown_by: Int8s,
+    commands: Float64s,
+    former: Float64s,
+    commanded: Int64s,
 ) -> None:
     """Put commands in force, of teams that others than the ergodic controller fly.
 
@@ -411,7 +405,7 @@ def take_up(
 
 
 @entry_point
-def are_decided(teams: NDArray[np.int8]) -> NDArray[np.bool_]:
+def are_decided(teams: Int8s) -> Bools:
     """Tell (n,) whether one team owns every drone, by the teams (n, N) of drones."""
     decided = np.empty(len(teams), np.bool_)
     for place in range(len(teams)):
@@ -420,13 +414,7 @@ def are_decided(teams: NDArray[np.int8]) -> NDArray[np.bool_]:
 
 
 @entry_point
-def find_heard(
-    games: Games,
-    rows: NDArray[np.int64],
-    crews: NDArray[np.int8],
-    communication: Communication,
-    heard: NDArray[np.bool_],
-) -> None:
+def find_heard(games: Games, rows: Int64s, crews: Int8s, communication: Communication, heard: Bools) -> None:
     """Write whether drone i hears drone j in the solve of this tick, (n, N, N) `[i, j]`, among crews (n, N)."""
     for place in range(len(rows)):
         e = rows[place]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.config import CHANNELS, GRID_CELLS, MOTION_CHANNELS, SOON, TICKS_PER_SECOND
 from swarm_pz.kernels import entry_point, exact, kernel
+from swarm_pz.kernels.arrays import Float32s, Float64s, Int8s, Int16s, Int64s, Integers, Uint8s, Uint16s
 from swarm_pz.kernels.capture import BORDER, capture_limit, field_maximum
 from swarm_pz.kernels.controllers.ergodic import list_members
 from swarm_pz.kernels.fourier import largest
@@ -28,14 +28,14 @@ CAPTURES_FROM = 192
 class Shown(NamedTuple):
     """What of `Games` is painted, in the shapes and units that it has there; all of it would take longer to compile."""
 
-    ticks: NDArray[np.int64]
-    positions: NDArray[np.float32]
-    velocities: NDArray[np.float32]
-    teams: NDArray[np.int8]
-    trails: NDArray[np.int16]
-    fields: NDArray[np.integer]
-    reconstruction: NDArray[np.float32]
-    targets: NDArray[np.float64]
+    ticks: Int64s
+    positions: Float32s
+    velocities: Float32s
+    teams: Int8s
+    trails: Int16s
+    fields: Integers
+    reconstruction: Float32s
+    targets: Float64s
 
     @classmethod
     def of(cls, games: Games) -> Shown:
@@ -44,12 +44,7 @@ class Shown(NamedTuple):
 
 
 @kernel
-def paint_positions(
-    positions: NDArray[np.float32],
-    members: NDArray[np.int64],
-    coarse_cells: NDArray[np.uint16],
-    plane: NDArray[np.uint8],
-) -> None:
+def paint_positions(positions: Float32s, members: Int64s, coarse_cells: Uint16s, plane: Uint8s) -> None:
     """Add 64 for each member to its cell of a black plane (grid * grid), up to 255."""
     for i in members:
         cell = coarse_cells[cell_of(positions[i, 0], positions[i, 1])]
@@ -57,13 +52,7 @@ def paint_positions(
 
 
 @kernel
-def paint_shared(
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    members: NDArray[np.int64],
-    seconds: float,
-    plane: NDArray[np.uint8],
-) -> None:
+def paint_shared(positions: Float32s, velocities: Float32s, members: Int64s, seconds: float, plane: Uint8s) -> None:
     """Share 64 for each member out among the four cells whose centres are around where it will be, up to 255."""
     grid = plane.shape[0]
     nearest, shares = np.empty((2, 2), np.int64), np.empty((2, 2), np.float64)
@@ -84,12 +73,7 @@ def paint_shared(
 
 @kernel
 def paint_trail_age(
-    trails: NDArray[np.int16],
-    members: NDArray[np.int64],
-    tick: int,
-    coarse_cells: NDArray[np.uint16],
-    brightness: NDArray[np.uint8],
-    plane: NDArray[np.uint8],
+    trails: Int16s, members: Int64s, tick: int, coarse_cells: Uint16s, brightness: Uint8s, plane: Uint8s
 ) -> None:
     """Paint when members were last in each cell of a black plane (grid * grid)."""
     length = trails.shape[0]
@@ -101,7 +85,7 @@ def paint_trail_age(
 
 
 @kernel
-def paint_capture_field(field: NDArray[np.integer], threshold: float, plane: NDArray[np.uint8]) -> None:
+def paint_capture_field(field: Integers, threshold: float, plane: Uint8s) -> None:
     """Paint 255 * value / maximum, kept on the side of 192 that says whether the cell captures."""
     grid = plane.shape[0]
     block = GRID_CELLS // grid
@@ -132,7 +116,7 @@ def paint_capture_field(field: NDArray[np.integer], threshold: float, plane: NDA
 
 
 @kernel
-def paint_density_field(field: NDArray[np.float32], threshold: float, plane: NDArray[np.uint8]) -> None:
+def paint_density_field(field: Float32s, threshold: float, plane: Uint8s) -> None:
     """Paint 255 * value of a field (G, G) in [0, 1], kept on the side of 192 that says whether the cell captures."""
     grid = plane.shape[0]
     block = GRID_CELLS // grid
@@ -147,7 +131,7 @@ def paint_density_field(field: NDArray[np.float32], threshold: float, plane: NDA
 
 
 @kernel
-def paint_target(target: NDArray[np.float64], interpolation: NDArray[np.float64], plane: NDArray[np.uint8]) -> None:
+def paint_target(target: Float64s, interpolation: Float64s, plane: Uint8s) -> None:
     """Paint the target's density over its largest cell; `interpolation` (grid, A) serves both axes."""
     grid, cells = interpolation.shape
     most = largest(target)
@@ -173,17 +157,17 @@ def paint_target(target: NDArray[np.float64], interpolation: NDArray[np.float64]
 @entry_point
 def paint_grids(
     games: Shown,
-    rows: NDArray[np.int64],
-    places: NDArray[np.int64],
-    sides: NDArray[np.int64],
-    time_left: NDArray[np.float64],
+    rows: Int64s,
+    places: Int64s,
+    sides: Int64s,
+    time_left: Float64s,
     threshold: float,
-    coarse_cells: NDArray[np.uint16],
-    brightness: NDArray[np.uint8],
-    interpolation: NDArray[np.float64],
-    channels: NDArray[np.int64],
-    mirrored: NDArray[np.int64],
-    observations: NDArray[np.uint8],
+    coarse_cells: Uint16s,
+    brightness: Uint8s,
+    interpolation: Float64s,
+    channels: Int64s,
+    mirrored: Int64s,
+    observations: Uint8s,
 ) -> None:
     """Paint the observations of the games `rows[place]` for every given place.
 
@@ -251,14 +235,14 @@ def paint_grids(
 
 @entry_point
 def list_entities(
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    teams: NDArray[np.int8],
-    rows: NDArray[np.int64],
-    sides: NDArray[np.int64],
-    places: NDArray[np.float32],
-    speeds: NDArray[np.float32],
-    masks: NDArray[np.int8],
+    positions: Float32s,
+    velocities: Float32s,
+    teams: Int8s,
+    rows: Int64s,
+    sides: Int64s,
+    places: Float32s,
+    speeds: Float32s,
+    masks: Int8s,
 ) -> None:
     """List each side's drones first to last.
 
@@ -287,15 +271,15 @@ def list_entities(
 
 @exact
 def count_infos(
-    ticks: NDArray[np.int64],
-    teams: NDArray[np.int8],
-    captured: NDArray[np.int64],
-    recaptured: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    sides: NDArray[np.int64],
+    ticks: Int64s,
+    teams: Int8s,
+    captured: Int64s,
+    recaptured: Int64s,
+    rows: Int64s,
+    sides: Int64s,
     can_win: bool,
-    counts: NDArray[np.int64],
-    times: NDArray[np.float64],
+    counts: Int64s,
+    times: Float64s,
 ) -> None:
     """Count what infos say of some games.
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from swarm_pz.kernels import entry_point
+from swarm_pz.kernels.arrays import Float64s, Int8s
 
 
 @entry_point
-def paint(image: NDArray[np.int8], points: NDArray[np.float64], reach: float, value: int) -> None:
+def paint(image: Int8s, points: Float64s, reach: float, value: int) -> None:
     """Give a value to the pixels whose centres lie within `reach` of a line.
 
     Parameters

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.config import GRID_CELLS, MAX_MODES
 from swarm_pz.kernels import kernel
+from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int8s, Int16s
 from swarm_pz.kernels.capture import BORDER, FRAMED_CELLS, RING_COUNTS
 
 _CENTRE_COSINES = np.array(
@@ -23,7 +23,7 @@ _CENTRE_COSINES = np.array(
 
 
 @kernel
-def reconstruct(coefficients: NDArray[np.float32], density: NDArray[np.float64]) -> None:
+def reconstruct(coefficients: Float32s, density: Float64s) -> None:
     """Write sum_k c_k F_k at the cells' centres into `density` (G, G)."""
     modes = coefficients.shape[0]
     density[:] = 0.0
@@ -37,7 +37,7 @@ def reconstruct(coefficients: NDArray[np.float32], density: NDArray[np.float64])
 
 
 @kernel
-def rebuild_field(coefficients: NDArray[np.float32], field: NDArray[np.float32]) -> None:
+def rebuild_field(coefficients: Float32s, field: Float32s) -> None:
     """Compute a team's capture field (G, G) from its mean coefficients (K, K).
 
     A field that is the same everywhere captures nothing: it becomes 0.
@@ -64,30 +64,8 @@ def rebuild_field(coefficients: NDArray[np.float32], field: NDArray[np.float32])
 
 
 @kernel
-def find_captured_by_density(
-    cells: NDArray[np.int16],
-    teams: NDArray[np.int8],
-    fields: NDArray[np.float32],
-    threshold: float,
-    captured: NDArray[np.bool_],
-) -> bool:
-    """Test every drone of one game against the opposing field: captured where it is at least the threshold.
-
-    Parameters
-    ----------
-    cells : int16 array (drones,)
-        Where they are, row * G + column.
-    teams : int8 array (drones,)
-    fields : float32 array (2, G, G)
-    threshold : float
-    captured : bool array (drones,)
-        Overwritten.
-
-    Returns
-    -------
-    bool
-        Whether any drone is captured.
-    """
+def find_captured_by_density(cells: Int16s, teams: Int8s, fields: Float32s, threshold: float, captured: Bools) -> bool:
+    """Mark the drones (N,) of one game where the opposing field is at least the threshold; return whether any is."""
     found = False
     for i in range(cells.shape[0]):
         row, column = divmod(cells[i], GRID_CELLS)

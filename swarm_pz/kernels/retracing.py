@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.kernels import entry_point, kernel
+from swarm_pz.kernels.arrays import Float32s, Int8s, Int64s
 from swarm_pz.kernels.capture import Boards, add_up
 from swarm_pz.kernels.game import Games, RuleParameters, RuleVariants, change_team, swarm_of
 from swarm_pz.kernels.trails import extend_trails, take_back_newest
@@ -27,7 +27,7 @@ def between(
 
 
 @kernel
-def stands(begun: NDArray[np.float32], position: NDArray[np.float32], velocity: NDArray[np.float32]) -> bool:
+def stands(begun: Float32s, position: Float32s, velocity: Float32s) -> bool:
     """Whether a drone is at rest where it was: one at work never is, not to the last bit."""
     return bool(np.all(position == begun) and np.all(velocity == np.float32(0.0)))
 
@@ -37,9 +37,9 @@ def retrace_game(
     games: Games,
     e: int,
     ticks: int,
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    teams: NDArray[np.int8],
+    positions: Float32s,
+    velocities: Float32s,
+    teams: Int8s,
     rules: RuleParameters,
     variants: RuleVariants | None,
 ) -> None:
@@ -77,11 +77,11 @@ def retrace_game(
 @entry_point
 def retrace_games(
     games: Games,
-    rows: NDArray[np.int64],
+    rows: Int64s,
     ticks: int,
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    teams: NDArray[np.int8],
+    positions: Float32s,
+    velocities: Float32s,
+    teams: Int8s,
     rules: RuleParameters,
     variants: RuleVariants | None,
 ) -> None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.config import GRID_CELLS
 from swarm_pz.kernels import exact, exact_part
+from swarm_pz.kernels.arrays import Bools, Float32s, Int8s, Int64s, Uint8s
 from swarm_pz.kernels.trails import cell_of
 
 SITS_OUT = -1.0
@@ -18,14 +18,7 @@ BOTH = -1
 
 
 @exact_part
-def nearest(
-    positions: NDArray[np.float32],
-    teams: NDArray[np.int8],
-    drone: int,
-    team: int,
-    distances: NDArray[np.float32],
-    found: NDArray[np.int64],
-) -> int:
+def nearest(positions: Float32s, teams: Int8s, drone: int, team: int, distances: Float32s, found: Int64s) -> int:
     """Write the nearest others of a team into `found` (k,), of equally near ones the first; return their number."""
     count = 0
     for other in range(len(teams)):
@@ -53,17 +46,17 @@ def share(value: np.float32, most: np.float32) -> np.float32:
 
 @exact
 def see(
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    teams: NDArray[np.int8],
-    failed: NDArray[np.bool_],
-    rows: NDArray[np.int64],
-    sides: NDArray[np.int64],
-    images: NDArray[np.uint8],
+    positions: Float32s,
+    velocities: Float32s,
+    teams: Int8s,
+    failed: Bools,
+    rows: Int64s,
+    sides: Int64s,
+    images: Uint8s,
     speed: np.float32,
     neighbours: int,
     patch: int,
-    seen: NDArray[np.float32],
+    seen: Float32s,
 ) -> None:
     """Write what the drones of some games see.
 

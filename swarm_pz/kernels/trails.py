@@ -7,10 +7,10 @@ drone has no past yet.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.config import GRID_CELLS
 from swarm_pz.kernels import kernel
+from swarm_pz.kernels.arrays import Bools, Float32s, Int8s, Int16s
 from swarm_pz.kernels.capture import Boards, add_to_field, add_to_occupancy, add_up
 
 
@@ -32,26 +32,8 @@ def cell_of(x: float, y: float) -> int:
 
 
 @kernel
-def extend_trails(
-    positions: NDArray[np.float32],
-    teams: NDArray[np.int8],
-    slot: int,
-    trails: NDArray[np.int16],
-    boards: Boards,
-) -> None:
-    """Write every drone's present cell to its trail, in place of the oldest.
-
-    Parameters
-    ----------
-    positions : float32 array (drones, 2)
-    teams : int8 array (drones,)
-    slot : int
-        Place in the ring buffers: the tick modulo their length.
-    trails : int16 array (length, drones)
-        Updated.
-    boards : Boards
-        Updated.
-    """
+def extend_trails(positions: Float32s, teams: Int8s, slot: int, trails: Int16s, boards: Boards) -> None:
+    """Write every drone's present cell to its trail, in place of the oldest: in the slot of the tick."""
     if boards.occupancy.size:
         for i in range(positions.shape[0]):
             oldest, newest = trails[slot, i], cell_of(positions[i, 0], positions[i, 1])
@@ -71,9 +53,7 @@ def extend_trails(
 
 
 @kernel
-def take_back_newest(
-    failed: NDArray[np.bool_], teams: NDArray[np.int8], slot: int, trails: NDArray[np.int16], boards: Boards
-) -> None:
+def take_back_newest(failed: Bools, teams: Int8s, slot: int, trails: Int16s, boards: Boards) -> None:
     """Undo this tick's entry of drones that have failed: they leave no trail."""
     for i in range(failed.shape[0]):
         if failed[i]:
@@ -92,7 +72,7 @@ def count(boards: Boards, team: int, cell: int, ticks: int) -> None:
 
 
 @kernel
-def hand_over_trail(trails: NDArray[np.int16], drone: int, loser: int, winner: int, boards: Boards) -> None:
+def hand_over_trail(trails: Int16s, drone: int, loser: int, winner: int, boards: Boards) -> None:
     """Move the ticks of one drone's trail from the loser to the winner; `add_up` has to follow."""
     length = trails.shape[0]
     first = 0
@@ -108,7 +88,7 @@ def hand_over_trail(trails: NDArray[np.int16], drone: int, loser: int, winner: i
 
 
 @kernel
-def forget_trail(trails: NDArray[np.int16], drone: int, team: int, boards: Boards) -> None:
+def forget_trail(trails: Int16s, drone: int, team: int, boards: Boards) -> None:
     """Empty the trail of one drone of a team; `add_up` has to follow."""
     for place in range(trails.shape[0]):
         if trails[place, drone] >= 0:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from llvmlite.binding import Linkage
 from numba import njit
-from numba.core.codegen import JITCodeLibrary
 
 from swarm_pz.kernels import kernel
 from swarm_pz.kernels.compiler import _WholeCompiler
@@ -22,24 +21,6 @@ def total(values: np.ndarray) -> float:
     for value in values:
         found += value * value
     return found
-
-
-def test_only_who_is_called_by_python_is_optimised(monkeypatch):
-    optimised, usual = [], JITCodeLibrary._optimize_final_module
-
-    def optimise(library):
-        optimised.append(library.name.split(".")[-1])
-        usual(library)
-
-    monkeypatch.setattr(JITCodeLibrary, "_optimize_final_module", optimise)
-    part = kernel(total)
-
-    @njit
-    def twice(values):
-        return 2.0 * part(values)
-
-    assert twice(np.array([1.0, 3.0])) == 20.0
-    assert "twice" in optimised and "total" not in optimised
 
 
 @pytest.mark.parametrize("is_compiled", [False, True])
@@ -70,19 +51,6 @@ def test_an_entry_point_runs_its_own_code_in_the_process_that_compiled_it_too():
         shared[name] = [one.name for one in defined if one.linkage == Linkage.linkonce_odr]
     assert shared["usual"], "what the usual way shares differs by numba's version"
     assert not shared["ours"]
-
-
-def test_no_machine_code_is_made_of_a_part_alone(monkeypatch):
-    made, usual = [], JITCodeLibrary._finalize_final_module
-
-    def finalize(library):
-        made.append(library.name.split(".")[-1])
-        usual(library)
-
-    monkeypatch.setattr(JITCodeLibrary, "_finalize_final_module", finalize)
-    part, function = kernel(total), njit(lambda values: part(values) + part(2.0 * values))
-    assert function(np.ones(2)) == 10.0
-    assert "total" not in made and made
 
 
 PLAY = """

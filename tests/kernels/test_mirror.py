@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from benchmarks.mirror import controller_errors, mismatches
-from swarm_pz.config import CaptureConfig, GameConfig
+from swarm_pz.config import DynamicsConfig, GameConfig
 from swarm_pz.kernels.capture import FIELD_UNIT, MANY_DRONES
 from swarm_pz.simulator import Simulator
+from tests.kernels.states import random_state, solved
 from tests.reference import move, ring_sums
 
 
@@ -45,15 +46,13 @@ def test_fields_are_the_same_on_both_sides_of_the_switch(drones):
     assert simulator.games.captures.sum() > 0
 
 
-def test_motion_matches_the_reference():
-    simulator = Simulator(GameConfig(drones_per_team=40, capture=CaptureConfig(enabled=False)))
-    generator = np.random.default_rng(0)
-    for seed in range(20):
-        velocities = generator.normal(size=(80, 2))
-        simulator.reset([seed], scenario={"positions": generator.random((80, 2)), "velocities": velocities})
-        positions, velocities = simulator.positions[0].astype(float), simulator.velocities[0].astype(float)
-        simulator.advance(1)
+@pytest.mark.parametrize("factor", [0.8, 1.0, 1.3])
+def test_motion_matches_the_reference(factor):
+    generator = np.random.default_rng(7)
+    for _ in range(10):
+        state = random_state(generator, 40)
+        simulator = solved(state, dynamics=DynamicsConfig(speed_factor=factor))
         accelerations = simulator.games.accelerations[0].astype(float)
-        expected_positions, expected_velocities = move(positions, velocities, accelerations)
-        np.testing.assert_allclose(simulator.positions[0], expected_positions, atol=1e-6)
-        np.testing.assert_allclose(simulator.velocities[0], expected_velocities, atol=1e-5)
+        positions, velocities = move(state.positions, state.velocities, accelerations, speed_factor=factor)
+        np.testing.assert_allclose(simulator.positions[0], positions, atol=1e-6)
+        np.testing.assert_allclose(simulator.velocities[0], velocities, atol=1e-5)

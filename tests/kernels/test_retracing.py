@@ -152,12 +152,3 @@ def test_what_no_drone_can_be_is_refused_and_no_game_is_changed(name, value, sai
         simulator.retrace(**(seen | {name: value}))
     for array, old in zip(simulator.games, before, strict=True):
         np.testing.assert_array_equal(array, old)
-
-
-def test_nobody_seen_changes_nothing():
-    simulator = under_way(GameConfig(drones_per_team=2))
-    before = simulator.snapshot()
-    nobody = np.zeros((0, 4, 2), np.float32)
-    simulator.retrace(30, nobody, nobody, np.zeros((0, 4), np.int8), [])
-    for array, old in zip(simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array, old)

@@ -45,13 +45,20 @@ def unchanged(simulator: Simulator):
         np.testing.assert_array_equal(array, copied, err_msg=name)
 
 
-def test_a_row_of_a_batch_is_the_game_alone_and_threads_change_nothing():
+UNLUCKY = GameConfig(
+    controller=ControllerConfig(communication_radius=0.4, message_loss=0.5),
+    dynamics=DynamicsConfig(failure_rate=0.2, repair_rate=1.0),
+)
+
+
+@pytest.mark.parametrize("config", [GameConfig(), UNLUCKY], ids=["paper", "luck"])
+def test_a_row_of_a_batch_is_the_game_alone_and_threads_change_nothing(config):
     seeds = list(range(8))
-    batch = Simulator(num_games=8, threads=2)
+    batch = Simulator(config, num_games=8, threads=2)
     batch.reset(seeds)
     play(batch, 30, seeds)
     for row in (0, 3, 7):
-        alone = Simulator()
+        alone = Simulator(config)
         alone.reset([row])
         play(alone, 30, [row])
         assert_same_game(batch, row, alone, 0)

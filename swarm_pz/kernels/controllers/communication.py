@@ -10,10 +10,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.kernels import kernel
+from swarm_pz.kernels.arrays import Bools, Float32s, Int64s
 from swarm_pz.kernels.controllers.ergodic import (
     ErgodicParameters,
     Scratch,
@@ -67,7 +67,7 @@ def hears(i: int, j: int, swarm: Swarm, communication: Communication, seed: np.u
 
 
 @kernel
-def who_hears_whom(swarm: Swarm, communication: Communication, seed: np.uint64, tick: int) -> NDArray[np.bool_]:
+def who_hears_whom(swarm: Swarm, communication: Communication, seed: np.uint64, tick: int) -> Bools:
     """Return whether drone i hears drone j in the solve at this tick, (N, N) `[i, j]`, also through others.
 
     With relays, i hears j where a chain of messages leads from j to i: the transitive closure (Warshall, A theorem
@@ -89,11 +89,7 @@ def who_hears_whom(swarm: Swarm, communication: Communication, seed: np.uint64, 
 
 @kernel
 def find_own_coefficients(
-    drone: NDArray[np.int64],
-    swarm: Swarm,
-    parameters: ErgodicParameters,
-    scratch: Scratch,
-    own: NDArray[np.float32],
+    drone: Int64s, swarm: Swarm, parameters: ErgodicParameters, scratch: Scratch, own: Float32s
 ) -> None:
     """Extend the memory of one drone, the number in `drone` (1,), and write its c_k: steps 1 to 3."""
     positions, memory, memory_weight = swarm.positions, swarm.memory, swarm.memory_weight
@@ -114,7 +110,7 @@ def find_own_coefficients(
 @kernel
 def ergodic_among_heard(
     swarm: Swarm,
-    target: NDArray[np.float32],
+    target: Float32s,
     parameters: ErgodicParameters,
     scratch: Scratch,
     communication: Communication,
@@ -123,15 +119,8 @@ def ergodic_among_heard(
 ) -> None:
     """Solve for every drone of one game that takes part, with c averaged over the drones that it hears.
 
-    Parameters
-    ----------
-    swarm, target, parameters, scratch
-        As of `swarm_pz.kernels.controllers.ergodic.ergodic`, but that drones may take no part; `scratch.means`
-        gets the teams' mean coefficients.
-    communication : Communication
-    seed : uint64
-        Of the game's messages.
-    tick : int
+    Arguments are as of `ergodic`; `seed` is that of the game's messages. The scratch's `means` become the teams' mean
+    coefficients.
     """
     teams = swarm.teams
     num_drones, modes = teams.shape[0], len(parameters.modes)

@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.kernels import entry_point, kernel
+from swarm_pz.kernels.arrays import Bools, Float32s, Float64s, Int64s
 
 _TIE = 1e-12
 """Squared distances that differ by less are equal: a grid point belongs to all that are so near."""
@@ -40,47 +40,42 @@ class CoverageParameters(NamedTuple):
 class Grid(NamedTuple):
     """Where densities are summed and integrated."""
 
-    centres: NDArray[np.float64]
+    centres: Float64s
     """(G,) of the grid's cells, along an axis."""
-    left: NDArray[np.int64]
+    left: Int64s
     """(G,) the command's column whose centre is at or before each of them, but not the last."""
-    share: NDArray[np.float64]
+    share: Float64s
     """(G,) how far each is from there to the next."""
-    nodes: NDArray[np.float64]
+    nodes: Float64s
     """(Q,) of a quadrature along an edge, in [-1, 1]."""
-    weights: NDArray[np.float64]
+    weights: Float64s
     """(Q,) their weights, which sum to 2."""
 
 
 class Cells(NamedTuple):
     """The Voronoi cells among n drones that know of each other."""
 
-    places: NDArray[np.float64]
+    places: Float64s
     """(n, 2) where the drones are."""
-    edges: NDArray[np.float64]
+    edges: Float64s
     """(n, n, 2) `[i, j]` for i < j: from where to where the bisector of two drones is an edge, from its middle."""
-    neighbours: NDArray[np.int64]
+    neighbours: Int64s
     """(n, n) the drones with which each shares an edge, or its place."""
-    degrees: NDArray[np.int64]
+    degrees: Int64s
     """(n,) how many these are."""
-    owners: NDArray[np.float64]
+    owners: Float64s
     """(n,) how many drones are where each is, itself included."""
-    masses: NDArray[np.float64]
+    masses: Float64s
     """(n,)"""
-    centroids: NDArray[np.float64]
+    centroids: Float64s
     """(n, 2)"""
-    first: NDArray[np.float64]
+    first: Float64s
     """(n, 2) velocities of the law's first term."""
 
 
 @kernel
 def blend_densities(
-    command: NDArray[np.float64],
-    former: NDArray[np.float64],
-    age: float,
-    parameters: CoverageParameters,
-    density: NDArray[np.float64],
-    rate: NDArray[np.float64],
+    command: Float64s, former: Float64s, age: float, parameters: CoverageParameters, density: Float64s, rate: Float64s
 ) -> bool:
     """Write the density (A, A) in force, of mean 1, and its change per second; return whether there is any."""
     share = min(age / parameters.blend, 1.0)
@@ -97,7 +92,7 @@ def blend_densities(
 
 
 @kernel
-def interpolate(values: NDArray[np.float64], x: float, y: float) -> float:
+def interpolate(values: Float64s, x: float, y: float) -> float:
     """Return the bilinear interpolation of an image (A, A) at a place, constant beyond the outer cells' centres."""
     cells = values.shape[0]
     across = min(max(x * cells - 0.5, 0.0), cells - 1.0)
@@ -110,7 +105,7 @@ def interpolate(values: NDArray[np.float64], x: float, y: float) -> float:
 
 
 @kernel
-def add_up(values: NDArray[np.float64], grid: Grid, sums: NDArray[np.float64]) -> None:
+def add_up(values: Float64s, grid: Grid, sums: Float64s) -> None:
     """Write what an image (A, A) sums to along the grid's rows: its mass and its moment in x (2, G, G + 1) so far."""
     side, cells = grid.centres.shape[0], values.shape[0]
     line = np.empty(cells)
@@ -131,9 +126,7 @@ def add_up(values: NDArray[np.float64], grid: Grid, sums: NDArray[np.float64]) -
 
 
 @kernel
-def find_span(
-    a: int, heights: NDArray[np.float64], slopes: NDArray[np.float64], neighbours: NDArray[np.int64]
-) -> tuple[float, float, float]:
+def find_span(a: int, heights: Float64s, slopes: Float64s, neighbours: Int64s) -> tuple[float, float, float]:
     """Return from where to where a row is drone a's, along x, and the share of it that is.
 
     With `heights` (n,), the squared distances to the row's beginning, and `slopes` (n, n), 1 / (2 (x_b - x_a)) or 0
@@ -154,7 +147,7 @@ def find_span(
 
 
 @kernel
-def sum_span(low: float, high: float, sums: NDArray[np.float64]) -> float:
+def sum_span(low: float, high: float, sums: Float64s) -> float:
     """Return the sum of a row, of which `sums` (G + 1,) has the sums so far, at the points in [low, high].
 
     A point on one of the ends belongs to both sides.
@@ -185,7 +178,7 @@ def cut(offset: float, slope: float, low: float, high: float) -> tuple[float, fl
 
 
 @kernel
-def find_edge(i: int, j: int, places: NDArray[np.float64]) -> tuple[float, float]:
+def find_edge(i: int, j: int, places: Float64s) -> tuple[float, float]:
     """Return the part [low, high] of the bisector of drones i and j, from its middle, that their cells share."""
     apart_x, apart_y = places[j, 0] - places[i, 0], places[j, 1] - places[i, 1]
     distance = math.sqrt(apart_x * apart_x + apart_y * apart_y)
@@ -208,7 +201,7 @@ def find_edge(i: int, j: int, places: NDArray[np.float64]) -> tuple[float, float
 
 
 @kernel
-def find_neighbours(places: NDArray[np.float64], cells: Cells, slopes: NDArray[np.float64]) -> None:
+def find_neighbours(places: Float64s, cells: Cells, slopes: Float64s) -> None:
     """Write the edges and neighbours of drones (n, 2), and their `slopes` (n, n) of `find_span`."""
     edges, neighbours, degrees = cells.edges, cells.neighbours, cells.degrees
     for i in range(places.shape[0]):
@@ -231,14 +224,7 @@ def find_neighbours(places: NDArray[np.float64], cells: Cells, slopes: NDArray[n
 
 
 @kernel
-def find_cells(
-    places: NDArray[np.float64],
-    sums: NDArray[np.float64],
-    rates: NDArray[np.float64],
-    is_changing: bool,
-    grid: Grid,
-    gain: float,
-) -> Cells:
+def find_cells(places: Float64s, sums: Float64s, rates: Float64s, is_changing: bool, grid: Grid, gain: float) -> Cells:
     """Return the cells of drones (n, 2) in a density, and a change per second, of which `add_up` has the sums."""
     count, side = places.shape[0], grid.centres.shape[0]
     cells = Cells(
@@ -285,7 +271,7 @@ def find_cells(
 
 
 @kernel
-def follow_neighbours(i: int, cells: Cells, density: NDArray[np.float64], grid: Grid) -> tuple[float, float]:
+def follow_neighbours(i: int, cells: Cells, density: Float64s, grid: Grid) -> tuple[float, float]:
     """Return how fast the centroid of drone i moves because it and its neighbours do, at their first velocities."""
     places, first, closest = cells.places, cells.first, 1.0 / grid.centres.shape[0]
     velocity_x, velocity_y = 0.0, 0.0
@@ -316,11 +302,11 @@ def follow_neighbours(i: int, cells: Cells, density: NDArray[np.float64], grid: 
 def steer(
     i: int,
     cells: Cells,
-    velocity: NDArray[np.float32],
-    density: NDArray[np.float64],
+    velocity: Float32s,
+    density: Float64s,
     grid: Grid,
     parameters: CoverageParameters,
-    acceleration: NDArray[np.float64],
+    acceleration: Float64s,
 ) -> None:
     """Write the acceleration that brings the i-th of some drones to the velocity that the law asks for."""
     wanted_x, wanted_y = cells.first[i, 0], cells.first[i, 1]
@@ -336,16 +322,16 @@ def steer(
 
 @entry_point
 def cover(
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    own: NDArray[np.bool_],
-    heard: NDArray[np.bool_],
-    commands: NDArray[np.float64],
-    former: NDArray[np.float64],
-    age: NDArray[np.float64],
+    positions: Float32s,
+    velocities: Float32s,
+    own: Bools,
+    heard: Bools,
+    commands: Float64s,
+    former: Float64s,
+    age: Float64s,
     grid: Grid,
     parameters: CoverageParameters,
-    accelerations: NDArray[np.float64],
+    accelerations: Float64s,
 ) -> None:
     """Steer every own drone of n games towards the centroid of its cell among the drones that it hears.
 

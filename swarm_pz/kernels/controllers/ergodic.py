@@ -10,10 +10,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.kernels import kernel, reduction
+from swarm_pz.kernels.arrays import Float32s, Float64s, Int8s, Int64s
 from swarm_pz.kernels.fourier import PI, fill_harmonics
 from swarm_pz.kernels.swarm import Swarm
 
@@ -35,7 +35,7 @@ class ErgodicParameters(NamedTuple):
     unit of velocity carries by then. A tuple for the same reason."""
     decay: np.float32
     """Factor of the memory from one solve to the next: exp(-period / tau)."""
-    spectrum: NDArray[np.float32]
+    spectrum: Float32s
     """(K, K): q Lambda_k, with (1 + |k|^2)^(-3/2) or exp(-0.8 |k|) for Lambda_k."""
     inverse_control_weight: np.float32
     """R^-1, over the speed factor: products of two times hold it twice."""
@@ -44,7 +44,7 @@ class ErgodicParameters(NamedTuple):
     max_acceleration: np.float32
 
 
-def sobolev_weights(modes: int) -> NDArray[np.float64]:
+def sobolev_weights(modes: int) -> Float64s:
     """Return (1 + |k|^2)^(-3/2), (K, K): coarse differences count most, in control and in the ergodic metric."""
     k = np.arange(modes)
     return np.asarray((1.0 + k[:, None] ** 2 + k**2) ** -1.5)
@@ -74,30 +74,30 @@ def ergodic_parameters(config: GameConfig) -> ErgodicParameters:
 class Tables(NamedTuple):
     """Scratch for some places of drones: coordinates, the basis there, and two sums."""
 
-    x: NDArray[np.float32]
+    x: Float32s
     """(places,) coordinates."""
-    y: NDArray[np.float32]
-    weights: NDArray[np.float32]
+    y: Float32s
+    weights: Float32s
     """(places,) share of each place in the team's coefficients."""
-    sum_x: NDArray[np.float32]
-    sum_y: NDArray[np.float32]
-    cos_x: NDArray[np.float32]
+    sum_x: Float32s
+    sum_y: Float32s
+    cos_x: Float32s
     """(K, places) cos(pi k x)."""
-    sin_x: NDArray[np.float32]
-    cos_y: NDArray[np.float32]
-    sin_y: NDArray[np.float32]
+    sin_x: Float32s
+    cos_y: Float32s
+    sin_y: Float32s
 
 
 class Scratch(NamedTuple):
     """What solves need besides the state; the same for one game after the other."""
 
-    members: NDArray[np.int64]
+    members: Int64s
     """(2, drones + 1) the numbers of each team's drones."""
-    means: NDArray[np.float32]
+    means: Float32s
     """(2, K, K) coefficients of each team."""
-    error: NDArray[np.float32]
+    error: Float32s
     """(K, K) their weighted error, of the team in hand."""
-    slope: NDArray[np.float32]
+    slope: Float32s
     """(K, K) that error times pi k2."""
     tables: Tables
 
@@ -155,7 +155,7 @@ def wall_gradient(coordinate: np.float32, margin: np.float32, weight: np.float32
 
 
 @kernel
-def saturate(acceleration: NDArray[np.float32], limit: np.float32) -> None:
+def saturate(acceleration: Float32s, limit: np.float32) -> None:
     """Scale a vector down to the given magnitude, keeping its direction; in place."""
     magnitude = math.sqrt(acceleration[0] * acceleration[0] + acceleration[1] * acceleration[1])
     if magnitude > limit:
@@ -164,9 +164,7 @@ def saturate(acceleration: NDArray[np.float32], limit: np.float32) -> None:
 
 
 @reduction
-def dot_pair(
-    one: NDArray[np.float32], first: NDArray[np.float32], second: NDArray[np.float32]
-) -> tuple[np.float32, np.float32]:
+def dot_pair(one: Float32s, first: Float32s, second: Float32s) -> tuple[np.float32, np.float32]:
     """Return the sums of products of an array with each of two others."""
     with_first, with_second = np.float32(0.0), np.float32(0.0)
     for r in range(one.shape[0]):
@@ -207,7 +205,7 @@ def remember(swarm: Swarm, sizes: tuple[int, int], parameters: ErgodicParameters
 
 
 @kernel
-def look_ahead(drones: NDArray[np.int64], swarm: Swarm, parameters: ErgodicParameters, tables: Tables) -> None:
+def look_ahead(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tables: Tables) -> None:
     """Let drones coast, and tabulate the basis at the points h = H, ..., 1 that they come to.
 
     Point h of drone j is place (H - h) * drones + j: the points that steer a drone come first.
@@ -225,12 +223,7 @@ def look_ahead(drones: NDArray[np.int64], swarm: Swarm, parameters: ErgodicParam
 
 @kernel
 def add_expected(
-    drones: NDArray[np.int64],
-    size: int,
-    memory_weight: NDArray[np.float32],
-    horizon: int,
-    tables: Tables,
-    mean: NDArray[np.float32],
+    drones: Int64s, size: int, memory_weight: Float32s, horizon: int, tables: Tables, mean: Float32s
 ) -> None:
     """Add what drones will see to the coefficients (K, K) of their team, which has that size: steps 3 and 4."""
     for j in range(drones.shape[0]):
@@ -252,11 +245,7 @@ def add_expected(
 
 @kernel
 def add_potential_gradient(
-    error: NDArray[np.float32],
-    slope: NDArray[np.float32],
-    modes: tuple[int, ...],
-    places: int,
-    tables: Tables,
+    error: Float32s, slope: Float32s, modes: tuple[int, ...], places: int, tables: Tables
 ) -> None:
     """Add the gradient of sum_k error_k F_k at the first places to sum_x and sum_y.
 
@@ -275,7 +264,7 @@ def add_potential_gradient(
 
 
 @kernel
-def integrate_costate(drones: NDArray[np.int64], swarm: Swarm, parameters: ErgodicParameters, scratch: Scratch) -> None:
+def integrate_costate(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, scratch: Scratch) -> None:
     """Follow the costate back along the paths of drones, down the weighted error in `scratch`: steps 5 and 6."""
     tables, accelerations = scratch.tables, swarm.accelerations
     count, horizon = drones.shape[0], len(parameters.times) - 1
@@ -295,7 +284,7 @@ def integrate_costate(drones: NDArray[np.int64], swarm: Swarm, parameters: Ergod
 
 
 @kernel
-def list_members(teams: NDArray[np.int8], members: NDArray[np.int64]) -> tuple[int, int]:
+def list_members(teams: Int8s, members: Int64s) -> tuple[int, int]:
     """Write the numbers of each team's drones into `members` (2, drones + 1) and return how many there are."""
     red, blue = 0, 0
     for i in range(teams.shape[0]):  # without branches, which nobody could predict
@@ -307,9 +296,7 @@ def list_members(teams: NDArray[np.int8], members: NDArray[np.int64]) -> tuple[i
 
 
 @kernel
-def weigh(
-    mean: NDArray[np.float32], target: NDArray[np.float32], parameters: ErgodicParameters, scratch: Scratch
-) -> None:
+def weigh(mean: Float32s, target: Float32s, parameters: ErgodicParameters, scratch: Scratch) -> None:
     """Write q Lambda_k (c_k - phi_k) into the scratch's `error` (K, K), and that times pi k2 into its `slope`."""
     error, slope = scratch.error, scratch.slope
     for k1 in range(len(parameters.modes)):
@@ -326,13 +313,7 @@ def most_at_once(parameters: ErgodicParameters) -> int:
 
 
 @kernel
-def expect(
-    drones: NDArray[np.int64],
-    swarm: Swarm,
-    parameters: ErgodicParameters,
-    tables: Tables,
-    mean: NDArray[np.float32],
-) -> None:
+def expect(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, tables: Tables, mean: Float32s) -> None:
     """Add what a team's drones will see to its coefficients `mean` (K, K): steps 2 to 4."""
     size, most = drones.shape[0], most_at_once(parameters)
     for first in range(0, size, most):
@@ -342,7 +323,7 @@ def expect(
 
 
 @kernel
-def steer(drones: NDArray[np.int64], swarm: Swarm, parameters: ErgodicParameters, scratch: Scratch) -> None:
+def steer(drones: Int64s, swarm: Swarm, parameters: ErgodicParameters, scratch: Scratch) -> None:
     """Accelerate a team's drones against its weighted error: steps 5 and 6."""
     size, most = drones.shape[0], most_at_once(parameters)
     for first in range(0, size, most):
@@ -353,7 +334,7 @@ def steer(drones: NDArray[np.int64], swarm: Swarm, parameters: ErgodicParameters
 
 
 @kernel
-def ergodic(swarm: Swarm, target: NDArray[np.float32], parameters: ErgodicParameters, scratch: Scratch) -> None:
+def ergodic(swarm: Swarm, target: Float32s, parameters: ErgodicParameters, scratch: Scratch) -> None:
     """Solve the optimal control problem of every drone of one game.
 
     1. Memory: (m, w) <- decay (m, w) + (F(p), 1).

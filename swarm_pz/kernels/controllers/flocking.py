@@ -11,10 +11,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.config import CONTROL_PERIOD, GameConfig
 from swarm_pz.kernels import entry_point, kernel
+from swarm_pz.kernels.arrays import Bools, Float32s, Float64s
 from swarm_pz.kernels.fourier import normalise
 
 _CLOSE = 0.001
@@ -55,12 +55,7 @@ def flocking_parameters(config: GameConfig) -> FlockingParameters:
 
 @kernel
 def find_pull(
-    i: int,
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    heard: NDArray[np.bool_],
-    attractor: NDArray[np.float32],
-    parameters: FlockingParameters,
+    i: int, positions: Float32s, velocities: Float32s, heard: Bools, attractor: Float32s, parameters: FlockingParameters
 ) -> tuple[float, float]:
     """Return the weighted sum of what draws drone i somewhere; `heard` (N,) are those whom it hears."""
     x, y = np.float64(positions[i, 0]), np.float64(positions[i, 1])
@@ -92,7 +87,7 @@ def find_pull(
 
 
 @kernel
-def turn_to(pull: tuple[float, float], velocity: NDArray[np.float32], max_turn: float) -> tuple[float, float]:
+def turn_to(pull: tuple[float, float], velocity: Float32s, max_turn: float) -> tuple[float, float]:
     """Return the heading along a pull, as near to it as a turn of at most `max_turn` comes."""
     strength = math.sqrt(pull[0] ** 2 + pull[1] ** 2)
     speed = math.sqrt(np.float64(velocity[0]) ** 2 + np.float64(velocity[1]) ** 2)
@@ -108,13 +103,13 @@ def turn_to(pull: tuple[float, float], velocity: NDArray[np.float32], max_turn: 
 
 @entry_point
 def flocking(
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    own: NDArray[np.bool_],
-    heard: NDArray[np.bool_],
-    attractors: NDArray[np.float32],
+    positions: Float32s,
+    velocities: Float32s,
+    own: Bools,
+    heard: Bools,
+    attractors: Float32s,
     parameters: FlockingParameters,
-    accelerations: NDArray[np.float32],
+    accelerations: Float32s,
 ) -> None:
     """Steer one team of each of n games.
 
@@ -155,7 +150,7 @@ def flocking(
 
 
 @kernel
-def strongest_mode(target: NDArray[np.float64]) -> tuple[float, float, float]:
+def strongest_mode(target: Float64s) -> tuple[float, float, float]:
     """Return where a target (A, A) is densest, and the share of its mass there.
 
     The 3x3 block of cells with the largest sum, its centre of mass and its sum; the middle and 0 for a
@@ -179,9 +174,7 @@ def strongest_mode(target: NDArray[np.float64]) -> tuple[float, float, float]:
 
 
 @entry_point
-def serve_densities(
-    densities: NDArray[np.float64], migration: tuple[float, float], attractors: NDArray[np.float64]
-) -> None:
+def serve_densities(densities: Float64s, migration: tuple[float, float], attractors: Float64s) -> None:
     """Serve densities by attractors, so that who sends densities can lead flocks.
 
     Parameters

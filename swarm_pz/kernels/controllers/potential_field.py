@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from swarm_pz.kernels import entry_point, kernel, reduction
+from swarm_pz.kernels.arrays import Bools, Float32s, Float64s
 
 
 class PotentialParameters(NamedTuple):
@@ -27,7 +27,7 @@ class PotentialParameters(NamedTuple):
 
 
 @kernel
-def find_charges(images: NDArray[np.float64], parameters: PotentialParameters, charges: NDArray[np.float64]) -> None:
+def find_charges(images: Float64s, parameters: PotentialParameters, charges: Float64s) -> None:
     """Write the charge (A, A) that images (2, A, A), of what attracts and what repels, spread over the square."""
     attracts, repels = images[0].sum(), images[1].sum()
     cells = images.shape[1]
@@ -40,7 +40,7 @@ def find_charges(images: NDArray[np.float64], parameters: PotentialParameters, c
 
 
 @reduction
-def pull_row(x: float, away_y: float, charges: NDArray[np.float64], softening: float) -> tuple[float, float]:
+def pull_row(x: float, away_y: float, charges: Float64s, softening: float) -> tuple[float, float]:
     """Return the force of a row of cells, whose charges are (A,), on a drone."""
     pull_x, pull_y, cells = 0.0, 0.0, charges.shape[0]
     fixed = away_y * away_y + softening * softening
@@ -54,7 +54,7 @@ def pull_row(x: float, away_y: float, charges: NDArray[np.float64], softening: f
 
 
 @kernel
-def pull_of_images(x: float, y: float, charges: NDArray[np.float64]) -> tuple[float, float]:
+def pull_of_images(x: float, y: float, charges: Float64s) -> tuple[float, float]:
     """Return the force of all cells; a cell's charge is spread over it."""
     pull_x, pull_y, cells = 0.0, 0.0, charges.shape[0]
     for row in range(cells):
@@ -65,9 +65,7 @@ def pull_of_images(x: float, y: float, charges: NDArray[np.float64]) -> tuple[fl
 
 
 @kernel
-def push_of_mates(
-    i: int, positions: NDArray[np.float32], heard: NDArray[np.bool_], softening: float
-) -> tuple[float, float, int]:
+def push_of_mates(i: int, positions: Float32s, heard: Bools, softening: float) -> tuple[float, float, int]:
     """Return the force of the drones that drone i hears, and how many they are, with itself."""
     push_x, push_y, count = 0.0, 0.0, 0
     x, y = np.float64(positions[i, 0]), np.float64(positions[i, 1])
@@ -92,13 +90,13 @@ def push_of_walls(place: float, softening: float) -> float:
 
 @entry_point
 def repel(
-    positions: NDArray[np.float32],
-    velocities: NDArray[np.float32],
-    own: NDArray[np.bool_],
-    heard: NDArray[np.bool_],
-    commands: NDArray[np.float64],
+    positions: Float32s,
+    velocities: Float32s,
+    own: Bools,
+    heard: Bools,
+    commands: Float64s,
     parameters: PotentialParameters,
-    accelerations: NDArray[np.float64],
+    accelerations: Float64s,
 ) -> None:
     """Add up the forces on every own drone of n games.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.config import ControllerConfig
+from swarm_pz.config import DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.kernels.profiling import solve
 from swarm_pz.simulator import Simulator
 from tests.kernels.states import SOFT, assert_mirrored, put, random_state, solved
@@ -26,11 +26,27 @@ def test_its_kernel_alone_does_what_the_game_does_and_writes_but_memories_and_ac
         assert field in written or (array == before).all(), field
 
 
-@pytest.mark.parametrize("controller", [SOFT, ControllerConfig()], ids=["free", "saturated"])
-def test_it_does_what_its_slow_mirror_does(controller):
+MIRRORS = {
+    "free": ({"controller": SOFT}, {}),
+    "saturated": ({}, {"r": 0.1}),
+    "exponential": ({"controller": SOFT.replace(spectrum="exponential")}, {"spectrum": "exponential"}),
+    "slow": ({"controller": SOFT, "dynamics": DynamicsConfig(speed_factor=0.8)}, {"speed_factor": 0.8}),
+    "fast": ({"controller": SOFT, "dynamics": DynamicsConfig(speed_factor=1.7)}, {"speed_factor": 1.7}),
+    "for ever": ({"controller": SOFT, "memory": MemoryConfig(controller=None)}, {"tau": None}),
+    "heavy targets": ({"controller": SOFT.replace(target_mass=10.0, wall_margin=0.2)}, {"wall_margin": 0.2}),
+    "no margin": ({"controller": SOFT.replace(wall_margin=0.0)}, {"wall_margin": 0.0}),
+    "published gains": (
+        {"controller": GameConfig.preset("released").controller},
+        {"q": 1.0, "r": 1.0, "spectrum": "exponential", "wall_margin": 0.01},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MIRRORS)
+def test_it_does_what_its_slow_mirror_does(name):
+    options, numbers = MIRRORS[name]
     generator = np.random.default_rng(0)
-    for _ in range(40):
+    for _ in range(40 if name in ("free", "saturated") else 8):
         state = random_state(generator, int(generator.integers(1, 31)), spread=float(generator.choice([0.05, 0.3, 1])))
         state.velocities[: generator.integers(3)] = 0.0
-        simulator = solved(state, controller=controller)
-        assert_mirrored(simulator, state, ControllerReference(r=simulator.config.controller.control_weight))
+        assert_mirrored(solved(state, **options), state, ControllerReference(**{"r": 20.0, **numbers}))
