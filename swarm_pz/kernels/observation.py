@@ -166,7 +166,6 @@ def paint_grids(
     brightness: Uint8s,
     interpolation: Float64s,
     channels: Int64s,
-    mirrored: Int64s,
     observations: Uint8s,
 ) -> None:
     """Paint the observations of the games `rows[place]` for every given place.
@@ -193,24 +192,17 @@ def paint_grids(
         From a command's cells to the grid's.
     channels : int64 array (channels,)
         What to paint, as numbers of `swarm_pz.config.CHANNELS`, then of `MOTION_CHANNELS`.
-    mirrored : int64 array (channels,)
-        Which of them shows the same from the other side; -1 for none.
     observations : uint8 array (n, channels, grid, grid)
         Overwritten.
     """
     members = np.empty((2, games.teams.shape[1] + 1), np.int64)
-    for k in range(len(places)):
-        place, before = places[k], places[max(k - 1, 0)]
+    for place in places:
         e, own = rows[place], sides[place]
-        is_other_side = rows[before] == e and sides[before] != own  # of the game that was painted just now
         tick, trails = games.ticks[e], games.trails[e]
         sizes = list_members(games.teams[e], members)
         observations[place] = np.uint8(0)
         for number in range(len(channels)):
             channel, plane = channels[number], observations[place, number]
-            if is_other_side and mirrored[number] >= 0:
-                plane[:] = observations[before, mirrored[number]]
-                continue
             is_own = channel % 2 == 0 if channel < OWN_NOW else (channel - OWN_NOW) % 2 == 0  # they come in pairs
             team = own if is_own else 1 - own
             drones = members[team, : sizes[team]]

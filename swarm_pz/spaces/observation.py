@@ -43,7 +43,6 @@ from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.commands import interpolation_matrix
 from swarm_pz.simulator.spawn import FASTEST
 
-_OTHER = {"own": "opposing", "opposing": "own"}
 _WORTH_THREADS = 256
 """Images from which on it is quicker to share them out among threads than to paint them at once."""
 
@@ -101,7 +100,7 @@ def observe(
     config = simulator.config
     coarse_cells, brightness = _coarse_cells(observation.grid), _brightness(config.trail_ticks)
     interpolation = _coarse_interpolation(observation.grid, config.command_cells)
-    (channels, mirrored), games = _numbers(observation.channels), Shown.of(simulator.games)
+    channels, games = _numbers(observation.channels), Shown.of(simulator.games)
 
     def paint(places: NDArray[np.int64]) -> None:
         paint_grids(
@@ -115,7 +114,6 @@ def observe(
             brightness,
             interpolation,
             channels,
-            mirrored,
             observations,
         )
 
@@ -135,11 +133,9 @@ def of_game(observations: Observations, place: int) -> Observations:
 
 
 @cache
-def _numbers(channels: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Tell each channel's place among all, and where the same channel of the other team is shown; -1: nowhere."""
-    numbers = [(CHANNELS + MOTION_CHANNELS).index(channel) for channel in channels]
-    others = [f"{_OTHER.get(side)}_{shows}" for side, _, shows in (channel.partition("_") for channel in channels)]
-    return np.array(numbers), np.array([channels.index(other) if other in channels else -1 for other in others])
+def _numbers(channels: tuple[str, ...]) -> NDArray[np.int64]:
+    """Tell each channel's place among all."""
+    return np.array([(CHANNELS + MOTION_CHANNELS).index(channel) for channel in channels])
 
 
 @cache
