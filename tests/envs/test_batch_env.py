@@ -29,18 +29,6 @@ def test_rewards_are_zero_sum_and_add_up_to_the_change_of_size_and_the_outcome()
     np.testing.assert_allclose(returns[:, 0], expected, atol=1e-9)
 
 
-def test_a_time_out_is_a_draw_and_not_a_loss():
-    batch = BatchEnv(GameConfig(time_limit=2.5), 2)
-    batch.reset([0, 1])
-    batch.step(np.ones((2, 2, 10, 10)))
-    batch.step(np.ones((2, 2, 10, 10)))
-    result = batch.step(np.ones((2, 2, 10, 10)))
-    assert result.truncated.all()
-    assert not result.terminated.any()
-    assert batch.simulator.time_s.tolist() == [2.5, 2.5]
-    assert batch.outcome(0, 0) == batch.outcome(0, 1) == "draw"
-
-
 def test_a_game_decided_in_the_last_tick_of_the_limit_is_won_and_not_timed_out():
     batch = BatchEnv(num_games=2, max_cycles=1)
     batch.reset([0, 1])
@@ -116,18 +104,6 @@ def test_what_no_number_can_hold_is_refused_by_name(ask_for):
         ask_for()
 
 
-def test_a_game_that_has_ended_stays_as_it_is_while_others_go_on():
-    batch = BatchEnv(num_games=2)
-    batch.reset([0, 1])
-    batch.running[0] = False
-    before = batch.simulator.snapshot([0])
-    result = batch.step(np.ones((2, 2, 10, 10)))
-    assert result.rewards[0].tolist() == [0.0, 0.0]
-    assert batch.simulator.time_s.tolist() == [0.0, 1.0]
-    for array, copied in zip(batch.simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array[0], copied[0])
-
-
 def test_a_step_after_the_end_is_refused():
     batch = BatchEnv(GameConfig(time_limit=1.0))
     with pytest.raises(GameOverError, match="call reset"):
@@ -136,18 +112,6 @@ def test_a_step_after_the_end_is_refused():
     batch.step(np.ones((1, 2, 10, 10)))
     with pytest.raises(GameOverError, match="call reset"):
         batch.step(np.ones((1, 2, 10, 10)))
-
-
-def test_one_bad_command_leaves_all_games_as_they_were():
-    batch = BatchEnv(num_games=3)
-    batch.reset([0, 1, 2])
-    before = batch.simulator.snapshot()
-    commands = np.ones((3, 2, 10, 10))
-    commands[2, 1, 4, 4] = np.nan
-    with pytest.raises(CommandError, match=r"got nan at index \(2, 1, 4, 4\)"):
-        batch.step(commands)
-    for array, copied in zip(batch.simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array, copied)
 
 
 def test_calling_back_after_every_control_period_changes_nothing():
@@ -161,18 +125,6 @@ def test_calling_back_after_every_control_period_changes_nothing():
         games.append(batch.simulator.snapshot())
     for one, other in zip(*games, strict=True):
         np.testing.assert_array_equal(one, other)
-
-
-def test_max_cycles_follows_from_the_time_limit_and_may_be_assigned():
-    batch = BatchEnv(GameConfig(time_limit=60.0, command_period=0.5))
-    assert batch.max_cycles == 120
-    batch.max_cycles = 3
-    batch.reset([0])
-    for _ in range(3):
-        result = batch.step(np.ones((1, 2, 10, 10)))
-    assert result.truncated.all()
-    with pytest.raises(ConfigError, match="max_cycles must be a whole number"):
-        batch.max_cycles = 0
 
 
 def test_the_time_left_is_that_of_the_steps_asked_for():
@@ -217,11 +169,6 @@ def test_a_step_tells_who_took_how_many_and_how_many_of_these_back(recently):
     assert by_game(batch.infos(None, np.array([0]), np.array([1]))) == [
         {"size": 17, "captured": 0, "lost": 0, "recaptured": 0, "time_s": 0.1, "outcome": 0}
     ]
-
-
-def test_a_drone_that_nobody_has_lost_before_is_not_taken_back():
-    result = surrounded().step(np.ones((2, 2, 10, 10)))
-    assert result.captured.any() and not result.recaptured.any()
 
 
 def test_only_games_that_are_begun_anew_run_again():

@@ -17,38 +17,6 @@ SHORT = {"opponent": "noise", "drones_per_team": 2, "max_cycles": 3, "observatio
 """Games of three steps, some of which end sooner."""
 
 
-def test_games_restart_at_the_next_step():
-    environments = gymnasium.make_vec("swarm_pz/Capture-v0", num_envs=3, max_cycles=2, opponent=["noise", "ring"])
-    observations, infos = environments.reset(seed=7)
-    assert environments.observation_space.contains(observations)
-    assert infos["_side"].all()
-    action = np.zeros((3, 10, 10), np.float32)
-    *_, truncated, _ = environments.step(action)
-    assert not truncated.any()
-    *_, truncated, infos = environments.step(action)
-    assert truncated.all()
-    assert infos["outcome"].tolist() == [0] * 3
-    observations, rewards, terminated, truncated, infos = environments.step(action)
-    assert not (rewards.any() or terminated.any() or truncated.any())
-    assert environments.unwrapped.duel.batch.running.all()
-    environments.close()
-
-
-def test_it_plays_the_same_games_as_the_single_face():
-    environments = gymnasium.make_vec("swarm_pz/Capture-v0", num_envs=3, opponent="noise", drones_per_team=3)
-    single = DuelEnv(opponent="noise", drones_per_team=3)
-    together, _ = environments.reset(seed=5)
-    alone, _ = single.reset(seed=7)
-    np.testing.assert_array_equal(together[2], alone)
-    for _ in range(6):
-        action = np.random.default_rng(0).uniform(-1, 1, (10, 10)).astype(np.float32)
-        together, *_ = environments.step(np.stack([action] * 3))
-        alone, _, terminated, *_ = single.step(action)
-        np.testing.assert_array_equal(together[2], alone)
-        if terminated:
-            break
-
-
 def assert_same(ours, theirs):
     assert type(ours) is type(theirs)
     if isinstance(ours, dict):
@@ -66,7 +34,7 @@ def assert_same(ours, theirs):
 
 
 @pytest.mark.parametrize("mode", AutoresetMode)
-def test_it_does_what_gymnasiums_own_vector_env_does_with_the_single_face(mode):
+def test_it_does_what_gymnasiums_own_vector_env_does_with_single_environments(mode):
     ours = DuelVectorEnv(3, **SHORT, autoreset_mode=mode)
     theirs = SyncVectorEnv([lambda: DuelEnv(**SHORT)] * 3, autoreset_mode=mode)
     assert ours.metadata["autoreset_mode"] == theirs.metadata["autoreset_mode"] == mode

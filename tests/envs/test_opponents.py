@@ -116,13 +116,6 @@ def test_one_opponent_of_several_games_is_one_object_asked_once():
     assert duel.opponent_names == ["Diary", "uniform"]
 
 
-def test_opponents_are_made_for_the_game_that_is_played():
-    duel = DuelBatch(SMALL.replace(command_cells=5), 2, opponent=["ring", Diary(5)], action_cells=5)
-    begin(duel)
-    duel.step(np.zeros((2, 5, 5)))
-    assert duel.batch.simulator.targets.shape == (2, 2, 5, 5)
-
-
 def test_a_deal_that_cannot_be_leaves_the_old_one():
     duel = DuelBatch(SMALL, 2, opponent="ring")
     for bad, kind in (([], ConfigError), (["uniform", "rign"], PolicyError), (["uniform", "noise"], ValueError)):
@@ -141,20 +134,3 @@ def test_names_may_be_said_and_keep_their_numbers():
     assert duel.infos()["opponent"].tolist() == [1, 2, 3]
     begin(duel)
     assert duel.infos()["opponent"].tolist() == [2, 1, 2]
-
-
-def test_a_scenario_is_of_the_games_begun_with_it():
-    duel = DuelBatch(SMALL, 3)
-    begin(duel)
-    places = np.random.default_rng(0).random((4, 2)).astype(np.float32)
-    duel.reset([np.random.SeedSequence(9)], np.array([1]), {"positions": places})
-    np.testing.assert_array_equal(duel.batch.simulator.positions[1], places)
-    assert not (duel.batch.simulator.positions[[0, 2]] == places).any()
-
-
-def test_what_a_batch_may_be_told_reaches_the_games(monkeypatch):
-    monkeypatch.setattr("os.cpu_count", lambda: 4)
-    duel = DuelBatch(SMALL, 4, threads=3, max_cycles=7, channels_last=True, action="discrete")
-    assert (duel.batch.simulator.threads, duel.batch.max_cycles, duel.batch.config) == (3, 7, SMALL)
-    assert duel.format.observation_space.shape == (50, 50, 9) and duel.format.command_names
-    duel.batch.close()

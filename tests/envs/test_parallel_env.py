@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import pettingzoo
 import pytest
 from pettingzoo.test import (
-    api_test,
     max_cycles_test,
     parallel_api_test,
-    parallel_seed_test,
     render_test,
-    seed_test,
 )
 
 import swarm_pz
@@ -19,7 +15,7 @@ from swarm_pz import GameConfig, ObservationConfig, env, parallel_env
 from swarm_pz.config import CaptureConfig
 from swarm_pz.envs import STATE_CHANNELS
 from swarm_pz.envs.drones_env import drones_env
-from swarm_pz.errors import CommandError, ConfigError, GameOverError
+from swarm_pz.errors import CommandError, GameOverError
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
 
 VARIANTS = {
@@ -40,33 +36,12 @@ def test_parallel_api(variant):
     parallel_api_test(parallel_env(**variant), num_cycles=400)
 
 
-def test_parallel_seed(variant):
-    parallel_seed_test(lambda: parallel_env(**variant))
-
-
-# The test warns of anything but images of one shape, which the other variants are on purpose.
-@pytest.mark.parametrize("name", ["default", "coarse", "handicap"])
-def test_api_of_the_aec_face(name):
-    api_test(env(**VARIANTS[name]), num_cycles=100)
-
-
-def test_seed_of_the_aec_face():
-    seed_test(env, num_cycles=20)
-
-
 def test_max_cycles():
     max_cycles_test(swarm_pz)
 
 
 def test_render():
     render_test(lambda render_mode: env(render_mode=render_mode, command_period=0.1))
-
-
-@pytest.mark.parametrize("kind", ["parallel", "aec"])
-def test_pettingzoo_makes_it_by_name(kind):
-    made = pettingzoo.make(kind, "swarm_pz/Capture-v0", drones_per_team=3)
-    made.reset(seed=0)
-    assert made.possible_agents == ["red_0", "blue_0"]
 
 
 def actions_of(environment, generator):
@@ -126,16 +101,6 @@ def test_rendering_leaves_the_game_alone(mode):
         np.testing.assert_array_equal(one, other)
 
 
-def test_reset_without_a_seed_goes_on_with_other_games():
-    environment = parallel_env()
-    environment.reset(seed=1)
-    first = environment.batch.simulator.positions.copy()
-    environment.reset()
-    assert not np.array_equal(first, environment.batch.simulator.positions)
-    environment.reset(seed=1)
-    np.testing.assert_array_equal(first, environment.batch.simulator.positions)
-
-
 def test_a_seed_is_the_simulators_seed():
     environment = parallel_env()
     environment.reset(seed=11)
@@ -179,15 +144,6 @@ def test_infos_tell_size_captures_time_and_outcome():
     assert {red["outcome"], blue["outcome"]} in ({0}, {1, -1})
 
 
-def test_options_set_up_a_scenario():
-    positions = np.random.default_rng(0).random((20, 2)).astype(np.float32)
-    environment = parallel_env()
-    environment.reset(seed=0, options={"positions": positions})
-    np.testing.assert_array_equal(environment.batch.simulator.positions[0], positions)
-    environment.reset(options={"positions": positions[::-1]})
-    np.testing.assert_array_equal(environment.batch.simulator.positions[0], positions[::-1])
-
-
 GOOD = np.ones((10, 10), np.float32)
 
 
@@ -218,7 +174,7 @@ def test_bad_actions_are_refused_and_leave_the_game_as_it_was(actions, message):
     environment.step({"red_0": GOOD, "blue_0": GOOD})
 
 
-def test_in_the_aec_face_a_bad_command_is_refused_in_its_own_turn():
+def test_in_the_aec_environment_a_bad_command_is_refused_in_its_own_turn():
     environment = env()
     environment.reset(seed=0)
     with pytest.raises(CommandError, match="red_0's command"):
@@ -229,7 +185,7 @@ def test_in_the_aec_face_a_bad_command_is_refused_in_its_own_turn():
     assert environment.infos["red_0"]["time_s"] == 1.0
 
 
-def test_in_the_aec_face_max_cycles_may_be_assigned():
+def test_in_the_aec_environment_max_cycles_may_be_assigned():
     environment = env()
     environment.max_cycles = 2
     environment.reset(seed=0)
@@ -248,24 +204,6 @@ def test_actions_before_the_start_and_after_the_end_are_refused():
         environment.step({"red_0": GOOD, "blue_0": GOOD})
 
 
-def test_unknown_arguments_name_the_nearest():
-    with pytest.raises(ConfigError, match="did you mean 'time_limit'"):
-        parallel_env(time_limits=3.0)
-    with pytest.raises(ConfigError, match="did you mean 'time_limit'"):
-        parallel_env({"time_limits": 3.0})
-    for wrong in ([], 0):
-        with pytest.raises(ConfigError, match="config must be a GameConfig, or its dict"):
-            parallel_env(wrong)
-    with pytest.raises(ConfigError, match="did you mean 'rgb_array'"):
-        parallel_env(render_mode="rgb_aray")
-
-
-def test_overrides_replace_fields_of_the_configuration():
-    environment = parallel_env(GameConfig(time_limit=60), drones_per_team=3)
-    assert environment.config == GameConfig(time_limit=60, drones_per_team=3)
-    assert environment.max_cycles == 60
-
-
 def test_the_game_after_a_seeded_one_is_the_same_every_time():
     environment = parallel_env(drones_per_team=3, max_cycles=2)
 
@@ -280,17 +218,6 @@ def test_the_game_after_a_seeded_one_is_the_same_every_time():
     assert len(set(first)) == 3
     assert starts(5) == first
     assert not set(starts(6)) & set(first)
-
-
-def test_a_reset_that_is_refused_leaves_game_and_sequence_as_they_were():
-    environment = parallel_env(drones_per_team=2)
-    environment.reset(seed=5)
-    before = environment.batch.simulator.snapshot()
-    with pytest.raises(CommandError, match="scenario teams"):
-        environment.reset(seed=9, options={"teams": [3, 3, 3, 3]})
-    assert environment.np_random_seed == 5 and environment.agents == ["red_0", "blue_0"]
-    for array, copied in zip(environment.batch.simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array, copied)
 
 
 def test_all_keywords_at_once_are_kept():
@@ -328,7 +255,7 @@ def test_all_keywords_at_once_are_kept():
 
 
 def test_spaces_of_an_unknown_agent_are_refused():
-    for face in (parallel_env(), drones_env()):
-        for space in (face.observation_space, face.action_space):
+    for environment in (parallel_env(), drones_env()):
+        for space in (environment.observation_space, environment.action_space):
             with pytest.raises(CommandError, match=r"there is no agent 'green'; .*red_0"):
                 space("green")

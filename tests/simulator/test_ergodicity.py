@@ -7,7 +7,6 @@ from swarm_pz.config import CaptureConfig, ControllerConfig, GameConfig, MemoryC
 from swarm_pz.errors import CommandError
 from swarm_pz.kernels.controllers.ergodic import sobolev_weights
 from swarm_pz.simulator import Simulator
-from swarm_pz.simulator.commands import make_target
 from swarm_pz.simulator.ergodicity import ErgodicMetric, basis, potential, reconstruct, shared_coefficients
 from tests import reference
 from tests.reference_variants import reconstruction_field
@@ -104,17 +103,6 @@ def test_the_gradient_is_that_of_the_potential(game):
     np.testing.assert_allclose(gradient[inside, inside, 1], by_y[inside, inside], atol=2e-3 * scale)
 
 
-def test_the_potential_is_the_sum_of_the_rules(game):
-    values, gradient = potential(game, 1, 1, 50)
-    difference = shared_coefficients(game, 1, 1) - game.games.coefficients[1, 1]
-    weighted = 200.0 * reference.sobolev_weights() * difference
-    for row, column in [(0, 0), (7, 31), (49, 20)]:
-        place = np.array([CENTRES[column], CENTRES[row]])
-        assert values[row, column] == pytest.approx(np.sum(weighted * reference.basis(place)), abs=1e-5)
-        slope = np.einsum("ab,abi->i", weighted, reference.basis_gradient(place))
-        np.testing.assert_allclose(gradient[row, column], slope, atol=1e-4)
-
-
 def test_a_smooth_density_comes_back_from_its_coefficients():
     k = np.arange(10)
     truth = np.exp(-((CENTRES[None] - 0.45) ** 2 + (CENTRES[:, None] - 0.6) ** 2) / (2 * 0.12**2))
@@ -122,11 +110,6 @@ def test_a_smooth_density_comes_back_from_its_coefficients():
     cosines = np.cos(np.pi * np.outer(k, CENTRES))
     phi = cosines @ truth.T @ cosines.T / 50**2
     np.testing.assert_allclose(reconstruct(phi, 50), truth, atol=0.01 * truth.max())
-
-
-def test_a_uniform_target_is_one_everywhere():
-    _, phi = make_target(np.ones((10, 10)), 10)
-    np.testing.assert_allclose(reconstruct(phi, 50), 1.0, atol=1e-6)
 
 
 def test_the_smooth_picture_of_a_point_is_nowhere_negative():
@@ -175,14 +158,6 @@ def test_a_team_without_drones_has_no_coefficients():
         shared_coefficients(simulator, 0, 1)
 
 
-def test_who_has_failed_does_not_count(game):
-    game.games.failed[1, :4] = True  # of red's ten
-    coefficients = shared_coefficients(game, 1, 0)
-    game.games.teams[1, :4] = 1
-    game.games.failed[1] = False
-    np.testing.assert_array_equal(coefficients, shared_coefficients(game, 1, 0))
-
-
 def test_a_flock_has_no_potential():
     simulator = Simulator(GameConfig(controllers=("ergodic", "flocking")))
     with pytest.raises(CommandError, match="blue is flown by flocking"):
@@ -191,17 +166,6 @@ def test_a_flock_has_no_potential():
     with pytest.raises(CommandError, match="red is flown by flocking"):
         potential(simulator, 0, 0, cells=5)
     assert np.isfinite(potential(simulator, 0, 1, cells=5)[0]).all()
-
-
-def test_a_window_in_which_everybody_had_failed_has_no_metric():
-    simulator = Simulator(GameConfig(drones_per_team=2))
-    metric = ErgodicMetric(simulator, 0, window=2)
-    metric.observe()
-    simulator.games.failed[:] = True
-    for _ in range(2):
-        assert np.isfinite(metric.value()).all()
-        metric.observe()
-    assert np.isnan(metric.value()).all()
 
 
 def test_the_metric_compares_with_a_density_whatever_its_mass_is_to_the_controller():

@@ -15,8 +15,6 @@ from swarm_pz.config import (
     RewardConfig,
 )
 from swarm_pz.errors import ConfigError
-from swarm_pz.kernels.controllers.ergodic import ergodic_parameters
-from swarm_pz.kernels.controllers.flocking import flocking_parameters
 from swarm_pz.kernels.game import ERGODIC, GIVEN
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.parameters import rule_parameters, rule_variants
@@ -86,41 +84,6 @@ def test_a_variant_is_told_and_no_other(name):
     assert variants.is_given == name.endswith("flocks") and variants.is_ergodic
     numbers = {"red flocks": [GIVEN, ERGODIC], "blue flocks": [ERGODIC, GIVEN + 1]}.get(name, [ERGODIC] * 2)
     assert Simulator(GameConfig(**VARIANTS[name])).games.flown_by[0].tolist() == numbers
-
-
-def test_chances_are_those_of_a_control_period():
-    variants = rule_variants(GameConfig(dynamics=DynamicsConfig(failure_rate=2.0, repair_rate=5.0)))
-    assert variants.failure_chance == pytest.approx(1 - math.exp(-0.2))
-    assert variants.repair_chance == pytest.approx(1 - math.exp(-0.5))
-
-
-def test_every_number_of_a_flock_is_passed_on():
-    numbers = {
-        "alignment": 1.0, "cohesion": 2.0, "separation": 3.0, "communication_radius": 0.5, "separation_radius": 0.25,
-        "max_turn": 1.5, "speed": 0.125,
-    }  # fmt: skip
-    told = flocking_parameters(GameConfig(flocking=FlockingConfig(**numbers)))
-    assert {name: getattr(told, name) for name in numbers} == numbers
-    assert told.period == 0.1
-
-
-def test_every_number_of_the_ergodic_controller_is_passed_on():
-    numbers = {"modes": 4, "horizon": 3, "ergodic_weight": 5.0, "control_weight": 0.25, "wall_weight": 7.0}
-    numbers |= {"wall_margin": 0.125, "max_acceleration": 3.0}
-    for tau, decay in ((2.0, math.exp(-0.05)), (None, 1.0)):
-        told = ergodic_parameters(
-            GameConfig(
-                controller=ControllerConfig(**numbers),
-                memory=MemoryConfig(controller=tau),
-                dynamics=DynamicsConfig(speed_factor=0.5),
-            )
-        )
-        assert told.decay == np.float32(decay)
-        assert told.modes == (0, 1, 2, 3)
-        np.testing.assert_allclose(told.times, [0.0, 0.05, 0.1, 0.15], rtol=1e-6)
-        assert told.spectrum[1, 2] == np.float32(5.0 * 6**-1.5)
-        assert (told.wall_weight, told.wall_margin, told.max_acceleration) == (7.0, 0.125, 3.0)
-        assert told.inverse_control_weight == np.float32(8.0)
 
 
 @pytest.mark.filterwarnings("ignore:overflow")

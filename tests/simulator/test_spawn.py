@@ -48,12 +48,6 @@ def test_drones_may_start_moving_from_the_same_places(layout):
         assert abs(np.corrcoef(along.T)[0, 1]) < 0.15
 
 
-def test_a_scenario_says_how_drones_move_whatever_was_drawn():
-    simulator = Simulator(GameConfig(drones_per_team=1, spawn=SpawnConfig(speed=0.2)))
-    simulator.reset([0], scenario={"velocities": [[0.0, 0.0], [0.5, 0.0]]})
-    np.testing.assert_array_equal(simulator.velocities[0], [[0.0, 0.0], [0.5, 0.0]])
-
-
 def test_altitudes_are_all_levels_up_to_one_in_another_order_in_every_game():
     simulator = Simulator(GameConfig(drones_per_team=(3, 5)), num_games=8)
     simulator.reset(range(8))

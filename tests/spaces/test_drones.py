@@ -6,30 +6,12 @@ import numpy as np
 import pytest
 
 from swarm_pz import GameConfig, ObservationConfig, Simulator
-from swarm_pz.config import CaptureConfig
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.spaces import DIRECTIONS
 from swarm_pz.spaces.drones import GROUND, DroneActions, DroneView
 from swarm_pz.spaces.observation import observe
 
 GAME = GameConfig(drones_per_team=(2, 2), controllers=("direct", "ergodic"))
-PLACES = np.array([[0.2, 0.5], [0.9, 0.1], [0.3, 0.5], [0.2, 0.9]])
-SPEEDS = np.array([[0.1, 0.0], [0.0, 0.0], [0.0, -0.4], [0.0, 0.0]])
-
-
-def board(config=GAME, positions=PLACES, velocities=SPEEDS):
-    simulator = Simulator(config)
-    simulator.reset([0], scenario={"positions": positions, "velocities": velocities})
-    return simulator
-
-
-def look(simulator, team=0, **options):
-    """Return the parts of what each drone sees in the first game, by name."""
-    view = DroneView(simulator.config, **options)
-    seen = view.observe(simulator, np.array([team]), np.array([0]))[0]
-    assert seen.dtype == np.float32 and seen.shape == (simulator.config.num_drones, *view.space.shape)
-    assert all(view.space.contains(one) for one in seen)
-    return {name: seen[:, where].reshape(-1, *shape) for name, (where, shape) in view.parts.items()}
 
 
 def test_the_parts_stand_one_after_the_other_and_fill_the_vector():
@@ -39,52 +21,6 @@ def test_the_parts_stand_one_after_the_other_and_fill_the_vector():
         assert where.start == ends[-1] and where.stop - where.start == np.prod(shape)
         ends.append(where.stop)
     assert view.space.shape == (ends[-1],) == (10 + 3 * 5 + 3 * 5 + 4 * 25,)
-
-
-def test_a_drone_sees_itself_and_its_ways_to_the_walls():
-    itself = look(board())["self"][0]
-    unit = np.sqrt(2 * GAME.controller.max_acceleration)
-    assert itself == pytest.approx([1, -0.6, 0, 0.1 / unit, 0, 0.2, 0.8, 0.5, 0.5, 0.5], abs=1e-6)
-
-
-def test_the_nearest_come_first_from_the_drones_own_place_and_speed_and_zeros_fill_the_list():
-    parts, unit = look(board(), neighbours=3), 2 * np.sqrt(2 * GAME.controller.max_acceleration)
-    assert parts["own"][0] == pytest.approx(np.array([[1, 0.7, -0.4, -0.1 / unit, 0], [0] * 5, [0] * 5]), abs=1e-6)
-    near, far = [1, 0.1, 0, -0.1 / unit, -0.4 / unit], [1, 0, 0.4, -0.1 / unit, 0]
-    assert parts["opposing"][0] == pytest.approx(np.array([near, far, [0] * 5]), abs=1e-6)
-    one = look(board(), neighbours=1)
-    assert (one["opposing"][0] == parts["opposing"][0, :1]).all() and one["own"].shape == (4, 1, 5)
-
-
-def test_drones_of_the_other_side_see_nothing_and_neither_do_those_that_have_failed():
-    simulator = board()
-    for team, others in ((0, [2, 3]), (1, [0, 1])):
-        for name, part in look(simulator, team).items():
-            assert (part[others, 0] == -1).all() if name == "self" else not part[others].any()
-            assert name != "self" or not part[others, 1:].any()
-    simulator.games.failed[0, 1] = True
-    parts = look(simulator)
-    assert parts["self"][:2, 0].tolist() == [1, -1]
-    assert parts["own"][0, 0, 0] == 1  # it can still be seen
-
-
-def test_the_ground_is_what_the_sides_own_images_show_around_the_drone():
-    simulator = board(GAME.replace(capture=CaptureConfig(enabled=False)))
-    simulator.advance(60)
-    for grid, patch in ((10, 5), (25, 7), (50, 3)):
-        images = ObservationConfig(grid=grid, channels=GROUND)
-        (image,) = observe(simulator, images, np.array([0]), np.array([0]), np.zeros(1))
-        ground = look(simulator, grid=grid, patch=patch)["ground"]
-        for drone in (0, 1):
-            fine = np.minimum((simulator.positions[0, drone].astype(float) * 50).astype(int), 49)
-            column, row = fine // (50 // grid)
-            for dy in range(-(patch // 2), patch // 2 + 1):
-                for dx in range(-(patch // 2), patch // 2 + 1):
-                    y, x = row + dy, column + dx
-                    inside = 0 <= y < grid and 0 <= x < grid
-                    expected = image[:, y, x] / 255 if inside else np.zeros(len(GROUND))
-                    assert ground[drone, :, dy + patch // 2, dx + patch // 2] == pytest.approx(expected, abs=1e-6)
-            assert ground[drone, 0, patch // 2, patch // 2] == 1  # its own trail, now
 
 
 def slowly(view, grid, simulator, game, team):
@@ -132,28 +68,6 @@ def test_drones_see_to_the_last_bit_what_a_slow_version_says(neighbours, grid, p
         together = view.observe(simulator, np.array(teams), np.arange(2))
         for game, team in enumerate(teams):
             np.testing.assert_array_equal(together[game], slowly(view, grid, simulator, game, team))
-
-
-def test_the_order_of_the_others_changes_nothing():
-    generator = np.random.default_rng(3)
-    config = GameConfig(drones_per_team=6, controllers=("direct", "ergodic"))
-    positions, velocities = generator.random((12, 2)), generator.uniform(-1, 1, (12, 2))
-    order = np.concatenate([[0], 1 + generator.permutation(5), 6 + generator.permutation(6)])
-    first = look(board(config, positions, velocities))
-    other = look(board(config, positions[order], velocities[order]))
-    for name, part in first.items():
-        assert (part[0] == other[name][0]).all(), name
-
-
-def test_what_a_drone_sees_is_the_same_among_other_games():
-    config = GameConfig(drones_per_team=3, controllers=("direct", "ergodic"))
-    many = Simulator(config, num_games=5)
-    many.reset(range(5))
-    many.advance(90)
-    view, sides = DroneView(config), np.array([0, 1, 1, 0, 1])
-    together = view.observe(many, sides, np.arange(5))
-    for row in range(5):
-        assert (view.observe(many, sides[row : row + 1], np.array([row]))[0] == together[row]).all()
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
-from swarm_pz import policies
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CommandError, ConfigError
-from swarm_pz.spaces.actions import command_from_action
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
 from swarm_pz.spaces.formats import Format
 
@@ -18,46 +16,12 @@ def made(**options):
     return Format(GameConfig(), SEAT, **options)
 
 
-def test_log_densities_become_a_softmax_and_coarse_actions_are_interpolated():
-    np.testing.assert_allclose(command_from_action(np.zeros((2, 5, 5)), 10, is_log=True), 1.0)
-    actions = np.random.default_rng(0).uniform(-1, 1, (3, 10, 10))
-    commands = command_from_action(actions, 10, is_log=True)
-    np.testing.assert_allclose(np.log(commands[0, 0, 0] / commands[0, 5, 5]), 4 * (actions[0, 0, 0] - actions[0, 5, 5]))
-    assert commands.max() == 1.0
-    ramp = np.broadcast_to(np.linspace(0, 1, 5), (1, 5, 5))
-    assert np.diff(command_from_action(ramp, 10, is_log=False)[0, 3]).min() >= 0
-
-
-@pytest.mark.parametrize("is_log", [False, True])
-@pytest.mark.parametrize(("row", "column"), [(4, 0), (0, 4)])
-def test_a_coarse_action_asks_for_the_place_where_it_is_bright(row, column, is_log):
-    action = np.zeros((1, 5, 5))
-    action[0, row, column] = 1.0
-    command = command_from_action(action, 10, is_log=is_log)[0]
-    found = np.unravel_index(command.argmax(), command.shape)
-    assert [int(place) // 8 for place in found] == [row // 4, column // 4]
-
-
 def test_flat_actions_are_the_same_commands_row_after_row():
     square, flat = made(action_cells=5), made(action_cells=5, flatten_actions=True)
     actions = np.random.default_rng(0).uniform(-1, 1, (3, 5, 5)).astype(np.float32)
     assert flat.action_space.shape == (25,)
     np.testing.assert_array_equal(flat.read(actions.reshape(3, 25), 3), square.read(actions, 3))
     np.testing.assert_array_equal(flat.read_one(actions[1].ravel(), "x"), square.read(actions, 3)[1])
-
-
-def test_images_may_be_floats_and_channels_last():
-    images = np.random.default_rng(0).integers(0, 256, (2, 9, 25, 25), np.uint8)
-    for options in ({}, {"observation_dtype": "float32"}, {"channels_last": True}):
-        form = made(**options)
-        for shown in form.show(images):
-            assert form.observation_space.contains(shown)
-    both = made(observation_dtype="float32", channels_last=True)
-    shown = both.show(images)
-    assert both.observation_space.contains(shown[0])
-    assert shown.flags.c_contiguous
-    np.testing.assert_array_equal(np.round(255 * np.moveaxis(shown, -1, 1)), images)
-    assert made().show(images) is images
 
 
 def test_a_discrete_action_asks_for_a_named_density():
@@ -70,36 +34,6 @@ def test_a_discrete_action_asks_for_a_named_density():
     assert len(np.unique(densities.reshape(len(numbers), -1), axis=0)) == len(numbers)
     np.testing.assert_array_equal(form.read_one(np.int64(3), "x"), densities[3])
     assert made().command_names == ()
-
-
-@pytest.mark.parametrize(
-    ("name", "script"), [("uniform", "uniform"), ("corners", "corners"), ("halo", "halo"), ("disc_50_50", "centre")]
-)
-def test_named_densities_are_those_of_the_scripts(name, script):
-    policy = policies.load(script)
-    policy.reset([0], np.array([0]))
-    observation = policy.observation
-    answer = policy.act(
-        np.zeros((1, len(observation.channels), observation.grid, observation.grid), np.uint8), np.array([0])
-    )
-    np.testing.assert_allclose(named_commands(10)[COMMAND_NAMES.index(name)], answer[0])
-
-
-def test_places_are_named_by_x_and_then_y():
-    density = named_commands(10)[COMMAND_NAMES.index("disc_10_70")]
-    row, column = np.unravel_index(density.argmax(), density.shape)
-    assert row in (6, 7)
-    assert column in (0, 1)
-    ring = named_commands(10)[COMMAND_NAMES.index("ring_10_70")]
-    assert ring[row, column] < 0.1
-    assert ring[row, 3] > 0.8
-
-
-@pytest.mark.parametrize(("name", "axis", "near"), [("left", 1, 0), ("right", 1, 9), ("bottom", 0, 0), ("top", 0, 9)])
-def test_a_named_half_of_the_square_is_that_half(name, axis, near):
-    across = np.moveaxis(named_commands(10)[COMMAND_NAMES.index(name)], axis, 0)[:: 1 if near == 0 else -1]
-    assert across[:4].min() > 0.9
-    assert across[6:].max() < 0.1
 
 
 @pytest.mark.parametrize("bad", [[0], [0, 57], [0, -1], [0, 1.0], [True, False], "ab", None, [[0, 1]], [0, 10**400]])
