@@ -182,6 +182,13 @@ def test_the_site_builds_without_a_warning_and_fetches_nothing(site):
     assert "<table>" in (site / "source/docs/tables/examples.csv.html").read_text()
 
 
+def test_links_to_names_of_the_api_lead_to_them(site):
+    for page in (ROOT / "docs").rglob("*.md"):
+        for target, name in re.findall(r"\]\(([\w./-]*api/\w+)\.md#([^)\s]+)\)", page.read_text()):
+            shown = site / (page.parent / target).resolve().relative_to(ROOT / "docs").with_suffix(".html")
+            assert f'id="{name}"' in shown.read_text(), f"{page.name} links to {name}"
+
+
 def test_the_site_shows_the_board_and_the_notebook_where_pages_link_to_them(site):
     for page in ("index", "benchmark"):
         assert 'href="board/index.html"' in (site / f"{page}.html").read_text()
