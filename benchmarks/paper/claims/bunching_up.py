@@ -131,9 +131,9 @@ def measure(seed: int) -> Finding:
         holds=holds,
         seen="Blue holds a disc in the centre, and red aims at it by a disc (`chase`) or a ring (`ring`), of which the "
         f"better counts. All of blue is lost within {AT_ONCE:g} s of its first loss in {each} map widths, and in "
-        f"{max(rows[-1]['lost'])} where blue covers the whole square. Teams that are close together (up to "
-        f"{COMPACT:g}) lose {tight:.0f} % of their games so, spread ones (from {SPREAD:g} on) {even:.1f} %: "
-        + ("to bunch up is to risk the game at once." if holds else "close drones are not surely lost at once."),
+        f"{max(rows[-1]['lost'])} where blue covers the whole square. Close teams (up to "
+        f"{COMPACT:g}) lose {tight:.0f} % of their games this way, spread ones (from {SPREAD:g} on) {even:.1f} %: "
+        + ("bunching up risks the game." if holds else "close drones are not surely lost at once."),
         configs={"paper": config},
         seeds=[seed],
         series={"rows": rows, "games": GAMES},

@@ -141,8 +141,7 @@ def _describe(found: dict[str, Any], more: dict[str, tuple[float, Interval]]) ->
         if high < 0:
             text += " So it loses fewer."
     return text + (
-        " This is the price of time, not of attention: a script that draws thinks of nothing else. For people, "
-        "`swarm-pz study tables` counts `lost_while_drawing`."
+        " This is the price of time, not of attention. For people, `swarm-pz study tables` counts `lost_while_drawing`."
     )
 
 

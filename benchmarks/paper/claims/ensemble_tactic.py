@@ -83,7 +83,7 @@ def _describe(series: dict[str, Any]) -> str:
         standing = {row["policy"]: "-".join(str(row[key]) for key in ("win", "draw", "loss")) for row in rows}
         best = max(rows[2:-1], key=lambda row: row["win"])
         text.append(
-            f"Under the rules `{variant}` the tactic as the paper says it stands at {standing[SAID]} (won, drawn, "
+            f"Under the rules `{variant}` the paper's tactic stands at {standing[SAID]} (won, drawn, "
             f"lost) against `{OPPONENT}`: it {_wins(rows[0])}. Without its second command it stands at "
             f"{standing[ALONE]}, with the best other width ({best['policy']}) at {standing[best['policy']]}; a ring, "
             f"which is ours, at {standing[rows[-1]['policy']]}."
