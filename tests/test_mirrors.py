@@ -10,7 +10,6 @@ HOMES = {
     "swarm_pz/cli/data": "cli/test_cli",
     "swarm_pz/cli/machine": "cli/test_cli",
     "swarm_pz/cli/player_options": "policies/test_entry_points",
-    "swarm_pz/cli/preset_option": "cli/test_cli",
     "swarm_pz/cli/report": "cli/test_cli",
     "swarm_pz/cli/standard": "standard/test_verifying",
     "swarm_pz/cli/system_option": "cli/test_options",

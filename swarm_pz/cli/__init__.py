@@ -32,8 +32,7 @@ from swarm_pz.cli import (
     export,
     learn,
     machine,
-    preset_option,
-    recipe_option,
+    named_options,
     report,
     resume_option,
     standard,
@@ -72,12 +71,12 @@ def main(arguments: list[str] | None = None) -> None:
     allow_files(arguments)
     config = (tyro.conf.AvoidSubcommands,)
     try:
-        recipe, rest = recipe_option.take(arguments)
+        recipe, rest = named_options.take_recipe(arguments)
         if recipe is not None:
-            commands = {name: recipe_option.begin_with(recipe, function) for name, function in commands.items()}
-        preset, rest = preset_option.take(rest)
+            commands = {name: named_options.begin_with_recipe(recipe, function) for name, function in commands.items()}
+        preset, rest = named_options.take_preset(rest)
         if preset is not None:
-            commands = {name: preset_option.begin_with(preset, function) for name, function in commands.items()}
+            commands = {name: named_options.begin_with_preset(preset, function) for name, function in commands.items()}
         if rest[:1] == ["study"]:
             _study(rest[1:], preset)
             return
@@ -137,7 +136,7 @@ def _study(arguments: list[str], preset: GameConfig | None) -> None:
         "export": studies.export,
     }
     if preset is not None:
-        commands = {name: preset_option.begin_with(preset, function) for name, function in commands.items()}
+        commands = {name: named_options.begin_with_preset(preset, function) for name, function in commands.items()}
     if arguments and not arguments[0].startswith("-") and arguments[0] not in commands:
         hint = (
             "; tables of a folder of recordings are made by study tables FOLDER" if Path(arguments[0]).is_dir() else ""

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from swarm_pz.cli.preset_option import take_name
+from swarm_pz.cli.named_options import take_name
 from swarm_pz.config.base import Config
 from swarm_pz.errors import CheckpointError, ConfigError, require_extra
 from swarm_pz.training.config import MAY_CHANGE

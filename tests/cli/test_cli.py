@@ -13,7 +13,7 @@ import minari
 import pytest
 
 from swarm_pz import policy
-from swarm_pz.cli import learn, main, preset_option
+from swarm_pz.cli import learn, main, named_options
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.training.config import TrainConfig
@@ -70,8 +70,8 @@ def test_a_preset_that_cannot_be_is_refused(arguments, message, capsys):
 
 
 def test_training_keeps_what_it_sees_under_a_preset():
-    rules, _ = preset_option.take(["--preset", "released"])
-    learner = inspect.signature(preset_option.begin_with(rules, learn.train)).parameters["config"].default
+    rules, _ = named_options.take_preset(["--preset", "released"])
+    learner = inspect.signature(named_options.begin_with_preset(rules, learn.train)).parameters["config"].default
     assert learner.game == rules.replace(observation=TrainConfig().game.observation)
 
 

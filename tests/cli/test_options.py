@@ -10,7 +10,7 @@ import pytest
 
 import swarm_pz
 import swarm_pz.training.vec_env
-from swarm_pz.cli import main, preset_option, report
+from swarm_pz.cli import main, named_options, report
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.errors import PolicyError
 from swarm_pz.evaluation.workers import SerialExecutor
@@ -204,9 +204,9 @@ def test_of_presets_in_the_games_of_others():
     from swarm_pz.training.config import LeagueConfig
 
     released = GameConfig.preset("released")
-    rules, rest = preset_option.take(["--preset=released", "--pre", "x"])
+    rules, rest = named_options.take_preset(["--preset=released", "--pre", "x"])
     assert (rules, rest) == (released, ["--pre", "x"])
-    learner = preset_option._with_rules(LeagueConfig(), released).learner.game
+    learner = named_options._with_rules(LeagueConfig(), released).learner.game
     assert learner == released.replace(observation=LeagueConfig().learner.game.observation)
 
 

@@ -17,17 +17,15 @@ def boards(count=3):
 
 
 @pytest.mark.parametrize(("head", "shape"), CASES.items())
-def test_the_head_follows_from_the_shape_and_actions_are_of_that_shape(head, shape):
+def test_the_head_follows_from_the_shape_and_the_order_of_the_drones_means_nothing(head, shape):
     assert head_of(shape, 6) == head
-    assert DronesActor(shape, head, 8)(boards()).shape == (3, *shape)
-
-
-@pytest.mark.parametrize(("head", "shape"), CASES.items())
-def test_the_order_of_the_drones_means_nothing(head, shape):
     actor, seen = DronesActor(shape, head, 8), boards()
     order = torch.tensor([4, 0, 5, 2, 1, 3])
     first, other = actor(seen), actor(seen[:, order])
+    assert first.shape == (3, *shape)
     torch.testing.assert_close(other, first[:, order] if head == "drones" else first)
+    seen[..., 4] = -1.0  # a team of nobody
+    assert torch.isfinite(actor(seen)).all()
 
 
 def test_cells_of_an_image_stand_where_a_command_has_them():
@@ -37,13 +35,18 @@ def test_cells_of_an_image_stand_where_a_command_has_them():
     torch.testing.assert_close(cells[:, 0, 1], cells[0, :, 0])
 
 
-def test_a_team_of_nobody_is_read_too():
-    seen = boards()
-    seen[..., 4] = -1.0
-    assert torch.isfinite(DronesActor((3, 2), "vector", 8)(seen)).all()
-
-
-@pytest.mark.parametrize(("shape", "width"), [((3, 2), 100_000), ((10_000, 2), 8), ((3, 2), 0)])
-def test_a_card_that_asks_for_too_much_is_refused(shape, width):
-    with pytest.raises(ConfigError, match="width must be from 1 to"):
-        DronesActor(shape, "vector", width)
+@pytest.mark.parametrize(
+    ("shape", "head", "width"),
+    [
+        ((3, 2), "vector", 100_000),
+        ((3, 2), "vector", 0),
+        ((10_000, 2), "vector", 8),
+        ((2**33, 2**31), "drones", 8),  # whose product is 1 for those who count in 64 bits
+        ((5,), "drones", 8),
+        ((5,), "image", 8),
+        ((2, 4, 5), "image", 8),
+    ],
+)
+def test_a_card_that_asks_for_too_much_or_the_impossible_is_refused(shape, head, width):
+    with pytest.raises(ConfigError, match="must be from 1 to|cannot be of the shape"):
+        DronesActor(shape, head, width)

@@ -18,8 +18,6 @@ from swarm_pz.policies import commanders
 from swarm_pz.policies.scripted import halo
 from swarm_pz.policy import GROUP, about, faults, registered
 
-BROKEN = {"gone", "attribute", "crashes", "exits", "syntax", "number"}
-
 
 def fail(config):
     raise RuntimeError("no luck")
@@ -43,6 +41,17 @@ def raising(name):
     raise AttributeError(f"nothing called {name}")
 
 
+BROKEN = {
+    "gone": ("no_such_package:tactic", "No module named 'no_such_package'"),
+    "attribute": ("guests_tactics:missing", "nothing called missing"),
+    "crashes": ("guests_tactics:crashes", "crashed while it was imported"),
+    "exits": ("guests_tactics:exits", "SystemExit('needs another system')"),
+    "syntax": ("guests_unreadable:tactic", "SyntaxError"),
+    "number": ("guests_tactics:number", "must be callable, got 3"),
+}
+OTHERS = {"ring": "halo", "fails": "fail", "leaves": "leave", "works": "halo", "picky": "picky"}
+
+
 @pytest.fixture
 def guests(monkeypatch, tmp_path):
     """A package whose policies are broken in every way, and one that works."""
@@ -52,32 +61,17 @@ def guests(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "guests_tactics", module)
     (tmp_path / "guests_unreadable.py").write_text("def tactic(:\n")
     monkeypatch.syspath_prepend(tmp_path)
-    distribution = types.SimpleNamespace(name="guests")
-    installed = importlib.metadata.entry_points
+    installed, distribution = importlib.metadata.entry_points, types.SimpleNamespace(name="guests")
     points = installed(group=GROUP)
-
-    def point(name, value):
-        made = importlib.metadata.EntryPoint(name, value, GROUP)
-        vars(made)["dist"] = distribution
-        return made
-
-    broken = [
-        point("gone", "no_such_package:tactic"),
-        point("attribute", "guests_tactics:missing"),
-        point("crashes", "guests_tactics:crashes"),
-        point("exits", "guests_tactics:exits"),
-        point("syntax", "guests_unreadable:tactic"),
-        point("number", "guests_tactics:number"),
-        point("ring", "guests_tactics:halo"),
-        point("fails", "guests_tactics:fail"),
-        point("leaves", "guests_tactics:leave"),
-        point("works", "guests_tactics:halo"),
-        point("picky", "guests_tactics:picky"),
-    ]
+    values = {name: value for name, (value, _) in BROKEN.items()}
+    values |= {name: f"guests_tactics:{made}" for name, made in OTHERS.items()}
+    more = [importlib.metadata.EntryPoint(name, value, GROUP) for name, value in values.items()]
+    for point in more:
+        vars(point)["dist"] = distribution
 
     def entry_points(**wanted):
         # Other groups stay as they are: torch, imported meanwhile, asks for its own, and half imported it crashes.
-        return (*broken, *points) if wanted.get("group") == GROUP else installed(**wanted)
+        return (*more, *points) if wanted.get("group") == GROUP else installed(**wanted)
 
     monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
     return len(points)
@@ -86,14 +80,35 @@ def guests(monkeypatch, tmp_path):
 def test_broken_policies_are_named_with_their_package_and_error(guests):
     found = faults()
     assert set(found) == {*BROKEN, "ring of guests"}
-    assert all("of guests (" in fault for fault in found.values())
-    assert "No module named 'no_such_package'" in found["gone"]
-    assert "nothing called missing" in found["attribute"]
-    assert "crashed while it was imported" in found["crashes"]
-    assert "SystemExit('needs another system')" in found["exits"]
-    assert "SyntaxError" in found["syntax"]
-    assert "must be callable, got 3" in found["number"]
-    assert "swarm-pz has a policy of that name already" in found["ring of guests"]
+    for name, fault in found.items():
+        assert "of guests (" in fault
+        assert BROKEN.get(name, ("", "has a policy of that name already"))[1] in fault
+    assert registered()["ring"].value == "swarm_pz.policies.scripted:ring"  # the own one stays
+    assert [about(name) for name in ("gone", "crashes", "exits", "syntax")] == [""] * 4
+    for name in ("gone", "exits"):
+        with pytest.raises(PolicyError, match="cannot be made"):
+            policies.load(name)
+
+
+def test_commands_name_broken_policies_and_go_on(guests, capsys):
+    main(["policies"])
+    printed = capsys.readouterr()
+    players, _, _ = printed.out.partition("\n\ncontrol systems")
+    assert len(players.splitlines()) == guests + 4
+    assert re.search(r"^works +Make a broad ring", printed.out, re.M)
+    assert printed.err.count("left out: policy") == 7
+    assert set(known()) == set(registered()) - set(BROKEN)
+
+
+def test_a_tournament_of_all_leaves_out_who_cannot_play(guests, capsys):
+    field = able(GameConfig(drones_per_team=2))
+    said = capsys.readouterr().err
+    for part in ("fails: policy 'fails'", "leaves: policy 'leaves'", "picky: this tactic wants ten drones"):
+        assert f"left out: {part}" in said
+    for_other_systems = {script.__name__ for script in commanders.SCRIPTS}
+    left_out = {*BROKEN, *for_other_systems, "fails", "leaves", "picky"}
+    assert set(registered()) - {*field, "trained"} == left_out and "works" in field
+    assert "picky" in able(GameConfig())
 
 
 def test_what_is_installed_is_looked_through_once_and_again_when_more_is_installed(monkeypatch, tmp_path):
@@ -114,49 +129,3 @@ def test_what_is_installed_is_looked_through_once_and_again_when_more_is_install
     (told / "entry_points.txt").write_text(f"[{GROUP}]\nnewly = guests_tactics:halo\n")
     assert "newly" in registered()
     assert len(asked) == 2
-
-
-def test_the_own_policy_stays_where_another_package_takes_its_name(guests):
-    assert registered()["ring"].value == "swarm_pz.policies.scripted:ring"
-
-
-def test_commands_name_broken_policies_and_go_on(guests, capsys):
-    main(["policies"])
-    printed = capsys.readouterr()
-    players, _, _ = printed.out.partition("\n\ncontrol systems")
-    assert len(players.splitlines()) == guests + 4
-    assert re.search(r"^works +Make a broad ring", printed.out, re.M)
-    assert printed.err.count("left out: policy") == 7
-    assert set(known()) == set(registered()) - BROKEN
-
-
-def test_a_tournament_of_all_leaves_out_who_cannot_play(guests, capsys):
-    field = able(GameConfig(drones_per_team=2))
-    assert "works" in field and not {"fails", "leaves", "picky"} & set(field)
-    said = capsys.readouterr().err
-    assert "left out: fails: policy 'fails' (guests_tactics:fail) cannot be made" in said
-    assert "left out: leaves: policy 'leaves' (guests_tactics:leave) cannot be made: SystemExit('no licence')" in said
-    assert "left out: picky: this tactic wants ten drones" in said
-    others = {script.__name__ for script in commanders.SCRIPTS}  # those who command other control systems
-    assert {*BROKEN, *others, "fails", "leaves", "picky"} == set(registered()) - {*field, "trained"}
-    assert "picky" in able(GameConfig())
-
-
-def test_a_broken_policy_is_still_refused_where_it_is_asked_for(guests):
-    assert [about(name) for name in ("gone", "crashes", "exits", "syntax")] == [""] * 4
-    for name in ("gone", "exits"):
-        with pytest.raises(PolicyError, match="cannot be made"):
-            policies.load(name)
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("runs/nothing", "there is no folder 'runs/nothing', nor a policy of that name"),
-        ("rign", "there is no policy 'rign', and no such folder; did you mean 'ring'"),
-        (__file__, "expected a policy or a folder that training wrote, got the file"),
-    ],
-)
-def test_what_is_neither_a_policy_nor_a_folder_is_said_to_be_so(name, message):
-    with pytest.raises(PolicyError, match=message):
-        policies.load(name)

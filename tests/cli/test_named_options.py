@@ -4,7 +4,7 @@ import inspect
 
 import pytest
 
-from swarm_pz.cli import learn, main, recipe_option
+from swarm_pz.cli import learn, main, named_options
 from swarm_pz.training.config import RECIPES, TrainConfig
 
 
@@ -29,7 +29,7 @@ def test_a_recipe_is_where_the_settings_of_a_training_begin(monkeypatch):
             main(["train", *arguments])
     long = RECIPES["long"]
     assert begun == [TrainConfig(), TrainConfig(), long.replace(threads=3), long.replace(epochs=7)]
-    sweep = recipe_option.begin_with(long, learn.sweep)
+    sweep = named_options.begin_with_recipe(long, learn.sweep)
     assert inspect.signature(sweep).parameters["config"].default == long.replace(threads=1)
 
 
