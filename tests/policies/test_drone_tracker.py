@@ -11,13 +11,13 @@ CONFIG = GameConfig(drones_per_team=4)
 DRONES = ObservationConfig(kind="drones")
 
 
-def games(count=3):
-    env = BatchEnv(CONFIG, count)
+def games(count=3, config=CONFIG):
+    env = BatchEnv(config, count)
     env.reset(range(count))
     return env
 
 
-def looks(env, team, tracker, rows, steps, chance):
+def follow(env, team, tracker, rows, steps, chance):
     """Play, and let a tracker look on from a side."""
     for _ in range(steps):
         tracker.look(env.observe(DRONES, team, rows), rows)
@@ -29,40 +29,45 @@ def looks(env, team, tracker, rows, steps, chance):
 def test_what_one_side_sees_is_kept_with_that_side_as_red(team):
     env, tracker, rows = games(), DroneTracker(CONFIG), np.array([2, 0])
     tracker.forget(rows)
-    looks(env, team, tracker, rows, 4, np.random.default_rng(0))
+    follow(env, team, tracker, rows, 4, np.random.default_rng(0))
     true, known = env.simulator, tracker.env.simulator
     np.testing.assert_array_equal(known.positions[rows], true.positions[rows])
     np.testing.assert_array_equal(known.velocities[rows], true.velocities[rows])
     np.testing.assert_array_equal(known.teams[rows] == RED, true.teams[rows] == team)
     assert known.time_s[rows].tolist() == [4.0, 4.0]
-    order = [team, 1 - team]
-    fields, seen = true.capture_field[rows][:, order], known.capture_field[rows]
+    fields, seen = true.capture_field[rows][:, [team, 1 - team]], known.capture_field[rows]
     assert np.corrcoef(fields.ravel(), seen.ravel())[0, 1] > 0.9
     positions = ObservationConfig(channels=("own_positions", "opposing_positions", "own_now", "own_soon"))
     np.testing.assert_array_equal(tracker.env.observe(positions, RED, rows), env.observe(positions, team, rows))
 
 
-def test_a_new_game_owes_nothing_to_the_one_before():
+def test_a_new_game_owes_nothing_to_the_one_before_and_others_stay_where_room_is_made():
     rows, env = np.array([1]), games()
     used, fresh = DroneTracker(CONFIG), DroneTracker(CONFIG)
     used.forget(rows)
-    looks(env, RED, used, rows, 5, np.random.default_rng(0))
+    follow(env, RED, used, rows, 3, np.random.default_rng(0))
     for tracker in (used, fresh):
         tracker.forget(rows)
         env.reset([7], rows)
-        looks(env, RED, tracker, rows, 3, np.random.default_rng(1))
+        follow(env, RED, tracker, rows, 2, np.random.default_rng(1))
+    used.forget(np.array([700]))
+    assert used.env.num_games > 700
     for name, array, other in zip(
         used.env.simulator.games._fields, used.env.simulator.games, fresh.env.simulator.games, strict=True
     ):
         np.testing.assert_array_equal(array[1], other[1], err_msg=name)
 
 
-def test_drones_may_move_already_when_a_game_begins():
-    config = CONFIG.replace(spawn=SpawnConfig(speed=0.2))
-    env, tracker, rows = BatchEnv(config), DroneTracker(config), np.zeros(1, int)
-    env.reset([5])
+def test_looks_are_a_command_period_apart_and_drones_may_move_already_when_a_game_begins():
+    config = CONFIG.replace(command_period=0.5, spawn=SpawnConfig(speed=0.2))
+    env, tracker, rows = games(1, config), DroneTracker(config), np.zeros(1, int)
     tracker.look(env.observe(DRONES, RED, rows), rows)
-    np.testing.assert_array_equal(tracker.env.simulator.velocities[0], env.simulator.velocities[0])
+    known = tracker.env.simulator
+    np.testing.assert_array_equal(known.velocities[0], env.simulator.velocities[0])
+    assert known.games.seeds[0] != env.simulator.games.seeds[0], "what will happen by chance is not to be known"
+    tracker.forget(rows)
+    follow(env, RED, tracker, rows, 3, np.random.default_rng(0))
+    assert tracker.env.simulator.time_s[0] == 1.5
 
 
 @pytest.mark.parametrize("own", [1.0, -1.0])
@@ -75,35 +80,10 @@ def test_a_game_may_be_seen_first_as_none_begins(own):
     assert (games_.velocities[0] == 40.0).all() and (games_.teams[0] == (RED if own > 0 else BLUE)).all()
 
 
-def test_looks_are_a_command_period_apart():
-    config = CONFIG.replace(command_period=0.5)
-    env, tracker, rows = BatchEnv(config), DroneTracker(config), np.zeros(1, int)
-    env.reset([0])
-    looks(env, RED, tracker, rows, 3, np.random.default_rng(0))
-    assert tracker.env.simulator.time_s[0] == 1.5
-
-
-def test_what_will_happen_by_chance_is_not_to_be_known():
-    env, tracker, rows = games(1), DroneTracker(CONFIG), np.zeros(1, int)
-    tracker.look(env.observe(DRONES, RED, rows), rows)
-    assert tracker.env.simulator.games.seeds[0] != env.simulator.games.seeds[0]
-
-
-def test_there_is_room_for_a_game_of_any_number_and_others_stay_as_they_are():
-    tracker, env, rows = DroneTracker(CONFIG), games(), np.array([0, 2])
-    tracker.forget(rows)
-    looks(env, RED, tracker, rows, 2, np.random.default_rng(0))
-    before = tracker.env.simulator.snapshot(rows)
-    tracker.forget(np.array([700]))
-    assert tracker.env.num_games > 700
-    for array, old in zip(tracker.env.simulator.snapshot(rows), before, strict=True):
-        np.testing.assert_array_equal(array, old)
-
-
-def test_a_game_that_came_as_predicted_is_taken_over_whole_but_drones_are_where_they_are_seen():
+def test_a_game_that_went_as_predicted_is_taken_over_whole_but_drones_are_where_they_are_seen():
     tracker, env, rows = DroneTracker(CONFIG), games(), np.array([1])
     tracker.forget(rows)
-    looks(env, RED, tracker, rows, 1, np.random.default_rng(0))
+    follow(env, RED, tracker, rows, 1, np.random.default_rng(0))
     predicted = env.simulator.snapshot(rows)
     drones = env.observe(DRONES, RED, rows)[0]
     drones[:, :4] += np.float32(1e-5)

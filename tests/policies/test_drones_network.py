@@ -48,5 +48,5 @@ def test_cells_of_an_image_stand_where_a_command_has_them():
     ],
 )
 def test_a_card_that_asks_for_too_much_or_the_impossible_is_refused(shape, head, width):
-    with pytest.raises(ConfigError, match="must be from 1 to|cannot be of the shape"):
+    with pytest.raises(ConfigError, match=r"must be from 1 to|cannot be of the shape"):
         DronesActor(shape, head, width)

@@ -1,6 +1,10 @@
+"""What a folder with a learned policy may hold, and that what is read plays as it was written."""
+
 from __future__ import annotations
 
+import json
 import os
+import pickle
 import shutil
 from pathlib import Path
 
@@ -11,32 +15,27 @@ import torch
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import CheckpointError
-from swarm_pz.files import draft_of
-from swarm_pz.policies import learned, zoo
+from swarm_pz.policies import zoo
 from swarm_pz.policies.learned import CARD, WEIGHTS, LearnedPolicy
 from swarm_pz.policies.network import Actor
 from swarm_pz.spaces.actions import command_from_action
 
 CHAMPION = Path(zoo.__file__).parent / "champion"
-AS_SHIPPED = {
-    "champion": [[0.000, 0.003, 0.004, 0.000], [0.003, 1.000, 1.000, 0.003], [0.008, 1.000, 1.000, 0.004]],
-    "hunter": [[0.000, 0.010, 0.016, 0.000], [0.018, 1.000, 1.000, 0.019], [0.020, 0.948, 0.948, 0.044]],
-    "selfplay": [[0.001, 0.005, 0.007, 0.001], [0.003, 0.176, 0.394, 0.004], [0.005, 0.117, 0.194, 0.005]],
-    "veteran": [[0.001, 0.007, 0.004, 0.001], [0.004, 0.792, 1.000, 0.004], [0.013, 0.465, 0.601, 0.009]],
-}
-"""Every third cell of what each tactic answers to one board."""
+DIRECT = Path(zoo.__file__).parent / "systems" / "direct"
+
+
+def read(folder=CHAMPION):
+    return LearnedPolicy.read(folder, GameConfig())
+
+
+@pytest.fixture
+def copy(tmp_path):
+    return Path(shutil.copytree(CHAMPION, tmp_path / "copy"))
 
 
 def boards(policy, count=1):
     shape = (count, len(policy.observation.channels), policy.observation.grid, policy.observation.grid)
     return (np.arange(np.prod(shape)) * 37 % 256).reshape(shape).astype(np.uint8)
-
-
-@pytest.mark.parametrize("name", AS_SHIPPED)
-def test_what_is_shipped_plays_as_it_did_when_it_was_trained(name):
-    policy = policies.load(name)
-    answer = policy.act(boards(policy), np.zeros(1, int))[0]
-    np.testing.assert_allclose(answer[:9:3, ::3], AS_SHIPPED[name], atol=2e-3)
 
 
 def test_noise_is_of_the_size_that_is_asked_for_and_from_each_games_own_stream():
@@ -56,43 +55,122 @@ def test_noise_is_of_the_size_that_is_asked_for_and_from_each_games_own_stream()
             np.testing.assert_allclose(policy.act(seen, rows), expected, atol=1e-4)
 
 
-def test_a_policy_is_called_by_its_folder_and_keeps_its_name_and_weights_when_results_are_added():
-    policy = LearnedPolicy.read(CHAMPION, GameConfig())
+def test_writing_and_reading_change_nothing_and_results_change_the_card_alone(copy):
+    policy = read(copy)
+    policy.weights()["head.bias"].zero_()  # nobody changes a policy by what it gave away
+    policy.write(copy)
+    again = read(copy)
+    assert (again.digest, again.name) == (policy.digest, "copy")
     told = policy.with_results({"won": 3})
-    assert policy.name == told.name == "champion"
-    assert told.card == policy.card | {"results": {"won": 3}}
-    assert told.digest != policy.digest
-    np.testing.assert_array_equal(
-        told.act(boards(told), np.zeros(1, int)), policy.act(boards(policy), np.zeros(1, int))
-    )
+    assert told.card == policy.card | {"results": {"won": 3}} and told.digest != policy.digest
+    for other in (again, told):
+        answers = [one.act(boards(one), np.zeros(1, int)) for one in (policy, other)]
+        np.testing.assert_array_equal(*answers)
 
 
-def test_nobody_changes_a_policy_by_what_it_gave_away():
-    policy = LearnedPolicy.read(CHAMPION, GameConfig())
-    before = {name: values.clone() for name, values in policy.weights().items()}
-    for values in policy.weights().values():
-        values.zero_()
-    for name, values in policy.weights().items():
-        torch.testing.assert_close(values, before[name], rtol=0, atol=0)
+def test_a_card_never_stands_without_its_weights(tmp_path):
+    (tmp_path / "new" / WEIGHTS).mkdir(parents=True)
+    with pytest.raises(OSError, match="expected the name of a file"):
+        read().write(tmp_path / "new")
+    assert not (tmp_path / "new" / CARD).exists()
 
 
-def test_a_card_never_stands_without_its_weights(tmp_path, monkeypatch):
-    def full(path):
-        if path.name == learned.WEIGHTS:
-            raise OSError(28, "no space left on device")
-        return draft_of(path)
+def change(**fields):
+    """Change a card by hand; a field that becomes ... is gone."""
 
-    monkeypatch.setattr(learned, "draft_of", full)
-    with pytest.raises(OSError, match="no space"):
-        LearnedPolicy.read(CHAMPION, GameConfig()).write(tmp_path / "new")
-    assert not list((tmp_path / "new").iterdir())
+    def spoil(folder):
+        card = json.loads((folder / CARD).read_text()) | fields
+        (folder / CARD).write_text(json.dumps({name: value for name, value in card.items() if value is not ...}))
+
+    return spoil
 
 
-@pytest.mark.parametrize(("name", "most"), [(CARD, "1,048,576"), (WEIGHTS, "67,108,864")])
-def test_a_file_that_is_too_large_is_refused_by_its_size_and_not_read(name, most, tmp_path):
-    shutil.copytree(CHAMPION, tmp_path / "large")
-    os.truncate(tmp_path / "large" / name, 8 * 2**30)  # it takes no room: nothing is written
-    with pytest.raises(
-        CheckpointError, match=rf"{name} is too large: expected {most} bytes or fewer, got 8,589,934,592"
-    ):
-        LearnedPolicy.read(tmp_path / "large", GameConfig())
+def rewrite(**fields):
+    """Write a folder anew with another card, and so with another digest."""
+
+    def spoil(folder):
+        policy = read(folder)
+        card = {name: value for name, value in (policy.card | fields).items() if value is not ... and name != "digest"}
+        LearnedPolicy(card, policy.weights(), GameConfig(), "copy").write(folder)
+
+    return spoil
+
+
+def flip_a_bit(folder):
+    content = bytearray((folder / WEIGHTS).read_bytes())
+    content[-3] ^= 1
+    (folder / WEIGHTS).write_bytes(content)
+
+
+class Bomb:
+    """A pickle that leaves a file where it is loaded."""
+
+    def __reduce__(self):
+        return Path.touch, (Path("boom"),)
+
+
+SPOILED = {
+    "no weights": (lambda folder: (folder / WEIGHTS).unlink(), "policy.safetensors is missing"),
+    "torn weights": (lambda folder: (folder / WEIGHTS).write_bytes(b"torn"), "corrupt or foreign"),
+    "cut weights": (
+        lambda folder: (folder / WEIGHTS).write_bytes((folder / WEIGHTS).read_bytes()[:-100]),
+        "corrupt or foreign",
+    ),
+    "a pickle": (lambda folder: (folder / WEIGHTS).write_bytes(pickle.dumps(Bomb())), "corrupt or foreign"),
+    "a changed weight": (flip_a_bit, "was changed after it was written"),
+    "huge weights": (lambda folder: os.truncate(folder / WEIGHTS, 2**33), "expected 67,108,864 bytes or fewer, got"),
+    "a huge card": (lambda folder: os.truncate(folder / CARD, 2**33), "expected 1,048,576 bytes or fewer, got"),
+    "a torn card": (lambda folder: (folder / CARD).write_text("{"), "corrupt or foreign"),
+    "a list": (lambda folder: (folder / CARD).write_text("[]"), "must hold a JSON object"),
+    "another story": (change(about="Best of all."), "was changed after it was written"),
+    "other results": (change(results={}), "was changed after it was written"),
+    "another digest": (change(digest="0"), "was changed after it was written"),
+    "no grid": (change(grid=...), "must hold 'grid'"),
+    "another format": (change(format=99), "must have 3, which this version writes as 'format', got 99"),
+    "words for width": (change(width="wide"), "a whole number of at least 1 as 'width', got 'wide'; get the policy"),
+    "no width": (change(width=None), "as 'width', got None"),
+    "a fraction": (change(grid=2.5), "as 'grid', got 2.5"),
+    "no cells": (change(action_cells=0), "as 'action_cells', got 0"),
+    "a number for channels": (change(channels=5), "a list of channels' names as 'channels', got 5"),
+    "numbers for channels": (change(channels=[1]), "as 'channels', got"),
+    "unknown channels": (change(channels=["mine"]), "do not fit its card: .*mine"),
+    "a number for answers": (change(answers=7), "must hold 'shape'"),
+    "a list for training": (change(training=[]), "an object, the settings of the training as 'training'"),
+    "other layers": (change(width=16), "do not fit its card"),
+    "another grid": (change(grid=7), "do not fit its card"),
+    "other rules": (rewrite(config_hash="0" * 16), "config_hash"),
+    "no rules": (rewrite(training={}), "does not say what game"),
+}
+
+
+@pytest.mark.parametrize("fault", SPOILED)
+def test_a_spoiled_folder_is_refused_by_what_is_wrong_with_it(copy, fault):
+    spoil, message = SPOILED[fault]
+    spoil(copy)
+    with pytest.raises(CheckpointError, match=message):
+        policies.load(copy, GameConfig())
+    assert not Path("boom").exists()
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"head": "tail"}, "one of vector, drones, image as 'head', got 'tail'"),
+        ({"head": "image"}, "cannot be of the shape"),
+        ({"shape": [20, "2"]}, "a list of whole numbers of at least 1 as 'shape'"),
+        ({"shape": []}, "cannot be of the shape"),
+        ({"system": 5}, "a control system's name as 'system'"),
+    ],
+)
+def test_a_spoiled_card_of_other_commands_is_refused_by_what_is_wrong_with_it(tmp_path, fields, message):
+    folder = Path(shutil.copytree(DIRECT, tmp_path / "copy"))
+    change(**fields)(folder)
+    with pytest.raises(CheckpointError, match=message):
+        policies.load(folder, GameConfig(controllers="direct"))
+
+
+def test_weights_that_are_not_numbers_are_refused():
+    policy = read()
+    weights = {name: np.full(values.shape, np.nan, np.float32) for name, values in policy.weights().items()}
+    with pytest.raises(CheckpointError, match="finite"):
+        LearnedPolicy(policy.card, weights, GameConfig(), "spoiled")

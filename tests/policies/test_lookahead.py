@@ -8,9 +8,22 @@ import pytest
 from swarm_pz.config import CaptureConfig, MemoryConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.policies import load
-from swarm_pz.policies.lookahead import Lookahead
+from swarm_pz.policies.lookahead import Lookahead, search
 from swarm_pz.simulator import Simulator
 from tests.policies.test_planner import CONFIG, a_game
+
+PLACES = np.repeat([[0.2, 0.3], [0.85, 0.6]], 4, axis=0)
+
+
+def look(promise=0.0, drone_steps=3_000, config=CONFIG, horizon=2.0):
+    return Lookahead(config, horizon, drone_steps, promise)
+
+
+def two_camps(config=CONFIG):
+    """Return a game with red at one place and blue at another."""
+    batch = BatchEnv(config)
+    batch.reset([0], scenario={"positions": PLACES})
+    return batch.simulator.snapshot([0])
 
 
 @pytest.mark.parametrize(
@@ -18,21 +31,13 @@ from tests.policies.test_planner import CONFIG, a_game
     [(1, 2.0, 4, 1), (3_000, 2.0, 18, 1), (10_240, 2.0, 64, 1), (10_240, 1.0, 64, 2), (32_000, 2.0, 64, 3)],
 )
 def test_a_budget_buys_candidates_and_then_rounds(drone_steps, horizon, candidates, rounds):
-    lookahead = Lookahead(CONFIG, horizon, drone_steps, promise=0.5)  # eight drones, ten solves a second
-    assert (lookahead.candidates, lookahead.rounds) == (candidates, rounds)
-
-
-def two_camps():
-    """Return a game with red at one place and blue at another."""
-    batch = BatchEnv(CONFIG)
-    batch.reset([0], scenario={"positions": np.repeat([[0.2, 0.3], [0.85, 0.6]], 4, axis=0)})
-    return batch.simulator.snapshot([0])
+    made = look(drone_steps=drone_steps, horizon=horizon)  # eight drones, ten solves a second
+    assert (made.candidates, made.rounds) == (candidates, rounds)
 
 
 @pytest.mark.parametrize("team", [0, 1])
 def test_candidates_begin_with_the_last_command_and_simple_tactics_around_the_opponents(team):
-    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=10_240, promise=0.0)
-    last = np.linspace(-9.0, -1.0, 100).reshape(10, 10)
+    lookahead, last = look(drone_steps=10_240), np.linspace(-9.0, -1.0, 100).reshape(10, 10)
     x, y = [(0.85, 0.6), (0.2, 0.3)][team]
 
     def ring(px, py, radius, width):
@@ -45,33 +50,24 @@ def test_candidates_begin_with_the_last_command_and_simple_tactics_around_the_op
     first = np.array([np.maximum(np.subtract(logs, np.max(logs)), -4.0) for logs in first])
     for previous, expected in ((last, first), (None, first[1:])):
         proposed = lookahead.propose(two_camps(), team, previous, np.random.default_rng(0))
-        assert proposed.shape == (64, 10, 10)
         np.testing.assert_allclose(proposed[: len(expected)], expected, atol=1e-4)
         np.testing.assert_array_equal(proposed.max(axis=(1, 2)), 0.0)
-        assert proposed.min() == -4.0
-        assert len({logs.tobytes() for logs in proposed}) == 64
-
-
-@pytest.mark.parametrize("team", [0, 1])
-def test_more_mixtures_are_near_the_opponents_than_near_the_own_drones(team):
-    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=10_240, promise=0.0)
+        assert proposed.min() == -4.0 and len({logs.tobytes() for logs in proposed}) == len(proposed) == 64
     masses = np.zeros((10, 10))
     for seed in range(30):
         proposed = np.exp(lookahead.propose(two_camps(), team, None, np.random.default_rng(seed))[4:])
         masses += (proposed / proposed.sum(axis=(1, 2), keepdims=True)).sum(axis=0)
     near = [masses[1:5, :4].sum(), masses[4:8, 6:].sum()]
-    assert near[1 - team] > 1.2 * near[team]
+    assert near[1 - team] > 1.2 * near[team], "mixtures are nearer to the opponents"
 
 
 def test_offspring_is_between_pairs_of_elites_and_around_them():
-    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=10_240, promise=0.0)
+    lookahead = look(drone_steps=10_240)
     one, other = np.random.default_rng(0).uniform(-1.5, -0.5, (2, 10, 10))
     one[0, 0] = other[0, 0] = 0.0
-
-    def bred(spread):
-        return lookahead.breed(np.stack([one, other]), spread, np.random.default_rng(1))
-
-    plain, near, far = bred(0.0), bred(0.05), bred(0.1)
+    plain, near, far = (
+        lookahead.breed(np.stack([one, other]), spread, np.random.default_rng(1)) for spread in (0.0, 0.05, 0.1)
+    )
     shares = ((plain - other) * (one - other)).sum(axis=(1, 2)) / ((one - other) ** 2).sum()
     np.testing.assert_allclose(plain, other + shares[:, None, None] * (one - other), atol=1e-12)
     assert shares.min() == pytest.approx(0.0) and shares.max() == pytest.approx(1.0)
@@ -85,55 +81,44 @@ def test_offspring_is_between_pairs_of_elites_and_around_them():
     assert 0.03 < moved(far).std() < 0.12
 
 
+class Watching:
+    """A model that asks for one cell, and keeps what it was asked and shown."""
+
+    observation = ObservationConfig(channels=("own_positions",))
+
+    def __init__(self):
+        self.asked, self.seen = [], []
+
+    def reset(self, seeds, rows):
+        self.asked.append(("reset", rows.tolist()))
+
+    def act(self, observations, rows):
+        self.asked.append(("act", rows.tolist()))
+        self.seen.append(observations[0].copy())
+        commands = np.zeros((len(rows), 10, 10))
+        commands[:, 8, 1] = 1.0
+        return commands
+
+
 @pytest.mark.parametrize("team", [0, 1])
-def test_a_modelled_opponent_is_asked_once_a_second_and_begins_anew_at_every_trial(team, monkeypatch):
-    class Counting:
-        observation = ObservationConfig(channels=("own_positions",))
-
-        def __init__(self):
-            self.asked = []
-
-        def reset(self, seeds, rows):
-            self.asked.append(("reset", rows.tolist()))
-
-        def act(self, observations, rows):
-            self.asked.append(("act", rows.tolist()))
-            return np.ones((len(rows), 10, 10))
-
+def test_a_modelled_opponent_commands_its_own_side_once_a_second_and_begins_anew_at_every_trial(team):
     config = CONFIG.replace(capture=CaptureConfig(enabled=False))
-    lookahead, model, began = Lookahead(config, 2.5, 1, promise=0.0), Counting(), []
-    monkeypatch.setattr(lookahead, "_worth", lambda side, start: began.append((side, start)))
-    batch = BatchEnv(config, 2)
-    batch.reset([0, 1])
-    for _ in range(2):
-        batch.step(np.ones((2, 2, 10, 10)))
+    lookahead, model, batch = look(config=config, drone_steps=1, horizon=2.5), Watching(), a_game(config=config)
     for _ in range(2):
         lookahead.try_out(batch.simulator.snapshot([1]), team, np.zeros((4, 10, 10)), model)
     everybody = list(range(4))
     assert model.asked == 2 * [("reset", everybody), *3 * [("act", everybody)]]
-    assert lookahead._trials.simulator.games.ticks.tolist() == 4 * [60 + 75]
-    assert began == 2 * [(team, 60)]
-
-
-@pytest.mark.parametrize("team", [0, 1])
-def test_a_win_is_worth_more_the_sooner_it_comes_and_a_defeat_less(team, monkeypatch):
-    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=1, promise=0.0)
-    simulator = lookahead._trials.simulator
-    simulator.restore(two_camps())
-    own = np.array([8, 8, 0, 3])
-    sizes = np.empty((4, 2), np.int64)
-    sizes[:, team], sizes[:, 1 - team] = own, 8 - own
-    monkeypatch.setattr(Simulator, "sizes", sizes)
-    simulator.games.ticks[:] = [90, 120, 120, 150]
-    np.testing.assert_allclose(lookahead._worth(team, 90), [1 + 1.5, 1 + 1.25, -1.25, 3 / 8])
+    assert lookahead._trials.simulator.games.ticks.tolist() == 4 * [90 + 75]
+    np.testing.assert_array_equal(model.seen[0], batch.observe(model.observation, 1 - team)[1])
+    targets = lookahead._trials.simulator.targets[0]
+    assert np.ptp(targets[team]) < 1e-12 and targets[1 - team].argmax() == 81
 
 
 def test_a_candidate_is_worth_what_the_simulator_says():
-    batch = a_game()
-    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=3_000, promise=0.0)
+    batch, lookahead = a_game(), look()
     logs = lookahead.propose(batch.simulator.snapshot([0]), 0, None, np.random.default_rng(0))
     worths = lookahead.try_out(batch.simulator.snapshot([0]), 0, logs, None)
-    for log, worth in zip(logs, worths, strict=True):
+    for log, worth in zip(logs[::4], worths[::4], strict=True):
         game = a_game()
         game.simulator.command(0, np.stack([np.exp(log), np.ones((10, 10))]))
         game.simulator.advance(60)
@@ -143,11 +128,9 @@ def test_a_candidate_is_worth_what_the_simulator_says():
 
 def test_a_look_ahead_holds_what_is_in_force_already_as_a_step_does():
     config = CONFIG.replace(memory=MemoryConfig(controller=None, controller_forgotten_on=("sending",)))
-    batch = BatchEnv(config)
+    batch, lookahead = BatchEnv(config), look(config=config, horizon=1.0)
     batch.reset([0])
-    evenly = np.ones((1, 2, 10, 10))
-    batch.step(evenly)
-    lookahead = Lookahead(config, horizon=1.0, drone_steps=3_000, promise=0.0)
+    batch.step(np.ones((1, 2, 10, 10)))
     logs = np.zeros((lookahead.candidates, 10, 10))
     logs[1, 0, 0] = -4.0
     for model in (None, load("uniform", config)):
@@ -158,35 +141,22 @@ def test_a_look_ahead_holds_what_is_in_force_already_as_a_step_does():
 
 
 @pytest.mark.parametrize("team", [0, 1])
-def test_a_modelled_opponent_sees_and_commands_its_own_side(team):
-    class Watching:
-        observation = ObservationConfig(channels=("own_positions",))
-        seen = ()
-
-        def reset(self, seeds, rows):
-            pass
-
-        def act(self, observations, rows):
-            self.seen = (*self.seen, observations[0].copy())
-            commands = np.zeros((len(rows), 10, 10))
-            commands[:, 8, 1] = 1.0
-            return commands
-
-    batch, model = a_game(), Watching()
-    lookahead = Lookahead(CONFIG, horizon=2.0, drone_steps=3_000, promise=0.0)
-    evenly = np.zeros((lookahead.candidates, 10, 10))
-    lookahead.try_out(batch.simulator.snapshot([0]), team, evenly, model)
-    assert len(model.seen) == 2
-    np.testing.assert_array_equal(model.seen[0], batch.observe(model.observation, 1 - team)[0])
-    targets = lookahead._trials.simulator.targets[0]
-    assert np.ptp(targets[team]) < 1e-12
-    assert targets[1 - team].argmax() == 81
+def test_a_win_is_worth_more_the_sooner_it_comes_and_a_defeat_less(team, monkeypatch):
+    lookahead = look(drone_steps=1)
+    simulator = lookahead._trials.simulator
+    simulator.restore(two_camps())
+    own = np.array([8, 8, 0, 3])
+    sizes = np.empty((4, 2), np.int64)
+    sizes[:, team], sizes[:, 1 - team] = own, 8 - own
+    monkeypatch.setattr(Simulator, "sizes", sizes)
+    simulator.games.ticks[:] = [90, 120, 120, 150]
+    np.testing.assert_allclose(lookahead._worth(team, 90), [1 + 1.5, 1 + 1.25, -1.25, 3 / 8])
 
 
 @pytest.mark.parametrize("team", [0, 1])
 def test_what_threatens_a_drone_is_the_opposing_field_where_it_is(team, monkeypatch):
     config = CONFIG.replace(capture=CaptureConfig(threshold=0.6))
-    lookahead = Lookahead(config, horizon=2.0, drone_steps=3_000, promise=1.0)
+    lookahead = look(1.0, config=config)
     positions = np.full((8, 2), 0.1)
     positions[4 * team], positions[4 * (1 - team)] = (0.31, 0.71), (0.71, 0.31)
     batch = BatchEnv(config)
@@ -202,7 +172,45 @@ def test_what_threatens_a_drone_is_the_opposing_field_where_it_is(team, monkeypa
         return lookahead._worth(team, 0)[0]
 
     assert worth(1 - team, 0.31, 0.71) == pytest.approx(0.5 - 1 / 8)
-    assert worth(1 - team, 0.71, 0.31) == pytest.approx(0.5)
-    assert worth(team, 0.31, 0.71) == pytest.approx(0.5)
+    assert worth(1 - team, 0.71, 0.31) == worth(team, 0.31, 0.71) == pytest.approx(0.5)
     assert worth(team, 0.71, 0.31) == pytest.approx(0.5 + 1 / 8)
     assert worth(1 - team, 0.31, 0.71, 0.3) == pytest.approx(0.5 - (0.3 / 0.6) ** 2 / 8)
+
+
+class Slope:
+    """Stands in for a look ahead: the more a candidate asks for one cell, the better it is; and notes what is asked."""
+
+    candidates, rounds = 20, 6
+
+    def __init__(self):
+        self.generator = np.random.default_rng(0)
+        self.tried, self.bred, self.last = [], [], []
+
+    def propose(self, game, team, last, generator):
+        self.last.append(last)
+        return -self.generator.random((self.candidates, 10, 10))
+
+    def breed(self, elites, spread, generator):
+        self.bred.append((elites, spread))
+        return -self.generator.random((self.candidates, 10, 10))
+
+    def try_out(self, game, team, candidates, model):
+        self.tried.append(candidates)
+        return candidates[:, 3, 7]
+
+
+def test_the_best_of_all_rounds_is_found_and_the_best_tenth_of_each_has_offspring_ever_closer():
+    slope = Slope()
+    best = search(slope, None, 0, None, "the last", None)
+    assert len(slope.tried) == 6 and slope.last == ["the last"]
+    assert [spread for _, spread in slope.bred] == [1.0, 0.5, 0.25, 0.125, 0.125]
+    tried = np.concatenate(slope.tried)
+    np.testing.assert_array_equal(best, tried[tried[:, 3, 7].argmax()])
+    for (elites, _), candidates in zip(slope.bred, slope.tried[:5], strict=True):
+        np.testing.assert_array_equal(elites, candidates[np.argsort(-candidates[:, 3, 7])[:2]])
+
+
+def test_of_candidates_that_are_worth_the_same_the_first_is_found(monkeypatch):
+    slope = Slope()
+    monkeypatch.setattr(slope, "try_out", lambda *given: np.zeros(len(slope.tried.append(given[2]) or given[2])))
+    np.testing.assert_array_equal(search(slope, None, 0, None, None, None), slope.tried[0][0])

@@ -112,20 +112,11 @@ def sized_by_what_it_sees():
     )
 
 
-def random():
-    return doubler([node("RandomNormalLike", ["x"], ["y"])])
-
-
 def mixing():
     return doubler(
         [node("ReduceMean", ["x", "axes"], ["mean"]), node("Add", ["x", "mean"], ["y"])],
         [weights("axes", [0], np.int64)],
     )
-
-
-def adding_those_before():
-    """Show a game what those before it saw; the first one sees itself alone."""
-    return doubler([node("CumSum", ["x", "axis"], ["y"])], [weights("axis", 0, np.int64)])
 
 
 def long_by_sight(operator="GRU", gates=3):
@@ -142,28 +133,19 @@ def long_by_sight(operator="GRU", gates=3):
     return doubler(nodes, recurrent + sizes)
 
 
-def without_opset():
-    model = doubler(IDENTITY)
-    del model.opset_import[:]
-    return model
+def changed(change):
+    """Return a function that makes a model that does nothing, changed by hand."""
+
+    def make():
+        model = doubler(IDENTITY)
+        change(model)
+        return model
+
+    return make
 
 
 def of_opset(version):
-    model = doubler(IDENTITY)
-    model.opset_import[0].version = version
-    return model
-
-
-def training():
-    model = doubler(IDENTITY)
-    model.training_info.add()
-    return model
-
-
-def sparse():
-    model = doubler(IDENTITY)
-    model.graph.sparse_initializer.add()
-    return model
+    return changed(lambda model: setattr(model.opset_import[0], "version", version))
 
 
 MALICIOUS = {
@@ -184,16 +166,19 @@ MALICIOUS = {
     "Tile": (lambda: expanded("Tile", 10**6, 10**6), "numbers in one run"),
     "Concat": (grown, "numbers in one run"),
     "sizes by sight": (sized_by_what_it_sees, "not known before"),
-    "chance": (random, "operator RandomNormalLike"),
+    "chance": (lambda: doubler([node("RandomNormalLike", ["x"], ["y"])]), "operator RandomNormalLike"),
     "mixed games": (mixing, "keep games apart"),
-    "those before": (adding_those_before, "keep games apart"),
+    "those before": (  # the first game sees itself alone
+        lambda: doubler([node("CumSum", ["x", "axis"], ["y"])], [weights("axis", 0, np.int64)]),
+        "keep games apart",
+    ),
     "time by sight": (long_by_sight, "GRU work as long as 'lengths' says"),
     "time of an LSTM by sight": (lambda: long_by_sight("LSTM", 4), "LSTM work as long as 'lengths' says"),
-    "no opset": (without_opset, "one opset"),
-    "old opset": (lambda: of_opset(7), "one opset"),
-    "future opset": (lambda: of_opset(99), "one opset"),
-    "training": (training, "holds a training"),
-    "sparse": (sparse, "sparse weights"),
+    "no opset": (changed(lambda model: model.ClearField("opset_import")), "one opset"),
+    "old opset": (of_opset(7), "one opset"),
+    "future opset": (of_opset(99), "one opset"),
+    "training": (changed(lambda model: model.training_info.add()), "holds a training"),
+    "sparse": (changed(lambda model: model.graph.sparse_initializer.add()), "sparse weights"),
     "texts": (lambda: build(IDENTITY, [("x", 8, [8, 3])], [("y", 8, [8, 3])]), "another type"),
     "open sizes": (lambda: build(IDENTITY, [("x", 1, [8, "n"])], [("y", 1, [8, "n"])]), "fix its shape"),
     "no games": (lambda: doubler([node("ReduceMean", ["x"], ["y"], keepdims=0)], shape=()), "must answer 8 games"),
@@ -228,19 +213,15 @@ def test_what_is_no_model_is_refused_before_it_is_parsed(data, message):
         inspect(data)
 
 
-def test_many_nodes_are_refused(monkeypatch):
-    monkeypatch.setattr(onnx_checks, "MOST_NODES", 2)
-    nodes = [node("Relu", ["x"], ["a"]), node("Relu", ["a"], ["b"]), node("Relu", ["b"], ["y"])]
-    with pytest.raises(ModelError, match="2 nodes or fewer, got 3"):
-        inspect(doubler(nodes).SerializeToString())
-
-
-def test_weights_count_together(monkeypatch):
-    monkeypatch.setattr(onnx_checks, "MOST_BYTES", 30)
+def test_nodes_and_weights_are_counted_together_and_large_files_are_refused_unread(monkeypatch):
     nodes = [node("Add", ["x", "a"], ["b"]), node("Add", ["b", "c"], ["d"]), node("Add", ["d", "e"], ["y"])]
-    model = doubler(nodes, [weights(name, [1, 2, 3]) for name in "ace"])
-    with pytest.raises(ModelError, match="weights of 30 bytes or fewer, got 36"):
-        inspect(model.SerializeToString())
+    data = doubler(nodes, [weights(name, [1, 2, 3]) for name in "ace"]).SerializeToString()
+    for name, most, message in (("MOST_BYTES", 30, "30 bytes or fewer, got 36"), ("MOST_NODES", 2, "2 nodes or fewer")):
+        monkeypatch.setattr(onnx_checks, name, most)
+        with pytest.raises(ModelError, match=message):
+            inspect(data)
+    with pytest.raises(ModelError, match="too large: expected 30 bytes or fewer"):
+        examine(data)
 
 
 def test_a_model_is_tried_in_a_process_of_its_own_once():
@@ -254,27 +235,16 @@ def test_a_model_is_tried_in_a_process_of_its_own_once():
         examine(with_loop().SerializeToString())
 
 
-def test_large_files_are_refused_unread(monkeypatch):
-    monkeypatch.setattr(onnx_checks, "MOST_BYTES", 10)
-    with pytest.raises(ModelError, match="10 bytes or fewer"):
-        examine(follower().SerializeToString())
-
-
 def test_a_model_that_takes_the_process_down_is_refused_and_this_one_goes_on(monkeypatch):
     def killed(words, **options):
-        return subprocess.run(
-            [sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"], **options
-        )
+        return run([sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)"], **options)
 
     def endless(words, **options):
         raise subprocess.TimeoutExpired(words, options["timeout"])
 
-    for run, message in ((killed, "ended the process that tried it"), (endless, "takes more than")):
-        monkeypatch.setattr(
-            onnx_checks,
-            "subprocess",
-            type("", (), {"run": staticmethod(run), "TimeoutExpired": subprocess.TimeoutExpired}),
-        )
+    run = subprocess.run
+    for stand_in, message in ((killed, "ended the process that tried it"), (endless, "takes more than")):
+        monkeypatch.setattr(subprocess, "run", stand_in)
         with pytest.raises(ModelError, match=message):
             examine(doubler([node("Neg", ["x"], ["y"])]).SerializeToString())
 
@@ -288,9 +258,9 @@ def test_sequences_of_a_fixed_length_play():
     assert inspect(model.SerializeToString()).outputs == {"y": TensorSpec("float32", (8, 3))}
 
 
-def test_games_that_a_file_fixes_are_shown_at_once():
-    assert inspect(follower(games=1).SerializeToString()).rows == 1
-    assert inspect(follower(games=3).SerializeToString()).rows == 3
+@pytest.mark.parametrize("games", [1, 3])
+def test_games_that_a_file_fixes_are_shown_at_once(games):
+    assert inspect(follower(games=games).SerializeToString()).rows == games
 
 
 def test_shapes_that_follow_from_those_of_inputs_are_known_before():

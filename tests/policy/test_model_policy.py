@@ -19,7 +19,9 @@ from swarm_pz.spaces.formats import Format
 from swarm_pz.training.vec_env import SwarmVecEnv
 
 GAME = GameConfig(drones_per_team=2, time_limit=3.0)
-MLP = {"net_arch": [8]}
+IMAGES = spaces.Box(0, 255, (9, 50, 50), np.uint8)
+LOG = spaces.Box(-1.0, 1.0, (5, 5), np.float32)
+LISTS = ObservationConfig(kind="entities")
 
 
 class Model:
@@ -27,7 +29,7 @@ class Model:
 
     def __init__(self, observation_space, action_space, action=None, state=None):
         self.observation_space, self.action_space = observation_space, action_space
-        self.action, self.state = action, state
+        self.action, self.state = np.zeros(action_space.shape) if action is None else action, state
         self.shown, self.asked = [], []
 
     def predict(self, observation, deterministic=False):
@@ -37,16 +39,11 @@ class Model:
         return np.stack([self.action] * count), self.state
 
 
-IMAGES = spaces.Box(0, 255, (9, 50, 50), np.uint8)
-LOG = spaces.Box(-1.0, 1.0, (5, 5), np.float32)
-
-
 @pytest.mark.parametrize(
     ("make", "options"),
     [
         (PPO, {"observation_dtype": "float32", "action_cells": 5}),
         (A2C, {"channels_last": True, "flatten_actions": True}),
-        (A2C, {"action": "command"}),
         (DQN, {"action": "discrete"}),
     ],
 )
@@ -54,35 +51,43 @@ def test_a_model_of_sb3_is_an_opponent_as_it_is(make, options):
     observation = ObservationConfig(grid=10, channels=("own_positions", "opposing_positions", "time_left"))
     env = DuelEnv(GAME, observation=observation, **options)
     more = {"buffer_size": 10} if make is DQN else {"n_steps": 2} | ({"batch_size": 2} if make is PPO else {})
-    model = make("MlpPolicy", env, policy_kwargs=MLP, device="cpu", **more)
+    model = make("MlpPolicy", env, policy_kwargs={"net_arch": [8]}, device="cpu", **more)
     game = GAME.replace(observation=observation)
     players = SwarmVecEnv(game, 3, opponent=[model, "ring"], seed=0)
     assert players.opponent_names == [make.__name__, "ring"]
     players.reset()
     players.step(np.zeros((3, 10, 10)))
-    opponent = DuelEnv(game, opponent=model)
-    opponent.reset(seed=0)
-    opponent.step(np.zeros((10, 10)))
     assert play_match(model, "uniform", games=2, config=game).summary()["games"] == 2
+
+
+def against(model, game=GAME):
+    """Play one step against a model; return what it asked for, and the environment."""
+    env = DuelEnv(game, opponent=model)
+    env.reset(seed=0)
+    env.step(np.zeros((10, 10)))
+    return env.duel.batch.simulator.targets[0, 1 - env.duel.sides[0]]
 
 
 def test_a_model_is_shown_what_it_was_trained_on_and_understood_as_it_was():
     env = DuelEnv(GAME, observation=ObservationConfig(grid=10), observation_dtype="float32", channels_last=True)
     action = np.random.default_rng(0).uniform(-1, 1, (10, 10)).astype(np.float32)
     model = Model(env.observation_space, env.action_space, action)
-    duel = DuelEnv(GAME, opponent=model)
-    duel.reset(seed=0)
-    duel.step(np.zeros((10, 10)))
+    target = against(model)
     assert env.observation_space.contains(model.shown[0][0])
-    target = duel.duel.batch.simulator.targets[0, 1 - duel.duel.sides[0]]
     np.testing.assert_allclose(target / target.max(), np.exp(4 * (action - action.max())), rtol=1e-5)
+    lists = DuelEnv(GAME, observation=LISTS, flatten_actions=True)
+    model = Model(lists.observation_space, lists.action_space)
+    against(model)
+    assert set(model.shown[0]) == set(lists.observation_space)
 
 
-def test_a_model_plays_its_best_action_unless_it_is_to_draw_one():
-    model = Model(IMAGES, LOG, np.zeros((5, 5)))
-    for policy in (load(model, GAME), ModelPolicy(model, GAME), ModelPolicy(model, GAME, deterministic=False)):
+def test_a_model_plays_its_best_action_unless_it_is_to_draw_one_and_may_not_remember():
+    model = Model(IMAGES, LOG)
+    for policy in (load(model, GAME), ModelPolicy(model, GAME, deterministic=False)):
         policy.act(np.zeros((1, 9, 50, 50), np.uint8), np.arange(1))
-    assert model.asked == [True, True, False]
+    assert model.asked == [True, False]
+    with pytest.raises(PolicyError, match="has a memory"):
+        against(Model(IMAGES, LOG, state=("h", "c")))
 
 
 @pytest.mark.parametrize(
@@ -98,9 +103,8 @@ def test_a_model_plays_its_best_action_unless_it_is_to_draw_one():
 def test_an_action_is_understood_as_its_space_says(action_space, options):
     action = np.tanh(action_space.sample() ** 2)
     answer = load(Model(IMAGES, action_space, action), GAME).act(np.zeros((1, 9, 50, 50), np.uint8), np.arange(1))
-    np.testing.assert_allclose(
-        answer, Format(GAME, ObservationConfig(), **({"action": "normalised"} | options)).read([action], 1)
-    )
+    expected = Format(GAME, ObservationConfig(), **({"action": "normalised"} | options)).read([action], 1)
+    np.testing.assert_allclose(answer, expected)
 
 
 class Counter(Model):
@@ -121,71 +125,48 @@ def test_a_model_is_shown_eight_boards_at_once_and_each_gets_its_own_answer(coun
     assert [len(shown) for shown in model.shown] == [8] * -(-count // 8)
 
 
-def test_channels_follow_from_what_either_side_of_the_game_sees():
-    red, blue = (
-        ObservationConfig(grid=25, channels=("own_target",)),
-        ObservationConfig(channels=("time_left", "own_share")),
-    )
+def test_a_game_of_a_model_does_not_depend_on_those_beside_it():
+    game = GameConfig(drones_per_team=3, time_limit=8.0)
+    policy = load(PPO("MlpPolicy", DuelEnv(game), n_steps=2, batch_size=2, device="cpu", seed=0), game)
+    many = play_games(policy, "uniform", range(11), seed=1, config=game)
+    assert play_games(policy, "uniform", [9], seed=1, config=game) == [many[9]]
+
+
+def test_what_it_sees_follows_from_what_either_side_of_the_game_sees_or_is_said():
+    red = ObservationConfig(grid=25, channels=("own_target",))
+    blue = ObservationConfig(channels=("time_left", "own_share"))
     game = GAME.replace(observation=(red, blue))
     for channels, grid in ((("own_target",), 5), (("time_left", "own_share"), 25), (CHANNELS, 10)):
         for shape in ((len(channels), grid, grid), (grid, grid, len(channels))):
-            policy = load(Model(spaces.Box(0, 255, shape, np.uint8), LOG, np.zeros((5, 5))), game)
+            policy = load(Model(spaces.Box(0, 255, shape, np.uint8), LOG), game)
             assert policy.observation == ObservationConfig(grid=grid, channels=channels)
-    lists = ModelPolicy(
-        Model(DuelEnv(GAME, observation=ObservationConfig(kind="entities")).observation_space, LOG), GAME
-    )
-    assert lists.observation == ObservationConfig(kind="entities") and lists.name == "Model"
-
-
-def test_a_model_that_is_an_opponent_is_shown_the_channels_of_its_own_side():
-    """Of two sides with as many channels it was shown the learner's."""
-    views = [ObservationConfig(channels=(channel,)) for channel in ("own_target", "time_left")]
-    duel = DuelBatch(
-        GAME.replace(observation=tuple(views)), 1, opponent=Model(spaces.Box(0, 255, (1, 50, 50), np.uint8), LOG)
-    )
-    assert duel._dealt[0].player.observation == views[1]
-
-
-def test_a_model_may_look_at_lists_of_drones():
-    env = DuelEnv(GAME, observation=ObservationConfig(kind="entities"), flatten_actions=True)
-    model = Model(env.observation_space, env.action_space, np.zeros(100, np.float32))
-    duel = DuelEnv(GAME, opponent=model)
-    duel.reset(seed=0)
-    duel.step(np.zeros((10, 10)))
-    assert set(model.shown[0]) == set(env.observation_space)
-
-
-def test_what_it_sees_may_be_said():
-    observation = ObservationConfig(grid=10, channels=("time_left",))
-    model = Model(spaces.Box(0, 255, (1, 10, 10), np.uint8), LOG, np.zeros((5, 5)))
+    assert ModelPolicy(Model(DuelEnv(GAME, observation=LISTS).observation_space, LOG), GAME).observation == LISTS
+    one = spaces.Box(0, 255, (1, 50, 50), np.uint8)
+    views = tuple(ObservationConfig(channels=(channel,)) for channel in ("own_target", "time_left"))
+    duel = DuelBatch(GAME.replace(observation=views), 1, opponent=Model(one, LOG))
+    assert duel._dealt[0].player.observation == views[1], "of two sides with as many channels its own"
     with pytest.raises(PolicyError, match=r"ModelPolicy\(model, config, observation\)"):
-        load(model, GAME)
-    assert ModelPolicy(model, GAME, observation).observation == observation
-    shown = Model(spaces.Box(0.0, 1.0, (10, 10, 2), np.float32), LOG, np.zeros((5, 5)))
-    observation = observation.replace(channels=("own_share", "time_left"))
-    ModelPolicy(shown, GAME, observation).act(np.full((1, 2, 10, 10), 51, np.uint8), np.arange(1))
-    assert shown.shown[0].shape == (8, 10, 10, 2)
-    np.testing.assert_allclose(shown.shown[0], 0.2)
+        load(Model(one, LOG), GAME)
+    said = ObservationConfig(grid=10, channels=("own_share", "time_left"))
+    shown = Model(spaces.Box(0.0, 1.0, (10, 10, 2), np.float32), LOG)
+    ModelPolicy(shown, GAME, said).act(np.full((1, 2, 10, 10), 51, np.uint8), np.arange(1))
+    np.testing.assert_allclose(shown.shown[0], np.full((8, 10, 10, 2), 0.2))
 
 
 @pytest.mark.parametrize(
     ("observes", "acts", "message"),
     [
-        (
-            IMAGES,
-            spaces.Discrete(4),
-            r"actions must be .* got Discrete\(4\)",
-        ),
-        (IMAGES, spaces.Box(-2, 2, (5, 5)), "a model's actions must be"),
-        (IMAGES, spaces.Box(-1, 1, (7,)), "a model's actions must be"),
-        (IMAGES, spaces.Discrete(57, start=1), "a model's actions must be"),
-        (IMAGES, spaces.Box(-1, 1, (1, 1)), r"with a from 2 to 10, modes Box\(.*\), or Discrete\(57\)"),
-        (IMAGES, spaces.Box(0, 1, (11, 11)), "a model's actions must be"),
-        (IMAGES, spaces.Box(0, 1, (5, 4)), "a model's actions must be"),
-        (spaces.Box(0, 255, (9, 10, 10), np.int16), LOG, "a model must observe images"),
+        (IMAGES, spaces.Discrete(4), r"actions must be .* got Discrete\(4\)"),
+        (IMAGES, spaces.Box(-2, 2, (5, 5)), "actions must be"),
+        (IMAGES, spaces.Box(-1, 1, (7,)), "actions must be"),
+        (IMAGES, spaces.Discrete(57, start=1), "actions must be"),
+        (IMAGES, spaces.Box(-1, 1, (1, 1)), "with a from 2 to 10"),
+        (IMAGES, spaces.Box(0, 1, (11, 11)), "actions must be"),
+        (IMAGES, spaces.Box(0, 1, (5, 4)), "actions must be"),
+        (spaces.Box(0, 255, (9, 10, 10), np.int16), LOG, "must observe images"),
         (spaces.Box(0, 255, (36, 50, 50), np.uint8), LOG, "of 9 channels, or as many"),
         (spaces.Box(0, 255, (9, 7, 7), np.uint8), LOG, "divides 50"),
-        (spaces.Box(-1, 1, (4,)), LOG, "a model must observe images"),
+        (spaces.Box(-1, 1, (4,)), LOG, "must observe images"),
         (spaces.Box(0.0, 255.0, (9, 10, 10), np.float32), LOG, "it would be shown"),
         (spaces.Dict({"a": LOG}), LOG, "it would be shown"),
     ],
@@ -193,24 +174,3 @@ def test_what_it_sees_may_be_said():
 def test_what_does_not_fit_is_named(observes, acts, message):
     with pytest.raises(PolicyError, match=message):
         load(Model(observes, acts), GAME)
-
-
-@pytest.mark.parametrize("network", ["MlpPolicy", "CnnPolicy"])
-def test_a_game_of_a_model_does_not_depend_on_those_beside_it(network):
-    game = GameConfig(drones_per_team=3, time_limit=8.0)
-    env = DuelEnv(game)
-    policy = load(PPO(network, env, n_steps=2, batch_size=2, device="cpu", seed=0), game)
-    seen = np.random.default_rng(0).integers(0, 256, (11, *env.observation_space.shape), np.uint8)
-    answers = policy.act(seen, np.arange(11))
-    for row in (0, 4, 10):
-        np.testing.assert_array_equal(policy.act(seen[row : row + 1], np.array([row])), answers[row : row + 1])
-    many = play_games(policy, "uniform", range(11), seed=1, config=game)
-    assert play_games(policy, "uniform", [9], seed=1, config=game) == [many[9]]
-
-
-def test_a_model_with_a_memory_is_refused():
-    model = Model(IMAGES, LOG, np.zeros((5, 5)), state=("h", "c"))
-    duel = DuelEnv(GAME, opponent=model)
-    duel.reset(seed=0)
-    with pytest.raises(PolicyError, match="has a memory"):
-        duel.step(np.zeros((10, 10)))

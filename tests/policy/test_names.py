@@ -19,49 +19,39 @@ from swarm_pz.training.vec_env import SwarmVecEnv
 SHIPPED = Path(policies.__file__).parent / "zoo" / "hunter"
 
 
-@pytest.fixture
-def folder(tmp_path):
-    """A folder as training writes it."""
-    LearnedPolicy.read(SHIPPED, GameConfig()).write(tmp_path / "runs" / "first")
-    return tmp_path / "runs" / "first"
-
-
-def test_a_folder_that_training_wrote_is_an_opponent_in_every_face(folder):
+def test_a_folder_that_training_wrote_is_an_opponent_in_every_face(tmp_path):
+    folder = tmp_path / "runs" / "first"
+    LearnedPolicy.read(SHIPPED, GameConfig()).write(folder)
     for opponent in (folder, str(folder), "runs/first"):
         for make in (DuelEnv, DuelVectorEnv, SwarmVecEnv):
             environment = make(opponent=opponent, drones_per_team=5, max_cycles=5)
             assert environment.opponent_names == [str(opponent)]
             assert isinstance(environment.duel._dealt[0].player, LearnedPolicy)
-    learners = SwarmVecEnv(num_envs=2, opponent=["runs/first", folder], max_cycles=5)
-    learners.reset()
-    learners.step(np.zeros((2, 10, 10)))
-
-
-def test_names_come_before_folders(tmp_path):
     (tmp_path / "ring").mkdir()
-    assert load("ring", GameConfig()).name == "ring"
+    assert load("ring", GameConfig()).name == "ring", "names come before folders"
 
 
-def test_what_is_neither_name_nor_folder_is_said(tmp_path):
-    config = GameConfig()
-    with pytest.raises(PolicyError, match="there is no policy 'rign', and no such folder; did you mean 'ring'"):
-        load("rign", config)
-    with pytest.raises(
-        PolicyError,
-        match=r"there is no folder 'runs/frist', nor a policy of that name; there are besiege, blind_ring, ",
-    ):
-        load("runs/frist", config)
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(CheckpointError, match=r"empty holds no policy: expected policy\.json or policy\.onnx in it"):
-        load(tmp_path / "empty", config)
-    (tmp_path / "empty" / "checkpoint.safetensors").touch()
-    with pytest.raises(CheckpointError, match=r"this one stopped before: swarm-pz train --resume --out .*/empty$"):
-        load(tmp_path / "empty", config)
-    (tmp_path / "empty" / "league.json").touch()
-    with pytest.raises(CheckpointError, match=r"this one stopped before: swarm-pz league --resume --out .*/empty$"):
-        load(tmp_path / "empty", config)
-    with pytest.raises(PolicyError, match="must have reset"):
-        load(42, config)
+@pytest.mark.parametrize(
+    ("name", "error", "message"),
+    [
+        ("rign", PolicyError, "no policy 'rign', and no such folder; did you mean 'ring'"),
+        ("runs/frist", PolicyError, "no folder 'runs/frist', nor a policy of that name; there are besiege"),
+        (" ", PolicyError, "name is empty"),
+        ("file.json", PolicyError, r"got the file 'file\.json'"),
+        ("tactics.py", PolicyError, "name the tactic in it"),
+        (42, PolicyError, "must have reset"),
+        ("empty", CheckpointError, r"empty holds no policy: expected policy\.json or policy\.onnx in it"),
+        ("stopped", CheckpointError, "stopped before: swarm-pz train --resume --out stopped$"),
+        ("league", CheckpointError, "stopped before: swarm-pz league --resume --out league$"),
+    ],
+)
+def test_what_is_neither_name_nor_folder_is_said(name, error, message):
+    for folder in ("empty", "stopped", "league"):
+        Path(folder).mkdir()
+    for file in ("file.json", "tactics.py", "stopped/checkpoint.safetensors", "league/league.json"):
+        Path(file).touch()
+    with pytest.raises(error, match=message):
+        load(name, GameConfig())
 
 
 class Told:
@@ -82,7 +72,8 @@ class Told:
 @pytest.fixture
 def guest(monkeypatch):
     """An installed package with a policy."""
-    monkeypatch.setitem(sys.modules, "guest_tactics", types.SimpleNamespace(told=Told))
+    module = types.SimpleNamespace(told=Told)
+    monkeypatch.setitem(sys.modules, "guest_tactics", module)
     installed = importlib.metadata.entry_points
     point = importlib.metadata.EntryPoint("told", "guest_tactics:told", GROUP)
 
@@ -91,10 +82,10 @@ def guest(monkeypatch):
         return (*points, point) if wanted.get("group") == GROUP else points
 
     monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
+    return module
 
 
-@pytest.mark.usefixtures("guest")
-def test_a_factory_is_given_the_game_and_all_that_stands_after_the_first_colon():
+def test_a_factory_is_given_the_game_and_all_that_stands_after_the_first_colon(guest):
     config = GameConfig(drones_per_team=3)
     for name, given in (
         ("told", ()),
@@ -105,10 +96,12 @@ def test_a_factory_is_given_the_game_and_all_that_stands_after_the_first_colon()
         assert load(name, config).given == (config, *given)
         assert about(name) == "A policy that keeps what its factory was given."
     assert about("nobody") == about("nobody:told") == ""
+    guest.told = lambda config: 42
+    with pytest.raises(PolicyError, match=r"policy 'told' must have reset, .* got 42"):
+        load("told", config)
 
 
-@pytest.mark.usefixtures("guest")
-def test_two_players_are_loaded_in_their_order_and_share_nothing():
+def test_two_players_are_loaded_in_their_order_and_share_nothing(guest):
     config = GameConfig()
     first, second = load_players("told:first", "told:second", config)
     assert (first.given[1], second.given[1]) == ("first", "second")
@@ -120,20 +113,7 @@ def test_two_players_are_loaded_in_their_order_and_share_nothing():
 
 
 def test_tables_call_a_policy_by_its_name_or_else_by_its_kind():
-    named = Told()
-    assert [name_of(policy) for policy in ("planner:ring", Path("runs") / "first", named)] == [
-        "planner:ring",
-        str(Path("runs") / "first"),
-        "Told",
-    ]
+    named, folder = Told(), Path("runs") / "first"
+    assert [name_of(policy) for policy in ("planner:ring", folder, named)] == ["planner:ring", str(folder), "Told"]
     named.name = "teller"
     assert name_of(named) == "teller"
-
-
-def test_what_a_name_makes_must_be_a_policy(monkeypatch, guest):
-    monkeypatch.setattr(sys.modules["guest_tactics"], "told", lambda config: 42)
-    with pytest.raises(PolicyError, match=r"policy 'told' must have reset, .* got 42"):
-        load("told", GameConfig())
-    (Path("file.json")).write_text("{}")
-    with pytest.raises(PolicyError, match=r"a folder that training wrote, got the file 'file\.json'"):
-        load("file.json", GameConfig())
