@@ -1,28 +1,32 @@
-"""A folder of recordings: its own regular files, and nothing that a link, a pipe or a size makes of them."""
+"""A folder of recordings: its own regular files, and what their first and last lines tell."""
 
 import os
 import socket
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from swarm_pz.errors import RecordingError
 from swarm_pz.play.recordings import folder as module
+from swarm_pz.play.recordings import summary as summaries
 from swarm_pz.play.recordings.folder import checked_name, is_regular, read_regular
+from swarm_pz.play.recordings.format import EndLine, RecordedSeat
+from swarm_pz.play.recordings.summary import END_BYTES, Summaries, Summary, summary_of
+from tests.play.recordings.test_format import CONFIG, header
 
 
 @pytest.mark.parametrize("name", ["../a.jsonl", "a/b.jsonl", "a.txt", ".jsonl", "a..jsonl", "", "a.jsonl\n", "ä.jsonl"])
 def test_names_are_no_paths(name):
     for good in ("20260101T000000Z-ABCD-1.jsonl", "a" * 100 + ".jsonl"):
         assert checked_name(good) == good
-    with pytest.raises(RecordingError):
-        checked_name("a" * 101 + ".jsonl")
-    with pytest.raises(RecordingError):
-        checked_name(name)
+    for bad in (name, "a" * 101 + ".jsonl"):
+        with pytest.raises(RecordingError):
+            checked_name(bad)
 
 
 def others(tmp_path):
-    """Return what is no regular file: links, a pipe, a socket, a folder, a device."""
+    """Return what is no regular file: links, a pipe, a socket, a folder."""
     (tmp_path / "secret").write_text("secret")
     made = {name: tmp_path / f"{name}.jsonl" for name in ("link", "astray", "round", "pipe", "socket", "folder")}
     made["link"].symlink_to(tmp_path / "secret")
@@ -35,25 +39,20 @@ def others(tmp_path):
         os.chdir(tmp_path)  # a socket's path may not be long
         listening.bind("socket.jsonl")
         os.chdir(here)
-    return made
+    return made.values()
 
 
-def test_only_regular_files_are_read_and_nothing_is_waited_for(tmp_path):
-    for path in others(tmp_path).values():
-        assert not is_regular(path)
-        with pytest.raises(RecordingError, match=rf"{path.name} cannot be read: expected a regular file"):
+def test_only_regular_files_are_read_and_nothing_is_waited_for(tmp_path, monkeypatch):
+    for path in others(tmp_path):
+        assert not is_regular(path) and summary_of(path) == Summary(path.name)
+        with pytest.raises(RecordingError, match=rf"{path.name} .* a regular file"):
             read_regular(path)
     assert read_regular(tmp_path / "secret") == b"secret" and is_regular(tmp_path / "secret")
     assert not is_regular(tmp_path / "none")
-
-
-def test_a_pipe_that_takes_a_files_place_is_refused_and_not_waited_for(tmp_path, monkeypatch):
-    os.mkfifo(tmp_path / "a.jsonl")
-    (tmp_path / "b.jsonl").write_text("")
-    regular = (tmp_path / "b.jsonl").stat()
-    monkeypatch.setattr(type(tmp_path), "lstat", lambda self: regular)
+    regular = (tmp_path / "secret").stat()
+    monkeypatch.setattr(type(tmp_path), "lstat", lambda self: regular)  # a pipe takes the file's place
     with pytest.raises(RecordingError, match="a regular file"):
-        read_regular(tmp_path / "a.jsonl")
+        read_regular(tmp_path / "pipe.jsonl")
 
 
 def test_a_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
@@ -61,5 +60,42 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
     (tmp_path / "a.jsonl").write_bytes(b"x" * 10)
     assert len(read_regular(tmp_path / "a.jsonl")) == 10
     (tmp_path / "a.jsonl").write_bytes(b"x" * 11)
-    with pytest.raises(RecordingError, match="is too large: expected 10 bytes or fewer, got 11"):
+    with pytest.raises(RecordingError, match="too large"):
         read_regular(tmp_path / "a.jsonl")
+
+
+# --- summaries ------------------------------------------------------------------------------------
+
+END = EndLine(outcome="red", tick=2270, sizes=(20, 0), ms=75671.0, ended_by="capture")
+FRAME = {"type": "frame", "tick": 0, "data": "A" * END_BYTES}
+
+
+def write(path, *lines):
+    path.write_bytes(b"".join(msgspec.json.encode(line) + b"\n" for line in (header(CONFIG, 1, "ring"), *lines)))
+    return path
+
+
+def test_a_game_is_told_by_its_ends_however_long_it_is_and_an_unfinished_one_tells_who_played(tmp_path):
+    seats = {"red": RecordedSeat("person", label="P1"), "blue": RecordedSeat("policy", policy="ring")}
+    known = {"name": "a.jsonl", "started": "2026-01-01T00:00:00.000+00:00", **seats}
+    whole = Summary(**known, outcome="red", ended_by="capture", seconds=75.7, sizes=(20, 0))
+    assert summary_of(write(tmp_path / "a.jsonl", *[FRAME] * 3, END)) == whole
+    assert summary_of(write(tmp_path / "a.jsonl", FRAME)) == Summary(**known)
+
+
+@pytest.mark.parametrize("content", [b"", b"{}\n", b"\xff\xfe\n", b"[" * 9000, b'{"type":"end"}\n'])
+def test_what_is_no_game_has_a_name_alone(content, tmp_path):
+    (path := tmp_path / "a.jsonl").write_bytes(content)
+    assert summary_of(path) == Summary("a.jsonl")
+
+
+def test_a_file_is_read_again_only_when_it_changed(tmp_path, monkeypatch):
+    read = []
+    monkeypatch.setattr(summaries, "summary_of", lambda path: read.append(path.name) or Summary(path.name))
+    paths = [write(tmp_path / f"{name}.jsonl", END) for name in "abc"]
+    known = Summaries()
+    assert [summary.name for summary in known.of(paths)] == ["a.jsonl", "b.jsonl", "c.jsonl"]
+    write(paths[1], END, END)
+    paths[2].unlink()
+    assert [summary.name for summary in known.of(paths)] == ["a.jsonl", "b.jsonl"]
+    assert read == ["a.jsonl", "b.jsonl", "c.jsonl", "b.jsonl"]

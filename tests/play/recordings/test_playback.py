@@ -1,24 +1,105 @@
-"""A recorded game played again: what tells that it comes out as recorded, and what a film of it shows."""
+"""A recorded game played again: to any moment, as it was recorded, and as a film."""
 
 import contextlib
 import itertools
 from dataclasses import replace
 
+import imageio_ffmpeg
 import msgspec
 import numpy as np
 import pytest
 
+from swarm_pz.cli import main
 from swarm_pz.config import CaptureConfig
-from swarm_pz.errors import RecordingError
+from swarm_pz.errors import RenderError
 from swarm_pz.play.frames import FASTEST, encode_frame
 from swarm_pz.play.recordings import playback as module
-from swarm_pz.play.recordings.format import CapturedLine, FrameLine, Recording, frame_line
+from swarm_pz.play.recordings.format import CapturedLine, FrameLine, Origin, Recording, frame_line
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.simulator import Simulator
 from tests.play.recordings.test_format import CONFIG, record
 
 CALM = CONFIG.replace(game=CONFIG.game.replace(capture=CaptureConfig(enabled=False)))
 """Nobody is captured, so that every change is the one that was made."""
+
+
+@pytest.fixture
+def recorded(tmp_path):
+    """Give what records a game, and reads it."""
+
+    def read(ticks, config=CALM):
+        record(tmp_path / "a.jsonl", ticks=ticks, config=config)
+        return Recording.read(tmp_path / "a.jsonl")
+
+    return read
+
+
+# --- moments --------------------------------------------------------------------------------------
+
+
+def test_a_recorded_game_is_simulated_to_any_moment(tmp_path):
+    game = record(tmp_path / "a.jsonl", ticks=200)
+    playback = Playback(Recording.read(tmp_path / "a.jsonl"))
+    assert playback.verify().verified
+    playback.seek(10_000)
+    np.testing.assert_array_equal(playback.game.simulator.positions, game.simulator.positions)
+    playback.seek(31)
+    early = playback.game.simulator.positions.copy()
+    playback.seek(150)
+    assert playback.verify().verified, "from its start, wherever it is"
+    playback.seek(31)
+    np.testing.assert_array_equal(playback.game.simulator.positions, early)
+    playback.seek(-5)
+    assert playback.game.tick == 0
+
+
+@pytest.mark.parametrize("tick", [0, 59, 60, 61])
+def test_what_had_happened_before_a_moment_leads_to_it(tick, recorded):
+    recording = recorded(300, CONFIG)  # commands come into force at 0, 60, 120, ...
+    kept = recording.until(tick)
+    told = msgspec.structs.replace(recording.header, origin=Origin(recording="a.jsonl", tick=tick, lines=len(kept)))
+    past = Recording("past.jsonl", told, kept)
+    again = Playback(past)
+    assert [when for when, _ in past.in_force()] == [when for when in (0, 60) if when < tick]
+    again.seek(tick)
+    assert again.game.tick <= tick and (tick == 0 or Playback(past).verify().verified)
+
+
+def test_a_seek_begins_at_the_nearest_moment_that_is_kept_and_their_memory_is_bounded(recorded, monkeypatch):
+    recording = recorded(600)
+    straight, places = Playback(recording), {}
+    for tick in range(0, 600, 50):
+        straight.seek(tick)
+        places[tick] = straight.game.simulator.snapshot()
+    advanced, advance = [], Simulator.advance
+    monkeypatch.setattr(Simulator, "advance", lambda s, ticks, *a: (advanced.append(ticks), advance(s, ticks, *a)))
+    one = sum(array.nbytes for array in places[0])
+    for most, kept in ((1000, range(0, 600, 90)), (4, range(0, 600, 180)), (3, range(0, 600, 360))):
+        monkeypatch.setattr(module, "_MARKS_BYTES", most * one)
+        playback = Playback(recording)
+        playback.seek(599)
+        advanced.clear()
+        fork = playback.fork(500)
+        assert sum(advanced) == 500 - max(tick for tick in kept if tick <= 500)
+        assert playback.game.tick == 599, "and this one stays where it is"
+        for tick in reversed(places):
+            playback.seek(tick)
+            for array, then in zip(playback.game.simulator.games, places[tick], strict=True):
+                np.testing.assert_array_equal(array, then)
+        fork.game.submit(0, 99, np.eye(10))
+        straight_on = straight.fork(500).game
+        straight_on.submit(0, 99, np.eye(10))
+        assert fork.game.advance(30) == straight_on.advance(30), "a command waits for the one before it"
+
+
+def test_all_that_came_into_force_on_the_way_is_told(recorded):
+    playback = Playback(recorded(200))
+    assert [command.number for command in playback.advance(61)] == [0, 1]
+    assert [command.number for command in playback.advance(59)] == []
+    assert [command.number for command in playback.advance(1000)] == [2, 3]
+
+
+# --- verification ---------------------------------------------------------------------------------
 
 
 def nudged(values, by):
@@ -35,35 +116,26 @@ def nudged(values, by):
         lambda frame: {"teams": 1 - frame.teams},
     ],
 )
-def test_a_frame_that_shows_anything_else_is_the_first_difference(change, tmp_path):
-    record(tmp_path / "a.jsonl", ticks=90, config=CALM)
-    recording = Recording.read(tmp_path / "a.jsonl")
-    assert Playback(recording).verify().verified
-    for place, frame in enumerate(recording.frames()):
-        if frame.tick == 60:
-            other = replace(frame, **change(frame))
-            at = [i for i, line in enumerate(recording.events) if isinstance(line, FrameLine)][place]
-    recording.events[at] = frame_line(encode_frame(other), 60)
+def test_a_frame_that_shows_anything_else_is_the_first_difference(change, recorded):
+    recording = recorded(90)
+    frame = next(frame for frame in recording.frames() if frame.tick == 60)
+    other = frame_line(encode_frame(replace(frame, **change(frame))), 60)
+    is_it = [isinstance(line, FrameLine) and line.tick == 60 for line in recording.events]
+    recording.events[is_it.index(True)] = other
     verification = Playback(recording).verify()
-    assert not verification.verified and verification.first_difference == other.tick
-    assert verification.frames == 21
-    recording.events[at] = frame_line(encode_frame(replace(other, tick=59)), 60)
-    with pytest.raises(RecordingError, match="frame at tick 60 shows tick 59"):
-        Playback(recording).verify()
+    assert not verification.verified and (verification.first_difference, verification.frames) == (60, 21)
 
 
 @pytest.mark.parametrize("team", [0, 1])
-def test_a_capture_that_did_not_happen_is_a_difference(team, tmp_path):
-    record(tmp_path / "a.jsonl", ticks=90, config=CALM)
-    recording = Recording.read(tmp_path / "a.jsonl")
+def test_a_capture_that_did_not_happen_is_a_difference(team, recorded):
+    recording = recorded(90)
     place = next(i for i, line in enumerate(recording.events) if isinstance(line, FrameLine) and line.tick == 33)
     recording.events.insert(place, CapturedLine(tick=31, drone=1, team=team))
     assert Playback(recording).verify().first_difference == 31
 
 
-def test_captures_are_those_of_their_team(tmp_path):
-    record(tmp_path / "a.jsonl", ticks=600)
-    recording = Recording.read(tmp_path / "a.jsonl")
+def test_captures_are_those_of_their_team(recorded):
+    recording = recorded(600, CONFIG)
     captured = recording.of(CapturedLine)
     assert captured and Playback(recording).verify().verified
     first, kept = captured[0], list(recording.events)
@@ -78,21 +150,11 @@ def test_captures_are_those_of_their_team(tmp_path):
         assert Playback(recording).verify().first_difference == first.tick
 
 
-def test_a_game_without_frames_says_nothing_of_itself(tmp_path):
-    record(tmp_path / "a.jsonl", ticks=30, config=CALM)
-    recording = Recording.read(tmp_path / "a.jsonl")
+def test_a_game_without_frames_says_nothing_of_itself(recorded):
+    recording = recorded(30)
     recording.events[:] = [line for line in recording.events if not isinstance(line, FrameLine)]
     verification = Playback(recording).verify()
     assert (verification.frames, verification.first_difference, verification.verified) == (0, 0, False)
-
-
-def test_a_game_is_verified_from_its_start_wherever_it_is(tmp_path):
-    record(tmp_path / "a.jsonl", ticks=90, config=CALM)
-    playback = Playback(Recording.read(tmp_path / "a.jsonl"))
-    playback.seek(70)
-    assert playback.verify().verified
-    playback.seek(-5)
-    assert playback.game.tick == 0
 
 
 def test_drones_too_fast_for_a_frame_are_shown_at_its_fastest_and_verify(tmp_path):
@@ -103,41 +165,11 @@ def test_drones_too_fast_for_a_frame_are_shown_at_its_fastest_and_verify(tmp_pat
     assert Playback(recording).verify().verified
 
 
-def test_a_seek_begins_at_the_nearest_moment_that_is_kept_and_their_memory_is_bounded(tmp_path, monkeypatch):
-    record(tmp_path / "a.jsonl", ticks=600, config=CALM)
-    recording = Recording.read(tmp_path / "a.jsonl")
-    straight = Playback(recording)
-    straight.seek(500)
-    advanced, advance = [], Simulator.advance
-    monkeypatch.setattr(Simulator, "advance", lambda s, ticks, *a: (advanced.append(ticks), advance(s, ticks, *a)))
-    one = sum(array.nbytes for array in straight.game.simulator.snapshot())
-    for most, kept in ((1000, range(0, 600, 90)), (4, range(0, 600, 180)), (3, range(0, 600, 360))):
-        monkeypatch.setattr(module, "_MARKS_BYTES", most * one)
-        playback = Playback(recording)
-        playback.seek(599)
-        assert sorted(playback._marks) == list(kept)
-        advanced.clear()
-        fork = playback.fork(500)
-        assert sum(advanced) == 500 - max(tick for tick in kept if tick <= 500)
-        assert playback.game.tick == 599, "and this one stays where it is"
-        np.testing.assert_array_equal(fork.game.simulator.positions, straight.game.simulator.positions)
-        fork.game.submit(0, 99, np.eye(10))
-        straight_on = straight.fork(500).game
-        straight_on.submit(0, 99, np.eye(10))
-        assert fork.game.advance(30) == straight_on.advance(30), "a command waits for the one before it"
-
-
-def test_all_that_came_into_force_on_the_way_is_told(tmp_path):
-    record(tmp_path / "a.jsonl", ticks=200, config=CALM)
-    playback = Playback(Recording.read(tmp_path / "a.jsonl"))
-    assert [command.number for command in playback.advance(61)] == [0, 1]
-    assert [command.number for command in playback.advance(59)] == []
-    assert [command.number for command in playback.advance(1000)] == [2, 3]
+# --- films ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("speed", [1.0, 5.0])
-def test_a_film_shows_every_moment_to_the_last_with_targets_and_names(speed, tmp_path, monkeypatch):
-    record(tmp_path / "a.jsonl", ticks=61, config=CALM)
+def test_a_film_shows_every_moment_to_the_last_with_targets_and_names(speed, tmp_path, recorded, monkeypatch):
     shown, told, seen = [], [], {}
 
     class Spy:
@@ -156,7 +188,7 @@ def test_a_film_shows_every_moment_to_the_last_with_targets_and_names(speed, tmp
 
     monkeypatch.setattr(module, "Painter", Spy)
     monkeypatch.setattr(module, "open_film", film)
-    Playback(Recording.read(tmp_path / "a.jsonl")).film(tmp_path / "a.gif", speed, lambda *so_far: told.append(so_far))
+    Playback(recorded(61)).film(tmp_path / "a.gif", speed, lambda *so_far: told.append(so_far))
     every = {1.0: 3, 5.0: 6}[speed]
     assert shown == [*range(0, 61, every), 61]
     assert all(after > before for before, after in itertools.pairwise(shown))
@@ -164,3 +196,12 @@ def test_a_film_shows_every_moment_to_the_last_with_targets_and_names(speed, tmp
     assert seen["rate"] == speed * 30 / every, "so many pictures a second that time goes as was asked"
     assert (seen["path"], seen["size"]) == (tmp_path / "a.gif", (4, 2))
     assert seen["names"] == ("P1", "ring") and seen["targets"]
+
+
+def test_a_film_of_a_recording_runs_as_fast_as_the_command_was_told(tmp_path, recorded):
+    playback = Playback(recorded(60))
+    main(["replay", str(tmp_path / "a.jsonl"), "--film", str(tmp_path / "a.mp4"), "--speed", "5.0"])
+    pictures, seconds = imageio_ffmpeg.count_frames_and_secs(tmp_path / "a.mp4")
+    assert seconds * (pictures - 1) / pictures == pytest.approx(2.0 / 5.0, abs=0.02)
+    with pytest.raises(RenderError):
+        playback.film(tmp_path / "a.avi")

@@ -35,10 +35,10 @@ def count(upto, tell):
 @pytest.mark.parametrize(
     ("work", "given", "error", "said"),
     [
-        (die, (signal.SIGSEGV,), RecordingError, r"game\.jsonl ended the process .*\(SIGSEGV\).*[Aa]sk for it again"),
-        (spin, (), RecordingError, r"game\.jsonl was given up: .* processor time"),
-        (bytearray, (2 * module.MEMORY,), RecordingError, r"game\.jsonl .* takes more than 4 GiB of memory"),
-        (int, ("x",), RecordingError, r"game\.jsonl cannot be played again: ValueError: invalid literal"),
+        (die, (signal.SIGSEGV,), RecordingError, r"game\.jsonl .*\(SIGSEGV\)"),
+        (spin, (), RecordingError, r"game\.jsonl was given up"),
+        (bytearray, (2 * module.MEMORY,), RecordingError, r"game\.jsonl .* 4 GiB of memory"),
+        (int, ("x",), RecordingError, r"game\.jsonl .* ValueError"),
         (refuse, (), OutputError, "the disk is full"),
     ],
 )

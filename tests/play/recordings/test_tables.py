@@ -1,0 +1,371 @@
+"""Tables of recorded games, computed by hand from a few lines."""
+
+import csv
+import io
+import json
+import os
+from dataclasses import asdict, replace
+
+import pyarrow.parquet
+import pytest
+
+from swarm_pz.cli import main
+from swarm_pz.config import GameConfig
+from swarm_pz.errors import RecordingError
+from swarm_pz.evaluation.intervals import wilson
+from swarm_pz.play.game import TableConfig
+from swarm_pz.play.protocol import Timing
+from swarm_pz.play.recordings.format import (
+    VERSION,
+    CapturedLine,
+    CommandLine,
+    EndLine,
+    Header,
+    InForceLine,
+    Origin,
+    PaintedLine,
+    RecordedSeat,
+    Recording,
+    SeatLine,
+)
+from swarm_pz.play.recordings.recorder import Recorder
+from swarm_pz.play.recordings.seats import seat_rows, trial_rows
+from swarm_pz.play.recordings.study import left_out, read_folder, summarise, write_tables
+from tests.play.recordings.test_format import plain_lines, record, write_chained
+
+CONFIG = TableConfig(
+    game=GameConfig(drones_per_team=(5, 3), time_limit=60.0), min_command_interval=0.25, mapping="paper", speed=2.0
+)
+
+
+def header(config=CONFIG, **more):
+    told = {"red": RecordedSeat(kind="person", label="P1"), "blue": RecordedSeat(kind="policy", policy="ring")} | more
+    hashes = {"config_hash": config.hash, "rules_hash": config.game.rules_hash}
+    started = "2026-01-01T00:00:00.000+00:00"
+    return Header(version=VERSION, software="test", started=started, table=config.to_dict(), seed=1, **hashes, **told)
+
+
+def command(team, number, tick, received_ms, timing=None):
+    return CommandLine(team=team, number=number, density=[], received_ms=received_ms, tick=tick, timing=timing)
+
+
+def in_force(team, number, tick, ms):
+    return InForceLine(team=team, number=number, tick=tick, ms=ms)
+
+
+def captured(drone, team, tick):
+    return CapturedLine(tick=tick, drone=drone, team=team)
+
+
+def seat(team, event, ms):
+    return SeatLine(team=team, event=event, ms=ms)
+
+
+def timing(before_ms, round_trip_ms, drawing_ms):
+    """Tell that a command was made so long before it was sent."""
+    return Timing(input_ms=100.0, sent_ms=100.0 + before_ms, round_trip_ms=round_trip_ms, drawing_ms=drawing_ms)
+
+
+PAST = [command(0, 1, 3, 40.0, timing(30.0, 20.0, 900.0)), in_force(0, 1, 3, 100.0), captured(0, 1, 150)]
+TAKEN_OVER = [  # from tick 300 on, at twice the speed
+    seat(0, "connected", 0.0),
+    seat(0, "hidden", 1000.0),
+    command(0, 1, 360, 2000.0, timing(30.0, 20.0, 400.0)),  # made at 1960, drawn from 1560 on
+    in_force(0, 1, 360, 2050.0),
+    PaintedLine(team=0, number=1, ms=2100.0),
+    captured(1, 1, 405),  # at 1750
+    captured(7, 0, 405),
+    seat(0, "shown", 2500.0),
+    captured(2, 1, 450),  # at 2500
+    command(1, 1, 456, 3000.0),
+    in_force(1, 1, 456, 3050.0),
+    seat(1, "disconnected", 3100.0),
+    seat(1, "connected", 3200.0),
+    seat(1, "displaced", 3300.0),
+    seat(1, "disconnected", 3400.0),
+    command(0, 1, 480, 4000.0),  # the page was reloaded, and tells no times
+    in_force(0, 1, 480, 4050.0),
+    PaintedLine(team=0, number=1, ms=4100.0),
+    command(0, 2, 510, 5000.0, timing(0.0, 10.0, 0.0)),  # made at 4995, and not drawn
+    in_force(0, 2, 510, 5100.0),
+    PaintedLine(team=0, number=2, ms=5205.0),
+    command(0, 3, 540, 6000.0, timing(0.0, 0.0, 800.0)),
+    in_force(0, 3, 540, 6300.0),
+    PaintedLine(team=0, number=3, ms=6020.0),
+    seat(1, "hidden", 7000.0),
+    seat(0, "hidden", 8000.0),
+    seat(0, "disconnected", 8250.0),
+    EndLine(outcome="blue", tick=900, sizes=(3, 5), ms=9000.0, ended_by="left"),
+]
+
+
+def test_a_row_holds_what_its_seat_did_since_it_was_taken_over():
+    origin = Origin(recording="before.jsonl", tick=300, lines=len(PAST))
+    recording = Recording("a.jsonl", header(origin=origin), PAST + TAKEN_OVER)
+    both = {"recording": "a.jsonl", "started": "2026-01-01T00:00:00.000+00:00", "rules": "", "mapping": "paper"}
+    both |= {"config_hash": CONFIG.hash, "rules_hash": CONFIG.game.rules_hash, "lesson": False, "ended_by": "left"}
+    both |= {"left_out": "taken over", "taken_over": True, "min_command_interval": 0.25, "speed": 2.0, "drones": 8}
+    both |= {"time_limit": 60.0, "seconds": 30.0, "system": "ergodic", "opponent_system": "ergodic"}
+    both |= {"automatic_commands": 0}
+    red = both | {
+        "side": "red",
+        "kind": "person",
+        "player": "P1",
+        "opponent_kind": "policy",
+        "opponent": "ring",
+        "start_size": 5,
+        "outcome": "loss",
+        "final_share": 3 / 8,
+        "commands": 4,
+        "commands_per_minute": 12.0,
+        "first_command_s": 2.0,
+        "drawing_s_per_command": pytest.approx(0.6),
+        "lost_while_drawing": 1,
+        "input_to_in_force_ms": pytest.approx(105.0),  # of 90, 105 and 300
+        "input_to_painted_ms": pytest.approx(140.0),  # of 140, 210 and 20
+        "disconnections": 1,
+        "away_s": pytest.approx(0.75),
+        "hidden_s": pytest.approx(1.75),
+    }
+    blue = both | {
+        "side": "blue",
+        "kind": "policy",
+        "player": "ring",
+        "opponent_kind": "person",
+        "opponent": "P1",
+        "start_size": 3,
+        "outcome": "win",
+        "final_share": 5 / 8,
+        "commands": 1,
+        "commands_per_minute": 3.0,
+        "first_command_s": pytest.approx(5.2),
+        "drawing_s_per_command": None,
+        "lost_while_drawing": 0,
+        "input_to_in_force_ms": None,
+        "input_to_painted_ms": None,
+        "disconnections": 2,
+        "away_s": pytest.approx(5.7),
+        "hidden_s": pytest.approx(2.0),
+    }
+    assert [asdict(row) for row in seat_rows(recording)] == [red, blue]
+    counts = {"captured": 1, "lost": 3, "seed": 1}, {"captured": 3, "lost": 1, "seed": 1}
+    assert trial_rows(recording) == [red | counts[0], blue | counts[1]], "as experiments keep them"
+
+
+@pytest.mark.parametrize(("speed", "lost"), [(0.5, 2), (1.0, 1), (2.0, 0)])
+def test_drones_are_lost_while_drawing_by_the_tables_clock_which_its_speed_sets(speed, lost):
+    drawn = command(0, 1, 0, 5000.0, Timing(input_ms=0.0, sent_ms=0.0, drawing_ms=1000.0))  # from 4 to 5 s on
+    lines = [drawn, *(captured(drone, 1, tick) for drone, tick in enumerate((61, 74, 134, 151))), captured(7, 0, 151)]
+    red, blue = seat_rows(Recording("a.jsonl", header(CONFIG.replace(speed=speed)), lines))
+    assert (red.lost_while_drawing, blue.lost_while_drawing) == (lost, 0)
+
+
+PERSON, POLICY, PROGRAM, FREE = (RecordedSeat(kind=kind) for kind in ("person", "policy", "program", "free"))
+ASKED = [command(0, 1, 0, 1.0), command(1, 1, 0, 1.0)]
+GONE, BACK = seat(0, "disconnected", 5.0), seat(0, "connected", 6.0)
+
+
+def end(outcome, ended_by):
+    return EndLine(outcome=outcome, tick=900, sizes=(3, 5), ms=9000.0, ended_by=ended_by)
+
+
+@pytest.mark.parametrize(
+    ("events", "more", "ended_by", "left_out", "outcome"),
+    [
+        ([*ASKED, end("red", "capture")], {}, "capture", "", "win"),
+        ([*ASKED, end("draw", "time")], {}, "time", "", "draw"),
+        ([*ASKED, GONE, BACK, end("draw", "time")], {}, "time", "", "draw"),
+        ([*ASKED, in_force(0, 1, 900, 1.0)], {}, "", "unfinished", "stopped"),
+        ([*ASKED, end("stopped", "server")], {}, "server", "stopped", "stopped"),
+        ([*ASKED, GONE, end("red", "left")], {}, "left", "left", "win"),
+        ([*ASKED, end("blue", "forfeit")], {}, "forfeit", "forfeit", "loss"),
+        ([*ASKED, end("red", "capture")], {"lesson": True}, "capture", "lesson", "win"),
+        ([ASKED[1], end("blue", "capture")], {}, "capture", "no command", "loss"),
+        ([ASKED[1], end("blue", "capture")], {"red": PROGRAM}, "capture", "", "loss"),
+        ([ASKED[0], end("red", "capture")], {"blue": PERSON}, "capture", "no command", "win"),
+        ([end("draw", "time")], {"red": POLICY}, "time", "", "draw"),
+        ([*ASKED, end("red", "capture")], {"origin": Origin("b", 0, 0)}, "capture", "taken over", "win"),
+        ([ASKED[0], end("draw", "time")], {"blue": FREE}, "time", "no opponent", "draw"),
+    ],
+)
+def test_a_game_counts_if_it_was_played_to_its_end_by_who_sat_there(events, more, ended_by, left_out, outcome):
+    rows = seat_rows(Recording("a.jsonl", header(**more), events))
+    assert len(rows) == (1 if "blue" in more and more["blue"] is FREE else 2), "a seat that nobody took has no row"
+    assert {(row.ended_by, row.left_out, row.seconds) for row in rows} == {(ended_by, left_out, 30.0)}
+    assert rows[0].outcome == outcome
+
+
+@pytest.mark.parametrize("parquet", [False, True])
+def test_tables_hold_every_row_and_no_spreadsheet_takes_a_label_for_a_formula(parquet, tmp_path):
+    base = replace(seat_rows(Recording("a.jsonl", header(), TAKEN_OVER))[0], left_out="")
+    labels = ["=1+1", "+1", "-1", "@sum", "\t=1+1", "\r=1", "P1"]
+    rows = [replace(base, player=label, outcome="win", final_share=1 / 3) for label in labels]
+    seats, summary, schema = write_tables(rows, tmp_path / "deep" / "er", parquet=parquet, command="swarm-pz study")
+    suffix = "parquet" if parquet else "csv"
+    assert [path.name for path in (seats, summary, schema)] == [f"seats.{suffix}", f"summary.{suffix}", "schema.json"]
+    told = json.loads(schema.read_text())
+    assert told["command"] == "swarm-pz study" and set(told["versions"]) >= {"swarm-pz", "python"}
+    for path, expected in ((seats, rows), (summary, summarise(rows))):
+        if parquet:
+            assert pyarrow.parquet.read_table(path).to_pylist() == [asdict(row) for row in expected]
+            continue
+        read = list(csv.DictReader(io.StringIO(path.read_bytes().decode(), newline="")))
+        assert list(read[0]) == list(told["tables"][path.stem])
+        assert {row["player"] for row in read} == {"'=1+1", "'+1", "'-1", "'@sum", "'\t=1+1", "'\r=1", "P1"}
+        for name, text in read[-1].items():
+            value = getattr(expected[-1], name)
+            if isinstance(value, float):
+                assert float(text) == pytest.approx(value, abs=1e-6), name
+            elif name != "player":
+                assert text == ("" if value is None else str(value)), name
+
+
+# --- a folder counted by hand ---------------------------------------------------------------------
+
+FAIR, SLOW, LARGE = TableConfig(), TableConfig(speed=0.5), TableConfig(game=GameConfig(drones_per_team=(12, 5)))
+END = {"red": "capture", "blue": "capture", "draw": "time", "stopped": "server"}
+AWAY = [seat(0, "disconnected", 3000.0)]
+
+
+def write_game(folder, name, label, outcome, seconds, *, config=FAIR, commands=1, lines=(), ended_by=None, **more):
+    """Write a game of a person against ring; what it shows does not matter."""
+    recorder = Recorder(folder / f"{name}.jsonl", header(config, red=RecordedSeat(kind="person", label=label), **more))
+    recorder.write(seat(0, "connected", 0.0))
+    given = [command(0, number + 1, 0, 100.0 * number) for number in range(commands)]
+    for line in (*given, command(1, 1, 0, 50.0), *lines):
+        recorder.write(line)
+    if outcome is not None:
+        reason = ended_by or END[outcome]
+        recorder.write(EndLine(outcome=outcome, tick=30 * seconds, sizes=(1, 1), ms=1000.0 * seconds, ended_by=reason))
+    recorder.close()
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Give a folder of 19 games and of five other things."""
+    folder = tmp_path / "games"
+    # P1 at the usual table: 2 won, 1 drawn, 1 lost; once away, and back.
+    write_game(folder, "01", "P1", "red", 40)
+    write_game(folder, "02", "P1", "red", 60, commands=6)
+    write_game(folder, "03", "P1", "draw", 300, lines=[*AWAY, seat(0, "connected", 5500.0)])
+    write_game(folder, "04", "P1", "blue", 20)
+    # At half the speed 1 won, with other sizes 1 lost.
+    write_game(folder, "05", "P1", "red", 80, config=SLOW)
+    write_game(folder, "06", "P1", "blue", 50, config=LARGE)
+    # Odd labels, a game each.
+    for number, label in enumerate(("[/p1]", "\x1b[31mred", "\t=1+1"), 7):
+        write_game(folder, f"{number:02}", label, "red", 30)
+    # What nobody played to its end, or not in earnest.
+    write_game(folder, "10", "P1", "red", 10, lesson=True)
+    write_game(folder, "11", "P1", "draw", 300, lesson=True, commands=0)
+    write_game(folder, "12", "P1", "draw", 300, lines=AWAY, ended_by="left")
+    write_game(folder, "13", "P1", "blue", 90, lines=AWAY, ended_by="left")
+    write_game(folder, "14", "P1", "stopped", 5, lines=AWAY, ended_by="left")
+    write_game(folder, "15", "P1", "stopped", 7)
+    write_game(folder, "16", "P1", "blue", 15, commands=0)
+    write_game(folder, "17", "P1", None, 0)
+    write_game(folder, "18", "P1", "red", 30, origin=Origin(recording="01.jsonl", tick=0, lines=0))
+    write_game(folder, "19", "P1", "stopped", 30, blue=FREE)
+    # And what is no game.
+    write_game(folder, "20", "P1", "red", 30, lines=[captured(20, 0, 9)])
+    (folder / "21.jsonl").write_bytes((folder / "01.jsonl").read_bytes().replace(b'"red"', b'"blue"', 2))
+    (folder / "22.jsonl").symlink_to(folder / "01.jsonl")
+    os.mkfifo(folder / "23.jsonl")
+    (folder / "24.jsonl").mkdir()
+    (folder / "notes.txt").write_text("not a game")
+    return folder
+
+
+def counts(row):
+    return row.games, row.wins, row.draws, row.losses
+
+
+def test_the_table_of_a_folder_is_that_of_a_careful_hand_count(folder):
+    rows, faults = read_folder(folder)
+    assert list(dict.fromkeys(row.recording for row in rows)) == [f"{number:02}.jsonl" for number in range(1, 20)]
+    assert len(rows) == 37 and [f"{number}.jsonl" in fault for number, fault in enumerate(faults, 20)] == [True] * 5
+
+    def result(**how):
+        people = [row for row in summarise(rows, **how) if row.kind == "person"]
+        return {(row.player, row.config_hash): counts(row) for row in people}
+
+    others = {(label, FAIR.hash): (1, 1, 0, 0) for label in ("[/p1]", "\x1b[31mred", "\t=1+1")}
+    others |= {("P1", SLOW.hash): (1, 1, 0, 0), ("P1", LARGE.hash): (1, 0, 0, 1)}
+    assert result() == {("P1", FAIR.hash): (4, 2, 1, 1), **others}
+    # With the lessons (1 won, 1 drawn), two of three that were left (1 drawn, 1 lost) and one without a command (lost).
+    assert result(every_game=True) == {("P1", FAIR.hash): (9, 3, 3, 3), **others}
+    nobody = {"stopped": 1, "unfinished": 1, "taken over": 1, "no opponent": 1}
+    assert left_out(rows) == nobody | {"lesson": 2, "left": 3, "no command": 1}
+    assert left_out(rows, every_game=True) == nobody | {"left": 1}
+    ring = [row for row in summarise(rows) if row.kind == "policy" and row.opponent == "P1"]
+    assert sorted(map(counts, ring)) == [(1, 0, 0, 1), (1, 1, 0, 0), (4, 1, 1, 2)]
+    (usual,) = [row for row in summarise(rows) if (row.player, row.config_hash) == ("P1", FAIR.hash)]
+    assert (usual.rules, usual.median_s, usual.win_rate) == ("paper", 40.0, 0.5)
+    assert usual.restricted_mean_s == pytest.approx((20 + 40 + 60 + 300) / 4)
+    assert (usual.win_rate_low, usual.win_rate_high) == wilson(2, 4)
+    by_name = {row.recording: row for row in rows if row.side == "red"}
+    assert by_name["03.jsonl"].away_s == 2.5 and by_name["13.jsonl"].away_s == 87.0
+    with pytest.raises(RecordingError, match="no recorded games"):
+        read_folder(folder.parent)
+
+
+def test_games_are_summed_up_by_who_played_whom_by_which_rules():
+    base = replace(seat_rows(Recording("a.jsonl", header(), TAKEN_OVER))[0], left_out="")
+    others = {"kind": "program", "player": "P2", "opponent_kind": "person", "opponent": "uniform", "system": "direct"}
+    others |= {"opponent_system": "direct", "config_hash": "0" * 16}
+    rows = [replace(base, final_share=share, commands_per_minute=often) for share, often in ((1.0, 6.0), (0.5, 1.0))]
+    summary = summarise([*rows, *(replace(base, **{name: value}) for name, value in others.items())])
+    assert sorted(row.games for row in summary) == [1] * 7 + [2]
+    (row,) = [row for row in summary if row.games == 2]
+    assert (row.final_share, row.commands_per_minute, row.rules_hash) == (0.75, 3.5, CONFIG.game.rules_hash)
+
+
+def test_a_game_of_two_equals_is_one_game(tmp_path):
+    """Red won 2, blue 1, and 1 is drawn: counted by seats there would be 8 games, 3 of them won."""
+    for name, outcome, seconds, commands in (("1", "red", 60, 2), ("2", "red", 120, 1), ("3", "blue", 30, 1)):
+        write_game(tmp_path, name, "", outcome, seconds, blue=PERSON, commands=commands)
+    write_game(tmp_path, "4", "", "draw", 300, blue=PERSON)
+    # People who have labels are told apart, and each has a row of the same game.
+    for name, outcome, label in (("5", "red", "P2"), ("6", "blue", "P2"), ("7", "red", "P1")):
+        write_game(tmp_path, name, "P1", outcome, 40, blue=RecordedSeat(kind="person", label=label))
+    rows = summarise(read_folder(tmp_path)[0])
+    assert {(row.player, row.opponent): (*counts(row), row.both_seats) for row in rows} == {
+        ("", ""): (4, 2, 1, 1, True),
+        ("P1", "P2"): (2, 1, 0, 1, False),
+        ("P2", "P1"): (2, 1, 0, 1, False),
+        ("P1", "P1"): (1, 1, 0, 0, True),
+    }
+    (equals,) = [row for row in rows if not row.player]
+    assert (equals.win_rate, equals.win_rate_low, equals.win_rate_high) == (0.5, *wilson(2, 4))
+    assert equals.median_s == 60.0 and equals.restricted_mean_s == pytest.approx((60 + 120 + 30 + 300) / 4)
+    # Red gave 2, 0.5, 2 and 0.2 commands a minute, blue 1, 0.5, 2 and 0.2.
+    assert equals.commands_per_minute == pytest.approx((2 + 0.5 + 2 + 0.2 + 1 + 0.5 + 2 + 0.2) / 8)
+
+
+def test_odd_labels_reach_neither_the_terminal_nor_a_spreadsheet(folder, tmp_path, capsys):
+    main(["study", "tables", str(folder), "--out", str(tmp_path / "tables")])
+    said = capsys.readouterr()
+    assert "[/p1]" in said.out and "\\x1b[31mred" in said.out and "\\t=1+1" in said.out
+    assert not {sign for sign in said.out + said.err if not sign.isprintable()} - {"\n"}
+    assert "3 left, 2 lesson, 1 no command" in said.out and "--all" in said.out
+    assert FAIR.hash[:6] in said.out and SLOW.hash[:6] in said.out
+    assert "'\t=1+1" in (tmp_path / "tables" / "summary.csv").read_bytes().decode()
+    main(["study", "tables", str(folder), "--out", str(tmp_path / "tables"), "--all"])
+    said = capsys.readouterr().out
+    assert "3-3-3" in said and "lesson" not in said
+    assert json.loads((tmp_path / "tables" / "schema.json").read_text())["every_game"] is True
+
+
+def test_games_whose_rules_are_nonsense_are_left_out_and_a_name_that_is_no_text_is_written_as_one(tmp_path):
+    record(tmp_path / "a.jsonl", ticks=3)
+    first, *rest = plain_lines(tmp_path / "a.jsonl")
+    deep = []
+    for _ in range(600):
+        deep = [deep]
+    for name, nonsense in (("b", {}), ("c", deep)):
+        write_chained(tmp_path / f"{name}.jsonl", [first | {"table": first["table"] | {"mapping": nonsense}}, *rest])
+    (tmp_path / "a.jsonl").rename(tmp_path / "\udcff.jsonl")
+    rows, faults = read_folder(tmp_path)
+    assert len(faults) == 2 and all("not known here" in fault for fault in faults)
+    seats, *_ = write_tables(rows, tmp_path / "out")
+    assert "\\udcff.jsonl" in seats.read_text()
