@@ -33,7 +33,8 @@ from swarm_pz.play.recordings.recorder import Recorder
 CONFIG = TableConfig(game=GameConfig(drones_per_team=4, capture=CaptureConfig(threshold=0.5), time_limit=20.0))
 
 
-def header(config, seed, player):
+def header(config, seed, player, own=0):
+    seats = [RecordedSeat(kind="person", label="P1"), RecordedSeat(kind="policy", policy=player)]
     return Header(
         version=VERSION,
         software="test",
@@ -42,41 +43,44 @@ def header(config, seed, player):
         config_hash=config.hash,
         seed=seed,
         rules_hash=config.game.rules_hash,
-        red=RecordedSeat(kind="person", label="P1"),
-        blue=RecordedSeat(kind="policy", policy=player),
+        red=seats[own],
+        blue=seats[1 - own],
     )
 
 
-def record(path, ticks=300, seed=1, outcome=None, player="ring", config=CONFIG):
-    """Write a game in which red commands corners and blue's policy does nothing."""
+def record(path, ticks=300, seed=1, outcome=None, player="ring", config=CONFIG, own=0, both=False):
+    """Write a game in which a person commands corners and the policy does nothing, or the same."""
     game = LiveGame(config, seed)
-    recorder = Recorder(path, header(config, seed, player))
+    recorder = Recorder(path, header(config, seed, player, own))
     recorder.write(frame_line(shown(game), 0))
-    recorder.write(SeatLine(team=0, event="connected", ms=0.0))
+    recorder.write(SeatLine(team=own, event="connected", ms=0.0))
     for tick in range(ticks):
-        if tick % 60 == 0:
+        for team in (own, 1 - own)[: 1 + both] if tick % 60 == 0 else ():
             density = np.zeros((10, 10))
             density[(tick // 60) % 10, 3] = 1.0
-            number, ms = tick // 60, 1000 * tick / 30
-            plain = game.submit(0, number, density).values.tolist()
-            timing = Timing(input_ms=5.0, sent_ms=6.0, round_trip_ms=2.0, drawing_ms=500.0)
-            recorder.write(CommandLine(team=0, number=number, density=plain, received_ms=ms, timing=timing, tick=tick))
-            recorder.write(PaintedLine(team=0, number=number, ms=ms + 48.0))
+            number, ms = tick // 60 + both, 1000 * tick / 30 / config.speed
+            plain = game.submit(team, number, density).values.tolist()
+            timing = Timing(input_ms=5.0, sent_ms=6.0, round_trip_ms=2.0, drawing_ms=500.0) if team == own else None
+            recorder.write(CommandLine(team, number, plain, received_ms=ms, timing=timing, tick=tick))
         for event in game.advance():
             if isinstance(event, InForce):
-                recorder.write(InForceLine(team=0, number=event.command.number, tick=event.tick, ms=ms + 28.0))
+                team, number = event.command.team, event.command.number
+                recorder.write(InForceLine(team=team, number=number, tick=event.tick, ms=ms + 28.0))
+                if team == own:
+                    recorder.write(PaintedLine(team=team, number=number, ms=ms + 48.0))
             elif isinstance(event, Captured):
                 recorder.write(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
         if game.tick % 3 == 0 or game.over:
             recorder.write(frame_line(shown(game), game.tick))
         if game.over:
             break
-    recorder.write(SeatLine(team=0, event="hidden", ms=1000.0))
-    recorder.write(SeatLine(team=0, event="shown", ms=3000.0))
+    recorder.write(SeatLine(team=own, event="hidden", ms=1000.0))
+    recorder.write(SeatLine(team=own, event="shown", ms=3000.0))
     told = outcome or game.outcome or "stopped"
     end = EndLine(outcome=told, tick=game.tick, sizes=game.sizes, ms=1e4, ended_by=reason_of_end(told, away=False))
     recorder.write(end)
     recorder.close()
+    recorder.join()
     return game
 
 

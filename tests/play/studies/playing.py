@@ -1,29 +1,14 @@
 """Folders of studies as they are when they have run, with real recordings of short games."""
 
 import json
-import time
 
 import numpy as np
 
 from swarm_pz.config import TEAM_NAMES
-from swarm_pz.play.game import Captured, InForce, LiveGame, TableConfig
-from swarm_pz.play.protocol import Timing
-from swarm_pz.play.recordings.format import (
-    VERSION,
-    CapturedLine,
-    CommandLine,
-    EndLine,
-    Header,
-    InForceLine,
-    PaintedLine,
-    RecordedSeat,
-    frame_line,
-    reason_of_end,
-)
-from swarm_pz.play.recordings.recorder import Recorder
+from swarm_pz.play.game import TableConfig
 from swarm_pz.play.studies.design import Study
 from swarm_pz.play.studies.progress import Progress
-from tests.play.recordings.test_format import shown
+from tests.play.recordings.test_format import record
 
 TEXT = """
 title = "Two interfaces, tried"
@@ -76,88 +61,33 @@ def begin(folder, text=TEXT):
     return study
 
 
-def play(path, config, seed, side):
-    """Record a game in which both sides command now and then; return how it ended."""
-    game, own = LiveGame(config, seed), TEAM_NAMES.index(side)
-    seats = [RecordedSeat(kind="policy", policy="uniform"), RecordedSeat(kind="person")]
-    header = Header(
-        version=VERSION,
-        software="test",
-        started="2026-01-01T00:00:00.000+00:00",
-        table=config.to_dict(),
-        config_hash=config.hash,
-        seed=seed,
-        rules_hash=config.game.rules_hash,
-        red=seats[own == 0],
-        blue=seats[own == 1],
-    )
-    path.parent.mkdir(exist_ok=True)
-    recorder = Recorder(path, header)
-    recorder.write(frame_line(shown(game), 0))
-    while not game.over:
-        ms = 1000.0 * game.tick / 30 / config.speed
-        if game.tick % 60 == 0:
-            for team in range(2):
-                density = np.full((10, 10), 0.5 * (team != own))
-                density[3, (game.tick // 60 + 7) % 10] = 1.0
-                command = game.submit(team, game.tick // 60, density)
-                timing = Timing(input_ms=5.0, sent_ms=6.0, round_trip_ms=2.0, drawing_ms=500.0)
-                recorder.write(
-                    CommandLine(
-                        team=team,
-                        number=command.number,
-                        density=command.values.tolist(),
-                        received_ms=ms,
-                        timing=timing if team == own else None,
-                        tick=game.tick,
-                    )
-                )
-        for event in game.advance():
-            if isinstance(event, InForce):
-                number, team = event.command.number, event.command.team
-                recorder.write(InForceLine(team=team, number=number, tick=event.tick, ms=ms + 20.0))
-                if team == own:
-                    recorder.write(PaintedLine(team=team, number=number, ms=ms + 48.0))
-            elif isinstance(event, Captured):
-                recorder.write(CapturedLine(tick=event.tick, drone=event.drone, team=event.team))
-        if game.tick % 3 == 0 or game.over:
-            recorder.write(frame_line(shown(game), game.tick))
-    ended_by = reason_of_end(game.outcome, away=False)
-    recorder.write(EndLine(outcome=game.outcome, tick=game.tick, sizes=game.sizes, ms=ms, ended_by=ended_by))
-    recorder.close()
-    while not recorder.written:
-        time.sleep(0.001)
-    return game
-
-
 def run(folder, study, number, until=None):
-    """Let a participant do all steps of a study, or all up to one, and return the participant's name."""
+    """Let a participant do all steps of a study, or all up to one."""
     own = study.name_of(number)
     progress = Progress(study, folder / "participants" / f"{own}.jsonl", number)
     while (step := progress.next) is not None and step.id != until:
         told = {}
         if step.form is not None:
             told["answers"] = ANSWERS[step.form.name]
-        elif step.kind in ("practice", "game"):
-            condition = step.condition
+        elif step.is_game:
+            side, name = step.played.side, f"games/{own}.{step.id}.jsonl"
+            config = TableConfig(game=step.played.game(study.rules), speed=step.played.speed)
             seed = study.seed_of(step.game, practice=step.kind == "practice")
-            name = f"games/{own}.{step.id}.jsonl"
-            config = TableConfig(game=condition.game(study.rules), speed=condition.speed)
-            game = play(folder / name, config, seed, condition.side)
+            team = TEAM_NAMES.index(side)
+            game = record(folder / name, 1000, seed, player="uniform", config=config, own=team, both=True)
             told = {
-                "condition": condition.title,
-                "system": condition.system,
+                "condition": step.played.title,
+                "system": step.played.system,
                 "opponent": "uniform",
-                "side": condition.side,
+                "side": side,
                 "seed": seed,
-                "outcome": "draw" if game.outcome == "draw" else "win" if game.outcome == condition.side else "loss",
-                "won": game.outcome == condition.side,
+                "outcome": "draw" if game.outcome == "draw" else "win" if game.outcome == side else "loss",
+                "won": game.outcome == side,
                 "seconds": game.tick / 30,
                 "recording": name,
-                "delays": {"command": {"asked_ms": condition.command_delay_ms, "got_ms": 301.5, "count": 3}},
+                "delays": {"command": {"asked_ms": step.played.command_delay_ms, "got_ms": 301.5, "count": 3}},
             }
         progress.finish(step, **told)
-    return own
 
 
 def simulate(folder, study, gain, seed):

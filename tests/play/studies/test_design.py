@@ -37,12 +37,17 @@ name = "background"
 when = "start"
 items = [{ id = "age", text = "Your age?", kind = "number", least = 18, most = 99 }]
 """
+ONE = 'title = "t"\nparticipants = 1\n[[conditions]]\ntitle = "a"\n'
 
 
 def written(folder, text=PLAIN):
     (folder / "consent.md").write_text("# Will you?")
     (folder / "study.toml").write_text(text)
     return Study.read(folder / "study.toml")
+
+
+def orders(study, count):
+    return [[one.title for one in study.order_of(person)] for person in range(count)]
 
 
 @pytest.mark.parametrize("count", range(1, 8))
@@ -63,12 +68,12 @@ def test_a_file_becomes_a_study(tmp_path):
     assert study.conditions[1].game(study.rules).team_sizes == (6, 4)
     assert study.conditions[0].game(study.rules).time_limit == 30.0
     assert study.text(study.consent) == "# Will you?"
-    assert [[one.title for one in study.order_of(person)] for person in range(3)] == [
-        ["drawing", "late"],
-        ["late", "drawing"],
-        ["drawing", "late"],
-    ]
+    assert orders(study, 3) == [["drawing", "late"], ["late", "drawing"], ["drawing", "late"]]
     assert [asked.when for asked in study.forms] == ["block", "start"]
+    given = study.replace(order=(("late", "drawing"), ("drawing",)))
+    assert orders(given, 3) == [["late", "drawing"], ["drawing"], ["late", "drawing"]]
+    (tmp_path / "study.toml").write_bytes(b"\xef\xbb\xbf" + ONE.replace("\n", "\r\n").encode())
+    assert Study.read(tmp_path / "study.toml").title == "t", "of Windows, with its mark of bytes"
 
 
 def test_everybody_meets_the_same_games_in_every_condition(tmp_path):
@@ -84,68 +89,68 @@ def test_a_conditions_system_flies_its_participant_and_a_policy_is_flown_as_ever
     assert Condition(title="x", system="direct", side=side).game({}).team_controllers == flown
 
 
-def test_an_order_may_be_given(tmp_path):
-    study = written(tmp_path).replace(order=(("late", "drawing"), ("drawing",)))
-    assert [[one.title for one in study.order_of(person)] for person in range(3)] == [
-        ["late", "drawing"],
-        ["drawing"],
-        ["late", "drawing"],
-    ]
+def test_two_who_meet_go_the_same_way(tmp_path):
+    text = PLAIN.replace('title = "late"', 'title = "late"\nopponent = "person"\nsystem = "flocking"')
+    with pytest.raises(ConfigError, match="a multiple of 4"):
+        written(tmp_path, text.replace("participants = 4", "participants = 6"))
+    study = written(tmp_path, text)
+    assert orders(study, 4) == [["drawing", "late"]] * 2 + [["late", "drawing"]] * 2
+    assert study.conditions[1].game(study.rules).team_controllers == ("flocking", "flocking")
+    assert orders(study.replace(order=(("late",), ("drawing",))), 4) == [["late"]] * 2 + [["drawing"]] * 2
+    with pytest.raises(ConfigError, match="even"):
+        study.replace(order=(("late",),), participants=3, codes=())
 
 
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [
-        ("participants = 4", "participants = 3", "participants must be a multiple of 2, for 2 conditions in balanced"),
-        (
-            "participants = 4",
-            'order = [["drawing", "lat"]]\nparticipants = 3',
-            "no condition 'lat'; did you mean 'late'",
-        ),
+        ("participants = 4", "participants = 3", "a multiple of 2"),
+        ("participants = 4", 'order = [["drawing", "lat"]]\nparticipants = 3', "'lat'; did you mean 'late'"),
         ("participants = 4", "", "participants"),
-        (
-            'title = "late"',
-            'title = "late"\nsystem = "flocking"\nshare = 0.5\nhelper = "ring"',
-            "condition 'late': factors: red cannot share its command with ring",
-        ),
-        ('title = "late"', 'title = "drawing"', "conditions of different titles"),
+        ('title = "late"', 'title = "late"\nsystem = "flocking"\nshare = 0.5\nhelper = "ring"', "cannot share"),
+        ('title = "late"', 'title = "late"\nshare = 0.5', "condition 'late': helper"),
+        ('title = "late"', 'title = "drawing"', "different titles"),
         ("command_delay_ms", "comand_delay_ms", "did you mean 'command_delay_ms'"),
-        ("command_delay_ms = 300", "command_delay_ms = -1", "condition 'late': command_delay_ms must be"),
+        ("command_delay_ms = 300", "command_delay_ms = -1", "condition 'late': command_delay_ms"),
         ("drones_per_team = [6, 4]", "drones = 3", "condition 'late': .* did you mean 'drones_per_team'"),
-        ('name = "sus"', 'name = "susi"', "there is no form 'susi'; did you mean 'sus'"),
-        ("games = 2", "games = 0", "games must be a whole number"),
-        ('"consent.md"', '"../consent.md"', "a file in the study's folder"),
-        ('"consent.md"', '"agree.md"', "the text 'agree.md' cannot be read"),
-        ("seed = 7", "seed = ", "is no study"),
-        ("wins = 1", "wins = 9", "practice.most must be"),
-        ("[[conditions]]", "[conditions]", "is no study"),
+        ("time_limit = 30.0", "time_limit = 3601.0", "at most an hour"),
+        ('name = "sus"', 'name = "susi"', "did you mean 'sus'"),
+        ('name = "sus"', 'name = ["sus"]', "there is no form"),
+        ("games = 2", "games = 0", "games must be"),
         ("games = 2", "gams = 2", "did you mean 'games'"),
+        ('"consent.md"', '"../consent.md"', "in the study's folder"),
+        ('"consent.md"', '"agree.md"', "'agree.md' cannot be read"),
+        ("seed = 7", "seed = ", "is no study"),
+        ("seed = 7", "seed = " + "9" * 5000, "is no TOML"),
+        ("wins = 1", "wins = 9", "practice.most"),
+        ("wins = 1", "opponent = 5", "practice.opponent"),
+        ("[[conditions]]", "[conditions]", "is no study"),
+        ("games = 2", "x = " + "[" * 100_000, "too deep"),
+        ("games = 2", "x = " + "{a = " * 5000 + "1" + "}" * 5000, "too deep"),
+        ("games = 2", "#" + "a" * 2**20, "too large"),
+        ("Two interfaces", "t\\u001b[2J", "title must"),
+        ("Two interfaces", "a" * 201, "title must"),
+        ('title = "late"', 'title = "a\\nb"', "title must"),
+        ("rules = { time_limit = 30.0, drones_per_team = 4 }", "rules = [1]", "rules must"),
+        ("games = 2", 'folder = "/etc"', "folder must be left out"),
+        ("games = 2", "games = 2\ncodes = ['a', 'b']", "4 different"),
+        ("games = 2", "games = 2\ncodes = ['a', 'A', 'b', 'c']", "4 different"),
+        ("games = 2", "games = 2\ncodes = ['../x', 'A', 'b', 'c']", "letters"),
+        ("[practice]", "".join(f'[[conditions]]\ntitle = "{n}"\n' for n in range(51)) + "[practice]", "1 to 50"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(before, after, said, tmp_path):
     assert before in PLAIN
+    text = PLAIN.replace(before, after)
     with pytest.raises(ConfigError, match=said):
-        written(tmp_path, PLAIN.replace(before, after))
-
-
-def test_a_helper_must_be_there_to_share():
-    with pytest.raises(ConfigError, match="condition 'both': helper must be a policy, if it has a share"):
-        Condition(title="both", share=0.5)
+        written(tmp_path, text if "1 to 50" not in said else text.replace("seed = 7", 'order = [["0"]]'))
 
 
 @pytest.mark.parametrize("code", ["", "..", "a/b", "/etc", "a.b", "-a", "ä", "x" * 33, "Monitor", None, 7])
 def test_a_code_is_no_path(code):
     assert check_code("P-01_b") == "P-01_b"
-    with pytest.raises(ConfigError, match="code must be 1 to 32 letters"):
+    with pytest.raises(ConfigError, match="code must"):
         check_code(code)
-
-
-def test_codes_that_are_given_differ_and_are_no_paths(tmp_path):
-    study = written(tmp_path)
-    assert study.codes == () and study.name_of(2) == "P03" and study.replace(participants=1000).name_of(2) == "P0003"
-    for codes, said in ((("a", "b"), "4 different"), (("a", "A", "b", "c"), "4 different"), (("../x",) * 4, "letters")):
-        with pytest.raises(ConfigError, match=said):
-            study.replace(codes=codes)
 
 
 @pytest.mark.parametrize(
@@ -166,77 +171,22 @@ def test_codes_that_are_short_or_count_up_are_guessable(codes, is_guessable, tmp
     assert written(tmp_path).replace(participants=2, codes=codes).has_guessable_codes == is_guessable
 
 
-def test_codes_that_are_drawn_differ_and_are_long_whatever_the_studys_seed():
+def test_codes_that_are_drawn_differ_and_are_long_whatever_the_studys_seed(tmp_path):
     """Codes that follow from the study's file are known to who has read it."""
     first, second = draw_codes(1000), draw_codes(1000)
     assert len({*first, *second}) == 2000
     assert all(check_code(code) and len(code) == 10 and not set(code) & set("01OILAEU") for code in first)
+    study = written(tmp_path)
+    assert study.codes == () and study.name_of(2) == "P03" and study.replace(participants=1000).name_of(2) == "P0003"
 
 
-def test_two_who_meet_go_the_same_way(tmp_path):
-    text = PLAIN.replace('title = "late"', 'title = "late"\nopponent = "person"\nsystem = "flocking"')
-    with pytest.raises(ConfigError, match=r"a multiple of 4, .* two participants each, got 6"):
-        written(tmp_path, text.replace("participants = 4", "participants = 6"))
-    study = written(tmp_path, text)
-    orders = [[one.title for one in study.order_of(person)] for person in range(4)]
-    assert orders == [["drawing", "late"]] * 2 + [["late", "drawing"]] * 2
-    game = study.conditions[1].game(study.rules)
-    assert game.team_controllers == ("flocking", "flocking")
-    given = study.replace(order=(("late",), ("drawing",)))
-    assert [given.order_of(person)[0].title for person in range(4)] == ["late", "late", "drawing", "drawing"]
-    with pytest.raises(ConfigError, match="participants must be even"):
-        study.replace(order=(("late",),), participants=3, codes=())
-
-
-ONE = 'title = "t"\nparticipants = 1\n[[conditions]]\ntitle = "a"\n'
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("x = " + "[" * 100_000, "too deep"),
-        ("x = " + "{a = " * 5000 + "1" + "}" * 5000, "too deep"),
-        ("seed = " + "9" * 5000, "is no TOML"),
-        ("#" + "a" * 2**20 + "\n" + ONE, "too large"),
-        (ONE.replace('"t"', '"t\\u001b[2J"'), "title must be a line of text"),
-        (ONE.replace('"t"', f'"{"a" * 201}"'), "title must be a line of text"),
-        (ONE.replace('"a"', '"a\\nb"'), "title must be a line of text"),
-        ("rules = [1]\n" + ONE, "rules must be a table"),
-        ('folder = "/etc"\n' + ONE, "folder must be left out"),
-        ("practice = { wins = 1, opponent = 5 }\n" + ONE, "practice.opponent must be a policy"),
-        (ONE + '[[forms]]\nname = ["sus"]\n', "there is no form"),
-        (
-            'title = "t"\nparticipants = 51\norder = [["0"]]\n'
-            + "".join(f'[[conditions]]\ntitle = "{n}"\n' for n in range(51)),
-            "conditions must be 1 to 50",
-        ),
-    ],
-)
-def test_a_file_that_is_a_bomb_or_says_what_cannot_be_is_refused_by_name(tmp_path, text, said):
-    (tmp_path / "study.toml").write_text(text)
-    with pytest.raises(ConfigError, match=said):
-        Study.read(tmp_path / "study.toml")
-
-
-def test_a_study_of_windows_begins_with_its_mark_of_bytes(tmp_path):
-    (tmp_path / "study.toml").write_bytes(b"\xef\xbb\xbf" + ONE.replace("\n", "\r\n").encode())
-    assert Study.read(tmp_path / "study.toml").title == "t"
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
-def test_a_pipe_in_the_place_of_a_study_or_a_text_is_not_waited_for(tmp_path):
-    os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(ConfigError, match="expected a regular file, got a folder, a pipe or a device"):
-        Study.read(tmp_path / "pipe")
-    (tmp_path / "study.toml").write_text('welcome = "pipe"\n' + ONE)
-    with pytest.raises(ConfigError, match="expected a regular file, got a folder, a pipe or a device"):
-        Study.read(tmp_path / "study.toml")
-
-
-@pytest.mark.parametrize("name", ["{0}/words.md", "../{1}/words.md", "sub/../words.md", "a\\u0000b"])
-def test_texts_are_named_as_they_stand_beside_the_file(tmp_path, name):
+@pytest.mark.parametrize("name", ["{0}/words.md", "../{1}/words.md", "sub/../words.md", "a\\u0000b", "pipe"])
+def test_texts_are_named_as_they_stand_beside_the_file_and_no_pipe_is_waited_for(tmp_path, name):
     (tmp_path / "sub").mkdir()
     (tmp_path / "words.md").write_text("Hello")
-    (tmp_path / "study.toml").write_text(f'welcome = "{name.format(tmp_path.as_posix(), tmp_path.name)}"\n' + ONE)
-    with pytest.raises(ConfigError, match="by its name there"):
-        Study.read(tmp_path / "study.toml")
+    os.mkfifo(tmp_path / "pipe")
+    welcome = f'welcome = "{name.format(tmp_path.as_posix(), tmp_path.name)}"\n'
+    with pytest.raises(ConfigError, match=r"by its name there|a regular file"):
+        written(tmp_path, welcome + ONE)
+    with pytest.raises(ConfigError, match="a regular file"):
+        Study.read(tmp_path / "pipe")

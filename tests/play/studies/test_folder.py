@@ -1,7 +1,6 @@
 """A study's folder: what it keeps, and what it takes up after an interruption."""
 
 import contextlib
-import os
 
 import pytest
 
@@ -23,16 +22,14 @@ wins = 1
 title = "together"
 opponent = "person"
 """
-SUS = {f"sus_{place}": 3 for place in range(1, 11)}
 
 
 @pytest.fixture
 def folder(tmp_path):
     (tmp_path / "plan").mkdir()
     written(tmp_path / "plan", PLAIN.replace("wins = 1", "wins = 0"))
-    opened = StudyFolder.begin(tmp_path / "plan" / "study.toml", tmp_path / "data")
-    yield opened
-    opened.close()
+    with contextlib.closing(StudyFolder.begin(tmp_path / "plan" / "study.toml", tmp_path / "data")) as opened:
+        yield opened
 
 
 def to_first_game(folder, number=0):
@@ -44,18 +41,22 @@ def to_first_game(folder, number=0):
 
 
 def test_a_study_is_what_it_was_when_it_began(folder, tmp_path):
-    file = tmp_path / "plan" / "study.toml"
-    assert folder.study.title == "Two interfaces" and (tmp_path / "data" / "study" / "consent.md").exists()
-    with pytest.raises(OutputError, match=r"a study is run in .* already"):
-        StudyFolder.begin(file, tmp_path / "data")
+    file, path = tmp_path / "plan" / "study.toml", tmp_path / "data"
+    assert folder.study.title == "Two interfaces" and (path / "study" / "consent.md").exists()
+    with pytest.raises(OutputError, match="already"):
+        StudyFolder.begin(file, path)
     folder.close()
-    StudyFolder.begin(file, tmp_path / "data").close()
-    StudyFolder.begin(tmp_path / "data" / "study" / "study.toml", tmp_path / "data").close()
+    for again in (file, path / "study" / "study.toml"):
+        StudyFolder.begin(again, path).close()
     (tmp_path / "plan" / "consent.md").write_text("# Won't you?")
-    with pytest.raises(ConfigError, match=r"began with another consent\.md than .* Give another --folder"):
-        StudyFolder.begin(file, tmp_path / "data")
-    with pytest.raises(ConfigError, match="no study has run in"):
+    with pytest.raises(ConfigError, match=r"another consent\.md .* Give another --folder"):
+        StudyFolder.begin(file, path)
+    with pytest.raises(ConfigError, match="no study has run"):
         StudyFolder(tmp_path / "plan")
+    file.write_text("title = 7")
+    with pytest.raises(ConfigError):
+        StudyFolder.begin(file, tmp_path / "other")
+    assert not (tmp_path / "other").exists()
 
 
 def test_codes_are_drawn_once_and_open_what_has_another_name(folder, tmp_path):
@@ -63,10 +64,10 @@ def test_codes_are_drawn_once_and_open_what_has_another_name(folder, tmp_path):
     file, path = tmp_path / "plan" / "study.toml", tmp_path / "data"
     codes = folder.codes
     assert [folder.number_of(code.lower()) for code in codes] == [0, 1, 2, 3] and not {*codes} & {"P01", "P02"}
-    with pytest.raises(ConfigError, match="nobody in this study has the code P01"):
+    with pytest.raises(ConfigError, match="the code P01"):
         folder.number_of("P01")
     assert (path / "codes.txt").read_text().split()[::2] == ["P01", "P02", "P03", "P04"]
-    assert os.name == "nt" or (path / "codes.txt").stat().st_mode & 0o077 == 0, "others on this machine may not read it"
+    assert (path / "codes.txt").stat().st_mode & 0o077 == 0, "others on this machine may not read it"
     to_first_game(folder)
     assert not [one for one in path.rglob("*") for code in codes if code in one.name]
     folder.close()
@@ -76,7 +77,7 @@ def test_codes_are_drawn_once_and_open_what_has_another_name(folder, tmp_path):
         assert not {*other.codes} & {*codes}
     for text in ("P01 A\n", (path / "codes.txt").read_text() + "P05\n", "P02 A\nP01 B\nP03 C\nP04 D\n"):
         (path / "codes.txt").write_text(text)
-        with pytest.raises(ConfigError, match=r"codes\.txt: expected 4 lines"):
+        with pytest.raises(ConfigError, match=r"codes\.txt"):
             StudyFolder(path)
 
 
@@ -85,16 +86,9 @@ def test_a_link_in_the_place_of_the_draft_is_not_written_through(tmp_path):
         (tmp_path / name).mkdir()
     written(tmp_path / "plan")
     (tmp_path / "data" / ".study.draft").symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(OutputError, match="cannot be kept in"):
+    with pytest.raises(OutputError, match="cannot be kept"):
         StudyFolder.begin(tmp_path / "plan" / "study.toml", tmp_path / "data")
     assert not list((tmp_path / "elsewhere").iterdir())
-
-
-def test_a_study_that_is_none_leaves_no_folder(tmp_path):
-    (tmp_path / "study.toml").write_text("title = 7")
-    with pytest.raises(ConfigError):
-        StudyFolder.begin(tmp_path / "study.toml", tmp_path / "data")
-    assert not (tmp_path / "data").exists()
 
 
 def test_a_game_that_was_over_when_the_power_went_counts(folder):
@@ -103,10 +97,19 @@ def test_a_game_that_was_over_when_the_power_went_counts(folder):
     assert path.name == "P01.block1.game1.jsonl"
     record(path, ticks=30, outcome="red")
     folder.settle(0)
-    line = folder.progress(0).done[step.id]
-    assert (line["outcome"], line["won"], line["side"], line["seconds"]) == ("win", True, "red", 1.0)
-    assert (line["recording"], line["seed"]) == ("games/P01.block1.game1.jsonl", folder.study.seed_of(0))
-    assert (line["condition"], line["system"], line["opponent"]) == ("drawing", "ergodic", "uniform")
+    line = {name: value for name, value in folder.progress(0).done[step.id].items() if name not in ("step", "at")}
+    assert line == {
+        "condition": "drawing",
+        "system": "ergodic",
+        "opponent": "uniform",
+        "side": "red",
+        "seed": folder.study.seed_of(0),
+        "outcome": "win",
+        "won": True,
+        "seconds": 1.0,
+        "ended_by": "capture",
+        "recording": "games/P01.block1.game1.jsonl",
+    }
     assert folder.summary(0)["won"] == 1 and path.exists()
 
 
@@ -144,29 +147,21 @@ def test_of_two_each_has_their_side_their_outcome_and_their_delays(outcome, tmp_
             assert (line["opponent"], line["delays"]["command"]["count"]) == ("person", count)
 
 
-@pytest.mark.parametrize("lines", [1, 5, None])
-def test_a_game_that_was_not_is_kept_aside_and_played_again(lines, folder, tmp_path):
+@pytest.mark.parametrize(("lines", "rest"), [(1, b"{"), (5, b"{"), (None, b"{"), (None, b"")])
+def test_a_game_that_was_not_over_is_kept_aside_and_played_again(lines, rest, folder, tmp_path):
     step = to_first_game(folder)
     path = folder.recording(0, step)
     assert not folder.was_broken_off(0, step)
     for count in (1, 2):
         record(path, ticks=30, outcome="stopped")
-        path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:lines]) + b"{")
+        path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:lines]) + rest)
         folder.settle(0)
-        assert folder.progress(0).next.id == step.id and not path.exists()
+        assert folder.progress(0).next == step and not path.exists()
         assert (tmp_path / "data" / "interrupted" / f"P01.block1.game1.{count}.jsonl").exists()
         assert folder.was_broken_off(0, step)
 
 
-def test_a_game_that_was_stopped_is_none_though_its_recording_is_whole(folder):
-    step = to_first_game(folder)
-    record(folder.recording(0, step), ticks=30, outcome="stopped")
-    assert folder.line_of(0, step) is None
-    folder.settle(0)
-    assert folder.progress(0).next == step and step.id not in folder.progress(0).done
-
-
-def test_who_looks_on_changes_nothing(folder, tmp_path):
+def test_to_look_on_changes_nothing(folder, tmp_path):
     to_first_game(folder)
     path = tmp_path / "data" / "participants" / "P01.jsonl"
     with path.open("a") as file:
@@ -191,7 +186,7 @@ def test_a_disk_that_is_full_spoils_no_line(folder, tmp_path, monkeypatch):
 
     with monkeypatch.context() as full:
         full.setattr("swarm_pz.play.studies.progress.os.fsync", refuse)
-        with pytest.raises(OutputError, match=r"what was done cannot be kept in .*: no space left"):
+        with pytest.raises(OutputError, match="no space left"):
             folder.progress(0).finish(step)
     assert path.read_bytes() == before and folder.progress(0).next == step
     folder.progress(0).finish(step)
