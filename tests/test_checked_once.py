@@ -23,7 +23,7 @@ from swarm_pz.evaluation.rollout import Rollout
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, Recording
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.server.orders import make
+from swarm_pz.play.server.rendered_command import render as make
 from swarm_pz.play.server.room import Room
 from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.policies.lookahead import Lookahead

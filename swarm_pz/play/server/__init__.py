@@ -1,25 +1,22 @@
 """The table's server: rooms, the clients in them, and games in real time.
 
 ===================  ==========================================================================
-`serve`, `app`       where it listens, and its pages; `middleware` and `sockets` guard them
-`client_handler`     what one client says, obeyed or refused (`refusal`) to it alone
-`connection`         what one client is sent
+`serve`, `app`       where it listens, and its pages; `middleware`, `sockets` and `budget` guard them
+`client_handler`     what one client says is obeyed, or refused to it alone; `connection` sends
 `lobby`              all rooms, and the recorded games
-`room`               what clients do in a room, whose `room_settings` say how it plays
-`seat`               one side of it: who has it, its policy (`seat_policy`), its automatic `responses`
-`seat_view`          what a seat's client is shown
+`room`               two seats and their games, one after the other, by its `room_settings`
 `audience`           who is in a room, and what they are told
-`room_games`         its games, one after the other
-`live_session`       a game in real time, by its `game_clock`
-`orders`, `painter`  from what a client asks for to a command
+`seat`               one side of a room, its `seat_policy` and automatic `responses`
+`seat_view`          what a seat's client is shown
+`live_session`       a game in real time; `game_log` writes it down in the `games_folder`
+`rendered_command`   from what a client sends to a command
 `incoming_commands`  commands on their way into a game, with its `delays`
-`thinkers`, `pilot`  who asks a game's policies, and its control systems
+`worker`             a thread for what takes long, such as `control_thread`'s control systems
 `policy_workers`     the processes in which policies think
 `views`              what is shown of a game
-`game_log`           what is written down of it, in the `games_folder`
-`replay_session`     a recorded game, shown to one client
+`replays`            recorded games that are watched
 `climbing`           the ladder
 `studies`            the pages of a study, and its `study_games`
-`server_context`     what all games share
+`server_context`     what all games share, and their clocks
 ===================  ==========================================================================
 """

@@ -16,18 +16,19 @@ import msgspec
 import numpy as np
 import segno
 from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket
 
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
-from swarm_pz.play.server.budget import Account, Accounts, Rate
+from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.client_handler import ClientHandler
-from swarm_pz.play.server.connection import SHORT, Connection
+from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.middleware import AccessMiddleware
 
@@ -35,16 +36,11 @@ if TYPE_CHECKING:
     from swarm_pz.play.server.studies import StudyHost
 
 STATIC = Path(__file__).parents[1] / "static"
-_STATUS_TICKS = 20_000
-"""Latest ticks that the server's figures are taken of."""
-_STATUS_AGE_S = 0.2
-"""For so long the server's figures are not taken again, whoever asks."""
+_STATUS_TICKS, _STATUS_AGE_S = 20_000, 0.2
+"""Latest ticks that the server's figures are taken of, and seconds for which they are not taken again."""
 _SWEEP_S = 5.0
-_TOLD_S = 0.5
-"""A debt of so many seconds is worth a word."""
-_SLOWED = "your messages cost this server more processor time than a client may use; it reads them more slowly now"
 CONNECTION_S, ADDRESS_S = Rate(0.2, 0.05), Rate(3.0, 0.3)
-"""Seconds of processor time that a connection may use up, and all of one address: a game in a page uses about a
+"""Seconds of processor time that a connection may use, and all of one address: a game in a page uses about a
 thousandth of a second each second."""
 
 
@@ -55,7 +51,7 @@ class Server:
     ----------
     lobby : Lobby
     study : StudyHost, optional
-        The study that the table is for: its pages take the place of the start and of what was recorded.
+        The study that the table is for: its pages take the place of the start page and the recordings.
     """
 
     def __init__(self, lobby: Lobby, study: StudyHost | None = None) -> None:
@@ -79,7 +75,7 @@ class Server:
             WebSocketRoute("/socket", self._socket),
             Mount("/static", StaticFiles(directory=STATIC)),
         ]
-        inner = Starlette(routes=routes, lifespan=self._lifespan)
+        inner = Starlette(routes=routes, lifespan=self._lifespan, exception_handlers={RecordingError: _not_found})
         return AccessMiddleware(inner, hosts, allowed_hosts, self.lobby.embedders, accounts=self.accounts)
 
     @contextlib.asynccontextmanager
@@ -108,10 +104,41 @@ class Server:
         for handler in self._handlers:
             handler.close_if_silent(now)
 
+    async def _socket(self, socket: WebSocket) -> None:
+        if protocol.SUBPROTOCOL not in socket.scope.get("subprotocols", []):
+            await socket.close(code=1002, reason=f"expected the subprotocol {protocol.SUBPROTOCOL}")
+            return
+        await socket.accept(subprotocol=protocol.SUBPROTOCOL)
+        address = socket.client.host if socket.client is not None else ""
+        handler = ClientHandler(self.lobby, Connection(socket, address))
+        self._handlers.add(handler)
+        try:
+            await handler.serve(socket, socket.scope["account"])
+        finally:
+            self._handlers.discard(handler)
+
     # --- pages ------------------------------------------------------------------------------------
 
     async def _page(self, _: Request) -> FileResponse:
         return FileResponse(STATIC / "index.html")
+
+    async def _recordings(self, _: Request) -> Response:
+        return _json(await self.lobby.recordings())
+
+    async def _recording(self, request: Request) -> FileResponse:
+        path = self.lobby.find_recording(request.path_params["name"])
+        return FileResponse(path, media_type="application/x-ndjson")
+
+    async def _trial(self, request: Request) -> Response:
+        return _json(await self.lobby.trial(request.path_params["name"]))
+
+    async def _invitation(self, request: Request) -> Response:
+        """Answer with the picture of a room's address, at one of the addresses of this page."""
+        room, at = request.path_params["room"], request.query_params.get("at", "")
+        here = {f"{scheme}://{request.headers.get('host', '')}/" for scheme in ("http", "https")}
+        if room not in self.lobby.rooms or at not in here | {*self.lobby.addresses}:
+            raise HTTPException(404, "there is no such room or address here")
+        return Response(_picture_of(f"{at}#room={room}"), media_type="image/svg+xml")
 
     async def _status(self, _: Request) -> JSONResponse:
         now = time.monotonic()
@@ -122,89 +149,32 @@ class Server:
     def _take_figures(self) -> dict[str, Any]:
         punctuality = self.lobby.context.punctuality
         late = np.array(list(itertools.islice(reversed(punctuality.lateness_ms), _STATUS_TICKS)))
+        lateness = {
+            "p50": float(np.quantile(late, 0.5)),
+            "p99": float(np.quantile(late, 0.99)),
+            "max": float(late.max()),
+        } if len(late) else None  # fmt: skip
+        files = Path("/proc/self/fd")
         return {
             "rooms": len(self.lobby.rooms),
             "playing": sum(room.phase == "playing" for room in self.lobby.rooms.values()),
             "connections": len(self._handlers),
             "tasks": len(asyncio.all_tasks()),
-            "open_files": len(list(Path("/proc/self/fd").iterdir())) if Path("/proc/self/fd").exists() else None,
+            "open_files": len(list(files.iterdir())) if files.exists() else None,
             "memory_mb": _resident_mb(),
             "ticks": len(punctuality.lateness_ms),
-            "lateness_ms": {
-                "p50": float(np.quantile(late, 0.5)),
-                "p99": float(np.quantile(late, 0.99)),
-                "max": float(late.max()),
-            }
-            if len(late)
-            else None,
+            "lateness_ms": lateness,
             "most_caught_up": punctuality.most_caught_up,
             "slipped": punctuality.slipped,
         }
 
-    async def _recordings(self, _: Request) -> Response:
-        listed = await self.lobby.recordings()
-        return Response(msgspec.json.encode(listed), media_type="application/json")
 
-    async def _invitation(self, request: Request) -> Response:
-        """Answer with the picture of a room's address, at one of the addresses of this page."""
-        room, at = request.path_params["room"], request.query_params.get("at", "")
-        here = {f"{scheme}://{request.headers.get('host', '')}/" for scheme in ("http", "https")}
-        if room not in self.lobby.rooms or at not in here | {*self.lobby.addresses}:
-            return PlainTextResponse("there is no such room or address here\n", 404)
-        return Response(_picture_of(f"{at}#room={room}"), media_type="image/svg+xml")
-
-    async def _recording(self, request: Request) -> FileResponse | PlainTextResponse:
-        try:
-            path = self.lobby.find_recording(request.path_params["name"])
-        except RecordingError as error:
-            return PlainTextResponse(f"{error}\n", 404)
-        return FileResponse(path, media_type="application/x-ndjson")
-
-    async def _trial(self, request: Request) -> Response:
-        try:
-            rows = await self.lobby.trial(request.path_params["name"])
-        except RecordingError as error:
-            return PlainTextResponse(f"{error}\n", 404)
-        return Response(msgspec.json.encode(rows), media_type="application/json")
-
-    # --- the socket -------------------------------------------------------------------------------
-
-    async def _socket(self, socket: WebSocket) -> None:
-        offered = socket.scope.get("subprotocols", [])
-        if protocol.SUBPROTOCOL not in offered:
-            await socket.close(code=1002, reason=f"expected the subprotocol {protocol.SUBPROTOCOL}")
-            return
-        await socket.accept(subprotocol=protocol.SUBPROTOCOL)
-        address = socket.client.host if socket.client is not None else ""
-        connection = Connection(socket, address)
-        handler = ClientHandler(self.lobby, connection)
-        account: Account = socket.scope["account"]
-        self._handlers.add(handler)
-        sender = asyncio.create_task(connection.run())
-        try:
-            while not connection.closed:
-                received = await socket.receive()
-                if received["type"] == "websocket.disconnect":
-                    break
-                text = received.get("text")
-                await _turn(account, connection, len(text or ""))
-                handler.hear(text)
-        except WebSocketDisconnect:
-            pass
-        finally:
-            self._handlers.discard(handler)
-            handler.end()
-            connection.close()
-            # A peer that reads nothing any more would keep it for long.
-            with contextlib.suppress(TimeoutError, asyncio.CancelledError):
-                await asyncio.wait_for(sender, 2.0)
+async def _not_found(_: Request, error: Exception) -> Response:
+    return PlainTextResponse(f"{error}\n", 404)
 
 
-async def _turn(account: Account, connection: Connection, size: int) -> None:
-    """Wait for a message's turn; who is in debt is told why. Short ones of others do not wait for their neighbours."""
-    if account.debt_s() > _TOLD_S:
-        connection.send(protocol.Notice(text=_SLOWED))
-    await account.turn(in_line=size > SHORT)
+def _json(value: Any) -> Response:
+    return Response(msgspec.json.encode(value), media_type="application/json")
 
 
 @functools.lru_cache(maxsize=512)

@@ -7,37 +7,25 @@ import time
 from collections.abc import Callable, Sequence
 
 from swarm_pz.play import protocol
-from swarm_pz.play.server.budget import Budget
+from swarm_pz.play.server.budget import Budget, Rate
 from swarm_pz.play.server.connection import Connection
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
 
-_MOST_TOLD = 200.0
-"""So many are told how a room stands, at once and in a second: each who enters is news to all who are there."""
-_TELL_S = 0.5
-"""Beyond that, all of them are told after so long."""
+TOLD = Rate(200.0, 200.0)
+"""Clients that are told the room's state at once, and in a second: each who enters is news to all."""
+TELL_S = 0.5
+"""Seconds after which, beyond that, all of them are told together."""
 
 
 class Audience:
-    """Everybody in a room.
-
-    Parameters
-    ----------
-    seats : sequence of Seat
-    state : callable
-        Returns how the room stands.
-
-    Attributes
-    ----------
-    watchers : set of Connection
-        Who has no seat.
-    """
+    """Everybody in a room; `state` returns the room's state, and `watchers` have no seat."""
 
     def __init__(self, seats: Sequence[Seat], state: Callable[[], protocol.RoomState]) -> None:
         self._seats, self._state = seats, state
         self.watchers: set[Connection] = set()
-        self._tells = Budget(_MOST_TOLD, _MOST_TOLD, time.monotonic())
-        self._tells_later: asyncio.TimerHandle | None = None
+        self._budget = Budget(*TOLD, time.monotonic())
+        self._later: asyncio.TimerHandle | None = None
 
     @property
     def connections(self) -> list[Connection]:
@@ -46,13 +34,16 @@ class Audience:
 
     @property
     def _views(self) -> list[SeatView | Connection]:
-        """What everybody here is sent to through."""
         return [*(seat.view for seat in self._seats if seat.view is not None), *self.watchers]
 
     def tell(self, message: protocol.ServerMessage) -> None:
         """Send a message to everybody."""
         for view in self._views:
             view.send(message)
+
+    def notice(self, text: str) -> None:
+        """Tell everybody something in words."""
+        self.tell(protocol.Notice(text=text))
 
     def send_bytes(self, data: bytes) -> None:
         """Send everybody something binary that must arrive."""
@@ -65,18 +56,18 @@ class Audience:
             view.show(frame, sequence)
 
     def welcome(self, view: SeatView | Connection) -> None:
-        """Tell everybody how the room stands, now that one more is here; who that is, at once."""
+        """Tell everybody the room's state, now that one more is here, and that one at once."""
         self.tell_state()
-        if self._tells_later is not None:
+        if self._later is not None:
             view.send(self._state())
 
     def tell_state(self) -> None:
-        """Tell everybody how the room stands; soon, where that was told to so many of late that games would wait."""
-        if self._tells.take(float(len(self.connections)), time.monotonic()):
+        """Tell everybody the room's state; a little later, if so many were told of late that games would wait."""
+        if self._budget.take(float(len(self.connections)), time.monotonic()):
             self.tell(self._state())
-        elif self._tells_later is None:
-            self._tells_later = asyncio.get_running_loop().call_later(_TELL_S, self._tell_later)
+        elif self._later is None:
+            self._later = asyncio.get_running_loop().call_later(TELL_S, self._tell_later)
 
     def _tell_later(self) -> None:
-        self._tells_later = None
+        self._later = None
         self.tell(self._state())

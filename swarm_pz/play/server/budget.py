@@ -1,4 +1,4 @@
-"""What somebody may use up in a time: so much at once, and what comes back with every second."""
+"""What a client may use in a time: so much at once, and what comes back with every second."""
 
 from __future__ import annotations
 
@@ -14,38 +14,28 @@ T = TypeVar("T")
 
 
 class Rate(NamedTuple):
-    """What may be used up at once, and what comes back with every second."""
+    """What may be used at once, and what comes back with every second."""
 
     most: float
     per_second: float
 
 
 class Budget:
-    """What somebody may use up.
-
-    Parameters
-    ----------
-    most : float
-        At once.
-    per_second : float
-        What comes back.
-    now : float
-        Seconds, of any clock.
-    """
+    """What may be used at once, and what comes back with every second; times are of any clock."""
 
     def __init__(self, most: float, per_second: float, now: float) -> None:
         self._most, self._per_second = most, per_second
         self._left, self._at = most, now
 
     def take(self, amount: float, now: float) -> bool:
-        """Use some up, and tell whether it was there; else nothing is used."""
+        """Use some, if it is there; return whether it was."""
         if amount > self.left(now):
             return False
         self.spend(amount, now)
         return True
 
     def spend(self, amount: float, now: float) -> None:
-        """Use some up, be it there or not: a debt is paid by what comes back."""
+        """Use some, whether it is there or not: what comes back pays a debt first."""
         self._left, self._at = self.left(now) - amount, now
 
     def left(self, now: float) -> float:
@@ -57,7 +47,7 @@ class Budget:
         return max(-self.left(now) / self._per_second, 0.0)
 
     def is_full(self, now: float) -> bool:
-        """Whether nothing was used that has not come back."""
+        """Whether all that was used has come back."""
         return self.left(now) >= self._most
 
 
@@ -74,7 +64,7 @@ class Account:
     def __init__(self, rate: Rate, address: _Address) -> None:
         now = time.monotonic()
         self._own, self._address = Budget(*rate, now), address
-        # Who leaves and comes back leaves no debt behind.
+        # A client that leaves and comes back leaves no debt behind.
         self._own.spend(max(rate.most - address.budget.left(now), 0.0), now)
 
     def spend(self, seconds: float) -> None:
@@ -127,12 +117,12 @@ class _Metered(Awaitable[T]):
             fault = None
             try:
                 yield waits_for
-            except BaseException as error:  # it is the work's to be cancelled
+            except BaseException as error:  # such as a cancellation: the work handles it
                 fault = error
 
 
 class Accounts:
-    """The processor time that clients may use up: tight for a connection, generous for an address that many share.
+    """The processor time that clients may use: little for a connection, more for an address that many share.
 
     Parameters
     ----------
@@ -163,7 +153,7 @@ class Accounts:
         return account
 
     def forget(self, now: float) -> None:
-        """Forget addresses that have used nothing up, and have no connection."""
+        """Forget addresses that have no connection, and no debt."""
         here = {host for host, _ in self._accounts}
         self._addresses = {
             host: one for host, one in self._addresses.items() if host in here or not one.budget.is_full(now)

@@ -1,21 +1,24 @@
-"""What one client does, from its hello on: messages are obeyed, or refused to it alone."""
+"""One client, from its socket on: messages are obeyed, or refused to it alone."""
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import functools
 import logging
 from collections.abc import Awaitable, Callable
 from typing import Literal
 
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
 from swarm_pz.errors import PolicyError, ProtocolError, RecordingError, SwarmError
 from swarm_pz.play import protocol
+from swarm_pz.play.server.budget import Account
 from swarm_pz.play.server.climbing import Climbing
-from swarm_pz.play.server.connection import Connection
+from swarm_pz.play.server.connection import SHORT, Connection, RefusedError
 from swarm_pz.play.server.lobby import Lobby
-from swarm_pz.play.server.orders import Made, is_made_at_once, make
-from swarm_pz.play.server.refusal import RefusedError
-from swarm_pz.play.server.replay_session import ReplaySession
+from swarm_pz.play.server.rendered_command import is_rendered_at_once, render
+from swarm_pz.play.server.replays import ReplaySession
 from swarm_pz.play.server.responses import SAVED, ReadyRule, check_rules
 from swarm_pz.play.server.room import Room
 from swarm_pz.play.server.room_settings import settings_of
@@ -23,9 +26,12 @@ from swarm_pz.play.server.room_settings import settings_of
 HELLO_S = 10.0
 """Seconds within which a connection must say hello."""
 _WITHOUT_SEAT = 2048
-"""Characters of all that is said without a seat: only drawings, densities and other commands are longer."""
+"""Characters of a message of a client without a seat: only drawings, densities and other commands are longer."""
 SILENT_S = 300.0
-"""Seconds after which who is nowhere and says nothing is closed; pages ask for the clock, hidden ones once a minute."""
+"""Seconds after which a silent client is closed that is nowhere; pages ask for the clock, hidden ones each minute."""
+_TOLD_S = 0.5
+"""A client is told of a debt of so many seconds."""
+_SLOWED = "your messages cost this server more processor time than a client may use; it reads them more slowly now"
 _OF_PLAYERS = (
     protocol.Hello,
     protocol.Ping,
@@ -34,40 +40,64 @@ _OF_PLAYERS = (
     protocol.Painted,
     protocol.Visibility,
 )
-"""All that is said where a host decides which games there are."""
+"""The only messages where a host decides which games there are."""
 log = logging.getLogger("swarm_pz.play")
 
 
 def _facing(seat: protocol.Side | Literal["watch"]) -> protocol.Side:
-    """Return the opponent's side; it is blue for who only watches."""
+    """Return the opponent's side; it is blue for a spectator."""
     return "red" if seat == "blue" else "blue"
 
 
-class ClientHandler:
-    """What one client does, from its hello on.
+async def wait_for_turn(account: Account, connection: Connection, size: int) -> None:
+    """Wait until a message may be read; short ones do not wait for those of neighbours."""
+    if account.debt_s() > _TOLD_S:
+        connection.send(protocol.Notice(text=_SLOWED))
+    await account.turn(in_line=size > SHORT)
 
-    Parameters
-    ----------
-    lobby : Lobby
-    connection : Connection
-    """
+
+class ClientHandler:
+    """What one client does, from its hello on."""
 
     def __init__(self, lobby: Lobby, connection: Connection) -> None:
         self._lobby, self._connection = lobby, connection
         self._room: Room | None = None
         self._replay: ReplaySession | None = None
-        self._going: asyncio.Task[None] | None = None
-        """What will take the client elsewhere: a recorded game that is read, or taken over."""
-        self._drawing: asyncio.Task[None] | None = None
+        self._navigation: asyncio.Task[None] | None = None
+        """What takes the client elsewhere: a recorded game that is read, or taken over."""
+        self._rendering: asyncio.Task[None] | None = None
         self._command: tuple[Room, protocol.CommandMessage] | None = None
-        """The latest command and where it was given, while an earlier one is being drawn."""
+        """The latest command and its room, while an earlier one is rendered."""
         self._ruling: asyncio.Task[None] | None = None
-        """What makes the commands of automatic responses."""
+        """What renders the commands of automatic responses."""
         self._greeted = False
+
+    # --- messages ---------------------------------------------------------------------------------
+
+    async def serve(self, socket: WebSocket, account: Account) -> None:
+        """Obey what comes by an accepted socket until that is closed; its processor time is charged to an account."""
+        connection = self._connection
+        sender = asyncio.create_task(connection.run())
+        try:
+            while not connection.closed:
+                received = await socket.receive()
+                if received["type"] == "websocket.disconnect":
+                    break
+                text = received.get("text")
+                await wait_for_turn(account, connection, len(text or ""))
+                self.hear(text)
+        except WebSocketDisconnect:
+            pass
+        finally:
+            self.end()
+            connection.close()
+            # A peer that reads nothing any more would keep it for long.
+            with contextlib.suppress(TimeoutError, asyncio.CancelledError):
+                await asyncio.wait_for(sender, 2.0)
 
     def hear(self, text: str | None) -> None:
         """Obey a message, or refuse it."""
-        about_ = ""
+        about = ""
         try:
             if text is None:
                 raise RefusedError("malformed", "messages to the server are text, not binary")
@@ -76,19 +106,17 @@ class ClientHandler:
             if not self._connection.may_send(len(text)):
                 raise RefusedError("too_many", "drawings came too fast after each other; this one is lost")
             message = protocol.decode_client(text)
-            about_ = str(type(message).__struct_config__.tag)
-            # Acknowledgements are as many as what is on its way: without them nothing more would be sent.
+            about = str(type(message).__struct_config__.tag)
+            # Acknowledgements are as many as the frames on their way: without them no more would be sent.
             is_answer = isinstance(message, protocol.Acknowledge) and self._connection.acknowledge(message.sequence)
             if not is_answer and not self._connection.may_speak():
-                raise RefusedError(
-                    "too_many",
-                    f"a client may send {protocol.MAX_MESSAGES_PER_SECOND} messages a second; this one is lost",
-                )
+                limit = protocol.MAX_MESSAGES_PER_SECOND
+                raise RefusedError("too_many", f"a client may send {limit} messages a second; this one is lost")
             self._obey(message)
-        except Exception as error:  # whatever it is, it is refused to this client alone
-            self._refuse(error, about_)
+        except Exception as error:
+            self._refuse(error, about)
 
-    def _refuse(self, error: Exception, about_: str) -> None:
+    def _refuse(self, error: Exception, about: str) -> None:
         code: protocol.Reason = "not_valid"
         reason, recording = str(error), None
         if isinstance(error, RefusedError):
@@ -100,188 +128,13 @@ class ClientHandler:
         elif not isinstance(error, SwarmError):
             log.error("a message was not obeyed", exc_info=error)
             reason = "the server could not do that"
-        self._connection.refuse(protocol.Refused(code=code, reason=reason[:500], about=about_, recording=recording))
+        self._connection.refuse(protocol.Refused(code=code, reason=reason[:500], about=about, recording=recording))
 
-    def end(self) -> None:
-        """Note that the client is gone."""
-        if self._room is not None:
-            self._room.disconnect(self._connection)
-        self._stop_going()
-        self._stop_watching()
-
-    def close_if_silent(self, now: float) -> None:
-        """Close a connection that has not even said hello, or that is nowhere and says nothing."""
-        silent_s = now - self._connection.last_heard
-        if not self._greeted and silent_s > HELLO_S:
-            self._connection.close(f"no hello came within {HELLO_S:g} seconds")
-        elif self._room is None and self._replay is None and silent_s > SILENT_S:
-            self._connection.close(f"nothing was said for {SILENT_S:g} seconds, outside of any room")
-
-    # --- where the client is ----------------------------------------------------------------------
-
-    def _stop_watching(self) -> None:
-        if self._replay is not None:
-            self._replay.close()
-            self._lobby.watched.discard(self._replay)
-        self._replay = None
-
-    def _go(self, about_: str, there: Callable[[], Awaitable[None]]) -> None:
-        """Begin to take the client elsewhere, in place of what was begun before."""
-        self._stop_going()
-
-        async def go() -> None:
-            try:
-                await there()
-            except Exception as error:
-                self._refuse(error, about_)
-
-        self._going = asyncio.create_task(go())
-
-    def _stop_going(self) -> None:
-        """Whoever has gone somewhere is not taken elsewhere by what was begun before."""
-        going, self._going = self._going, None
-        if going is not None and going is not asyncio.current_task():
-            going.cancel()
-
-    def _leave(self) -> None:
-        """Leave the room or the recorded game that one is in."""
-        self._stop_going()
-        self._leave_room()
-        self._stop_watching()
-
-    def _leave_room(self) -> None:
-        room, self._room = self._room, None
-        if room is not None:
-            room.leave(self._connection)
-            if room.abandoned:
-                self._lobby.close_room(room)
-
-    async def _open(self, name: str) -> None:
-        """Show a recorded game, once it has been played through to see that it comes out as recorded."""
+    async def _try(self, about: str, act: Callable[[], Awaitable[None]]) -> None:
         try:
-            replayed = await self._lobby.read(name)
-        except RecordingError as error:
-            raise RefusedError("unknown", str(error).replace(f"{self._lobby.context.folder}/", "")) from error
-        try:
-            self._lobby.check_replays(self._replay)
-        except RefusedError:
-            replayed.drop()
-            raise
-        self._leave()
-        self._replay = ReplaySession(replayed, self._connection)
-        self._lobby.watched.add(self._replay)
-
-    def _watched(self) -> ReplaySession:
-        if self._replay is None:
-            raise RefusedError("out_of_turn", "open a recorded game first")
-        return self._replay
-
-    def _take_over(self, message: protocol.TakeOver) -> None:
-        replay = self._watched()
-        opponent = message.opponent
-        if opponent is None:
-            other = replay.state.blue if message.seat == "red" else replay.state.red
-            opponent = other.name or None
-        if opponent is not None:
-            self._lobby.check_policy(opponent)
-        if not replay.state.verified:
-            raise RefusedError("not_valid", "this game plays differently on this machine, and cannot be gone on with")
-
-        async def go_on() -> None:
-            moment = await replay.moment()
-            if moment.game.over:
-                raise RefusedError("not_valid", "the game is over at this moment; go back to an earlier one")
-            room = self._lobby.open_room(settings_of(moment.game.config), moment, self._connection.address)
-            self._enter(room, message.seat, "", {_facing(message.seat): opponent})
-
-        self._go("take_over", go_on)
-
-    # --- the ladder -------------------------------------------------------------------------------
-
-    def _climbing(self) -> Climbing:
-        if self._lobby.climbing is None:
-            raise RefusedError("unknown", "there is no ladder here: start the table with --ladder")
-        return self._lobby.climbing
-
-    async def _tell_level(self, message: protocol.AskLevel) -> None:
-        self._connection.send(await self._climbing().level(message.code, message.system))
-
-    async def _climb(self, message: protocol.Climb) -> None:
-        climbing = self._climbing()
-        level = await climbing.level(message.code, message.system)
-        climbing.check_free(level.code)
-        room = self._lobby.open_room(climbing.settings(level), address=self._connection.address)
-        self._enter(room, level.side, "", {_facing(level.side): level.opponent})
-        climbing.follow(room, level)
-        room.audience.tell_state()
-
-    # --- what the client does there ---------------------------------------------------------------
-
-    def _give_command(self, message: protocol.CommandMessage) -> None:
-        """Hand in a command; while one is made that takes long, elsewhere, the latest one waits."""
-        room = self._in_room()
-        if [message.strokes, message.density, message.command].count(None) != 2:
-            raise RefusedError(
-                "not_valid", "a command must hold either strokes or a density or a command of another kind"
-            )
-        seat = room.commanding(self._connection)
-        if self._drawing is None and is_made_at_once(message, room.reader, seat.team):
-            room.command(self._connection, message, self._maker(room, message)())
-        else:
-            self._command = room, message
-            if self._drawing is None:
-                self._drawing = asyncio.create_task(self._draw())
-
-    def _maker(self, room: Room, message: protocol.CommandMessage) -> Callable[[], Made]:
-        team = room.commanding(self._connection).team
-        return functools.partial(make, message, room.reader, room.config.mapping, team, message.number)
-
-    async def _draw(self) -> None:
-        while self._command is not None:
-            (room, message), self._command = self._command, None
-            try:
-                if room is not self._room:
-                    continue
-                system = room.reader.systems[room.commanding(self._connection).team].name
-                made = await self._lobby.painter.make(self._maker(room, message), system)
-                if room is self._room:
-                    room.command(self._connection, message, made)
-            except Exception as error:
-                self._refuse(error, "command")
-        self._drawing = None
-
-    def _set_rules(self, message: protocol.Rules) -> None:
-        """Set automatic responses, once their commands are made; of several messages, the latest counts."""
-        room = self._in_room()
-        team = room.seat_of(self._connection).team
-        check_rules(message.rules)
-        for rule in message.rules:
-            if rule.do.policy is not None and room.ranked:
-                raise RefusedError("not_valid", "on the ladder nobody plays for you: no policy may command here")
-            if rule.do.policy is not None:
-                self._lobby.check_policy(rule.do.policy)
-        if self._ruling is not None:
-            self._ruling.cancel()
-
-        async def make_all() -> None:
-            try:
-                rules = []
-                for rule in message.rules:
-                    work = functools.partial(make, rule.do, room.reader, room.config.mapping, team, 0, SAVED)
-                    system = room.reader.systems[team].name
-                    made = await self._lobby.painter.make(work, system) if rule.do.policy is None else None
-                    rules.append(ReadyRule(rule, made.command if made is not None else None))
-                if room is self._room:
-                    room.respond(self._connection, rules)
-            except Exception as error:
-                self._refuse(error, "rules")
-
-        self._ruling = asyncio.create_task(make_all())
-
-    def _in_room(self) -> Room:
-        if self._room is None:
-            raise RefusedError("out_of_turn", "create or join a room first")
-        return self._room
+            await act()
+        except Exception as error:
+            self._refuse(error, about)
 
     def _obey(self, message: protocol.ClientMessage) -> None:
         connection, lobby = self._connection, self._lobby
@@ -297,14 +150,7 @@ class ClientHandler:
             case protocol.Acknowledge():
                 pass  # it was heard before
             case protocol.Create():
-                if message.player is not None and message.seat != "watch":
-                    raise RefusedError("not_valid", "a player besides oneself has a seat only if one watches")
-                policies = {"red": message.player, _facing(message.seat): message.opponent}
-                for name in filter(None, policies.values()):
-                    lobby.check_policy(name)
-                opened = lobby.open_room(message.settings, address=connection.address)
-                opened.once, opened.games.lesson, opened.games.seed = message.once, message.lesson, message.seed
-                self._enter(opened, message.seat, message.label, policies)
+                self._create(message)
             case protocol.Join():
                 room = lobby.rooms.get(message.room.upper())
                 if room is None:
@@ -328,7 +174,7 @@ class ClientHandler:
                 self._leave()
             case protocol.OpenReplay():
                 lobby.check_replays(self._replay)
-                self._go("open_replay", functools.partial(self._open, message.recording))
+                self._navigate("open_replay", functools.partial(self._open_replay, message.recording))
             case protocol.Seek():
                 self._watched().seek(message.tick)
             case protocol.Pace():
@@ -336,9 +182,9 @@ class ClientHandler:
             case protocol.TakeOver():
                 self._take_over(message)
             case protocol.AskLevel():
-                self._go("ask_level", functools.partial(self._tell_level, message))
+                self._navigate("ask_level", functools.partial(self._tell_level, message))
             case protocol.Climb():
-                self._go("climb", functools.partial(self._climb, message))
+                self._navigate("climb", functools.partial(self._climb, message))
 
     def _greet(self, message: protocol.Hello) -> None:
         if self._greeted:
@@ -358,10 +204,32 @@ class ClientHandler:
             self._room, seat = place
             self._room.resume(connection, seat)
 
+    # --- where the client is ----------------------------------------------------------------------
+
+    def _in_room(self) -> Room:
+        if self._room is None:
+            raise RefusedError("out_of_turn", "create or join a room first")
+        return self._room
+
+    def _watched(self) -> ReplaySession:
+        if self._replay is None:
+            raise RefusedError("out_of_turn", "open a recorded game first")
+        return self._replay
+
+    def _create(self, message: protocol.Create) -> None:
+        if message.player is not None and message.seat != "watch":
+            raise RefusedError("not_valid", "a player besides oneself has a seat only if one watches")
+        policies = {"red": message.player, _facing(message.seat): message.opponent}
+        for name in filter(None, policies.values()):
+            self._lobby.check_policy(name)
+        room = self._lobby.open_room(message.settings, address=self._connection.address)
+        room.once, room.lesson, room.seed = message.once, message.lesson, message.seed
+        self._enter(room, message.seat, message.label, policies)
+
     def _enter(
         self, room: Room, side: protocol.Side | Literal["watch"], label: str, policies: dict[protocol.Side, str | None]
     ) -> None:
-        """Go into a room, and give seats there to policies; only who is let in leaves where they were."""
+        """Go into a room, and give seats there to policies; a client that is refused stays where it was."""
         try:
             for other, policy in policies.items():
                 if policy is not None:
@@ -376,6 +244,159 @@ class ClientHandler:
             raise
         if room is not self._room:
             self._leave_room()
-        self._stop_going()
+        self._stop_navigation()
         self._stop_watching()
         self._room = room
+
+    def _navigate(self, about: str, there: Callable[[], Awaitable[None]]) -> None:
+        """Begin to take the client elsewhere, in place of what was begun before."""
+        self._stop_navigation()
+        self._navigation = asyncio.create_task(self._try(about, there))
+
+    def _stop_navigation(self) -> None:
+        task, self._navigation = self._navigation, None
+        if task is not None and task is not asyncio.current_task():
+            task.cancel()
+
+    def _stop_watching(self) -> None:
+        if self._replay is not None:
+            self._replay.close()
+            self._lobby.watched.discard(self._replay)
+        self._replay = None
+
+    def _leave_room(self) -> None:
+        room, self._room = self._room, None
+        if room is not None:
+            room.leave(self._connection)
+            if room.abandoned:
+                self._lobby.close_room(room)
+
+    def _leave(self) -> None:
+        """Leave the room or the recorded game that one is in."""
+        self._stop_navigation()
+        self._leave_room()
+        self._stop_watching()
+
+    def end(self) -> None:
+        """Note that the client is gone."""
+        if self._room is not None:
+            self._room.disconnect(self._connection)
+        self._stop_navigation()
+        self._stop_watching()
+
+    def close_if_silent(self, now: float) -> None:
+        """Close a connection that has not even said hello, or that is nowhere and says nothing."""
+        silent_s = now - self._connection.last_heard
+        if not self._greeted and silent_s > HELLO_S:
+            self._connection.close(f"no hello came within {HELLO_S:g} seconds")
+        elif self._room is None and self._replay is None and silent_s > SILENT_S:
+            self._connection.close(f"nothing was said for {SILENT_S:g} seconds, outside of any room")
+
+    # --- recorded games and the ladder ------------------------------------------------------------
+
+    async def _open_replay(self, name: str) -> None:
+        """Show a recorded game, once it was played through and compared with its recording."""
+        try:
+            opened = await self._lobby.read(name)
+        except RecordingError as error:
+            raise RefusedError("unknown", str(error).replace(f"{self._lobby.context.folder}/", "")) from error
+        try:
+            self._lobby.check_replays(self._replay)
+        except RefusedError:
+            opened.drop()
+            raise
+        self._leave()
+        self._replay = ReplaySession(opened, self._connection)
+        self._lobby.watched.add(self._replay)
+
+    def _take_over(self, message: protocol.TakeOver) -> None:
+        replay = self._watched()
+        opponent = message.opponent
+        if opponent is None:
+            other = replay.state.blue if message.seat == "red" else replay.state.red
+            opponent = other.name or None
+        if opponent is not None:
+            self._lobby.check_policy(opponent)
+        if not replay.state.verified:
+            raise RefusedError("not_valid", "this game plays differently on this machine, and cannot be gone on with")
+
+        async def go_on() -> None:
+            moment = await replay.moment()
+            if moment.game.over:
+                raise RefusedError("not_valid", "the game is over at this moment; go back to an earlier one")
+            room = self._lobby.open_room(settings_of(moment.game.config), moment, self._connection.address)
+            self._enter(room, message.seat, "", {_facing(message.seat): opponent})
+
+        self._navigate("take_over", go_on)
+
+    def _climbing(self) -> Climbing:
+        if self._lobby.climbing is None:
+            raise RefusedError("unknown", "there is no ladder here: start the table with --ladder")
+        return self._lobby.climbing
+
+    async def _tell_level(self, message: protocol.AskLevel) -> None:
+        self._connection.send(await self._climbing().level(message.code, message.system))
+
+    async def _climb(self, message: protocol.Climb) -> None:
+        climbing = self._climbing()
+        level = await climbing.level(message.code, message.system)
+        climbing.check_free(level.code)
+        room = self._lobby.open_room(climbing.settings(level), address=self._connection.address)
+        self._enter(room, level.side, "", {_facing(level.side): level.opponent})
+        climbing.follow(room, level)
+        room.audience.tell_state()
+
+    # --- commands ---------------------------------------------------------------------------------
+
+    def _give_command(self, message: protocol.CommandMessage) -> None:
+        """Hand in a command; while one is rendered in the worker, the latest of the next ones waits."""
+        room = self._in_room()
+        if [message.strokes, message.density, message.command].count(None) != 2:
+            reason = "a command must hold either strokes or a density or a command of another kind"
+            raise RefusedError("not_valid", reason)
+        team = room.commanding(self._connection).team
+        if self._rendering is None and is_rendered_at_once(message, room.reader, team):
+            rendered = render(message, room.reader, room.config.mapping, team, message.number)
+            room.command(self._connection, message, rendered)
+        else:
+            self._command = room, message
+            if self._rendering is None:
+                self._rendering = asyncio.create_task(self._render())
+
+    async def _render(self) -> None:
+        while self._command is not None:
+            (room, message), self._command = self._command, None
+            if room is self._room:
+                await self._try("command", functools.partial(self._render_one, room, message))
+        self._rendering = None
+
+    async def _render_one(self, room: Room, message: protocol.CommandMessage) -> None:
+        team, reader, mapping = room.commanding(self._connection).team, room.reader, room.config.mapping
+        rendered = await self._lobby.commands.render(message, reader, mapping, team, message.number)
+        if room is self._room:
+            room.command(self._connection, message, rendered)
+
+    def _set_rules(self, message: protocol.Rules) -> None:
+        """Set automatic responses, once their commands are rendered; of several messages, the latest counts."""
+        room = self._in_room()
+        team = room.seat_of(self._connection).team
+        check_rules(message.rules)
+        for policy in filter(None, (rule.do.policy for rule in message.rules)):
+            if room.ranked:
+                raise RefusedError("not_valid", "on the ladder nobody plays for you: no policy may command here")
+            self._lobby.check_policy(policy)
+        if self._ruling is not None:
+            self._ruling.cancel()
+
+        async def render_all() -> None:
+            rules = []
+            for rule in message.rules:
+                command = None
+                if rule.do.policy is None:
+                    given = room.reader, room.config.mapping, team, 0, SAVED
+                    command = (await self._lobby.commands.render(rule.do, *given)).command
+                rules.append(ReadyRule(rule, command))
+            if room is self._room:
+                room.respond(self._connection, rules)
+
+        self._ruling = asyncio.create_task(self._try("rules", render_all))

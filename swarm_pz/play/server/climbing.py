@@ -1,14 +1,12 @@
-"""The ladder at a table: whom somebody meets next, and what becomes of the level when that game is over."""
+"""The ladder at a table: whom a player meets next, and the level after that game."""
 
 from __future__ import annotations
 
 import asyncio
-import functools
 import logging
 import secrets
 import time
-from collections.abc import Container
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Awaitable, Container
 from pathlib import Path
 
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
@@ -19,12 +17,13 @@ from swarm_pz.play.climbers import Climbed, Climber, reached, write_table
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.levels import RUNGS, next_rung
 from swarm_pz.play.recordings.format import EndedBy, Outcome
-from swarm_pz.play.server.refusal import RefusedError
+from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.room import Room
 from swarm_pz.play.server.seat import Seat
+from swarm_pz.play.server.worker import Worker
 
 RATED = "ergodic"
-"""What flew the opponents when they were rated, and flies them here."""
+"""The control system that flew the opponents when they were rated, and flies them here."""
 log = logging.getLogger("swarm_pz.play")
 
 
@@ -44,17 +43,15 @@ def check_rules(game: GameConfig) -> None:
 
 
 class Climbing:
-    """Who climbs at a table, and the folder of what they reached.
-
-    Files are read and written in a thread: a disk that is slow keeps no game waiting.
+    """The ladder at a table, and the folder of the levels; a thread reads and writes it, so that no game waits.
 
     Parameters
     ----------
     folder : Path
     table : TableConfig
-        Whose first control system flies those who ask for none.
+        Its first control system is the default.
     policies : container of str
-        Who may be met.
+        Opponents that may be met.
     """
 
     def __init__(self, folder: Path, table: TableConfig, policies: Container[str]) -> None:
@@ -64,25 +61,24 @@ class Climbing:
         self._ratings = dict(self._rungs)
         self._rooms: dict[str, Room] = {}
         """Of each code, where its latest game is."""
-        self._thread = ThreadPoolExecutor(1, "climbing")
+        self._worker = Worker("climbing")
         self._telling: set[asyncio.Task[None]] = set()
         if not self._rungs:
             raise ConfigError("none of the ladder's opponents is installed: there is nobody to meet")
 
     def close(self) -> None:
-        """Wait until all that was played is kept."""
-        self._thread.shutdown()
+        """Wait until all games are kept."""
+        self._worker.close(wait=True)
 
     async def level(self, code: str, system: str | None) -> protocol.Level:
-        """Return what somebody has reached with a control system, and whom they meet next.
+        """Return what a player has reached with a control system, and whom they meet next.
 
         Raises
         ------
         ConfigError, RecordingError
             If it is no code, or its file is corrupt.
         """
-        work = functools.partial(self._read, code, system or self._system)
-        return await asyncio.get_running_loop().run_in_executor(self._thread, work)
+        return await self._worker.do(self._read, code, system or self._system)
 
     def _read(self, code: str, system: str) -> protocol.Level:
         games = Climber(self._folder, code).of(system)
@@ -103,24 +99,24 @@ class Climbing:
 
     @staticmethod
     def settings(level: protocol.Level) -> protocol.Settings:
-        """Return how the room of somebody's next game plays."""
+        """Return the settings of the room of a player's next game."""
         systems = (level.system, RATED) if level.side == "red" else (RATED, level.system)
         return protocol.Settings(red_system=systems[RED], blue_system=systems[BLUE])
 
     def check_free(self, code: str) -> None:
         """Refuse to begin a game for a code of which one is being played."""
         room = self._rooms.get(code)
-        if room is not None and room.phase in ("starting", "playing"):
+        if room is not None and room.is_on:
             raise RefusedError(
                 "taken", f"{code} plays already, in room {room.code}: go back to that game, or wait until it is over"
             )
 
     def follow(self, room: Room, level: protocol.Level) -> None:
-        """Count the game that will be played in a room, by who sits there now."""
-        seat, seed = room.seats[TEAM_NAMES.index(level.side)], secrets.randbelow(2**32)
-        token = seat.token
+        """Count the game that will be played in a room, by the player who sits there now."""
+        seat = room.seats[TEAM_NAMES.index(level.side)]
+        token, seed = seat.token, secrets.randbelow(2**32)
         room.once = room.ranked = True
-        room.games.seed = seed
+        room.seed = seed
         self._rooms[level.code] = room
 
         def over(outcome: Outcome, ended_by: EndedBy) -> None:
@@ -128,7 +124,7 @@ class Climbing:
             if seat.token not in (token, "") or session is None:
                 return  # somebody else played it
             if ended_by in ("server", "forfeit") or (outcome == "stopped" and ended_by != "left"):
-                return  # nobody's fault who played
+                return  # it was not decided by a player
             game = Climbed(
                 at=time.time(),
                 system=level.system,
@@ -141,12 +137,11 @@ class Climbing:
                 seconds=session.game.tick / TICKS_PER_SECOND,
                 recording=session.recorder.path.name,
             )
-            kept = self._thread.submit(self._keep, level.code, game)
-            task = asyncio.create_task(_tell(seat, asyncio.wrap_future(kept)))
+            task = asyncio.create_task(_tell(seat, self._worker.do(self._keep, level.code, game)))
             self._telling.add(task)
             task.add_done_callback(self._telling.discard)
 
-        room.games.over = over
+        room.on_over = over
 
     def _keep(self, code: str, game: Climbed) -> protocol.Level:
         Climber(self._folder, code).add(game)
@@ -159,8 +154,8 @@ class Climbing:
         return told
 
 
-async def _tell(seat: Seat, kept: asyncio.Future[protocol.Level]) -> None:
-    """Tell who played, if they are still there, what they have reached."""
+async def _tell(seat: Seat, kept: Awaitable[protocol.Level]) -> None:
+    """Tell the player, if they are still there, what they have reached."""
     message: protocol.ServerMessage
     try:
         message = await kept

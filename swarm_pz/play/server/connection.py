@@ -9,33 +9,42 @@ from typing import Literal
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from swarm_pz.errors import SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.server.budget import Budget
 
 FRAMES_IN_FLIGHT = 12
 """Frames that a client may leave unacknowledged; then it is sent none until it answers."""
 _MOST_WAITING = 256
-"""Messages that may wait for a client before it is given up."""
+"""Messages that may wait for a client; then it is closed."""
 _BYTES_PER_SECOND = 2 * protocol.MAX_MESSAGE_BYTES
-"""What a client may say in a second, and at once: reading, painting and writing down go with it."""
+"""What a client may say in a second, and at once: reading, rendering and writing down take as long as it is large."""
 SHORT = 256
 """Bytes of a message that is not counted by its bytes: so no acknowledgement is lost to a drawing."""
 _MOST_REFUSED, _PATIENCE_S = 100, 10.0
-"""So many refusals in so many seconds, and a client is shown out."""
+"""So many refusals in so many seconds, and a client is closed."""
+
+
+class RefusedError(SwarmError, ValueError):
+    """What a client asked for is not done.
+
+    Attributes
+    ----------
+    code : str
+        One of those of the protocol's `Refused`.
+    recording : str or None
+        The recorded game that there is instead.
+    """
+
+    def __init__(self, code: protocol.Reason, reason: str, recording: str | None = None) -> None:
+        super().__init__(reason)
+        self.code, self.recording = code, recording
 
 
 class Connection:
-    """A client; whoever sends to it never waits.
+    """A client at an address, by an accepted socket; whoever sends to it never waits.
 
-    Messages arrive, all of them and in order. Of frames only the newest waits, and it is left out while
-    the client is behind.
-
-    Parameters
-    ----------
-    socket : WebSocket
-        Accepted.
-    address : str
-        Where it is.
+    All messages arrive, in order. Of frames only the newest waits, and it is left out while the client is behind.
     """
 
     def __init__(self, socket: WebSocket, address: str = "") -> None:
@@ -53,6 +62,8 @@ class Connection:
         self._bytes = Budget(_BYTES_PER_SECOND, _BYTES_PER_SECOND, self.last_heard)
         self.closed = False
         self._reason = ""
+
+    # --- what it is sent --------------------------------------------------------------------------
 
     def send(self, message: protocol.ServerMessage) -> None:
         """Send a message."""
@@ -76,30 +87,8 @@ class Connection:
             if len(self._in_flight) < FRAMES_IN_FLIGHT:
                 self._wake.set()
 
-    def acknowledge(self, sequence: int) -> bool:
-        """Note that this frame, and so all that were sent before it, has arrived; tell whether that was news."""
-        is_news = sequence in self._in_flight
-        while sequence in self._in_flight:
-            self._in_flight.popleft()
-        if self._frame is not None:
-            self._wake.set()
-        return is_news
-
-    def may_send(self, size: int) -> bool:
-        """Count a message's bytes, and tell whether they are within what a client may send in a second."""
-        self.last_heard = time.monotonic()
-        return size <= SHORT or self._bytes.take(size, self.last_heard)
-
-    def may_speak(self) -> bool:
-        """Count a message, and tell whether it is within what a client may send in a second."""
-        now = time.monotonic()
-        if len(self._received) == self._received.maxlen and now - self._received[0] < 1.0:
-            return False
-        self._received.append(now)
-        return True
-
     def refuse(self, refusal: protocol.Refused) -> None:
-        """Send a refusal; who does not stop is shown out."""
+        """Send a refusal; a client that is refused again and again is closed."""
         self.send(refusal)
         now = time.monotonic()
         self._refused.append(now)
@@ -131,3 +120,27 @@ class Connection:
             await self._socket.close(code=1008, reason=self._reason)
         except (WebSocketDisconnect, RuntimeError, OSError):
             self.closed = True
+
+    # --- what it says -----------------------------------------------------------------------------
+
+    def acknowledge(self, sequence: int) -> bool:
+        """Note that this frame, and all before it, have arrived; return whether that was news."""
+        is_news = sequence in self._in_flight
+        while sequence in self._in_flight:
+            self._in_flight.popleft()
+        if self._frame is not None:
+            self._wake.set()
+        return is_news
+
+    def may_send(self, size: int) -> bool:
+        """Count a message's bytes, and return whether they are within what a client may send in a second."""
+        self.last_heard = time.monotonic()
+        return size <= SHORT or self._bytes.take(size, self.last_heard)
+
+    def may_speak(self) -> bool:
+        """Count a message, and return whether it is within what a client may send in a second."""
+        now = time.monotonic()
+        if len(self._received) == self._received.maxlen and now - self._received[0] < 1.0:
+            return False
+        self._received.append(now)
+        return True

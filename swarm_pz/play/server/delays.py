@@ -1,4 +1,4 @@
-"""Delays that were asked for: what waits, in order, and how long it did wait."""
+"""Delays that an experimenter asked for: what waits, in order, and how long it did wait."""
 
 from __future__ import annotations
 
@@ -15,17 +15,12 @@ from swarm_pz.play.recordings.format import Delay
 
 
 class Measured:
-    """How long things waited that were to wait for so long.
-
-    Parameters
-    ----------
-    asked_ms : float
-    """
+    """How long things waited that were to wait for so many milliseconds."""
 
     def __init__(self, asked_ms: float) -> None:
         self.asked_ms, self._count = asked_ms, 0
         self._got_ms = array("d")
-        """Of what waited at all: without a delay, games as long as one likes keep nothing."""
+        """Of what waited at all: a long game without a delay keeps nothing."""
 
     def note(self, ms: float) -> None:
         """Note how long something waited; 0.0 if it was done at once."""
@@ -46,13 +41,7 @@ class _Waiting(NamedTuple):
 
 
 class DelayLine:
-    """Does things as much later as was asked for, and in the order in which they came.
-
-    Parameters
-    ----------
-    delay_ms : float
-        0 does them at once.
-    """
+    """Does things so many milliseconds later, in the order in which they came; with 0 at once."""
 
     def __init__(self, delay_ms: float) -> None:
         self.delay_ms = delay_ms
@@ -60,7 +49,7 @@ class DelayLine:
         self._timer: asyncio.TimerHandle | None = None
 
     def put(self, act: Callable[[], None], measured: Measured | None = None) -> None:
-        """Do something when its time has come."""
+        """Do something when its time has come, and note how long it waited."""
         if self.delay_ms > 0.0:
             self._waiting.append(_Waiting(time.monotonic(), act, measured))
             self._wait()

@@ -1,4 +1,4 @@
-"""What is written down of a game in real time, and when."""
+"""What is written down of a game in real time, and when; Lab Streaming Layer is told, too."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ _FLUSH_TICKS = 15
 
 
 class GameLog:
-    """Writes down a game, with its times since it began; and tells who records other signals, too.
+    """Writes a game down, with its times since it began.
 
-    What is done in the countdown is written once the game has begun, what is done while control systems choose, once
+    What happens in the countdown is written once the game has begun; what arrives while control systems choose, once
     they have chosen.
 
     Parameters
@@ -37,16 +37,14 @@ class GameLog:
     game : LiveGame
     seats : (RecordedSeat, RecordedSeat)
         Who plays.
-    now_ms : callable
+    server_ms : callable
         Returns the server's clock.
     starts_ms : float
         When the countdown should be over, by that clock.
     markers : Markers, optional
-        Where others are told.
 
     Attributes
     ----------
-    recorder : Recorder
     has_begun : bool
         Whether the clock runs, or ran.
     """
@@ -56,15 +54,14 @@ class GameLog:
         recorder: Recorder,
         game: LiveGame,
         seats: tuple[RecordedSeat, RecordedSeat],
-        now_ms: Callable[[], float],
+        server_ms: Callable[[], float],
         starts_ms: float,
         markers: Markers | None = None,
     ) -> None:
-        self.recorder, self._game, self._seats = recorder, game, seats
-        self._server_ms, self._began_ms, self._markers = now_ms, starts_ms, markers
+        self.recorder, self.server_ms, self._game, self._seats = recorder, server_ms, game, seats
+        self._began_ms, self._markers = starts_ms, markers
         self.has_begun = False
-        self._is_choosing = False
-        self._held: list[CommandLine] = []
+        self._held: list[CommandLine] | None = None
         """What arrives while control systems choose accelerations: it counts from the next solve on."""
         self._early: list[CommandLine | SeatLine] = []
         """What came in the countdown; its times count from when that should have been over."""
@@ -73,7 +70,7 @@ class GameLog:
     @property
     def now_ms(self) -> float:
         """Milliseconds since the game began, on the server's clock; negative in the countdown."""
-        return self._server_ms() - self._began_ms
+        return self.since_began(self.server_ms())
 
     def since_began(self, server_ms: float) -> float:
         """Return a time of the server's clock as milliseconds since the game began."""
@@ -88,7 +85,7 @@ class GameLog:
             If the file cannot be made.
         """
         self.recorder.flush()
-        planned, self._began_ms = self._began_ms, self._server_ms()
+        planned, self._began_ms = self._began_ms, self.server_ms()
         self.has_begun = True
         for line in self._early:
             if isinstance(line, CommandLine):
@@ -114,16 +111,13 @@ class GameLog:
             self._away.add(line.team)
         elif line.event == "connected":
             self._away.discard(line.team)
-        if self.has_begun:
-            self.recorder.write(line)
-        else:
-            self._early.append(line)
+        (self.recorder.write if self.has_begun else self._early.append)(line)
 
     def command(self, line: CommandLine) -> None:
         """Write down a command."""
         if not self.has_begun:
             self._early.append(line)
-        elif self._is_choosing:
+        elif self._held is not None:
             line.tick = self._game.tick + 1
             self._held.append(line)
         else:
@@ -135,15 +129,14 @@ class GameLog:
 
     @contextlib.contextmanager
     def holding(self) -> Iterator[None]:
-        """Write down commands that arrive in this only when it is over."""
-        self._is_choosing = True
+        """Write down commands that arrive in this context only at its end."""
+        held = self._held = []
         try:
             yield
         finally:
-            self._is_choosing = False
-        for line in self._held:
+            self._held = None
+        for line in held:
             self.recorder.write(line)
-        self._held.clear()
 
     # --- what happens -----------------------------------------------------------------------------
 
@@ -153,12 +146,8 @@ class GameLog:
 
     def in_force(self, event: InForce) -> None:
         """Write down that a command has come into force."""
-        command = event.command
-        self._mark(
-            InForceLine(
-                team=command.team, number=command.number, tick=event.tick, ms=self.now_ms, sender=command.sender
-            )
-        )
+        team, number, sender = event.command.team, event.command.number, event.command.sender
+        self._mark(InForceLine(team=team, number=number, tick=event.tick, ms=self.now_ms, sender=sender))
 
     def captured(self, event: Captured) -> None:
         """Write down a capture."""
@@ -174,7 +163,7 @@ class GameLog:
             self.recorder.write(self._markers.clock(lambda: self.now_ms))
 
     def flush(self) -> str:
-        """Let what is due be on the disk; return why the recording breaks off, once, or nothing."""
+        """Write what is due to the disk; return, once, why the recording breaks off, or nothing."""
         if self._game.tick % _FLUSH_TICKS and not self.recorder.is_behind:
             return ""
         self.recorder.flush()
@@ -183,15 +172,7 @@ class GameLog:
 
     def end(self, outcome: Outcome, ended_by: EndedBy, delays: tuple[SeatDelays, SeatDelays] | None) -> None:
         """Write down how the game ended, and finish its file."""
+        tick, sizes = self._game.tick, self._game.sizes
         self._note_clock()
-        self._mark(
-            EndLine(
-                outcome=outcome,
-                tick=self._game.tick,
-                sizes=self._game.sizes,
-                ms=self.now_ms,
-                ended_by=ended_by,
-                delays=delays,
-            )
-        )
+        self._mark(EndLine(outcome=outcome, tick=tick, sizes=sizes, ms=self.now_ms, ended_by=ended_by, delays=delays))
         self.recorder.close()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +19,7 @@ from swarm_pz.play.shared import SharedCommand
 
 
 class _Given(NamedTuple):
-    """A command on its way into the game, and when it arrived, on the server's clock."""
+    """A command on its way, and when it arrived, on the server's clock."""
 
     command: Command
     received_ms: float
@@ -40,8 +39,6 @@ class IncomingCommands:
         Red's and blue's.
     log : GameLog
         Where they are written down.
-    now_ms : callable
-        Returns the server's clock.
 
     Attributes
     ----------
@@ -51,15 +48,12 @@ class IncomingCommands:
         How much later red's and blue's were handed in than they came.
     """
 
-    def __init__(
-        self, game: LiveGame, factors: tuple[Factors, Factors], log: GameLog, now_ms: Callable[[], float]
-    ) -> None:
-        self._game, self._log, self._server_ms = game, log, now_ms
+    def __init__(self, game: LiveGame, factors: tuple[Factors, Factors], log: GameLog) -> None:
+        self._game, self._log = game, log
         red, blue = factors
         self.sent = [game.tick, game.tick]
         self.measured = Measured(red.command_delay_ms), Measured(blue.command_delay_ms)
         self._lines = [DelayLine(own.command_delay_ms) for own in factors]
-        """By which commands come to the game."""
         cells = game.reader.cells
         self._shared = [
             SharedCommand(team, cells, own.share, own.helper) if own.share > 0.0 else None
@@ -69,53 +63,48 @@ class IncomingCommands:
     def submit(
         self, command: Command, strokes: list[StrokeMessage] | None = None, timing: Timing | None = None
     ) -> None:
-        """Hand in a command that was read, and write it down; with its helper's share, and later, where that is so."""
+        """Hand in a command, followed at once by what a helper makes of it, and write both down."""
         if not command.sender:
             self.sent[command.team] = self._game.tick
-        now, shared = self._server_ms(), self._shared[command.team]
+        now, shared = self._log.server_ms(), self._shared[command.team]
         given = [_Given(command, now, strokes, timing)]
         if shared is not None and (mixed := shared.take(command)) is not None:
-            given.append(_Given(mixed, now))  # at once after it, and so in its place
+            given.append(_Given(mixed, now))
         self._give(command.team, given)
 
     def take_answer(self, team: int, number: int, answer: NDArray[np.float64], sender: str = "") -> None:
-        """Hand in a policy's answer, in the form that all commands have among others, unless that holds already.
-
-        A helper's becomes its share of the command.
-        """
+        """Hand in a policy's answer, unless it holds already; a helper's becomes its share of the command."""
         command = self._game.reader.answered(team, number, answer, sender)
-        shared, now = self._shared[team], self._server_ms()
+        shared, now = self._shared[team], self._log.server_ms()
         if shared is None:
             self._give(team, [_Given(command, now, unless_held=True)])
         elif (mixed := shared.be_helped(command.values)) is not None:
             self._give(team, [_Given(mixed, now)])
 
     def _give(self, team: int, given: list[_Given]) -> None:
-        """Let commands of a team come to the game, together, when its delay is over."""
+        """Hand in commands of a team, together, when its delay is over."""
         self._lines[team].put(functools.partial(self._hand_in, given), self.measured[team])
 
     def _hand_in(self, given: list[_Given]) -> None:
         for one in given:
-            if not (one.unless_held and self._game.holds(one.command)):
-                self._game.hand_in(one.command)
-                self._write(one)
-
-    def _write(self, given: _Given) -> None:
-        command, received_ms, strokes, timing, _ = given
-        plain, is_density = command.values.tolist(), command.kind == "density"
-        self._log.command(
-            CommandLine(
-                team=command.team,
-                number=command.number,
-                density=plain if is_density else None,
-                received_ms=self._log.since_began(received_ms),
-                strokes=strokes,
-                timing=timing,
-                tick=self._game.tick,
-                command=None if is_density else plain,
-                sender=command.sender,
+            command = one.command
+            if one.unless_held and self._game.holds(command):
+                continue
+            self._game.hand_in(command)
+            plain, is_density = command.values.tolist(), command.kind == "density"
+            self._log.command(
+                CommandLine(
+                    team=command.team,
+                    number=command.number,
+                    density=plain if is_density else None,
+                    received_ms=self._log.since_began(one.received_ms),
+                    strokes=one.strokes,
+                    timing=one.timing,
+                    tick=self._game.tick,
+                    command=None if is_density else plain,
+                    sender=command.sender,
+                )
             )
-        )
 
     def end(self) -> None:
         """Write down the commands that the end came before; within a solve they are of a tick that is not played."""

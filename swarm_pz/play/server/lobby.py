@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import importlib.metadata
 import logging
 import secrets
 import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.play import protocol
@@ -23,40 +21,40 @@ from swarm_pz.play.recordings.seats import trial_rows
 from swarm_pz.play.recordings.summary import Summaries, Summary
 from swarm_pz.play.server.budget import Budget
 from swarm_pz.play.server.climbing import Climbing
+from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.games_folder import check_folder
-from swarm_pz.play.server.painter import Painter
-from swarm_pz.play.server.refusal import RefusedError
-from swarm_pz.play.server.replay_session import ReplaySession
-from swarm_pz.play.server.replays import Replayed, Replays
+from swarm_pz.play.server.rendered_command import CommandWorker
+from swarm_pz.play.server.replays import OpenedRecording, Replays, ReplaySession
 from swarm_pz.play.server.room import AWAY_S, Room
 from swarm_pz.play.server.room_settings import Hosted, settings_of
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.server_context import ServerContext
+from swarm_pz.play.server.worker import Worker
 from swarm_pz.policy import kind_of
 
 MOST_ROOMS = 100
 """Of 10 against 10 at normal speed; others count by what they take, as `cost_of` says."""
 MOST_ROOMS_OF_ADDRESS = 40
-"""Of these, at once: a class behind one address has enough, and others some left. So many may be opened one after
-another, too, and then one a second: opening a room and beginning its game is work."""
+"""Of these: a class behind one address has enough, and others some left. An address may open so many rooms at once, and
+then one a second: opening a room and beginning its game is work."""
 MOST_REPLAY_BYTES = 256 * 2**20
 """Of the files of recorded games that are watched at once: each takes some times as much memory."""
 EMPTY_S = 30.0
 """Seconds after which a room is closed that nobody is in, or has a seat to come back to."""
 _MOST_LISTED = 200
-"""Recorded games that are listed at once."""
+"""Recorded games that are listed."""
 _LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
 log = logging.getLogger("swarm_pz.play")
 
 
 class Lobby:
-    """What there is to go to: rooms, seats in them, and recorded games.
+    """The rooms, the seats in them, and the recorded games.
 
     Parameters
     ----------
     context : ServerContext
     policies : mapping of str to str
-        What may be given a seat, with a line about each.
+        Those that may be given a seat, with a line about each.
     cards : mapping of str to Card, optional
         Of those of them that were rated.
     addresses : sequence of str, optional
@@ -64,9 +62,9 @@ class Lobby:
     embedders : sequence of str, optional
         Origins of the pages that may hold it in a frame.
     climbing : Climbing, optional
-        The ladder, where people can climb.
+        The ladder.
     is_hosted : bool
-        Rooms are a host's alone: clients take the seats that it keeps for them, and play.
+        Only a host opens rooms; clients take the seats that it keeps for them, and play.
 
     Attributes
     ----------
@@ -74,8 +72,7 @@ class Lobby:
         By code.
     watched : set of ReplaySession
         Recorded games that somebody watches.
-    painter : Painter
-        Where commands are made that take long, off the event loop.
+    commands : CommandWorker
     """
 
     def __init__(
@@ -88,17 +85,16 @@ class Lobby:
         climbing: Climbing | None = None,
         is_hosted: bool = False,
     ) -> None:
-        self.context, self.is_hosted = context, is_hosted
+        self.context, self.climbing, self.is_hosted = context, climbing, is_hosted
         self.addresses, self.embedders = list(addresses), list(embedders)
-        self.climbing = climbing
         self.rooms: dict[str, Room] = {}
-        self._openings: dict[str, Budget] = {}
         self.watched: set[ReplaySession] = set()
+        self.commands = CommandWorker()
+        self._openings: dict[str, Budget] = {}
         self._replays = Replays()
-        self._listing = ThreadPoolExecutor(1, "listing")
+        self._listing = Worker("listing")
         self._summaries = Summaries()
         self._systems = installed_systems(context.table.game)
-        self.painter = Painter()
         known = cards if cards is not None else {}
         self._policies = [
             protocol.PolicyInfo(name=name, about=text, card=known.get(name), answers=kind_of(name))
@@ -107,16 +103,17 @@ class Lobby:
 
     def welcome(self) -> protocol.Welcome:
         """Return what every client is told first."""
+        table = self.context.table
         return protocol.Welcome(
             version=importlib.metadata.version("swarm-pz"),
             policies=self._policies,
-            min_command_interval=self.context.table.min_command_interval,
-            command_cells=self.context.table.game.command_cells,
+            min_command_interval=table.min_command_interval,
+            command_cells=table.game.command_cells,
             server_ms=self.context.now_ms(),
             addresses=self.addresses,
             records_labels=self.context.record_labels,
             systems=self._systems,
-            default_systems=list(self.context.table.game.team_controllers),
+            default_systems=list(table.game.team_controllers),
             ladder=self.climbing is not None,
             embedders=self.embedders,
         )
@@ -127,13 +124,15 @@ class Lobby:
             raise RefusedError("unknown", f"there is no policy {name[:80]!r} here")
         return name
 
+    # --- rooms ------------------------------------------------------------------------------------
+
     def open_room(self, settings: protocol.Settings, moment: Moment | None = None, address: str = "") -> Room:
         """Return a new room, perhaps one in which a recorded game goes on.
 
         Raises
         ------
         RefusedError
-            If there are too many, in all or of who opens it, there is no such game, or games cannot be recorded.
+            If there are too many, in all or of its address, there is no such game, or games cannot be recorded.
         """
         now = time.monotonic()
         budget = self._openings.setdefault(address, Budget(MOST_ROOMS_OF_ADDRESS, 1.0, now))
@@ -144,17 +143,16 @@ class Lobby:
         except OutputError as error:
             log.warning("%s", error)
             raise RefusedError("not_valid", "games cannot be recorded on this server now; tell who runs it") from error
-        code = self._new_code()
         try:
-            room = Room(code, settings, self.context, moment, address)
+            room = Room(self._new_code(), settings, self.context, moment, address)
         except ConfigError as error:
             raise RefusedError("not_valid", str(error)) from error
         self._make_way(room)
-        self.rooms[code] = room
+        self.rooms[room.code] = room
         return room
 
     def _make_way(self, room: Room) -> None:
-        """Refuse a room that takes too much; else close as many of its address that nobody is in as it needs."""
+        """Refuse a room that takes too much; else close as many empty ones of its address as it needs."""
         kept = list(self.rooms.values())
         empty = [other for other in kept if other.address == room.address and not other.connections]
         empty.sort(key=lambda other: other.last_used)
@@ -173,9 +171,8 @@ class Lobby:
                     "control system, leave another room, or join one",
                 )
             kept.remove(empty.pop(0))
-        for other in list(self.rooms.values()):
-            if other not in kept:
-                self.close_room(other)
+        for other in set(self.rooms.values()) - set(kept):
+            self.close_room(other)
 
     def open_hosted(self, hosted: Hosted) -> Room:
         """Return a new room of a host."""
@@ -195,11 +192,11 @@ class Lobby:
         self.rooms.pop(room.code, None)
         try:
             room.close()
-        except Exception:  # whatever is wrong with one room is not the others' affair
+        except Exception:  # a fault of one room is not the others' affair
             log.exception("room %s did not close well", room.code)
 
     def close_idle_rooms(self) -> None:
-        """Close rooms that nobody has been in for a while, and give up the seats of who does not come back."""
+        """Close rooms that nobody has been in for a while, and free the seats of players who do not come back."""
         now = time.monotonic()
         self._openings = {where: budget for where, budget in self._openings.items() if not budget.is_full(now)}
         for room in list(self.rooms.values()):
@@ -210,15 +207,17 @@ class Lobby:
                 self.close_room(room)
 
     def close(self) -> None:
-        """End all games, and the processes of policies."""
+        """End all games, threads and processes."""
         for room in list(self.rooms.values()):
             self.close_room(room)
         if self.climbing is not None:
             self.climbing.close()
         self.context.workers.close()
-        self.painter.close()
-        self._listing.shutdown(wait=False, cancel_futures=True)
+        self.commands.close()
+        self._listing.close()
         self._replays.close()
+
+    # --- tokens and recorded games ----------------------------------------------------------------
 
     def seat_of(self, token: str) -> tuple[Room, Seat] | None:
         """Return the seat that a token opens."""
@@ -237,10 +236,9 @@ class Lobby:
             return None
 
     async def recordings(self) -> list[Summary]:
-        """Return what the recorded games were that one may watch, the latest first; off the event loop."""
+        """Return summaries of the recorded games that can be watched, the latest first."""
         self._replays.warm()
-        running = self._running()
-        return await asyncio.get_running_loop().run_in_executor(self._listing, self._list, running)
+        return await self._listing.do(self._list, self._running())
 
     def _list(self, running: set[Path]) -> list[Summary]:
         found = sorted(self.context.folder.glob(f"*{SUFFIX}"), reverse=True)[:_MOST_LISTED]
@@ -259,39 +257,34 @@ class Lobby:
             raise RecordingError(f"there is no recording {name} here")
         return path
 
-    async def trial(self, name: str) -> list[dict[str, Any]]:
-        """Return a recorded game as rows of an experiment, one a seat; off the event loop.
-
-        Raises
-        ------
-        RecordingError
-            If there is none of that name, or it cannot be read.
-        """
-        return cast("list[dict[str, Any]]", await self._replays.work(self.find_recording(name), _trial_of))
-
     def _running(self) -> set[Path]:
-        """Return the files of games that are not over, or not wholly written; any thread may ask."""
-        sessions = [(room.session, room.outcome) for room in list(self.rooms.values())]
+        """Return the files of games that are not over, or not wholly written."""
+        sessions = [(room.session, room.outcome) for room in self.rooms.values()]
         return {
             session.recorder.path
             for session, outcome in sessions
             if session is not None and not (outcome and session.recorder.written)
         }
 
-    def check_replays(self, own: ReplaySession | None = None) -> None:
-        """Refuse to show one more recorded game, in place of one's own, where too many are shown."""
-        if sum(replay.size for replay in self.watched if replay is not own) >= MOST_REPLAY_BYTES:
-            raise RefusedError("full", "too many recorded games are watched here; try again later")
-
-    async def read(self, name: str) -> Replayed:
-        """Return a recorded game, played through.
+    async def trial(self, name: str) -> list[dict[str, Any]]:
+        """Return a recorded game as rows of an experiment, one for each seat.
 
         Raises
         ------
         RecordingError
             If there is none of that name, or it cannot be read.
         """
+        rows: list[dict[str, Any]] = await self._replays.work(self.find_recording(name), _trial_of)
+        return rows
+
+    async def read(self, name: str) -> OpenedRecording:
+        """Return a recorded game, played through; errors as of `trial`."""
         return await self._replays.read(self.find_recording(name))
+
+    def check_replays(self, own: ReplaySession | None = None) -> None:
+        """Refuse to show one more recorded game, in place of one's own, where too many are shown."""
+        if sum(replay.size for replay in self.watched if replay is not own) >= MOST_REPLAY_BYTES:
+            raise RefusedError("full", "too many recorded games are watched here; try again later")
 
 
 def _trial_of(path: Path) -> list[dict[str, Any]]:

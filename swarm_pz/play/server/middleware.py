@@ -1,4 +1,4 @@
-"""Who may come in: only those who ask for a name that is served here, and from a page that is."""
+"""Who may come in: only requests for a name that is served here, from a page that is."""
 
 from __future__ import annotations
 
@@ -21,19 +21,17 @@ _HEADERS = {
     "referrer-policy": "no-referrer",
     "cache-control": "no-cache",
 }
-
-
 _BESIDE_S = 0.001
-"""Processor time of the threads that find and read a page, charged for each request: theirs is not measured."""
+"""Processor time charged for each request for the threads that find and read a page: theirs is not measured."""
 _PATIENCE_S = 10.0
 """Seconds for which a request may wait until its connection and its address have processor time again."""
 
 
 class AccessMiddleware:
-    """Lets in only those who ask for a name that is served here, and from a page that is; each when it is their turn.
+    """Lets in requests for a name that is served here, from a page that is; each when it is its turn.
 
-    A page elsewhere may make its name point here (DNS rebinding) or open a socket to here; neither its
-    Host nor its Origin is one of ours. Programs send no Origin.
+    A page elsewhere may make its name point here (DNS rebinding), or open a socket to here. Then its Host or its Origin
+    is none of ours. Programs send no Origin.
 
     Parameters
     ----------
@@ -41,11 +39,11 @@ class AccessMiddleware:
     hosts : sequence of str
         Names with their port.
     allowed_hosts : sequence of str
-        Names by which a proxy or a tunnel is reached that leads here; pages there may be encrypted.
+        Names of a proxy or a tunnel that leads here; pages there may be encrypted.
     embedders : sequence of str
         Origins of the pages that may hold this one in a frame.
     accounts : Accounts
-        What the processor time of each request and WebSocket is charged to; the application finds it in its scope.
+        The processor time of each request and WebSocket is charged to them; the application finds its in the scope.
     """
 
     def __init__(
@@ -82,8 +80,7 @@ class AccessMiddleware:
     async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
         headers = Headers(scope=scope)
         host, origin = headers.get("host", "").lower(), headers.get("origin")
-        allowed = host in self._hosts and (origin is None or origin.lower() in self._origins)
-        if not allowed:
+        if host not in self._hosts or (origin is not None and origin.lower() not in self._origins):
             await _refuse(403, "this server is not known by that name\n", scope, receive, send)
             return
 

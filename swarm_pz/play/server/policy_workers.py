@@ -1,9 +1,8 @@
 """Where policies load and think: in processes of their own, so that neither delays a game.
 
-A policy is loaded when it is given a seat, apart from those that play, and tried out once, so that what is
-compiled late is compiled before its game begins. A process keeps the policies of its seats, with their states
-and random streams, and shows each the game from its side. One that hangs is ended; its policies are loaded
-anew with their next questions.
+A policy is loaded when it is given a seat, and asked once, so that what has to be compiled is compiled before its game
+begins. A process keeps the policies of its seats, with their states and random streams. One that hangs is ended; its
+policies are loaded anew with their next questions.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ import signal
 import threading
 from collections import Counter
 from collections.abc import Callable, Hashable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,32 +27,25 @@ from swarm_pz.errors import PolicyError
 from swarm_pz.evaluation.processes import alarm, prepare_process
 from swarm_pz.evaluation.rollout import FaultError, policy_errors
 from swarm_pz.kernels.game import Games
+from swarm_pz.play.server.worker import Worker
 from swarm_pz.policy import Player
 from swarm_pz.simulator.spawn import Seed
 
 Loader = Callable[[str, GameConfig, ControlSystem], Player]
+Answer = NDArray[np.float64]
 LOADING_S = 180.0
-"""Seconds that a policy may take to be loaded and tried out: libraries, and compilers where nothing is stored yet."""
+"""Seconds that a policy may take to be loaded and asked once: libraries are loaded, and perhaps something compiled."""
 MOST_PROCESSES = max(4, os.cpu_count() or 1)
-"""Processes at most, of 190 MB each, or 380 MB with PyTorch in it. With four on two cores both seats of a room
-play and another room's load; more would only wait for a core."""
+"""Processes at most, of 190 MB each, or 380 MB with PyTorch. With four on two cores both seats of a room play and
+another room's policies load."""
 _GRACE_S = 2.0
-"""Seconds after which a process that does not even say that it is late is ended."""
+"""Seconds after which a process is ended that does not even say that its policy is late."""
 _ROW = np.zeros(1, np.int64)
 
 
 @dataclass(frozen=True, kw_only=True)
 class PolicySeat:
-    """A policy that has a seat, for one game or for many.
-
-    Attributes
-    ----------
-    key : hashable
-        What no other seat has.
-    policy : str
-    game : GameConfig
-    team : int
-    """
+    """A policy in a seat, for one game or for many; its key is no other seat's."""
 
     key: Hashable
     policy: str
@@ -64,7 +55,7 @@ class PolicySeat:
 
 @dataclass(frozen=True, kw_only=True)
 class _Question:
-    """A game shown to a policy, perhaps one that begins; no game asks it to load."""
+    """A game shown to a policy, perhaps one that begins; without a game the policy is only loaded."""
 
     seat: PolicySeat
     games: Games | None = None
@@ -79,7 +70,7 @@ def _load(seat: PolicySeat, loader: Loader) -> tuple[Player, BatchEnv]:
         batch = BatchEnv(seat.game)
         batch.reset([0])
         policy.reset([0], _ROW)
-        batch.ask(policy, np.array([seat.team]), _ROW)  # what is compiled is compiled now
+        batch.ask(policy, np.array([seat.team]), _ROW)  # what has to be compiled is compiled now
         return policy, batch
 
 
@@ -110,7 +101,7 @@ def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
                         if is_new or asked.begins:
                             policy.reset([asked.seed], _ROW)
                         given = batch.ask(policy, np.array([seat.team]), _ROW)
-                        # The game draws it for those who watch; a control system that cannot fails here already.
+                        # The game draws it for spectators; a control system that cannot draw it fails here already.
                         batch.simulator.command_checked(seat.team, given, _ROW)
                         answer = given[0]
         except FaultError as fault:
@@ -119,7 +110,7 @@ def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
 
 
 class _Process:
-    """One process of `PolicyWorkers`, started when it is first needed and after it was ended.
+    """One process of `PolicyWorkers`, started when it is first needed and again after it was ended.
 
     Attributes
     ----------
@@ -130,17 +121,16 @@ class _Process:
     def __init__(self, loader: Loader) -> None:
         self.known: set[str] = set()
         self._loader = loader
-        self._thread = ThreadPoolExecutor(1, thread_name_prefix="thinker")
+        self._worker = Worker("policies")
         self._process: multiprocessing.process.BaseProcess | None = None
         self._loaded: set[Hashable] = set()
         self._loading: Hashable = None
         self._lock = threading.Lock()
-        """Held where a process appears or is told to end, so that none appears after the end."""
+        """Held where a process is started or told to end, so that none is started after the end."""
         self._killed = self._closing = False
 
     @property
     def is_started(self) -> bool:
-        """Whether there is a process."""
         return self._process is not None
 
     def _start(self) -> None:
@@ -170,7 +160,7 @@ class _Process:
                 self._killed = True
                 self._process.kill()
 
-    def _ask(self, asked: _Question) -> NDArray[np.float64] | None:
+    def _ask(self, asked: _Question) -> Answer | None:
         key, name = asked.seat.key, asked.seat.policy
         try:
             if self._killed:
@@ -202,37 +192,36 @@ class _Process:
             except OSError:
                 self._end()
 
-    async def ask(self, asked: _Question) -> NDArray[np.float64] | None:
+    def ask(self, asked: _Question) -> asyncio.Future[Answer | None]:
         self.known.add(asked.seat.policy)
-        return await asyncio.get_running_loop().run_in_executor(self._thread, self._ask, asked)
+        return self._worker.do(self._ask, asked)
 
     def forget(self, seat: PolicySeat, *, was_alone: bool) -> None:
         if was_alone and self._loading == seat.key:
             self._kill()  # nobody waits for it any more, and others may need the process
-        self._thread.submit(self._forget, seat)
+        self._worker.do(self._forget, seat)
 
     def close(self) -> None:
         self._closing = True
         self._kill()
-        self._thread.shutdown(wait=True, cancel_futures=True)
+        self._worker.close(wait=True)
         self._end()
 
 
 class PolicyWorkers:
     """Processes in which policies load and think.
 
-    A policy is loaded where nobody plays, as long as there is such a process. The last free one is kept for
-    policies that no process knows yet: another seat for a policy that one of them knows loads in a moment there.
+    A policy is loaded in a process without other seats, if there is one. The last such process is kept for policies
+    that no process knows yet: a policy that one of them knows loads there in a moment.
 
     Parameters
     ----------
     loader : callable
-        From a name, a game and the control system that flies the policy's team to a policy; found again by its name
-        in other processes.
+        From a name, a game and the control system that flies the policy's team to a policy; other processes import it.
     processes : int
         At most; none is started before it is needed.
     limit_s : float
-        Seconds that a thought may take.
+        Seconds that an answer may take.
     """
 
     def __init__(self, loader: Loader, processes: int = MOST_PROCESSES, limit_s: float = 2.0) -> None:
@@ -255,7 +244,7 @@ class PolicyWorkers:
         return self._places[seat.key]
 
     async def load(self, seat: PolicySeat) -> None:
-        """Load a policy for its seat, and try it out.
+        """Load a policy for its seat, and ask it once.
 
         Raises
         ------
@@ -264,18 +253,10 @@ class PolicyWorkers:
         """
         await self._place(seat).ask(_Question(seat=seat))
 
-    async def ask(self, seat: PolicySeat, games: Games, seed: Seed, *, begins: bool = False) -> NDArray[np.float64]:
-        """Return what a policy answers to a game; one that was not loaded, or whose process was ended, is first.
+    async def ask(self, seat: PolicySeat, games: Games, seed: Seed, *, begins: bool = False) -> Answer:
+        """Return what a policy answers to a snapshot of its game; it is loaded if it was not, or its process was ended.
 
-        Parameters
-        ----------
-        seat : PolicySeat
-        games : Games
-            A snapshot of its one game.
-        seed : int or SeedSequence
-            Of its random stream in this game.
-        begins : bool
-            Whether its game begins, and with it that stream.
+        Where its game begins, the seed is that of its random stream.
 
         Raises
         ------

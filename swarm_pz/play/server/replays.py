@@ -1,29 +1,152 @@
-"""Recorded games that are watched at a table: two processes read and play them again, so that no file ends the table.
+"""Recorded games that are watched at a table, each by one client, who may go to any moment of it.
 
-One reads and verifies, which may take long; the other one shows those that somebody watches.
+A recording may be a stranger's. So two processes read and simulate them: one reads and verifies, which may take long,
+and the other shows the games that somebody watches. The event loop only sends what they return. Where a game comes out
+as recorded, the simulation is shown, with capture fields and targets; where it does not, because the processor is of
+another kind, the recorded frames are.
 """
 
 from __future__ import annotations
 
 import asyncio
+import bisect
 import contextlib
 import itertools
+import logging
 import pickle
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
+from swarm_pz.config import BLUE, RED, TICKS_PER_SECOND
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
+from swarm_pz.play.frames import Frame, encode_frame
 from swarm_pz.play.game import LiveGame, TableConfig
+from swarm_pz.play.recordings.format import Origin, Recording
+from swarm_pz.play.recordings.moment import Moment
+from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.sandbox import Sandbox
-from swarm_pz.play.server.replay_session import LoadedRecording
+from swarm_pz.play.server.connection import Connection
+from swarm_pz.play.server.room_settings import settings_of
+from swarm_pz.play.server.views import frame_of, target_message
+from swarm_pz.play.server.worker import Worker
 
-_held: dict[int, LoadedRecording] = {}
-"""In the process that shows them, by their numbers."""
+MOST_BYTES = 64 * 2**20
+"""Of a recording that can be watched."""
+log = logging.getLogger("swarm_pz.play")
+
+
+# --- in the processes -----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class LoadedRecording:
+    """A recorded game that was played through.
+
+    Attributes
+    ----------
+    recording : Recording
+    frames : list of Frame
+    sizes : list of (int, int)
+        Drones of red and blue, once a second since the start.
+    playback : Playback
+    is_verified : bool
+        Whether its simulation comes out as recorded.
+    """
+
+    recording: Recording
+    frames: list[Frame]
+    sizes: list[tuple[int, int]]
+    playback: Playback
+    is_verified: bool
+
+    @classmethod
+    def read(cls, path: Path) -> LoadedRecording:
+        """Read a recorded game and play it through.
+
+        Raises
+        ------
+        RecordingError
+            If it is too long, cannot be read, or shows nothing.
+        """
+        if path.stat().st_size > MOST_BYTES:
+            film = "swarm-pz replay --film makes a film of it"
+            raise RecordingError(f"{path.name} is too long to be watched here; {film}")
+        recording = Recording.read(path)
+        frames = list(recording.frames())
+        if not frames:
+            raise RecordingError(f"{path.name} broke off before anything was to be seen")
+        playback = Playback(recording)
+        return cls(recording, frames, sizes_of(frames), playback, playback.verify().verified)
+
+    @property
+    def state(self) -> protocol.RoomState:
+        """What the client is told of it."""
+        header, end, config = self.recording.header, self.recording.end, self.recording.config
+        red, blue = (
+            protocol.SeatState(seat.kind, seat.policy, seat.label, True, system=system.name, takes=system.takes)
+            for seat, system in zip((header.red, header.blue), config.game.team_systems, strict=True)
+        )
+        return protocol.RoomState(
+            code="",
+            phase="replay",
+            settings=settings_of(config),
+            red=red,
+            blue=blue,
+            watchers=1,
+            sizes=self.sizes,
+            min_command_interval=config.min_command_interval,
+            outcome=end.outcome if end is not None else None,
+            recording=self.recording.name,
+            last_tick=self.recording.last_tick,
+            verified=self.is_verified,
+            ended_by=end.ended_by if end is not None else None,
+            forfeit=self.recording.forfeit,
+        )
+
+    def picture(self, tick: int, sequence: int, is_sought: bool) -> tuple[list[bytes], bytes]:
+        """Go to a tick; return targets, all or those that came into force on the way, and the frame."""
+        playback = self.playback
+        if not self.is_verified:
+            frame = self.frames[max(bisect.bisect_right(self.frames, tick, key=lambda frame: frame.tick) - 1, 0)]
+            altitudes = playback.game.simulator.altitudes[0]  # of the start, which every processor draws alike
+            return [], encode_frame(replace(frame, sequence=sequence, server_ms=0.0, altitudes=altitudes))
+        if is_sought:
+            playback.seek(tick)
+            came = [(team, 0) for team in (RED, BLUE)]
+        else:
+            came = [(command.team, command.number) for command in playback.advance(tick - playback.game.tick)]
+        simulator = playback.game.simulator
+        targets = [target_message(team, number, simulator.games.coefficients[0, team]) for team, number in came]
+        return targets, frame_of(simulator, sequence, 0.0, altitudes=True, fields=True)
+
+    def moment(self, tick: int) -> Moment:
+        """Return a moment to play on from."""
+        if self.recording.end is None:
+            tick = min(tick, self.frames[-1].tick)  # some of what came after the last frame may be lost
+        game = self.playback.fork(tick).game
+        past = self.recording.until(game.tick)
+        return Moment(
+            game=game,
+            seed=self.recording.header.seed,
+            sizes=self.sizes[: game.tick // TICKS_PER_SECOND + 1],
+            origin=Origin(recording=self.recording.name, tick=game.tick, lines=len(past)),
+            past=past,
+        )
+
+
+def sizes_of(frames: Sequence[Frame]) -> list[tuple[int, int]]:
+    """Return the drones of red and blue at the beginning of each second that frames show."""
+    by_second = {frame.tick // TICKS_PER_SECOND: frame for frame in reversed(frames)}
+    blue = {second: int(frame.teams.sum()) for second, frame in by_second.items()}
+    count = len(frames[0].teams)
+    return [(count - blue[second], blue[second]) for second in sorted(blue)]
+
+
+_shown: dict[int, LoadedRecording] = {}
+"""Recordings in the process that shows them, by their numbers."""
 
 
 def _warm() -> None:
@@ -37,61 +160,74 @@ def _load(path: Path) -> tuple[protocol.RoomState, bytes]:
     return loaded.state, pickle.dumps(loaded)
 
 
-def _hold(number: int, data: bytes) -> None:
-    _held[number] = pickle.loads(data)  # noqa: S301  (of our own process)
+def _open(number: int, data: bytes) -> None:
+    _shown[number] = pickle.loads(data)  # noqa: S301  (of our own process)
 
 
 def _drop(number: int) -> None:
-    _held.pop(number, None)
+    _shown.pop(number, None)
 
 
-def _ask(number: int, what: str, *given: Any) -> Any:
-    if number not in _held:
+def _ask(number: int, method: str, *given: Any) -> Any:
+    if number not in _shown:
         raise RecordingError("the process that showed it has ended; open it again")
-    return getattr(_held[number], what)(*given)
+    return getattr(_shown[number], method)(*given)
+
+
+# --- in the server --------------------------------------------------------------------------------
+
+
+class SandboxWorker:
+    """A process for recordings, and the thread that waits for it."""
+
+    def __init__(self, name: str) -> None:
+        self._sandbox, self._worker = Sandbox(), Worker(name)
+
+    def do(self, name: str, work: Callable[..., Any], *given: Any) -> asyncio.Future[Any]:
+        """Return the future result of work in the process; see `Worker.do` and `Sandbox.do`."""
+        return self._worker.do(self._sandbox.do, name, work, *given)
+
+    def close(self) -> None:
+        """End the process and the thread."""
+        self._worker.close()
+        self._sandbox.close()
 
 
 @dataclass(frozen=True)
-class Replayed:
-    """A recorded game that somebody watches.
+class OpenedRecording:
+    """A recorded game in the process that shows it: its number there, its state, and the bytes of its file."""
 
-    Attributes
-    ----------
-    state : RoomState
-        What is told of it.
-    size : int
-        Bytes of its file.
-    ask : callable
-        From the name of a method of `LoadedRecording` and its arguments to what it returns, to be awaited.
-    drop : callable
-        Forgets it.
-    """
-
+    player: SandboxWorker
+    number: int
     state: protocol.RoomState
     size: int
-    ask: Callable[..., Any]
-    drop: Callable[[], None]
+
+    async def ask(self, method: str, *given: Any) -> Any:
+        """Return what a method of its `LoadedRecording` returns."""
+        return await self.player.do(str(self.state.recording), _ask, self.number, method, *given)
+
+    def drop(self) -> None:
+        """Forget it."""
+        with contextlib.suppress(RuntimeError):  # the event loop has ended
+            self.player.do("", _drop, self.number)
 
 
 class Replays:
     """The two processes, started when somebody first looks for recorded games, or opens one."""
 
     def __init__(self) -> None:
-        self._reader, self._player = Sandbox(), Sandbox()
-        # Of one thread each, so that what is asked for waits in line. A thread reads on when nobody waits any more;
-        # the next one begins after it.
-        self._reading, self._playing = ThreadPoolExecutor(1, "reading"), ThreadPoolExecutor(1, "replaying")
+        self.reader, self.player = SandboxWorker("reading"), SandboxWorker("replaying")
         self._numbers = itertools.count()
         self._is_warm = False
 
     def warm(self) -> None:
-        """Start the processes, the first time that this is asked for, so that a game opens at once later."""
+        """Start the processes, so that a game opens at once later."""
         if not self._is_warm:
             self._is_warm = True
-            self._reading.submit(self._reader.do, "", _warm)
-            self._playing.submit(self._player.do, "", _warm)
+            self.reader.do("", _warm)
+            self.player.do("", _warm)
 
-    async def read(self, path: Path) -> Replayed:
+    async def read(self, path: Path) -> OpenedRecording:
         """Return a recorded game, played through; one at a time, since it takes a core.
 
         Raises
@@ -101,29 +237,74 @@ class Replays:
         """
         self.warm()
         state, data = await self.work(path, _load)
-        number, do, loop = next(self._numbers), partial(self._player.do, path.name), asyncio.get_running_loop()
-
-        async def ask(what: str, *given: Any) -> Any:
-            return await loop.run_in_executor(self._playing, do, _ask, number, what, *given)
-
-        def drop() -> None:
-            with contextlib.suppress(RuntimeError):  # the server has ended
-                self._playing.submit(do, _drop, number)
-
-        replayed = Replayed(state, path.stat().st_size, ask, drop)
+        opened = OpenedRecording(self.player, next(self._numbers), state, path.stat().st_size)
         try:
-            await loop.run_in_executor(self._playing, do, _hold, number, data)
+            await self.player.do(path.name, _open, opened.number, data)
         except BaseException:  # such as that nobody waits any more
-            replayed.drop()
+            opened.drop()
             raise
-        return replayed
+        return opened
 
     async def work(self, path: Path, work: Callable[[Path], Any]) -> Any:
-        """Return what some work finds in a recording, as `Sandbox.do` would."""
-        return await asyncio.get_running_loop().run_in_executor(self._reading, self._reader.do, path.name, work, path)
+        """Return what some work finds in a recording."""
+        return await self.reader.do(path.name, work, path)
 
     def close(self) -> None:
         """End the processes."""
-        for thread, sandbox in ((self._reading, self._reader), (self._playing, self._player)):
-            thread.shutdown(wait=False, cancel_futures=True)
-            sandbox.close()
+        self.reader.close()
+        self.player.close()
+
+
+class ReplaySession:
+    """A recorded game as one client watches it."""
+
+    def __init__(self, opened: OpenedRecording, connection: Connection) -> None:
+        self.state, self.size, self._opened, self._connection = opened.state, opened.size, opened, connection
+        self._last_tick = opened.state.last_tick or 0
+        self._tick = 0
+        self._is_sought = True
+        self._speed = 1.0
+        self._sequence = 0
+        connection.send(self.state)
+        self._clock = asyncio.create_task(self._run())
+
+    def seek(self, tick: int) -> None:
+        """Show a moment soon; of those that are asked for meanwhile, the latest."""
+        self._tick, self._is_sought = min(tick, self._last_tick), True
+
+    def pace(self, speed: float) -> None:
+        """Play at this many seconds of game a second; 0 holds."""
+        self._speed = speed
+
+    async def moment(self) -> Moment:
+        """Return the moment that is shown, or sought, to play on from; only where the simulation is verified."""
+        moment: Moment = await self._opened.ask("moment", self._tick)
+        return moment
+
+    def close(self) -> None:
+        """Show nothing more."""
+        self._clock.cancel()
+        self._opened.drop()
+
+    async def _run(self) -> None:
+        owed = 0.0
+        try:
+            while True:
+                before, ticks, owed = self._tick, int(owed), owed - int(owed)
+                is_sought, self._is_sought = self._is_sought, False
+                if not is_sought:
+                    self._tick = min(before + ticks, self._last_tick)
+                if is_sought or self._tick > before:
+                    await self._show(is_sought)
+                await asyncio.sleep(1.0 / TICKS_PER_SECOND)
+                owed = min(owed + self._speed, 8.0)
+        except Exception:
+            log.exception("a recorded game was not shown to its end")
+            self._connection.send(protocol.Notice(text="this recorded game cannot be shown any further"))
+
+    async def _show(self, is_sought: bool) -> None:
+        self._sequence += 1
+        targets, frame = await self._opened.ask("picture", self._tick, self._sequence, is_sought)
+        for target in targets:
+            self._connection.send_bytes(target)
+        self._connection.show(frame, self._sequence)

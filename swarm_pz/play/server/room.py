@@ -1,30 +1,36 @@
-"""A room: two seats, who watches, and the games between them."""
+"""A room: two seats, who watches, and the games between them, one after the other."""
 
 from __future__ import annotations
 
+import logging
+import secrets
 import time
+from collections.abc import Callable
 from typing import Literal
 
 from swarm_pz.config import TEAM_NAMES
+from swarm_pz.errors import SwarmError
 from swarm_pz.play import protocol
+from swarm_pz.play.commands import CommandReader
 from swarm_pz.play.factors import Factors
-from swarm_pz.play.recordings.format import Outcome
+from swarm_pz.play.recordings.format import EndedBy, Outcome, SeatEvent
 from swarm_pz.play.recordings.moment import Moment
 from swarm_pz.play.server.audience import Audience
-from swarm_pz.play.server.connection import Connection
+from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.live_session import LiveSession
-from swarm_pz.play.server.orders import Made
-from swarm_pz.play.server.refusal import RefusedError
+from swarm_pz.play.server.rendered_command import RenderedCommand
 from swarm_pz.play.server.responses import ReadyRule
-from swarm_pz.play.server.room_games import RoomGames
 from swarm_pz.play.server.room_settings import Hosted, cost_of, settings_of, table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_view import SeatView
 from swarm_pz.play.server.server_context import ServerContext
-from swarm_pz.play.server.views import frame_of
+from swarm_pz.play.server.views import frame_of, target_message
 
 AWAY_S = 60.0
-"""Seconds that a seat waits between games for who has left without saying so."""
+"""Seconds that a seat waits between games for a client whose connection was lost."""
+PAUSE_S = 1.0
+"""Seconds after a countdown was called off in which none begins: to begin one is work."""
+log = logging.getLogger("swarm_pz.play")
 
 
 class Room:
@@ -38,7 +44,7 @@ class Room:
     moment : Moment, optional
         Of a recorded game, that the first game here goes on from.
     address : str
-        Where who opened it is.
+        Of the client that opened it.
     hosted : Hosted, optional
         What a host has decided, in place of the settings and of who is in it.
 
@@ -50,11 +56,21 @@ class Room:
         What its games take of the server, as `cost_of` says.
     seats : (Seat, Seat)
     audience : Audience
-    games : RoomGames
+    reader : CommandReader
+    session : LiveSession or None
+        The game that counts down, is played, or was played last.
+    outcome, ended_by : str or None
+        Of that game, once it is over.
+    seed : int or None
+        Of the next game's start; None takes any. After a countdown that was called off it is the same.
     once : bool
         One game is played here, between those who sat down for it, and no more.
     ranked : bool
         It counts for a player's level: no policy may command in the player's place.
+    lesson : bool
+        Its games are lessons, and their recordings say so.
+    on_over : callable or None
+        Told the outcome and what ended the game, of each that has begun.
     last_used : float
         When anything was last done here.
     """
@@ -68,41 +84,47 @@ class Room:
         address: str = "",
         hosted: Hosted | None = None,
     ) -> None:
-        self.code, self._context = code, context
-        self.address, self.hosted = address, hosted
+        self.code, self.address, self.moment, self.hosted, self._context = code, address, moment, hosted, context
         if hosted is not None:
             self.config = hosted.config
         elif moment is None:
             self.config = table_config(settings, context.table)
-        else:  # by its rules; what was varied then is not now
+        else:  # by its rules; what was varied then is not varied now
             self.config = moment.game.config.replace(factors=(Factors(), Factors()))
         self.settings, self.cost = settings_of(self.config), cost_of(self.config)
-        self.last_used = time.monotonic()
-        self.once = self.ranked = False
-        self.seats = (
-            Seat(0, self.config, code, context.workers),
-            Seat(1, self.config, code, context.workers),
-        )
+        self.reader = CommandReader(self.config.game)
+        red, blue = (Seat(team, self.config, code, context.workers) for team in range(2))
+        self.seats = red, blue
         self.audience = Audience(self.seats, self._state)
-        self.games = RoomGames(code, self.config, self.seats, self.audience, context, self._changed, moment, hosted)
-        self.reader = self.games.reader
+        self.session: LiveSession | None = None
+        self.outcome: Outcome | None = None
+        self.ended_by: EndedBy | None = None
+        self._before: tuple[LiveSession | None, Outcome | None] = None, None
+        """The session before the one that counts down, and its outcome."""
+        self.seed = hosted.seed if hosted is not None else None
+        self.once = self.ranked = self.lesson = False
+        self.on_over: Callable[[Outcome, EndedBy], None] | None = None
+        self.last_used = time.monotonic()
+        self._games = 0
+        self._called_off_at = -PAUSE_S
+        self._is_called_for = False
+        """Somebody who watches wants two policies to begin."""
 
-    # --- how it stands ----------------------------------------------------------------------------
+    # --- its state --------------------------------------------------------------------------------
 
     @property
     def phase(self) -> Literal["waiting", "starting", "playing", "over"]:
         """How far its latest game is."""
-        return self.games.phase
+        if self.session is None:
+            return "waiting"
+        if self.outcome is not None:
+            return "over"
+        return "playing" if self.session.has_begun else "starting"
 
     @property
-    def session(self) -> LiveSession | None:
-        """Its latest game."""
-        return self.games.session
-
-    @property
-    def outcome(self) -> Outcome | None:
-        """Of that, once it is over."""
-        return self.games.outcome
+    def is_on(self) -> bool:
+        """Whether a game counts down, or is played."""
+        return self.phase in ("starting", "playing")
 
     @property
     def connections(self) -> list[Connection]:
@@ -132,82 +154,88 @@ class Room:
             recording=session.recorder.path.name if session is not None and outcome else None,
             min_command_interval=self.config.min_command_interval,
             starts_ms=session.starts_ms if session is not None and phase == "starting" else None,
-            ended_by=self.games.ended_by if outcome is not None else None,
+            ended_by=self.ended_by if outcome is not None else None,
             once=self.once,
             forfeit=session.forfeit if session is not None and outcome is not None else "",
         )
 
-    # --- who sits where ---------------------------------------------------------------------------
+    def _note(self, seat: Seat, event: SeatEvent) -> None:
+        if self.session is not None and self.is_on:
+            self.session.note(seat, event)
+
+    # --- who is here ------------------------------------------------------------------------------
+
+    def _held_by(self, connection: Connection) -> Seat | None:
+        return next((seat for seat in self.seats if seat.connection is connection), None)
 
     def seat_of(self, connection: Connection) -> Seat:
         """Return a connection's seat, or refuse one that has none."""
-        for seat in self.seats:
-            if seat.connection is connection:
-                return seat
-        raise RefusedError("out_of_turn", "only who sits at this table may do that; take a seat first")
+        if (seat := self._held_by(connection)) is None:
+            raise RefusedError("out_of_turn", "only players in this room may do that; take a seat first")
+        return seat
 
     def sit(self, connection: Connection, side: protocol.Side, label: str) -> Seat:
         """Give a free seat to a client."""
         seat = self.seats[TEAM_NAMES.index(side)]
         if seat.kind != "free":
             raise RefusedError("taken", f"the {side} seat is taken; take the other one, or watch")
-        if any(own.connection is connection for own in self.seats):
+        if self._held_by(connection) is not None:
             raise RefusedError("out_of_turn", "leave the seat that you have first")
         seat.check_side()
         self.audience.watchers.discard(connection)
-        seat.take(connection, label)
-        seat.help(self.games.go_on)
-        self._entered(seat, connection)
+        seat.take(connection.kind, label)
+        seat.help(self._go_on)
+        self._enter(seat, connection)
         return seat
 
     def reserve(self, team: int) -> None:
         """Keep a seat for a person, who comes with its token."""
-        self.seats[team].reserve()
-        self.seats[team].help(self.games.go_on)
+        self.seats[team].take("person")
+        self.seats[team].help(self._go_on)
 
     def resume(self, connection: Connection, seat: Seat) -> None:
-        """Give a seat back to who holds its token; another connection that has it is told and left."""
+        """Give a seat back to a client that has its token; another connection that has it is told and left."""
         displaced = seat.connection
         if displaced is not None and displaced is not connection:
-            self.games.note(seat, "displaced")
+            self._note(seat, "displaced")
             displaced.send(protocol.Displaced())
-        self._entered(seat, connection)
+        self._enter(seat, connection)
 
-    def _entered(self, seat: Seat, connection: Connection) -> None:
+    def _enter(self, seat: Seat, connection: Connection) -> None:
         view = seat.meet(connection)
-        self.games.measure(seat)
-        self.games.note(seat, "connected")
+        if self.session is not None and self.outcome is None:
+            self.session.measure(seat)
+        self._note(seat, "connected")
         self._welcome(view)
         seat.show_target()
         seat.tell_acting()
         if self.hosted is not None and self.session is None:
             seat.ready = True
-            self.games.begin_if_ready()
+            self._begin_if_ready()
 
     def watch(self, connection: Connection) -> None:
-        """Let somebody look on who has no seat here."""
-        if any(own.connection is connection for own in self.seats):
+        """Let somebody watch who has no seat here."""
+        if self._held_by(connection) is not None:
             raise RefusedError("out_of_turn", "you have a seat in this room and see its games; leave it first to watch")
         self.audience.watchers.add(connection)
         self._welcome(connection)
 
     def _welcome(self, view: SeatView | Connection) -> None:
-        moment = self.games.moment
         self.audience.welcome(view)
-        if moment is not None and self.config.speed != 1.0:
+        if self.moment is not None and self.config.speed != 1.0:
             text = f"this game goes on as it was played: at {self.config.speed:g} times the speed"
             view.send(protocol.Notice(text=text))
         if self.session is not None:
             view.send_bytes(self.session.frame(keyframe=True))
-        elif moment is not None:  # one decides whether one is ready with the board in view
-            simulator, now = moment.game.simulator, self._context.now_ms()
+        elif self.moment is not None:  # one decides whether one is ready with the board in view
+            simulator, now = self.moment.game.simulator, self._context.now_ms()
             view.send_bytes(frame_of(simulator, 0, now, altitudes=True, fields=True))
 
     def invite(self, connection: Connection, side: protocol.Side, policy: str | None) -> None:
-        """Give a seat to a policy, or free it."""
+        """Let a player give a seat to a policy, or free it."""
         self.seat_of(connection)
         if self.once:
-            raise RefusedError("out_of_turn", "one game is played here, against whom it was opened")
+            raise RefusedError("out_of_turn", "one game is played here, against the opponent it was opened with")
         self.place_policy(side, policy)
 
     def place_policy(self, side: protocol.Side, policy: str | None) -> None:
@@ -215,90 +243,60 @@ class Room:
         seat = self.seats[TEAM_NAMES.index(side)]
         if seat.kind not in ("free", "policy"):
             raise RefusedError("taken", f"somebody sits in the {side} seat")
-        if self.games.is_on:
+        if self.is_on:
             raise RefusedError("out_of_turn", "seats change between games")
         seat.check_side()
         if policy is not None and seat.helper:
-            reason = (
-                f"the {side} seat shares its commands with {seat.helper}: it is for a player, not for another policy"
-            )
+            reason = f"the {side} seat shares its commands with {seat.helper}: it is for a player, not for a policy"
             raise RefusedError("not_valid", reason)
         seat.free()
         if policy is not None:
-            seat.give(policy, self.games.go_on)
+            seat.give(policy, self._go_on)
         self._changed()
 
     def leave(self, connection: Connection) -> None:
         """Give a seat up; in a game the swarm goes on with its last command."""
-        self.audience.watchers.discard(connection)
-        for seat in self.seats:
-            if seat.connection is connection:
-                self.games.note(seat, "disconnected")
-                self.games.call_off()
-                if self.phase == "playing":
-                    seat.give_up()
-                else:
-                    seat.free()
-        self._changed()
+        self._gone(connection, lambda seat: seat.give_up() if self.phase == "playing" else seat.free())
 
     def disconnect(self, connection: Connection) -> None:
         """Note that a connection is gone; its seat waits for its token."""
-        if connection not in self.connections:
-            return  # another has its seat
+        if connection in self.connections:  # else another has its seat
+            self._gone(connection, Seat.wait)
+
+    def _gone(self, connection: Connection, let_go: Callable[[Seat], None]) -> None:
         self.audience.watchers.discard(connection)
-        for seat in self.seats:
-            if seat.connection is connection:
-                seat.wait()
-                self.games.note(seat, "disconnected")
-                self.games.call_off()
+        if (seat := self._held_by(connection)) is not None:
+            self._note(seat, "disconnected")
+            self._call_off()
+            let_go(seat)
         self._changed()
 
     def free_absent(self) -> None:
-        """Between games, free the seats of those who have been away for long."""
-        if self.hosted is not None:
-            return  # its host decides
-        for seat in self.seats:
+        """Between games, free the seats of players who have been away for long; a host decides that itself."""
+        for seat in self.seats if self.hosted is None else ():
             is_away = seat.kind in ("person", "program") and seat.connection is None
             if is_away and self.phase != "playing" and time.monotonic() - seat.away_since > AWAY_S:
                 seat.free()
                 self._changed()
 
-    def stop(self) -> None:
-        """End the game, if one is running, and finish its file."""
-        self.games.stop()
-
-    def close(self) -> None:
-        """End the game, and let the seats' policies go."""
-        self.stop()
-        for seat in self.seats:
-            seat.drop_responses()
-            if seat.loaded is not None:
-                seat.free()
-
     # --- what players do --------------------------------------------------------------------------
 
-    def ready(self, connection: Connection, ready: bool) -> None:
-        """Mark a seat as ready; the game begins when both can play. Whoever is here begins one of two policies."""
-        if self.once and self.outcome is not None:
-            raise RefusedError("out_of_turn", "one game is played here, and it is over")
-        self.games.ready(None if self.games.are_of_policies else self.seat_of(connection), ready)
-
     def commanding(self, connection: Connection) -> Seat:
-        """Return the seat of who may command now, or refuse."""
+        """Return the seat of a client that may command now, or refuse."""
         seat = self.seat_of(connection)
-        if not self.games.is_on:
+        if not self.is_on:
             raise RefusedError("out_of_turn", "no game is running: commands count once both seats are ready")
         return seat
 
-    def command(self, connection: Connection, message: protocol.CommandMessage, made: Made) -> None:
-        """Take a command that was made of a message."""
+    def command(self, connection: Connection, message: protocol.CommandMessage, rendered: RenderedCommand) -> None:
+        """Take a command that was rendered from a message."""
         seat = self.commanding(connection)
         assert self.session is not None  # noqa: S101
-        self.session.game.check_size(made.command)
-        self.session.commands.submit(made.command, message.strokes, message.timing)
+        self.session.game.check_size(rendered.command)
+        self.session.commands.submit(rendered.command, message.strokes, message.timing)
         connection.send(protocol.Received(number=message.number, server_ms=self._context.now_ms()))
         if not seat.helper:  # else it is shown what is made of it, once that is in force
-            seat.show_target(made.target)
+            seat.show_target(rendered.target)
 
     def respond(self, connection: Connection, rules: list[ReadyRule]) -> None:
         """Set the automatic responses of a seat, in place of those that it had."""
@@ -312,6 +310,137 @@ class Room:
 
     def visibility(self, connection: Connection, hidden: bool) -> None:
         """Note that a player's page was hidden or shown."""
+        if (seat := self._held_by(connection)) is not None:
+            self._note(seat, "hidden" if hidden else "shown")
+
+    # --- how its games begin ----------------------------------------------------------------------
+
+    @property
+    def _taking_part(self) -> list[Seat]:
+        return [seat for seat in self.seats if seat.takes_part]
+
+    @property
+    def _is_of_policies(self) -> bool:
+        return all(seat.kind == "policy" for seat in self._taking_part)
+
+    def ready(self, connection: Connection, ready: bool) -> None:
+        """Mark a seat as ready; the game begins when both can play. Whoever is here begins one of two policies."""
+        if self.once and self.outcome is not None:
+            raise RefusedError("out_of_turn", "one game is played here, and it is over")
+        own = None if self._is_of_policies else self.seat_of(connection)
+        if self.phase == "playing":
+            raise RefusedError("out_of_turn", "the game is running")
+        failed = [seat for seat in self.seats if seat.fault]
+        if ready and failed:
+            hint = "; invite another one" if failed[0].policy else ""
+            raise RefusedError("not_valid", f"{failed[0].fault}{hint}")
+        if ready and not self.is_on and time.monotonic() - self._called_off_at < PAUSE_S:
+            raise RefusedError("too_many", "the countdown was called off just now; say that you are ready in a second")
+        if own is None:
+            self._is_called_for = ready
+        else:
+            own.ready = ready
+        if not ready:
+            self._call_off()
+        self._begin_if_ready()
+
+    def _begin_if_ready(self) -> None:
+        """Begin to count down if everybody can play; tell the room's state."""
+        is_wanted = self._is_called_for or not self._is_of_policies
+        if is_wanted and not self.is_on and all(seat.can_play for seat in self._taking_part):
+            self._begin()
+        else:
+            self._changed()
+
+    def _go_on(self) -> None:
+        """Begin what waited for a policy, if that can play now."""
+        try:
+            self._begin_if_ready()
+        except RefusedError as error:
+            self.audience.notice(str(error))
+
+    def _begin(self) -> None:
+        if self.seed is None:
+            self.seed = self.moment.seed if self.moment is not None else secrets.randbelow(2**32)
+        session = self._new_session(self.seed)
+        self._before = self.session, self.outcome
+        self.session, self.outcome = session, None
         for seat in self.seats:
-            if seat.connection is connection:
-                self.games.note(seat, "hidden" if hidden else "shown")
+            seat.target = target_message(seat.team, 0, session.game.simulator.games.coefficients[0, seat.team])
+            session.measure(seat)
+            if seat.connection is not None:
+                session.note(seat, "connected")  # before all that is done in the countdown
+        self._changed()
+        self.audience.send_bytes(session.frame(keyframe=True))
+        for seat in self.seats:
+            seat.show_target()
+
+    def _new_session(self, seed: int) -> LiveSession:
+        """Return a game that counts down, or refuse."""
+        name = f"{self.code}-{self._games + 1}"
+        told = self._began, self._refused, self._over
+        more = self.moment, self.lesson, self.hosted
+        try:
+            return LiveSession(name, self.config, seed, self.seats, self.audience, self._context, *told, *more)
+        except Exception as error:  # of a control system of another package, perhaps
+            log.exception("a game did not begin")
+            reason = str(error) if isinstance(error, SwarmError) else "the server could not do that"
+            raise RefusedError("not_valid", f"the game cannot begin: {reason}") from error
+
+    def _refused(self, reason: str) -> None:
+        self._call_off()
+        self._only_policies_are_ready()
+        self.audience.notice(reason)
+        self._changed()
+
+    def _only_policies_are_ready(self) -> None:
+        for seat in self.seats:
+            seat.ready = seat.kind == "policy"
+
+    def _began(self) -> None:
+        self._games += 1
+        self.seed = self.moment = None
+        self._before = None, None
+        self._is_called_for = False
+        self._only_policies_are_ready()
+        for seat in self.seats:
+            if seat.token and self.session is not None and self.hosted is None:  # a host's games lead nobody back
+                self._context.seat_index.note(seat.token, self.session.recorder.path.name)
+        self._changed()
+
+    # --- how they end -----------------------------------------------------------------------------
+
+    def _call_off(self) -> None:
+        """Take back a game that counts down, if there is one."""
+        if self.session is not None and self.phase == "starting":
+            self.session.call_off()
+            self.session, self.outcome = self._before
+            self._called_off_at = time.monotonic()
+            self._is_called_for = False
+
+    def _over(self, outcome: Outcome, ended_by: EndedBy) -> None:
+        self.outcome, self.ended_by = outcome, ended_by
+        for seat in self.seats:
+            if seat.responses is not None:
+                seat.responses.rest()
+            if seat.gone:
+                seat.free()
+        self._changed()
+        if self.on_over is not None:
+            self.on_over(outcome, ended_by)
+        if self.hosted is not None:
+            self.hosted.over()
+
+    def stop(self) -> None:
+        """End the game, if one is running, and finish its file."""
+        self._call_off()
+        if self.session is not None:
+            self.session.stop()
+
+    def close(self) -> None:
+        """End the game, and let the seats' policies go."""
+        self.stop()
+        for seat in self.seats:
+            seat.drop_responses()
+            if seat.loaded is not None:
+                seat.free()

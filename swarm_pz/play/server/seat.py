@@ -1,23 +1,22 @@
-"""A seat: a side of a room, who has it and what that client is sent, and the token that leads back to it."""
+"""A seat: a side of a room, who has it, what that client is sent, and the token that leads back to it."""
 
 from __future__ import annotations
 
 import itertools
 import secrets
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
-from swarm_pz.config import RED
+from swarm_pz.config import TEAM_NAMES
 from swarm_pz.play import protocol
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.forms import commands_of
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import RecordedSeat
-from swarm_pz.play.server.connection import Connection
+from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.policy_workers import PolicySeat, PolicyWorkers
-from swarm_pz.play.server.refusal import RefusedError
 from swarm_pz.play.server.responses import ReadyRule, Responses
 from swarm_pz.play.server.seat_policy import SeatPolicy
 from swarm_pz.play.server.seat_view import SeatView
@@ -29,11 +28,9 @@ class Seat:
 
     team: int
     config: TableConfig
-    """Of the room."""
+    """Of the room, as is the code."""
     code: str
-    """The room's."""
     workers: PolicyWorkers
-    """Who load policies."""
     kind: Literal["free", "person", "program", "policy"] = "free"
     policy: str = ""
     label: str = ""
@@ -50,48 +47,31 @@ class Seat:
     loaded: SeatPolicy | None = None
     """Its policy, or its player's helper."""
     responses: Responses | None = None
-    """What commands in its player's place; None if nothing does."""
+    """What commands in its player's place."""
     _numbers: itertools.count[int] = field(default_factory=itertools.count, compare=False)
 
     def __post_init__(self) -> None:
         game = self.config.game
+        self.side: protocol.Side = TEAM_NAMES[self.team]  # type: ignore[assignment]
         self.commands = commands_of(game.team_systems[self.team], game)
+        self.takes_part = game.team_sizes[self.team] > 0
+        """Whether it has drones in this room."""
+        self.factors: Factors = self.config.factors[self.team]
+        """What an experimenter varies at it."""
+        self.helper = self.factors.helper if self.factors.share > 0.0 else ""
+        """The policy that makes a share of its player's commands; empty if none does."""
 
     # --- whose it is ------------------------------------------------------------------------------
 
-    @property
-    def side(self) -> protocol.Side:
-        """Its name."""
-        return "red" if self.team == RED else "blue"
-
-    @property
-    def factors(self) -> Factors:
-        """What an experimenter varies at it."""
-        return self.config.factors[self.team]
-
-    @property
-    def helper(self) -> str:
-        """The policy that makes a share of its player's commands; empty if none does."""
-        return self.factors.helper if self.factors.share > 0.0 else ""
-
-    @property
-    def takes_part(self) -> bool:
-        """Whether it has drones in this room."""
-        return self.config.game.team_sizes[self.team] > 0
-
     def check_side(self) -> None:
-        """Refuse to be given to anybody if there is nothing to do in it."""
+        """Refuse to be given to anybody if it has no drones."""
         if not self.takes_part:
             raise RefusedError("not_valid", f"{self.side} has no drones in this room")
 
-    def take(self, connection: Connection, label: str) -> None:
-        """Give it to a client, who may come back to it with its new token; `meet` it then."""
-        self.kind, self.label, self.ready = connection.kind, label, False
-        self.token = secrets.token_hex(16)
-
-    def reserve(self) -> None:
-        """Keep it for a person, who comes with its token."""
-        self.kind, self.token, self.away_since = "person", secrets.token_hex(16), time.monotonic()
+    def take(self, kind: Literal["person", "program"], label: str = "") -> None:
+        """Give it to a client, who comes with its new token."""
+        self.kind, self.label, self.ready = kind, label, False
+        self.token, self.away_since = secrets.token_hex(16), time.monotonic()
 
     def give_up(self) -> None:
         """Let nobody come back to it in this game; its swarm goes on with its last command."""
@@ -112,37 +92,28 @@ class Seat:
         self.kind, self.policy, self.label, self.token, self.ready = "free", "", "", "", False
         self.drop_responses()
         self.part()
-        self.gone = False
-        self.loaded = None
+        self.gone, self.loaded = False, None
 
     # --- its policies -----------------------------------------------------------------------------
 
-    def _new_key(self) -> Hashable:
-        """Return what no other place of a policy has."""
-        return self.code, self.team, next(self._numbers)
-
-    def give(self, policy: str, told: Callable[[], None]) -> None:
-        """Give it to a policy, and load that; who is told when it is loaded, or has failed, need not wait."""
+    def give(self, policy: str, changed: Callable[[], None]) -> None:
+        """Give it to a policy, and load that; `changed` is called when it is loaded, or has failed."""
         self.kind, self.policy, self.ready = "policy", policy, True
-        self._load(policy, told)
+        self.loaded = self._load(policy, changed)
 
-    def help(self, told: Callable[[], None]) -> None:
-        """Load the policy that shares its player's commands, if one does; as `give`."""
+    def help(self, changed: Callable[[], None]) -> None:
+        """Load its player's helper, if there is one, as `give` loads a policy."""
         if self.helper:
-            self._load(self.helper, told)
+            self.loaded = self._load(self.helper, changed)
 
-    def _load(self, policy: str, told: Callable[[], None]) -> None:
-        place = PolicySeat(key=self._new_key(), policy=policy, game=self.config.game, team=self.team)
-        self.loaded = SeatPolicy(place, self.workers, told)
-
-    @property
-    def place(self) -> PolicySeat | None:
-        """Where its policy is loaded, or its player's helper."""
-        return self.loaded.place if self.loaded is not None else None
+    def _load(self, policy: str, changed: Callable[[], None]) -> SeatPolicy:
+        key = self.code, self.team, next(self._numbers)
+        place = PolicySeat(key=key, policy=policy, game=self.config.game, team=self.team)
+        return SeatPolicy(place, self.workers, changed)
 
     @property
     def policy_state(self) -> Literal["loading", "loaded", "failed"] | None:
-        """Of its policy, or its player's helper; None if there is neither."""
+        """State of its policy, or its player's helper; None if there is neither."""
         return self.loaded.state if self.loaded is not None else None
 
     @property
@@ -155,12 +126,10 @@ class Seat:
     def respond(self, rules: list[ReadyRule]) -> None:
         """Set its automatic responses, in place of those that it had."""
         if rules and self.helper:
-            raise RefusedError(
-                "not_valid", f"{self.helper} shares this seat's commands: it takes no automatic responses"
-            )
+            reason = f"{self.helper} shares this seat's commands: it takes no automatic responses"
+            raise RefusedError("not_valid", reason)
         if self.responses is None:
-            told = self.tell_acting, self._rule_failed
-            self.responses = Responses(self._new_key(), self.config.game, self.team, self.workers, *told)
+            self.responses = Responses(self.team, self._load, self.tell_acting, self._rule_failed)
         self.responses.replace(rules)
 
     def drop_responses(self) -> None:
@@ -176,9 +145,11 @@ class Seat:
         self.part()
         self.connection = connection
         self.view = SeatView(connection, self.team, self.factors, self.config.speed)
-        connection.send(
-            protocol.Seated(self.code, self.side, self.token, commands=self.commands, factors=self._told_factors())
+        factors = protocol.SeatFactors(
+            hide=[*self.factors.hide], frame_rate=self.factors.frame_rate, helper=self.helper, share=self.factors.share
         )
+        told = factors if factors != protocol.SeatFactors() else None
+        connection.send(protocol.Seated(self.code, self.side, self.token, commands=self.commands, factors=told))
         return self.view
 
     def part(self) -> None:
@@ -200,29 +171,25 @@ class Seat:
 
     def tell_acting(self) -> None:
         """Tell its client which automatic response commands now."""
-        if self.connection is not None and self.responses is not None:
-            place, sender = self.responses.acting
-            self.send(protocol.Acting(seat=self.side, rule=place, sender=sender))
+        if self.responses is not None:
+            rule, sender = self.responses.acting
+            self.send(protocol.Acting(seat=self.side, rule=rule, sender=sender))
 
     def _rule_failed(self, reason: str) -> None:
         if self.connection is not None:
             self.connection.send(protocol.Refused(code="not_valid", reason=reason[:500], about="rules"))
 
-    def _told_factors(self) -> protocol.SeatFactors | None:
-        """Return what its client has to know of its factors; None if that is nothing."""
-        factors = self.factors
-        told = protocol.SeatFactors(
-            hide=[*factors.hide], frame_rate=factors.frame_rate, helper=self.helper, share=factors.share
-        )
-        return told if told != protocol.SeatFactors() else None
-
     # --- what others see of it --------------------------------------------------------------------
+
+    @property
+    def is_here(self) -> bool:
+        """Whether its client is connected, or a policy has it."""
+        return self.kind == "policy" or self.connection is not None
 
     @property
     def can_play(self) -> bool:
         """Whether it is ready, and whoever has it is here, or loaded."""
-        is_here = self.kind == "policy" or self.connection is not None
-        return self.ready and is_here and self.policy_state in (None, "loaded")
+        return self.ready and self.is_here and self.policy_state in (None, "loaded")
 
     def state(self) -> protocol.SeatState:
         """Return what everybody in the room sees of it, and of the control system that flies it."""
@@ -230,7 +197,7 @@ class Seat:
             kind=self.kind,
             name=self.policy,
             label=self.label,
-            connected=self.kind == "policy" or self.connection is not None,
+            connected=self.is_here,
             ready=self.ready,
             policy_state=self.policy_state,
             reason=self.loaded.reason if self.loaded is not None else "",

@@ -1,4 +1,4 @@
-"""Connections below messages: what a peer does there reaches no application, and may keep nobody waiting."""
+"""Connections below messages: what a peer does there reaches no application, and keeps nobody waiting."""
 
 from __future__ import annotations
 
@@ -28,13 +28,10 @@ REQUEST_S = 10.0
 
 
 class BoundedHTTP(H11Protocol):
-    """A connection that is closed if no whole request comes, however little by little its parts do.
-
-    uvicorn itself waits for the first one for ever.
-    """
+    """A connection that is closed if no whole request comes; uvicorn itself waits for the first one for ever."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Begin to look whether requests come."""
+        """Close the oldest silent connections if there are too many, and watch whether requests come."""
         super().connection_made(transport)
         accounts: Accounts = self.app_state["accounts"]
         self._account, self._silent = accounts.of(self.client), accounts.silent
@@ -76,7 +73,7 @@ class BoundedHTTP(H11Protocol):
             self.data_received(data)
 
     def _look(self, before: Any) -> None:
-        """Close what has not begun a request since that one, and is not answered now; a WebSocket is others' affair."""
+        """Close a connection that has begun no request since that one, and is not answered now; no WebSocket."""
         transport, cycle = self.transport, self.cycle
         if transport.is_closing() or transport.get_protocol() is not self:
             return
@@ -87,14 +84,14 @@ class BoundedHTTP(H11Protocol):
 
 
 class BoundedWebSocket(WebSocketsSansIOProtocol):
-    """A WebSocket whose peer is cut off if it sends more than a few pings, pongs and parts of messages, or is gone."""
+    """A WebSocket that is closed if its peer sends more than a few pings, pongs and parts of messages, or is gone."""
 
     def __init__(self, *args: Any, **more: Any) -> None:
         super().__init__(*args, **more)
         self._parts = Budget(_MOST_PARTS, _PARTS_PER_SECOND, time.monotonic())
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Go on with the account that it had before it was a WebSocket."""
+        """Keep the account that the connection had before."""
         super().connection_made(transport)
         self._account: Account = self.app_state["accounts"].of(self.client)
 
@@ -106,7 +103,7 @@ class BoundedWebSocket(WebSocketsSansIOProtocol):
         return may_go_on
 
     def data_received(self, data: bytes) -> None:
-        """Read what came little by little: nothing more of it once the peer is cut off."""
+        """Read what came in small parts, and nothing more of it once the peer is cut off."""
         with self._account.charged():
             for start in range(0, len(data), _READ_AT_ONCE):
                 if not self.transport.is_closing():

@@ -1,4 +1,4 @@
-"""A study at the table: what participants are asked by their pages, step by step, and the monitor of who runs it."""
+"""A study at the table: what pages ask participants, step by step, and the monitor of the experimenter."""
 
 from __future__ import annotations
 

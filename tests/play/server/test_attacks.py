@@ -13,7 +13,17 @@ from swarm_pz.errors import ProtocolError
 from swarm_pz.play import protocol
 from swarm_pz.play.protocol import encoding
 from swarm_pz.play.recordings.sandbox import Sandbox
-from swarm_pz.play.server import app, budget, connection, middleware, orders, replays
+from swarm_pz.play.server import (
+    app,
+    budget,
+    client_handler,
+    connection,
+    middleware,
+    replays,
+)
+from swarm_pz.play.server import (
+    rendered_command as orders,
+)
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.client_handler import HELLO_S, ClientHandler
@@ -110,7 +120,7 @@ def test_a_flood_of_drawings_is_painted_twice_a_client_and_not_where_games_run(s
                 attacker.say(LARGE)
         affordable = 2 * protocol.MAX_MESSAGE_BYTES // len(protocol.encode(LARGE))
         assert all(attacker.refused() == {"too_many": 15 - affordable} for attacker in attackers)
-        await until(lambda: all(attacker.handler._drawing is None for attacker in attackers))
+        await until(lambda: all(attacker.handler._rendering is None for attacker in attackers))
         assert 5 <= len(elsewhere["density_of"]) <= 5 * affordable
         assert len(set(elsewhere["density_of"])) == 1 and threading.current_thread() not in elsewhere["density_of"]
         assert await plays_on(guest)
@@ -311,7 +321,7 @@ def test_a_client_in_debt_is_told_so_and_heard_later(monkeypatch):
     clock, guest = Clock(monkeypatch), Connection(Socket())
     account = Accounts(app.CONNECTION_S, app.ADDRESS_S).of(("a", 1))
     account.spend(1.0)
-    asyncio.run(app._turn(account, guest, 60_000))
+    asyncio.run(client_handler.wait_for_turn(account, guest, 60_000))
     (told,) = guest._waiting
     assert "more processor time than a client may use" in told
     assert clock.now == pytest.approx((1.0 - app.CONNECTION_S.most) / app.CONNECTION_S.per_second)

@@ -9,7 +9,7 @@ from tests.play.server.test_room import Client, opened, seated, until
 
 
 def test_how_a_room_stands_is_told_to_so_many_and_then_to_all_at_once_again_and_again(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "_TELL_S", 0.05)
+    monkeypatch.setattr(module, "TELL_S", 0.05)
     monkeypatch.setattr(module, "Budget", lambda most, per_second, now: Budget(10.0, 0.0, now))  # nothing comes back
 
     async def play():
@@ -34,7 +34,7 @@ def test_how_a_room_stands_is_told_to_so_many_and_then_to_all_at_once_again_and_
 
 
 def test_who_comes_again_and_again_is_not_told_to_everybody_each_time(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "_TELL_S", 0.05)
+    monkeypatch.setattr(module, "TELL_S", 0.05)
 
     async def play():
         with opened(tmp_path) as room:

@@ -14,7 +14,7 @@ from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings import summary
 from swarm_pz.play.server import lobby as module
-from swarm_pz.play.server import replays
+from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.lobby import (
     EMPTY_S,
     MOST_REPLAY_BYTES,
@@ -23,7 +23,6 @@ from swarm_pz.play.server.lobby import (
     Lobby,
 )
 from swarm_pz.play.server.policy_workers import PolicyWorkers
-from swarm_pz.play.server.refusal import RefusedError
 from swarm_pz.play.server.room import AWAY_S
 from swarm_pz.play.server.room_settings import cost_of, table_config
 from swarm_pz.play.server.server_context import ServerContext
@@ -167,69 +166,23 @@ def test_recorded_games_that_are_watched_are_so_large_together_and_no_larger(lob
     assert refused.value.code == "full"
 
 
-def test_a_game_is_found_while_rooms_come_and_go(lobby, tmp_path):
-    (tmp_path / "a.jsonl").touch()
-
-    class Room:
-        outcome, code = None, "AAAA"
-        close = staticmethod(lambda: None)
-
-        @property
-        def session(self):
-            lobby.rooms |= {f"AAA{len(lobby.rooms)}": self}  # as the event loop does while a thread looks
-
-    lobby.rooms["AAAA"] = Room()
-    assert lobby.find_recording("a.jsonl").name == "a.jsonl" and len(lobby.rooms) == 2, "rooms are looked through once"
-    lobby.rooms.clear()
-
-
-def test_a_recording_that_nobody_waits_for_any_more_is_read_to_its_end_before_the_next_is(lobby, tmp_path, monkeypatch):
-    for name in "abc":
-        (tmp_path / f"{name}.jsonl").touch()
-    gate, reading, most, read = threading.Event(), [], [], []
-
-    def slowly(_, name, work, *given):
-        if work is not replays._load:
-            return None
-        (path,) = given
-        reading.append(path)
-        most.append(len(reading))
-        gate.wait(60)
-        reading.remove(path)
-        read.append(path.stem)
-        return None, b""
-
-    monkeypatch.setattr(replays.Sandbox, "do", slowly)
-
-    async def visit():
-        first, second, third = (asyncio.create_task(lobby.read(f"{name}.jsonl")) for name in "abc")
-        while not reading:
-            await asyncio.sleep(0.01)
-        first.cancel()
-        second.cancel()
-        await asyncio.sleep(0.1)
-        gate.set()
-        await third
-
-    asyncio.run(visit())
-    assert read == ["a", "c"] and max(most) == 1, "and who has not begun never begins"
-
-
 def test_recorded_games_are_listed_while_one_is_read_and_off_the_event_loop(lobby, tmp_path, monkeypatch):
     (tmp_path / "20260101T000000Z-ABCD-1.jsonl").write_text("{}\n")
     (tmp_path / "no name.jsonl").write_text("{}\n")
     (tmp_path / "20260102T000000Z-ABCD-1.jsonl").symlink_to(tmp_path / "no name.jsonl")
-    threads, may_end = [], threading.Event()
-    summary_of = summary.summary_of
+    threads, may_end, summary_of = [], threading.Event(), summary.summary_of
     monkeypatch.setattr(
         summary, "summary_of", lambda path: threads.append(threading.current_thread()) or summary_of(path)
     )
-    lobby._replays._reading.submit(may_end.wait)
-    try:
-        listed = asyncio.run(asyncio.wait_for(lobby.recordings(), 30))
-    finally:
-        may_end.set()
-    assert [game.name for game in listed] == ["20260101T000000Z-ABCD-1.jsonl"]
+
+    async def visit():
+        lobby._replays.reader._worker.do(may_end.wait)
+        try:
+            return await asyncio.wait_for(lobby.recordings(), 30)
+        finally:
+            may_end.set()
+
+    assert [game.name for game in asyncio.run(visit())] == ["20260101T000000Z-ABCD-1.jsonl"]
     assert threads and threading.main_thread() not in threads
 
 

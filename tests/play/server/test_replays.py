@@ -1,65 +1,255 @@
-"""Recorded games at a table whose processes end: the table says so, and goes on."""
+"""Recorded games that are watched, and played on from the moment that is shown; processes that end."""
 
 import asyncio
 import os
 import signal
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
-from swarm_pz.play.recordings.sandbox import Sandbox
-from swarm_pz.play.server.replay_session import ReplaySession
-from swarm_pz.play.server.replays import Replays
-from tests.play.recordings.test_format import record
-from tests.play.recordings.test_playback import CALM
-from tests.play.server.test_room import Client, until
+from swarm_pz.play.frames import decode_frame
+from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.recordings.playback import Playback
+from swarm_pz.play.server import replays as module
+from swarm_pz.play.server.replays import LoadedRecording, Replays, ReplaySession, sizes_of
+from swarm_pz.play.server.room_settings import settings_of
+from tests.play.recordings.test_format import plain_lines, record, write_chained
+from tests.play.server.test_room import CALM, Client, until
+
+pytestmark = pytest.mark.anyio
+SMALL = CALM.replace(game=CALM.game.replace(drones_per_team=4))
 
 
-def crash(sandbox: Sandbox) -> None:
+@pytest.fixture
+def game(tmp_path):
+    """Give the file of a recorded game."""
+    record(tmp_path / "a.jsonl", ticks=100, config=SMALL)
+    return tmp_path / "a.jsonl"
+
+
+class Opened:
+    """A recorded game that is played again here, in place of a process."""
+
+    def __init__(self, loaded):
+        self.loaded, self.state, self.size, self.count = loaded, loaded.state, 1, 0
+
+    async def ask(self, method, *given):
+        self.count += 1
+        await asyncio.sleep(0)
+        return getattr(self.loaded, method)(*given)
+
+    def drop(self):
+        pass
+
+
+class Watcher(Client):
+    """A client that watches a recorded game, which is held at first."""
+
+    def __init__(self, loaded, speed=0.0):
+        super().__init__()
+        self.replay = ReplaySession(Opened(loaded), self)
+        self.replay.pace(speed)
+
+    async def see(self, tick):
+        """Seek a moment, and return the frame that shows it."""
+        before = len(self.frames)
+        self.replay.seek(tick)
+        await until(lambda: len(self.frames) > before)
+        return self.shown()
+
+    def shown(self):
+        data, sequence = self.frames[-1]
+        frame = decode_frame(data)
+        assert frame.sequence == sequence == len(self.frames)
+        return frame
+
+    def told(self):
+        """Return the teams and numbers of the targets that were sent, and forget them."""
+        targets = [(data[1], int.from_bytes(data[4:8], "little")) for data in self.bytes]
+        self.bytes.clear()
+        return targets
+
+
+# --- what is loaded -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("tick", [0, 59, 60, 75])
+def test_a_moment_has_the_sizes_of_the_whole_seconds_that_were_played(tick, tmp_path):
+    record(tmp_path / "a.jsonl", ticks=100)
+    moment = LoadedRecording.read(tmp_path / "a.jsonl").moment(tick)
+    playback, sizes = Playback(Recording.read(tmp_path / "a.jsonl")), []
+    for second in range(0, tick + 1, TICKS_PER_SECOND):
+        playback.seek(second)
+        sizes.append(playback.game.sizes)
+    assert moment.sizes == sizes and moment.game.tick == moment.origin.tick == tick
+
+
+def test_sizes_of_a_second_are_those_at_its_beginning(game):
+    frames = LoadedRecording.read(game).frames
+    for frame in frames:
+        frame.teams[:] = np.arange(8) < frame.tick // 10
+    assert sizes_of(frames) == [(8, 0), (5, 3), (2, 6), (0, 8)]
+
+
+def test_what_broke_off_is_taken_over_from_its_last_frame(game):
+    lines = plain_lines(game)
+    last = next(i for i, line in enumerate(lines) if line["type"] == "in_force" and line["tick"] == 60)
+    kept = [line for line in lines[: last + 1] if (line["type"], line.get("tick")) != ("frame", 60)]
+    write_chained(game, kept)
+    loaded = LoadedRecording.read(game)
+    assert loaded.is_verified and loaded.recording.last_tick == 60
+    moment = loaded.moment(60)
+    assert moment.game.tick == moment.origin.tick == 57
+
+
+def test_a_recorded_game_is_told_of_as_it_was(tmp_path):
+    config = SMALL.replace(min_command_interval=0.25, mapping="paper", game=CALM.game.replace(drones_per_team=(3, 5)))
+    record(tmp_path / "a.jsonl", ticks=40, config=config)
+    about = {"connected": True, "system": "ergodic", "takes": "density"}
+    assert LoadedRecording.read(tmp_path / "a.jsonl").state == protocol.RoomState(
+        code="", phase="replay", settings=settings_of(config), red=protocol.SeatState("person", "", "P1", **about),
+        blue=protocol.SeatState("policy", "ring", "", **about), watchers=1, sizes=[(3, 5)] * 2,
+        min_command_interval=0.25, outcome="stopped", recording="a.jsonl", last_tick=40, verified=True,
+        ended_by="server",
+    )  # fmt: skip
+
+
+def test_what_is_too_long_or_shows_nothing_is_not_watched(game, monkeypatch):
+    (game.parent / "b.jsonl").write_bytes(game.read_bytes().split(b"\n")[0] + b"\n")
+    with pytest.raises(RecordingError, match="broke off before"):
+        LoadedRecording.read(game.parent / "b.jsonl")
+    monkeypatch.setattr(module, "MOST_BYTES", 1000)
+    with pytest.raises(RecordingError, match="too long"):
+        LoadedRecording.read(game)
+
+
+# --- what is shown --------------------------------------------------------------------------------
+
+
+async def test_a_moment_is_shown_with_fields_and_targets_and_none_lies_beyond_the_end(game):
+    loaded = LoadedRecording.read(game)
+    watcher = Watcher(loaded)
+    await until(lambda: watcher.frames)
+    watcher.told()
+    for asked, tick in ((70, 70), (1_000_000, 100), (4, 4)):
+        frame = await watcher.see(asked)
+        assert frame.tick == tick and frame.fields is not None and watcher.told() == [(0, 0), (1, 0)]
+        np.testing.assert_allclose(frame.altitudes, loaded.playback.game.simulator.altitudes[0], atol=1 / 255)
+        moment = await watcher.replay.moment()
+        np.testing.assert_allclose(frame.positions, moment.game.simulator.positions[0], atol=1e-5)
+        moment.game.advance(9)
+        assert (await watcher.see(tick)).tick == tick, "what is taken over is no longer this game"
+        watcher.told()
+    watcher.replay.close()
+    shown = len(watcher.frames)
+    watcher.replay.pace(8.0)
+    await asyncio.sleep(0.1)
+    assert len(watcher.frames) == shown, "who goes away is shown no more"
+
+
+@pytest.mark.parametrize("speed", [0.5, 2.0])
+async def test_a_recorded_game_goes_on_at_its_pace_to_its_end(speed, game, monkeypatch):
+    naps, awake, nap = [], asyncio.Event(), asyncio.sleep
+
+    async def sleep(seconds):
+        if seconds:
+            naps.append(seconds)
+            if len(naps) > 31:
+                await awake.wait()
+        await nap(0)
+
+    monkeypatch.setattr(module.asyncio, "sleep", sleep)
+    watcher = Watcher(LoadedRecording.read(game), speed)
+    while len(naps) < 32:
+        await nap(0)
+    assert watcher.shown().tick == int(31 * speed)
+    assert watcher.told() == [(0, 0), (1, 0), (0, 0), *[(0, 1)] * (speed > 1)], "all that came into force"
+    watcher.replay.seek(99)
+    awake.set()
+    while watcher.shown().tick < 100:
+        await nap(0)
+    count = len(watcher.frames)
+    for _ in range(20):
+        await nap(0)
+    assert len(watcher.frames) == count
+    watcher.replay.close()
+
+
+async def test_of_moments_that_are_sought_meanwhile_the_latest_is_shown(game):
+    watcher = Watcher(LoadedRecording.read(game))
+    for tick in range(90):
+        watcher.replay.seek(tick)
+    await until(lambda: watcher.frames)
+    watcher.replay.close()
+    assert watcher.shown().tick == 89 and watcher.replay._opened.count == 1
+
+
+async def test_where_a_game_plays_differently_the_recorded_frames_are_shown(game):
+    watcher = Watcher(replace(LoadedRecording.read(game), is_verified=False))
+    await until(lambda: watcher.frames)
+    assert watcher.messages[0].verified is False
+    for asked, tick in ((50, 48), (51, 51), (52, 51), (0, 0), (10_000, 99)):
+        frame = await watcher.see(asked)
+        assert frame.tick == tick and len(set(frame.altitudes.tolist())) == 8
+    assert not watcher.bytes, "nobody knows the targets"
+    watcher.replay.close()
+
+
+# --- processes that end ---------------------------------------------------------------------------
+
+
+async def crash(worker):
     """End the process as a fault in a kernel would."""
-    os.kill(sandbox.do("", os.getpid), signal.SIGSEGV)
+    os.kill(await worker.do("", os.getpid), signal.SIGSEGV)
 
 
-def test_a_file_that_ends_the_process_which_reads_it_is_named_and_the_next_one_is_shown(tmp_path):
-    record(tmp_path / "a.jsonl", ticks=30, config=CALM)
+async def test_a_process_that_ends_is_told_of_and_another_one_goes_on(game):
+    replays, client = Replays(), Client()
+    try:
+        await crash(replays.reader)
+        with pytest.raises(RecordingError, match=r"a\.jsonl ended the process .*\(SIGSEGV\)"):
+            await replays.work(game, LoadedRecording.read)
+        session = ReplaySession(await replays.read(game), client)
+        await until(lambda: client.frames)
+        await crash(replays.player)
+        await until(lambda: client.notices)
+        assert "cannot be shown any further" in client.notices[0]
+        with pytest.raises(RecordingError, match="open it again"):
+            await session.moment()
+        session.close()
+        moment = await (await replays.read(game)).ask("moment", 45)
+    finally:
+        replays.close()
+    moment.game.advance(30)  # it is here, and goes on without that process
+    assert moment.game.tick == 75 and moment.origin.tick == 45
 
-    async def visit():
-        replays, client = Replays(), Client()
-        try:
-            replays.warm()
-            crash(replays._reader)
-            with pytest.raises(RecordingError, match=r"a\.jsonl ended the process .*\(SIGSEGV\)"):
-                await replays.read(tmp_path / "a.jsonl")
-            session = ReplaySession(await replays.read(tmp_path / "a.jsonl"), client)
-            await until(lambda: client.frames)
-            session.close()
-        finally:
-            replays.close()
 
-    asyncio.run(visit())
+async def test_a_recording_that_nobody_waits_for_any_more_is_read_to_its_end_before_the_next_is(tmp_path, monkeypatch):
+    gate, read = asyncio.Event(), []
+    loop = asyncio.get_running_loop()
 
+    def slowly(_, name, work, *given):
+        if work is module._load:
+            read.append(name)
+            asyncio.run_coroutine_threadsafe(gate.wait(), loop).result()
+        return None, b""
 
-def test_a_game_whose_process_has_ended_says_so_and_can_be_opened_again(tmp_path):
-    record(tmp_path / "a.jsonl", ticks=90, config=CALM)
-
-    async def visit():
-        replays, client = Replays(), Client()
-        try:
-            first = await replays.read(tmp_path / "a.jsonl")
-            session = ReplaySession(first, client)
-            await until(lambda: client.frames)
-            crash(replays._player)
-            await until(lambda: client.heard(protocol.Notice))
-            assert "cannot be shown any further" in client.heard(protocol.Notice)[0].text
-            with pytest.raises(RecordingError, match="open it again"):
-                await session.moment()
-            session.close()
-            again = await replays.read(tmp_path / "a.jsonl")
-            moment = await again.ask("moment", 45)
-            moment.game.advance(30)  # it is here, and goes on without that process
-            assert moment.game.tick == 75 and moment.origin.tick == 45
-        finally:
-            replays.close()
-
-    asyncio.run(visit())
+    monkeypatch.setattr(module.Sandbox, "do", slowly)
+    for name in "abc":
+        (tmp_path / name).touch()
+    replays = Replays()
+    first, second, third = (asyncio.create_task(replays.read(tmp_path / name)) for name in "abc")
+    await until(lambda: read)
+    first.cancel()
+    second.cancel()
+    await asyncio.sleep(0.05)
+    assert read == ["a"]
+    gate.set()
+    with pytest.raises(AttributeError):  # there is no state in what was read here
+        await (await third).ask("moment", 0)
+    assert read == ["a", "c"], "who has not begun never begins"
+    replays.close()

@@ -1,8 +1,9 @@
-"""Rooms and their games, without a network: what policies that fail do to them, and what is written."""
+"""Rooms, without a network: who sits where, how games begin and end, and what is written of them."""
 
 import asyncio
 import contextlib
-from concurrent.futures import ThreadPoolExecutor
+import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,17 +17,19 @@ from swarm_pz.play.recordings.format import CommandLine, InForceLine, PaintedLin
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.server import live_session
 from swarm_pz.play.server import room as module
-from swarm_pz.play.server.orders import make
-from swarm_pz.play.server.policy_workers import PolicyWorkers
-from swarm_pz.play.server.refusal import RefusedError
-from swarm_pz.play.server.replay_session import LoadedRecording, ReplaySession
+from swarm_pz.play.server.connection import RefusedError
+from swarm_pz.play.server.rendered_command import render
+from swarm_pz.play.server.replays import LoadedRecording
 from swarm_pz.play.server.room import AWAY_S, Room
-from swarm_pz.play.server.room_settings import settings_of, table_config
+from swarm_pz.play.server.room_settings import table_config
 from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.server_context import ServerContext
 from swarm_pz.play.strokes import Stroke, density_of
-from tests.play.faulty import FAULTS, loader
 from tests.play.recordings.test_format import record
+
+pytestmark = pytest.mark.anyio
+CALM = TableConfig(game=GameConfig(capture=CaptureConfig(enabled=False)))
+EYE = np.eye(10).tolist()
 
 
 class Client:
@@ -50,28 +53,9 @@ class Client:
         """Return the messages of a kind."""
         return [message for message in self.messages if isinstance(message, kind)]
 
-
-def context(tmp_path):
-    return ServerContext(folder=tmp_path, workers=PolicyWorkers(loader), countdown_s=0.0)
-
-
-class Here:
-    """A recorded game that somebody watches, played again by a thread of this process."""
-
-    thread = ThreadPoolExecutor(1)
-
-    def __init__(self, loaded, thread=thread):
-        self.loaded, self.state, self.thread, self.size = loaded, loaded.state, thread, 1
-
-    async def ask(self, what, *given):
-        return await asyncio.get_running_loop().run_in_executor(self.thread, getattr(self.loaded, what), *given)
-
-    def drop(self):
-        pass
-
-
-"""In which recorded games are simulated."""
-CALM = TableConfig(game=GameConfig(capture=CaptureConfig(enabled=False)))
+    @property
+    def notices(self):
+        return [message.text for message in self.heard(protocol.Notice)]
 
 
 class Workers:
@@ -103,13 +87,8 @@ class Workers:
 @contextlib.contextmanager
 def opened(tmp_path, workers=None, table=None, moment=None, countdown_s=0.0, markers=None, **settings):
     """Give a room that no process thinks for, and in which nobody is captured; what runs in it ends with it."""
-    shared = ServerContext(
-        folder=tmp_path,
-        workers=workers or Workers(),
-        table=table or CALM,
-        countdown_s=countdown_s,
-        markers=markers,
-    )
+    workers, table = workers or Workers(), table or CALM
+    shared = ServerContext(folder=tmp_path, workers=workers, table=table, countdown_s=countdown_s, markers=markers)
     room = Room("ABCD", protocol.Settings(**settings), shared, moment)
     try:
         yield room
@@ -146,10 +125,33 @@ async def playing(room):
     await until(lambda: room.phase == "playing")
 
 
+async def ticks(room, count):
+    """Wait until so many ticks of a room's game are played."""
+    await until(lambda: room.phase == "playing" and room.session.game.tick >= count)
+
+
+def against(room, policy):
+    """Sit down in red's seat against a policy, say that one is ready, and return who does."""
+    (red,) = seated(room, "red")
+    room.place_policy("blue", policy)
+    room.ready(red, True)
+    return red
+
+
+def watched(room):
+    """Begin a game of two policies, and return who watches it."""
+    client = Client()
+    room.watch(client)
+    room.place_policy("red", "one")
+    room.place_policy("blue", "two")
+    room.ready(client, True)
+    return client
+
+
 def give(room, client, message):
     """Let a client give a command."""
     team = room.commanding(client).team
-    room.command(client, message, make(message, room.reader, room.config.mapping, team, message.number))
+    room.command(client, message, render(message, room.reader, room.config.mapping, team, message.number))
 
 
 def code_of(act, *what):
@@ -173,366 +175,406 @@ async def until(holds, seconds=120.0):
     raise AssertionError("it did not come to that")
 
 
-@pytest.mark.parametrize("how", FAULTS)
-def test_a_policy_that_fails_keeps_its_last_command_and_the_room_says_so(how, tmp_path):
-    async def play():
-        shared, client = context(tmp_path), Client()
-        room = Room("ABCD", protocol.Settings(time_limit=None), shared)
-        room.sit(client, "red", "")
-        room.place_policy("blue", how)
-        room.ready(client, True)
-        notices = lambda: [m.text for m in client.messages if isinstance(m, protocol.Notice)]  # noqa: E731
-        await until(notices)
-        before = len(client.frames)
-        await until(lambda: len(client.frames) > before + 10)
-        assert room.phase == "playing"
-        room.stop()
-        shared.workers.close()
-        return room.session.recorder.path, notices()[0]
-
-    path, notice = asyncio.run(play())
-    assert notice.startswith(f"{how} keeps its last command")
-    recording = Recording.read(path)
-    told = [line for line in recording.events if isinstance(line, InForceLine | SeatLine) and line.team == 1]
-    assert [getattr(line, "event", line) for line in told].index("failed") == 1
-    assert told[0].number == 1, "nor did what failed come into force, whatever is answered later"
-    assert Playback(recording).verify().verified
-
-
-def test_a_game_is_held_while_nobody_sees_it_and_goes_on_where_it_was(tmp_path, monkeypatch):
-    """Rooms that their owners had left took the processor from all others for a minute."""
-    monkeypatch.setattr(live_session, "_HELD_S", 0.01)
-
-    async def play():
-        shared, client = context(tmp_path), Client()
-        room = Room("ABCD", protocol.Settings(time_limit=1.0), shared)
-        room.sit(client, "red", "")
-        room.place_policy("blue", "ring")
-        room.ready(client, True)
-        await playing(room)
-        room.leave(client)
-        assert room.seats[0].gone and not room.connections
-        left_at = room.session.game.tick
-        await asyncio.sleep(0.5)
-        assert room.session.game.tick <= left_at + 2, "those that were due"
-        room.watch(client)
-        await until(lambda: room.phase == "over")
-        assert room.seats[0].kind == "free", "a seat that was given up is free for the next game"
-        shared.workers.close()
-        return room.session.recorder.path
-
-    recording = Recording.read(asyncio.run(play()))
-    assert recording.end.outcome == "draw" and recording.last_tick == 30
-
-
-def test_two_policies_at_a_table_have_streams_of_their_own(tmp_path, monkeypatch):
-    async def play():
-        shared, seeds, answers = context(tmp_path), {}, {}
-        ask = shared.workers.ask
-
-        async def noting(place, games, seed, **how):
-            seeds[place.team] = seed
-            answers[place.team] = await ask(place, games, seed, **how)
-            return answers[place.team]
-
-        monkeypatch.setattr(shared.workers, "ask", noting)
-        room, client = Room("ABCD", protocol.Settings(time_limit=None), shared), Client()
-        room.watch(client)
-        for side in ("red", "blue"):
-            room.place_policy(side, "noise")
-        room.ready(client, True)
-        await until(lambda: len(answers) == 2)
-        room.stop()
-        shared.workers.close()
-        return room.session.recorder.path, seeds, answers
-
-    path, seeds, answers = asyncio.run(play())
-    assert not np.array_equal(answers[0], answers[1])
-    recording = Recording.read(path)
-    assert Playback(recording).verify().verified
-    start = recording.header.seed
-    firsts = {np.random.default_rng(seed).random() for seed in (start, seeds[0], seeds[1])}
-    assert len(firsts) == 3, "nor is either the start's"
-
-
-def test_frames_are_numbered_and_show_fields_at_every_solve(tmp_path):
-    async def play():
-        shared, client = context(tmp_path), Client()
-        room = Room("ABCD", protocol.Settings(blue=0), shared)
-        room.sit(client, "red", "")
-        room.ready(client, True)
-        await until(lambda: len(client.frames) > 12)
-        room.stop()
-        shared.workers.close()
-        return client.frames
-
-    frames = asyncio.run(play())
-    assert np.diff([sequence for _, sequence in frames]).tolist() == [1] * (len(frames) - 1)
-    with_fields = [frame[1] & 2 > 0 for frame, _ in frames]
-    assert [sum(with_fields[i : i + 3]) for i in range(0, 12, 3)] == [1, 1, 1, 1]
-
-
-def test_seats_are_not_given_away(tmp_path):
-    async def play():
-        shared, red, other = context(tmp_path), Client(), Client()
-        room = Room("ABCD", protocol.Settings(), shared)
-        room.sit(red, "red", "")
-        with pytest.raises(RefusedError, match="taken"):
-            room.sit(other, "red", "")
-        with pytest.raises(RefusedError, match="somebody sits"):
-            room.place_policy("red", "ring")
-        room.place_policy("blue", "ring")
-        with pytest.raises(RefusedError, match="taken"):
-            room.sit(other, "blue", "")
-        room.invite(red, "blue", None)
-        room.sit(other, "blue", "")
-        room.leave(red)
-        room.sit(red, "red", "")
-        shared.workers.close()
-
-    asyncio.run(play())
-
-
-def test_a_rematch_after_a_take_over_is_a_game_of_its_own(tmp_path):
-    old = tmp_path / "old.jsonl"
-    record(old, ticks=90)
-
-    async def play():
-        shared, client = context(tmp_path), Client()
-        replay = ReplaySession(Here(LoadedRecording.read(old)), client)
-        replay.seek(60)
-        moment = await replay.moment()
-        replay.close()
-        room = Room("ABCD", settings_of(moment.game.config), shared, moment)
-        room.sit(client, "red", "")
-        room.place_policy("blue", "uniform")
-        paths = []
-        for _ in range(3):
-            room.ready(client, True)
-            await playing(room)
-            paths.append(room.session.recorder.path)
-            room.stop()
-            assert room.phase == "over"
-        shared.workers.close()
-        return paths
-
-    taken, *rematches = [Recording.read(path) for path in asyncio.run(play())]
-    assert taken.header.seed == Recording.read(old).header.seed and taken.header.origin.tick == 60
-    assert [recording.header.origin for recording in rematches] == [None, None]
-    assert [next(iter(recording.frames())).tick for recording in rematches] == [0, 0]
-    assert len({recording.header.seed for recording in (taken, *rematches)}) == 3
-    assert all(Playback(recording).verify().verified for recording in rematches)
+def first_in_force(recording):
+    """Return the tick of each team's first command."""
+    return {line.team: line.tick for line in reversed(recording.of(InForceLine))}
 
 
 # --- seats ----------------------------------------------------------------------------------------
 
 
-def test_a_seat_that_is_given_up_keeps_nothing_of_who_had_it(tmp_path):
-    async def play():
-        with opened(tmp_path) as room:
-            (red,) = seated(room, "red")
-            assert room.seats[0].label == "label of red" and len(room.seats[0].token) == 32
-            room.ready(red, True)
-            room.leave(red)
-            free = Seat(0, room.config, "ABCD", room._context.workers)
-            assert room.seats[0] == free and room.abandoned
-            room.place_policy("red", "ring")
-            about = {"system": "ergodic", "takes": "density"}
-            state = protocol.SeatState("policy", "ring", connected=True, ready=True, policy_state="loading", **about)
-            assert room.seats[0].state() == state
-            room.place_policy("red", None)
-            assert room.seats[0] == free
-
-    asyncio.run(play())
-
-
-def test_who_sits_down_no_longer_watches_and_has_one_seat(tmp_path):
+async def test_a_seat_that_is_given_up_keeps_nothing_of_who_had_it(tmp_path):
     with opened(tmp_path) as room:
-        client, other = Client(), Client()
-        room.watch(client)
-        room.watch(other)
-        room.sit(client, "blue", "")
-        assert code_of(room.sit, client, "red", "") == "out_of_turn"
-        assert room.connections == [client, other]
-        state = other.messages[-1]
-        assert (state.watchers, state.blue.kind, state.red.kind) == (1, "person", "free")
-        room.disconnect(other)
-        assert client.messages[-1].watchers == 0
+        (red,) = seated(room, "red")
+        assert room.seats[0].label == "label of red" and len(room.seats[0].token) == 32
+        room.ready(red, True)
+        room.leave(red)
+        free = Seat(0, room.config, "ABCD", room.seats[0].workers, away_since=room.seats[0].away_since)
+        assert room.seats[0] == free and room.abandoned
+        room.place_policy("red", "ring")
+        about = {"system": "ergodic", "takes": "density"}
+        state = protocol.SeatState("policy", "ring", connected=True, ready=True, policy_state="loading", **about)
+        assert room.seats[0].state() == state
+        room.place_policy("red", None)
+        assert room.seats[0] == free
 
 
-def test_a_seat_taken_back_is_said_to_have_changed_hands(tmp_path):
-    async def play():
-        with opened(tmp_path) as room:
-            red, blue = await running(room)
-            new, seat = Client(), room.seats[0]
-            room.resume(red, seat)
-            assert not red.heard(protocol.Displaced), "it is its own"
-            room.resume(new, seat)
-            assert len(red.heard(protocol.Displaced)) == 1 and seat.connection is new
-            (told,) = new.heard(protocol.Seated)
-            assert (told.room, told.seat, told.token, told.commands.takes) == ("ABCD", "red", seat.token, "density")
-            assert decode_frame(new.bytes[0]).altitudes is not None and new.bytes[1] == seat.target
-            assert [line.event for line in read(room).of(SeatLine) if line.team == 0] == [
-                "connected",
-                "connected",
-                "displaced",
-                "connected",
-            ]
-            assert not blue.heard(protocol.Displaced)
-
-    asyncio.run(play())
-
-
-def test_who_enters_a_running_game_is_shown_all_of_it(tmp_path):
-    async def play():
-        with opened(tmp_path, red=3, blue=5) as room:
-            red, _ = await running(room)
-            first = decode_frame(red.bytes[0])
-            assert first.tick == 0 and first.altitudes is not None and first.fields is not None
-            watcher = Client()
-            room.watch(watcher)
-            (data,) = watcher.bytes
-            frame = decode_frame(data)
-            assert frame.altitudes is not None and frame.fields is not None
-            assert frame.teams.tolist() == [0] * 3 + [1] * 5
-            return watcher.messages[-1]
-
-    state = asyncio.run(play())
-    assert (state.phase, state.watchers, state.outcome, state.recording) == ("playing", 1, None, None)
-    assert (state.red.label, state.blue.label) == ("label of red", "label of blue")
+async def test_a_seat_has_one_owner_and_changes_between_games_only(tmp_path):
+    with opened(tmp_path) as room:
+        red, other, watcher = Client(), Client(), Client()
+        room.watch(red)
+        room.watch(watcher)
+        room.sit(red, "red", "")
+        assert code_of(room.sit, red, "blue", "") == code_of(room.watch, red) == "out_of_turn"
+        assert room.connections == [red, watcher], "who sits down no longer watches"
+        assert code_of(room.sit, other, "red", "") == code_of(room.invite, red, "red", "ring") == "taken"
+        assert code_of(room.invite, watcher, "blue", "ring") == "out_of_turn"
+        room.invite(red, "blue", "ring")
+        assert code_of(room.sit, other, "blue", "") == "taken"
+        room.ready(red, True)
+        await playing(room)
+        assert code_of(room.ready, red, True) == code_of(room.invite, red, "blue", None) == "out_of_turn"
+        room.stop()
+        room.invite(red, "blue", None)
+        room.sit(other, "blue", "")
+        state = watcher.messages[-1]
+        assert (state.watchers, state.blue.kind) == (1, "person")
+    with opened(tmp_path, blue=0) as room:
+        assert code_of(room.place_policy, "blue", "ring") == "not_valid"
 
 
-def test_seats_change_between_games_and_not_in_them(tmp_path):
-    async def play():
-        with opened(tmp_path) as room:
-            (red,) = seated(room, "red")
-            room.place_policy("blue", "ring")
-            assert code_of(room.invite, Client(), "blue", None) == "out_of_turn"
-            assert code_of(room.invite, red, "red", "ring") == "taken"
-            room.ready(red, True)
+async def test_a_seat_taken_back_is_said_to_have_changed_hands_and_shown_all(tmp_path):
+    with opened(tmp_path, red=3, blue=5) as room:
+        red, blue = await running(room)
+        new, watcher, seat = Client(), Client(), room.seats[0]
+        room.resume(red, seat)
+        assert not red.heard(protocol.Displaced), "it is its own"
+        room.resume(new, seat)
+        assert len(red.heard(protocol.Displaced)) == 1 and seat.connection is new and not blue.heard(protocol.Displaced)
+        (told,) = new.heard(protocol.Seated)
+        assert (told.room, told.seat, told.token, told.commands.takes) == ("ABCD", "red", seat.token, "density")
+        room.watch(watcher)
+        for client in (new, watcher):
+            frame = decode_frame(client.bytes[0])
+            assert (
+                frame.altitudes is not None and frame.fields is not None and frame.teams.tolist() == [0] * 3 + [1] * 5
+            )
+        assert new.bytes[1:] == [seat.target] and len(watcher.bytes) == 1, "targets are for their own side"
+        state = watcher.messages[-1]
+        assert (state.phase, state.watchers, state.outcome, state.recording) == ("playing", 1, None, None)
+        assert (state.red.label, state.blue.label) == ("label of red", "label of blue")
+        events = [line.event for line in read(room).of(SeatLine) if line.team == 0]
+        assert events == ["connected", "connected", "displaced", "connected"]
+
+
+async def test_nobody_comes_back_to_a_seat_that_was_given_up_in_a_game(tmp_path):
+    with opened(tmp_path) as room:
+        red, blue = await running(room)
+        room.disconnect(blue)
+        assert room.seats[1].token and not room.abandoned, "that is a lost connection"
+        room.leave(red)
+        assert not room.seats[0].token and not room.abandoned
+        room.resume(blue, room.seats[1])
+        room.leave(blue)
+        assert room.abandoned and room.phase == "playing" and all(seat.gone for seat in room.seats)
+        events = [(line.team, line.event) for line in read(room).of(SeatLine)]
+        assert events[2:] == [(1, "disconnected"), (0, "disconnected"), (1, "connected"), (1, "disconnected")]
+        room.stop()
+        assert [(seat.kind, seat.gone) for seat in room.seats] == [("free", False)] * 2
+
+
+async def test_seats_of_those_who_stay_away_are_freed_between_games(tmp_path, monkeypatch):
+    now = time.monotonic()
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: now))
+    with opened(tmp_path) as room:
+        red = against(room, "ring")
+        await playing(room)
+        now += 10 * AWAY_S
+        room.free_absent()
+        room.disconnect(red)
+        room.free_absent()
+        assert room.seats[0].kind == "person", "a game waits for its players"
+        room.stop()
+        room.seats[0].away_since = now
+        now += AWAY_S - 1
+        room.free_absent()
+        assert room.seats[0].kind == "person"
+        now += 2
+        room.free_absent()
+        assert [seat.kind for seat in room.seats] == ["free", "policy"]
+
+
+# --- how games begin ------------------------------------------------------------------------------
+
+
+async def test_a_game_begins_when_both_are_ready_and_each_says_so_again_for_the_next(tmp_path):
+    with opened(tmp_path) as room:
+        red, blue = seated(room, "red", "blue")
+        room.ready(red, True)
+        room.ready(red, False)
+        room.ready(blue, True)
+        assert room.phase == "waiting" and not room.seats[0].ready
+        room.ready(red, True)
+        await playing(room)
+        assert [seat.ready for seat in room.seats] == [False, False]
+        room.stop()
+        room.ready(red, True)
+        assert room.phase == "over"
+
+
+async def test_policies_load_while_the_room_waits_and_act_from_the_first_tick_on(tmp_path):
+    gates, answered = {"one": asyncio.Event(), "two": asyncio.Event()}, asyncio.Event()
+
+    async def answer(seat):
+        await answered.wait()
+        return np.eye(10)
+
+    workers = Workers(answer, loading=lambda seat: gates[seat.policy].wait())
+    with opened(tmp_path, workers, time_limit=None) as room:
+        client = watched(room)
+        gates["one"].set()
+        await until(lambda: client.messages[-1].red.policy_state == "loaded")
+        state = client.messages[-1]
+        assert (state.phase, state.blue.policy_state) == ("waiting", "loading")
+        assert not workers.asked and not client.bytes
+        gates["two"].set()
+        await until(lambda: len(workers.asked) == 2)
+        await asyncio.sleep(0.1)  # the countdown is long over
+        assert room.phase == "starting" and room.session.game.tick == 0 and not client.frames
+        answered.set()
+        await ticks(room, 4)
+        recording = read(room)
+    assert first_in_force(recording) == {0: 0, 1: 0}
+    assert all(line.received_ms <= 0.0 for line in recording.of(CommandLine))
+
+
+async def test_a_policy_that_cannot_be_loaded_is_told_of_and_another_one_plays(tmp_path):
+    async def loading(seat):
+        if seat.policy != "sound":
+            raise module.SwarmError("no such file") if seat.policy == "broken" else RuntimeError("oh")
+
+    with opened(tmp_path, Workers(loading=loading), time_limit=None) as room:
+        red = against(room, "broken")
+        await until(lambda: red.messages[-1].blue.policy_state == "failed")
+        assert red.messages[-1].blue.reason == "no such file" and room.phase == "waiting"
+        assert code_of(room.ready, red, True) == "not_valid"
+        room.invite(red, "blue", "odd")
+        assert (red.messages[-1].blue.policy_state, red.messages[-1].blue.reason) == ("loading", "")
+        await until(lambda: red.messages[-1].blue.policy_state == "failed")
+        assert red.messages[-1].blue.reason == "it could not be loaded"
+        room.invite(red, "blue", "sound")
+        await playing(room)
+
+
+async def test_a_policy_stays_loaded_for_the_next_game_and_is_let_go_with_its_seat(tmp_path):
+    workers = Workers()
+    with opened(tmp_path, workers, time_limit=None) as room:
+        red = against(room, "one")
+        for _ in range(2):
             await playing(room)
-            assert code_of(room.ready, red, True) == "out_of_turn"
-            assert code_of(room.invite, red, "blue", None) == "out_of_turn"
-            room.stop()
-            room.invite(red, "blue", "uniform")
-            assert room.seats[1].policy == "uniform"
-        with opened(tmp_path, blue=0) as room:
-            assert code_of(room.place_policy, "blue", "ring") == "not_valid"
-
-    asyncio.run(play())
-
-
-def test_who_takes_back_that_they_are_ready_is_waited_for(tmp_path):
-    async def play():
-        with opened(tmp_path) as room:
-            red, blue = seated(room, "red", "blue")
-            room.ready(red, True)
-            room.ready(red, False)
-            room.ready(blue, True)
-            assert room.phase == "waiting" and not room.seats[0].ready
-            room.ready(red, True)
-            await playing(room)
-            assert [seat.ready for seat in room.seats] == [False, False], "for the next game, one says so again"
             room.stop()
             room.ready(red, True)
-            assert room.phase == "over"
+        await playing(room)
+        (one,) = workers.loaded
+        assert workers.paused == [one] * 2 and not workers.forgotten
+        room.stop()
+        room.invite(red, "blue", "two")
+        assert workers.forgotten == [one]
+        await until(lambda: len(workers.loaded) == 2)
+    assert workers.forgotten == workers.loaded
 
-    asyncio.run(play())
+
+async def test_the_start_is_in_view_while_a_game_counts_down(tmp_path):
+    with opened(tmp_path, countdown_s=600.0) as room:
+        watcher, late = Client(), Client()
+        room.watch(watcher)
+        red, _ = starting(room)
+        state = red.messages[-1]
+        assert state.phase == "starting" and state.red.ready and state.blue.ready and state.starts_ms > 590_000.0
+        frame = decode_frame(red.bytes[0])
+        assert frame.tick == 0 and frame.altitudes is not None and watcher.bytes == red.bytes[:1]
+        room.watch(late)
+        np.testing.assert_array_equal(decode_frame(late.bytes[0]).positions, frame.positions)
+        room.ready(red, True)
+        assert room.phase == "starting" and not red.frames, "who says so twice has said it"
 
 
-def test_nobody_comes_back_to_a_seat_that_was_given_up_in_a_game(tmp_path):
-    async def play():
-        with opened(tmp_path) as room:
-            red, blue = await running(room)
-            room.disconnect(blue)
-            assert room.seats[1].token and not room.abandoned, "that is a lost connection"
-            room.leave(red)
-            assert not room.seats[0].token and not room.abandoned
-            room.resume(blue, room.seats[1])
+async def test_what_is_commanded_in_the_countdown_is_in_force_at_the_first_tick(tmp_path):
+    with opened(tmp_path, countdown_s=0.2) as room:
+        red, blue = starting(room)
+        for number in (1, 2):
+            give(room, red, protocol.CommandMessage(number, density=EYE))
+        assert [message.number for message in red.heard(protocol.Received)] == [1, 2]
+        assert not read(room).of(CommandLine), "the recording begins with the game"
+        await playing(room)
+        give(room, blue, protocol.CommandMessage(1, density=EYE))
+        await ticks(room, 4)
+        (in_force,) = red.heard(protocol.InForceMessage)
+        assert (in_force.number, in_force.tick) == (2, 0)
+        room.stop()
+        recording = read(room)
+    early, latest, later = recording.of(CommandLine)
+    assert early.received_ms <= latest.received_ms < 0.0 <= later.received_ms
+    first = recording.of(InForceLine)[0]
+    assert (first.number, first.tick) == (2, 0) and first.ms >= 0.0
+    assert [line.ms < 0.0 for line in recording.of(SeatLine)] == [True, True], "they are here before they draw"
+    assert Playback(recording).verify().verified
+
+
+@pytest.mark.parametrize("how", ["not ready", "leaves", "is cut off"])
+async def test_who_does_not_play_after_all_calls_the_countdown_off(how, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "PAUSE_S", 0.0)
+    with opened(tmp_path, countdown_s=600.0) as room:
+        red, blue = starting(room)
+        give(room, red, protocol.CommandMessage(1, density=EYE))
+        start, seat = decode_frame(red.bytes[0]).positions, room.seats[1]
+        token = seat.token
+        if how == "not ready":
+            room.ready(blue, False)
+        elif how == "leaves":
             room.leave(blue)
-            assert room.abandoned and room.phase == "playing"
-            assert [seat.gone for seat in room.seats] == [True, True]
-            events = [(line.team, line.event) for line in read(room).of(SeatLine)]
-            assert events[2:] == [(1, "disconnected"), (0, "disconnected"), (1, "connected"), (1, "disconnected")]
-            room.stop()
-            assert [(seat.kind, seat.gone) for seat in room.seats] == [("free", False)] * 2
-
-    asyncio.run(play())
-
-
-@pytest.mark.parametrize("kind", ["person", "program"])
-def test_seats_of_those_who_stay_away_are_freed_between_games(kind, tmp_path, monkeypatch):
-    now = 1000.0
-    monkeypatch.setattr(module.time, "monotonic", lambda: now)
-
-    async def play():
-        nonlocal now
-        with opened(tmp_path) as room:
-            (red,) = seated(room, "red")
-            room.place_policy("blue", "ring")
-            room.seats[0].kind = kind
-            now += 10 * AWAY_S
-            room.free_absent()
-            assert room.seats[0].kind == kind, "who is here stays"
-            room.disconnect(red)
-            now += AWAY_S - 1
-            room.free_absent()
-            assert room.seats[0].kind == kind
-            now += 2
-            room.free_absent()
-            assert [seat.kind for seat in room.seats] == ["free", "policy"]
-
-    asyncio.run(play())
+            room.sit(blue, "blue", "")
+        else:
+            room.disconnect(blue)
+            assert seat.token == token
+            room.resume(blue, seat)
+        state = red.messages[-1]
+        assert (state.phase, state.outcome, state.starts_ms) == ("waiting", None, None)
+        assert state.red.ready and not state.blue.ready and list(tmp_path.iterdir()) == [], "nothing was played"
+        red.bytes.clear()
+        room.ready(blue, True)
+        assert room.phase == "starting"
+        np.testing.assert_array_equal(decode_frame(red.bytes[0]).positions, start), "nobody chooses a start"
+        assert not room.session.game._waiting[0], "what was commanded before is forgotten"
 
 
-def test_a_game_waits_for_its_players(tmp_path):
-    async def play():
-        with opened(tmp_path) as room:
-            red, _ = await running(room)
-            room.disconnect(red)
-            room.seats[0].away_since -= 10 * AWAY_S
-            room.free_absent()
-            assert room.seats[0].token
-            room.stop()
-            room.free_absent()
-            assert room.seats[0].kind == "free"
+async def test_countdowns_that_are_called_off_begin_once_a_second(tmp_path, monkeypatch):
+    """Each countdown is work: five clients that began and called off as fast as they could stopped all games."""
+    now, made = [1000.0], []
+    monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(module, "LiveSession", lambda *given: made.append(given) or live_session.LiveSession(*given))
+    with opened(tmp_path, blue=0, countdown_s=600.0) as room:
+        (red,) = seated(room, "red")
+        for _ in range(100):
+            with contextlib.suppress(RefusedError):
+                room.ready(red, True)
+            room.ready(red, False)
+            now[0] += 0.0625
+        assert len(made) == 7, "in 6.25 s"
+        assert code_of(room.ready, red, True) == "too_many" and not room.seats[0].ready
 
-    asyncio.run(play())
+
+async def test_a_countdown_that_is_called_off_leaves_the_last_game_in_view(tmp_path):
+    with opened(tmp_path, time_limit=None) as room:
+        red, blue = await running(room)
+        room.stop()
+        over = red.messages[-1]
+        object.__setattr__(room._context, "countdown_s", 600.0)
+        room.ready(red, True)
+        room.ready(blue, True)
+        assert red.messages[-1].phase == "starting" and red.messages[-1].outcome is None
+        room.ready(red, False)
+        state = red.messages[-1]
+        assert (state.phase, state.outcome, state.recording) == ("over", "stopped", over.recording)
+
+
+async def test_a_watcher_begins_two_policies_and_calls_them_off(tmp_path):
+    with opened(tmp_path, countdown_s=600.0) as room:
+        client, other = watched(room), Client()
+        room.watch(other)
+        room.ready(client, False)
+        await until(lambda: all(seat.can_play for seat in room.seats))
+        assert room.phase == "waiting"
+        room.ready(client, True)
+        assert room.phase == "starting"
+        room.ready(other, False)
+        assert room.phase == "waiting"
+
+
+async def test_a_game_that_nobody_can_write_down_does_not_begin(tmp_path):
+    (tmp_path / "games").write_text("no folder")
+    with opened(tmp_path / "games") as room:
+        red, _ = starting(room)
+        await until(lambda: red.notices)
+        assert "cannot be recorded: File exists" in red.notices[0]
+        assert (red.messages[-1].phase, [seat.ready for seat in room.seats]) == ("waiting", [False, False])
+
+
+# --- games that go on from a moment ---------------------------------------------------------------
+
+
+async def test_a_game_goes_on_from_a_moment_by_its_rules_and_its_rematch_does_not(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "PAUSE_S", 0.0)
+    record(tmp_path / "old.jsonl", ticks=90, config=CALM.replace(speed=2.0))
+    old = Recording.read(tmp_path / "old.jsonl")
+    moment = LoadedRecording.read(tmp_path / "old.jsonl").moment(46)
+    with opened(tmp_path, moment=moment, countdown_s=0.1) as room:
+        assert room.config == old.config
+        watcher = Client()
+        room.watch(watcher)
+        shown = decode_frame(watcher.bytes[0])
+        assert shown.tick == 46 and shown.fields is not None, "the moment is in view before its game begins"
+        assert watcher.notices == ["this game goes on as it was played: at 2 times the speed"]
+        red = against(room, "one")
+        await until(lambda: room.phase == "starting")
+        give(room, red, protocol.CommandMessage(1, density=EYE))
+        room.ready(red, False)
+        assert moment.game._waiting == [None, None], "the next countdown is to the same moment"
+        room.ready(red, True)
+        await ticks(room, 51)
+        room.stop()
+        taken = read(room)
+        room.ready(red, True)
+        await playing(room)
+        room.stop()
+        rematch = read(room)
+    past = old.until(46)
+    assert taken.events[: len(past)] == past
+    assert (taken.header.origin.tick, taken.header.origin.lines) == (46, len(past))
+    assert taken.config == old.config and taken.header.seed == old.header.seed
+    assert [line.tick for line in taken.of(InForceLine) if line.team == 1][-1:] == [48]
+    assert rematch.header.origin is None and rematch.header.seed != old.header.seed
+    assert next(iter(rematch.frames())).tick == 0
+    assert Playback(taken).verify().verified and Playback(rematch).verify().verified
 
 
 # --- what is played and written -------------------------------------------------------------------
 
 
-def test_what_players_do_is_written_as_it_was_done(tmp_path):
+async def test_frames_are_numbered_and_show_fields_at_every_solve(tmp_path):
+    with opened(tmp_path, blue=0, speed=2.0) as room:
+        (client,) = seated(room, "red")
+        room.ready(client, True)
+        await until(lambda: len(client.frames) > 12)
+        frames = client.frames
+    assert np.diff([sequence for _, sequence in frames]).tolist() == [1] * (len(frames) - 1)
+    with_fields = [frame[1] & 2 > 0 for frame, _ in frames]
+    assert [sum(with_fields[i : i + 3]) for i in range(0, 12, 3)] == [1, 1, 1, 1]
+
+
+async def test_a_game_is_held_while_nobody_sees_it_and_goes_on_where_it_was(tmp_path, monkeypatch):
+    """Rooms that their owners had left took the processor from all others for a minute."""
+    monkeypatch.setattr(live_session, "HELD_S", 0.01)
+    with opened(tmp_path, time_limit=1.0, speed=2.0) as room:
+        red = against(room, "ring")
+        await playing(room)
+        room.leave(red)
+        left_at = room.session.game.tick
+        await asyncio.sleep(0.3)
+        assert room.session.game.tick <= left_at + 2, "those that were due"
+        room.watch(red)
+        await until(lambda: room.phase == "over")
+        assert room.seats[0].kind == "free", "a seat that was given up is free for the next game"
+        recording = read(room)
+    assert recording.end.outcome == "draw" and recording.last_tick == 30
+
+
+async def test_what_players_do_is_written_as_it_was_done(tmp_path):
     table = TableConfig(min_command_interval=0.25)
     screen = protocol.ClientInfo(viewport=(360, 640), pixel_ratio=2.0, refresh_hz=60.0)
-    stroke = protocol.StrokeMessage("attract", 0.1, [(0.85, 0.15)])
-    timing = protocol.Timing(input_ms=10.0, sent_ms=12.0)
-
-    async def play():
-        with opened(tmp_path, table=table, red=3, blue=2, mapping="paper", speed=2.0, time_limit=None) as room:
-            red, blue = Client(), Client()
-            red.client, blue.kind = screen, "program"
-            room.sit(red, "red", "P1")
-            room.sit(blue, "blue", "bot")
-            room.ready(red, True)
-            room.ready(blue, True)
-            await playing(room)
-            assert red.messages[-1].min_command_interval == 0.25
-            give(room, red, protocol.CommandMessage(7, strokes=[stroke], timing=timing))
-            give(room, blue, protocol.CommandMessage(3, density=np.eye(10).tolist()))
-            assert [m.number for m in red.heard(protocol.Received)] == [7]
-            assert [m.number for m in blue.heard(protocol.Received)] == [3]
-            await until(lambda: red.heard(protocol.InForceMessage) and blue.heard(protocol.InForceMessage))
-            assert [(m.seat, m.number) for m in red.heard(protocol.InForceMessage)] == [("red", 7)]
-            assert [(m.seat, m.number) for m in blue.heard(protocol.InForceMessage)] == [("blue", 3)]
-            room.painted(red, protocol.Painted(7, room.session.log.since_began(0.0) * -1 + 1234.0))
-            room.visibility(blue, True)
-            room.visibility(blue, False)
-            targets = [seat.target for seat in room.seats]
-            return read(room), targets, red.bytes, blue.bytes
-
-    recording, targets, red, blue = asyncio.run(play())
+    stroke, timing = (
+        protocol.StrokeMessage("attract", 0.1, [(0.85, 0.15)]),
+        protocol.Timing(input_ms=10.0, sent_ms=12.0),
+    )
+    settings = {"red": 3, "blue": 2, "mapping": "paper", "speed": 2.0, "time_limit": None}
+    with opened(tmp_path, table=table, **settings) as room:
+        red, blue = Client(), Client()
+        red.client, blue.kind = screen, "program"
+        room.sit(red, "red", "P1")
+        room.sit(blue, "blue", "bot")
+        room.ready(red, True)
+        room.ready(blue, True)
+        await playing(room)
+        give(room, red, protocol.CommandMessage(7, strokes=[stroke], timing=timing))
+        give(room, blue, protocol.CommandMessage(3, density=EYE))
+        for client, side, number in ((red, "red", 7), (blue, "blue", 3)):
+            assert [m.number for m in client.heard(protocol.Received)] == [number]
+            await until(lambda client=client: client.heard(protocol.InForceMessage))
+            assert [(m.seat, m.number) for m in client.heard(protocol.InForceMessage)] == [(side, number)]
+        room.painted(red, protocol.Painted(7, room.session.log.since_began(0.0) * -1 + 1234.0))
+        room.visibility(blue, True)
+        room.visibility(blue, False)
+        targets, recording = [seat.target for seat in room.seats], read(room)
     header = recording.header
     assert (header.red.kind, header.red.label, header.blue.kind, header.blue.label) == (
         "person",
@@ -541,64 +583,18 @@ def test_what_players_do_is_written_as_it_was_done(tmp_path):
         "bot",
     )
     assert header.config_hash == recording.config.hash and header.rules_hash == recording.config.game.rules_hash
-    assert recording.config == table_config(
-        protocol.Settings(red=3, blue=2, mapping="paper", speed=2.0, time_limit=None), table
-    )
+    assert recording.config == table_config(protocol.Settings(**settings), table)
     drawn, given = recording.of(CommandLine)
     assert (drawn.team, drawn.number, drawn.strokes, drawn.timing) == (0, 7, [stroke], timing)
     assert (given.team, given.number, given.strokes, given.timing) == (1, 3, None, None)
     strokes = [Stroke(brush="attract", width=0.1, points=((0.85, 0.15),))]
     np.testing.assert_array_equal(drawn.density, as_followed(density_of(strokes, 10, "paper")))
     np.testing.assert_array_equal(given.density, np.eye(10))
-    assert 0.0 <= drawn.received_ms <= given.received_ms < 60_000.0
-    for line in recording.of(InForceLine):
-        assert drawn.received_ms <= line.ms < 60_000.0, "since the game began"
+    assert 0.0 <= drawn.received_ms <= given.received_ms
+    assert all(line.ms >= drawn.received_ms for line in recording.of(InForceLine)), "since the game began"
     assert recording.of(PaintedLine)[0] == PaintedLine(team=0, number=7, ms=pytest.approx(1234.0))
-    seats = recording.of(SeatLine)
-    assert [(line.team, line.event, line.client) for line in seats] == [
-        (0, "connected", screen),
-        (1, "connected", None),
-        (1, "hidden", None),
-        (1, "shown", None),
-    ]
+    seats = [(line.team, line.event, line.client) for line in recording.of(SeatLine)]
+    assert seats == [(0, "connected", screen), (1, "connected", None), (1, "hidden", None), (1, "shown", None)]
     assert next(iter(recording.frames())).tick == 0
     assert [(data[1], int.from_bytes(data[4:8], "little")) for data in targets] == [(0, 7), (1, 3)]
-    assert red[1:] == [red[1], targets[0]] and blue[1:] == [blue[1], targets[1]], "the first is uniform"
-
-
-def test_a_game_that_nobody_can_write_down_does_not_begin(tmp_path):
-    (tmp_path / "games").write_text("no folder")
-
-    async def play():
-        with opened(tmp_path / "games") as room:
-            red, _ = starting(room)
-            await until(lambda: red.heard(protocol.Notice))
-            assert "cannot be recorded: File exists" in red.heard(protocol.Notice)[0].text
-            assert (red.messages[-1].phase, [seat.ready for seat in room.seats]) == ("waiting", [False, False])
-
-    asyncio.run(play())
-
-
-def test_a_room_that_goes_on_from_a_moment_has_its_table(tmp_path):
-    record(tmp_path / "old.jsonl", ticks=90)
-    recording = Recording.read(tmp_path / "old.jsonl")
-
-    async def play():
-        replay = ReplaySession(Here(LoadedRecording.read(tmp_path / "old.jsonl")), Client())
-        replay.seek(45)
-        moment = await replay.moment()
-        replay.close()
-        with opened(tmp_path, moment=moment) as room:
-            assert room.config == recording.config
-            client = Client()
-            room.watch(client)
-            (shown,) = [decode_frame(data) for data in client.bytes]
-            assert shown.tick == 45 and shown.fields is not None, "the moment is in view before its game begins"
-            await running(room)
-            return read(room)
-
-    taken = asyncio.run(play())
-    past = recording.until(45)
-    assert taken.events[: len(past)] == past and taken.header.origin.lines == len(past)
-    assert [line.event for line in taken.events[len(past) :]][:2] == ["connected", "connected"]
-    assert taken.config == recording.config and taken.header.seed == recording.header.seed
+    assert red.bytes[2:] == targets[:1] and blue.bytes[2:] == targets[1:], "the first is uniform"

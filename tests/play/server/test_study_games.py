@@ -31,7 +31,7 @@ class Room:
         self.policies, self.session = [], SimpleNamespace(recorder=self)
 
     def reserve(self, team):
-        self.seats[team].reserve()
+        self.seats[team].take("person")
 
     def place_policy(self, side, policy):
         self.policies.append((side, policy))

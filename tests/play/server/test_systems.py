@@ -13,7 +13,8 @@ from swarm_pz.play.recordings.format import CommandLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.recordings.verification import faults_of
-from swarm_pz.play.server import painter, pilot
+from swarm_pz.play.server import control_thread as pilot
+from swarm_pz.play.server import rendered_command as painter
 from swarm_pz.play.server.room_settings import settings_of, table_config
 from tests.play.server.test_client_handler import Guest, visiting
 from tests.play.server.test_room import give, opened, playing, read, seated, until
@@ -229,7 +230,7 @@ def test_a_system_that_fails_at_once_forfeits_when_the_game_begins(tmp_path, mon
 @pytest.mark.parametrize("corner", [[0.0, 0.0], [1.0, 1.0]], ids=["reads", "draws"])
 def test_a_system_that_hangs_over_a_command_refuses_it_and_others_are_commanded(corner, tmp_path, monkeypatch):
     install(monkeypatch, Dreaming)
-    monkeypatch.setattr(painter, "MAKE_S", 2.0)
+    monkeypatch.setattr(painter, "RENDER_S", 2.0)
     monkeypatch.setattr(Dreaming, "corners", [])
     one, two = (protocol.Settings(red=2, blue=0, time_limit=600.0, red_system=name) for name in ("dreaming", "direct"))
 

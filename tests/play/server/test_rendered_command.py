@@ -1,0 +1,61 @@
+"""What clients send, rendered into commands: whose, for which side, by which sender, and for how long."""
+
+import asyncio
+import time
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import GameConfig
+from swarm_pz.play import protocol
+from swarm_pz.play.commands import CommandReader
+from swarm_pz.play.server import rendered_command
+from swarm_pz.play.server.rendered_command import CommandWorker, is_rendered_at_once, render
+from swarm_pz.play.server.views import target_message
+from swarm_pz.simulator.commands import make_target
+
+EVEN = np.ones((10, 10)).tolist()
+DOT = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])
+
+
+@pytest.mark.parametrize("team", [0, 1])
+@pytest.mark.parametrize(
+    ("system", "form", "kind"),
+    [
+        ("ergodic", {"strokes": [DOT]}, "density"),
+        ("ergodic", {"density": EVEN}, "density"),
+        ("potential_field", {"strokes": [DOT]}, "attraction"),
+        ("potential_field", {"density": EVEN}, "density"),
+        ("direct", {"command": [[0.5, 0.0]] * 4}, "accelerations"),
+    ],
+)
+def test_a_command_is_its_senders_whatever_its_form(system, form, kind, team):
+    other = "leader_follower"
+    reader = CommandReader(GameConfig(drones_per_team=2, controllers=(other, system) if team else (system, other)))
+    rendered = render(protocol.CommandMessage(3, **form), reader, "firm", team, 3, "auto:saved")
+    command = rendered.command
+    assert (command.team, command.number, command.kind, command.sender) == (team, 3, kind, "auto:saved")
+    _, coefficients = make_target(reader.picture(command), reader.modes)
+    assert rendered.target == target_message(team, 3, coefficients)
+
+
+def test_only_what_is_followed_as_it_came_is_rendered_where_games_run():
+    reader = CommandReader(GameConfig(drones_per_team=2, controllers=("ergodic", "flocking")))
+    density, drawn = protocol.CommandMessage(1, density=EVEN), protocol.CommandMessage(1, strokes=[DOT])
+    assert is_rendered_at_once(density, reader, 0) and not is_rendered_at_once(drawn, reader, 0)
+    assert not is_rendered_at_once(density, reader, 1), "another package may think about it for long"
+
+
+def test_own_systems_may_take_their_time(monkeypatch):
+    """On a busy machine, or where painting has to be compiled, a drawing takes longer than a stranger's system may."""
+    monkeypatch.setattr(rendered_command, "RENDER_S", 0.01)
+    monkeypatch.setattr(rendered_command, "density_of", lambda *_: time.sleep(0.1) or np.ones((10, 10)))
+
+    async def script():
+        commands, reader = CommandWorker(), CommandReader(GameConfig())
+        try:
+            return await commands.render(protocol.CommandMessage(1, strokes=[DOT]), reader, "firm", 0, 1)
+        finally:
+            commands.close()
+
+    assert asyncio.run(script()).command.number == 1
