@@ -262,6 +262,6 @@ def _check_report(report: dict[str, Any]) -> None:
         holds = isinstance(value, (int, float)) and not isinstance(value, bool)
         if not holds or not math.isfinite(value) or not 0 <= value < 1e15:
             raise ValueError(f"{name} among its costs must be a number of at least 0, got {str(value)[:70]!r}")
-    for text in (cost["measured_on"], cost.get("processor", ""), *(str(one["processor"]) for one in cost["policies"])):
+    for text in (cost["measured_on"], cost["processor"], *(str(one["processor"]) for one in cost["policies"])):
         if not isinstance(text, str) or len(text) > 200:
             raise ValueError(f"a processor must be a text of 200 letters or fewer, got {str(text)[:70]!r}")

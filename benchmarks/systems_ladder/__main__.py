@@ -14,8 +14,8 @@ import tyro
 
 from benchmarks.systems_ladder.making import SystemsConfig, make
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
+from swarm_pz.cli.player_options import REGISTRY
 from swarm_pz.cli.report import progress
-from swarm_pz.cli.system_option import REGISTRY
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check
 from swarm_pz.errors import SwarmError

@@ -1,108 +1,87 @@
 """The command line: ``swarm-pz train | league | evaluate | tournament | export | play | replay | ...``.
 
-The one place that knows every part of the project; each command imports what it needs, so that
-``--help`` is quick and a missing extra is named only where it is wanted.
+Commands import what they need when they are called, so that ``--help`` is quick and a missing extra is named only by
+the command that needs it.
 """
 
 from __future__ import annotations
 
 import inspect
 import os
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import swarm_pz
-from swarm_pz.config import PRESETS, GameConfig
+from swarm_pz.config import PRESETS
 from swarm_pz.errors import CommandError, MissingExtraError, Stopped, SwarmError, nearest, require_extra
 from swarm_pz.files import FULL, explain
 from swarm_pz.policy import allow_files
 from swarm_pz.training.config import RECIPES
 
 try:
-    require_extra("tyro", "cli")
+    for module in ("tyro", "rich"):
+        require_extra(module, "cli")
 except MissingExtraError as missing:  # the entry point is installed even without the extra
     sys.exit(f"swarm-pz: {missing}")
 
 import tyro
 
-from swarm_pz.cli import (
-    compare,
-    data,
-    export,
-    learn,
-    machine,
-    named_options,
-    report,
-    resume_option,
-    standard,
-    studies,
-    table,
-)
+from swarm_pz.cli import compare, data, defaults, export, learn, machine, report, standard, studies, table
+from swarm_pz.cli.player_options import REGISTRY
 from swarm_pz.cli.printing import printable
-from swarm_pz.cli.system_option import REGISTRY
+
+Commands = dict[str, Callable[..., None]]
+COMMANDS: Commands = {
+    "train": learn.train,
+    "sweep": learn.sweep,
+    "league": learn.league,
+    "evaluate": compare.evaluate,
+    "tournament": compare.tournament,
+    "benchmark": standard.benchmark,
+    "export": export.export,
+    "play": table.play,
+    "replay": table.replay,
+    "dataset": data.dataset,
+    "policies": compare.list_policies,
+    "render": machine.render,
+    "diagnose": machine.diagnose,
+    "bench": machine.bench,
+    "warmup": machine.warmup,
+    "study": studies.run,  # for the list of commands: it has its own
+}
+ABOUT = (
+    "Swarm against swarm: train, measure, watch and play tactics. With --preset NAME, the rules of a command that has "
+    f"any begin with those of a preset: {', '.join(PRESETS)}. With --recipe NAME, train and sweep begin with the "
+    f"settings of a recipe: {', '.join(RECIPES)}."
+)
+STUDY: Commands = {
+    "run": studies.run,
+    "status": studies.status,
+    "withdraw": studies.withdraw,
+    "tables": studies.tables,
+    "export": studies.export,
+}
+STUDY_ABOUT = "A study with people: one file says what happens; see docs/studies.md."
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Run a command; errors of this project end it with one line and status 2."""
-    commands: dict[str, Callable[..., None]] = {
-        "train": learn.train,
-        "sweep": learn.sweep,
-        "league": learn.league,
-        "evaluate": compare.evaluate,
-        "tournament": compare.tournament,
-        "benchmark": standard.benchmark,
-        "export": export.export,
-        "play": table.play,
-        "replay": table.replay,
-        "dataset": data.dataset,
-        "policies": compare.list_policies,
-        "render": machine.render,
-        "diagnose": machine.diagnose,
-        "bench": machine.bench,
-        "warmup": machine.warmup,
-    }
-    commands["study"] = studies.run  # for the list of commands; it has its own
+    if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:  # as `swarm_pz` set it for the imports
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     arguments = sys.argv[1:] if arguments is None else arguments
     if arguments == ["--version"]:
         print(f"swarm-pz {swarm_pz.__version__}")
         return
     report.arguments.set(arguments)
     allow_files(arguments)
-    config = (tyro.conf.AvoidSubcommands,)
     try:
-        recipe, rest = named_options.take_recipe(arguments)
-        if recipe is not None:
-            commands = {name: named_options.begin_with_recipe(recipe, function) for name, function in commands.items()}
-        preset, rest = named_options.take_preset(rest)
-        if preset is not None:
-            commands = {name: named_options.begin_with_preset(preset, function) for name, function in commands.items()}
-        if rest[:1] == ["study"]:
-            _study(rest[1:], preset)
-            return
-        if rest and not rest[0].startswith("-"):  # so that what is wrong is said of this command alone
-            name, *rest = rest
-            if name not in commands:
-                raise CommandError(f"there is no command {name!r}; {nearest(name, commands)}")
-            _check_positional(name, commands[name], rest)
-            if name in learn.RUNS and "--resume" in rest:
-                commands[name] = resume_option.begin_with(commands[name], learn.RUNS[name], rest)
-            tyro.cli(commands[name], prog=f"swarm-pz {name}", args=rest, config=config, registry=REGISTRY)
-            return
-        tyro.extras.subcommand_cli_from_dict(
-            commands,
-            prog="swarm-pz",
-            description="Swarm against swarm: train, measure, watch and play tactics. With --preset NAME, the "
-            f"rules of a command that has any begin with those of a preset: {', '.join(PRESETS)}. With --recipe NAME, "
-            f"train and sweep begin with the settings of a recipe: {', '.join(RECIPES)}.",
-            args=rest,
-            config=config,
-            registry=REGISTRY,
-        )
+        _run(arguments)
     except SwarmError as error:
         print("swarm-pz: " + "\n".join(map(printable, str(error).split("\n"))), file=sys.stderr)
         sys.exit(2)
-    except BrokenPipeError:  # whoever read what this prints has seen enough
+    except BrokenPipeError:  # the reader of the output has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
     except OSError as error:
@@ -115,8 +94,38 @@ def main(arguments: list[str] | None = None) -> None:
         sys.exit(130)
 
 
+def _run(arguments: list[str]) -> None:
+    recipe, words = defaults.take("--recipe", RECIPES, arguments)
+    preset, words = defaults.take("--preset", PRESETS, words)
+    commands, program, about = COMMANDS, "swarm-pz", ABOUT
+    if words[:1] == ["study"]:
+        commands, program, about, words = STUDY, "swarm-pz study", STUDY_ABOUT, words[1:]
+    if recipe is not None:
+        commands = {name: defaults.with_recipe(function, recipe) for name, function in commands.items()}
+    if preset is not None:
+        commands = {name: defaults.with_preset(function, preset) for name, function in commands.items()}
+    config = (tyro.conf.AvoidSubcommands,)
+    if not words or words[0].startswith("-"):
+        tyro.extras.subcommand_cli_from_dict(
+            commands, prog=program, description=about, args=words, config=config, registry=REGISTRY
+        )
+        return
+    name, *words = words  # errors are then about this command alone
+    if name not in commands:
+        of = program.removeprefix("swarm-pz").lstrip()
+        hint = (
+            "; tables of a folder of recordings are made by study tables FOLDER" if of and Path(name).is_dir() else ""
+        )
+        raise CommandError(f"there is no command {of}{of and ' '}{name!r}; {nearest(name, commands)}{hint}")
+    function = commands[name]
+    _check_positional(name, function, words)
+    if program == "swarm-pz" and name in learn.RUNS and "--resume" in words:
+        function = defaults.with_run(function, learn.RUNS[name], words)
+    tyro.cli(function, prog=f"{program} {name}", args=words, config=config, registry=REGISTRY)
+
+
 def _check_positional(name: str, function: Callable[..., None], words: list[str]) -> None:
-    """Say how what stands by its place is written, if it is written as an option."""
+    """Raise if a positional argument is written as an option."""
     for parameter in inspect.signature(function).parameters.values():
         option = "--" + parameter.name.replace("_", "-")
         is_given = any(word == option or word.startswith(option + "=") for word in words)
@@ -124,28 +133,3 @@ def _check_positional(name: str, function: Callable[..., None], words: list[str]
             raise CommandError(
                 f"{parameter.name} is written without {option}, as in: swarm-pz {name} {option[2:].upper()}"
             )
-
-
-def _study(arguments: list[str], preset: GameConfig | None) -> None:
-    """Run a command of studies; a preset is refused, since a study's file has its rules."""
-    commands: dict[str, Callable[..., None]] = {
-        "run": studies.run,
-        "status": studies.status,
-        "withdraw": studies.withdraw,
-        "tables": studies.tables,
-        "export": studies.export,
-    }
-    if preset is not None:
-        commands = {name: named_options.begin_with_preset(preset, function) for name, function in commands.items()}
-    if arguments and not arguments[0].startswith("-") and arguments[0] not in commands:
-        hint = (
-            "; tables of a folder of recordings are made by study tables FOLDER" if Path(arguments[0]).is_dir() else ""
-        )
-        raise CommandError(f"there is no command study {arguments[0]!r}; {nearest(arguments[0], commands)}{hint}")
-    if arguments and arguments[0] in commands:
-        name, *rest = arguments
-        config = (tyro.conf.AvoidSubcommands,)
-        tyro.cli(commands[name], prog=f"swarm-pz study {name}", args=rest, config=config, registry=REGISTRY)
-        return
-    about = "A study with people: one file says what happens; see docs/studies.md."
-    tyro.extras.subcommand_cli_from_dict(commands, prog="swarm-pz study", description=about, args=arguments)

@@ -6,7 +6,7 @@ import functools
 import json as json_module
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
@@ -19,9 +19,8 @@ from swarm_pz.files import check_file, check_folder, draft_of
 from swarm_pz.policy import kind_of
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
     from swarm_pz.evaluation.match import MatchResult
+    from swarm_pz.policies.held_out import Generalisation
 
 _NAMED = 6
 """Lost games that are named; a file of results has all of them."""
@@ -71,6 +70,7 @@ def evaluate(
     """
     from swarm_pz.evaluation.match import play_match
     from swarm_pz.evaluation.workers import open_pool
+    from swarm_pz.policies.held_out import play_suites
     from swarm_pz.policy import load_players
 
     check(not (held_out and exploit), "held_out and exploit", (held_out, exploit), "asked for one at a time")
@@ -85,23 +85,21 @@ def evaluate(
         check_file(json)
     games = games if games is not None else 1000 if exploit else 200
     processes = processes if processes is not None else 2 if exploit else 1
+    how: dict[str, Any] = {"games": games, "seed": seed, "threads": threads}
     if held_out:
-        with open_pool(processes, ray) as pool:
-            _evaluate_held_out(policy, games, seed, json, threads, game, pool)
+        with open_pool(processes, ray) as pool, progress() as show:
+            suites = play_suites(policy, game, progress=show, pool=pool, **how)
+        print_rules(game)
+        _print_suites(suites.to_dict(), suites, policy)
+        if json is not None:
+            write_json(suites.to_dict(), json, game)
         return
     if exploit:
         budget = {"steps": exploit_steps, "exploiters": exploiters, "games": games, "seed": seed}
         _evaluate_exploit(policy, budget, json, threads, game, processes, out, resume, overwrite)
         return
     with progress() as show:
-        match = play_match(
-            *load_players(policy, opponent, game),
-            games=games,
-            seed=seed,
-            config=game,
-            threads=threads,
-            progress=show,
-        )
+        match = play_match(*load_players(policy, opponent, game), config=game, progress=show, **how)
     print_rules(game)
     tables.print_matches([match])
     if match.lost:
@@ -134,22 +132,11 @@ def _rules_given(policy: str) -> list[str]:
     return words
 
 
-def _evaluate_held_out(
-    policy: str, games: int, seed: int, json: Path | None, threads: int, game: GameConfig, pool: Executor
-) -> None:
-    from swarm_pz.policies.held_out import play_suites
-
-    with progress() as show:
-        suites = play_suites(policy, game, games=games, seed=seed, threads=threads, progress=show, pool=pool)
-    figures = suites.to_dict()
-    print_rules(game)
+def _print_suites(figures: dict[str, Any], suites: Generalisation, policy: str) -> None:
     tables.print_opponents(suites.known, f"{policy} against the scripts: score {figures['in_suite_score']:.3f}")
-    tables.print_opponents(
-        suites.held_out, f"{policy} against the held-out suite: score {figures['held_out_score']:.3f}"
-    )
+    title = f"{policy} against the held-out suite: score {figures['held_out_score']:.3f}"
+    tables.print_opponents(suites.held_out, title)
     print(f"generalisation (held-out score less in-suite score): {figures['generalisation']:+.3f}")
-    if json is not None:
-        write_json(figures, json, game)
 
 
 def _evaluate_exploit(
@@ -240,10 +227,12 @@ def tournament(
     print_rules(game)
     with progress("players", "rating players"):
         figures = ladder.make_ladder(field)
-    with draft_of(out / "ladder.json") as draft:
-        draft.write_text(json_module.dumps(figures, indent=2) + "\n")
-    with draft_of(out / "ladder.md") as draft:
-        draft.write_text(ladder.to_markdown(figures, "ladder.png"))
+    for name, text in (
+        ("ladder.json", json_module.dumps(figures, indent=2) + "\n"),
+        ("ladder.md", ladder.to_markdown(figures, "ladder.png")),
+    ):
+        with draft_of(out / name) as draft:
+            draft.write_text(text)
     with draft_of(out / "ladder.png") as draft:
         ladder.plot(figures, draft)
     tables.print_ladder(figures)

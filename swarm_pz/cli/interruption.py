@@ -31,13 +31,7 @@ STOPPED = 130
 
 @contextmanager
 def goes_on_with(line: str) -> Iterator[None]:
-    """Say, if the work within is interrupted, where it stopped and which line goes on, and exit with status 130.
-
-    Parameters
-    ----------
-    line : str
-        A command that takes up what is on disk; see `resuming`.
-    """
+    """If the work within is interrupted, say where it stopped and which line goes on, and exit with status 130."""
     with _handled(signal.default_int_handler):
         try:
             yield
@@ -50,13 +44,10 @@ def goes_on_with(line: str) -> Iterator[None]:
 
 @contextmanager
 def stops_at_safe_points() -> Iterator[Callable[[], bool]]:
-    """Let a first signal wait for the work within, which asks now and then; a second one ends it at once.
+    """Let a first signal wait for the work within, which asks the yielded function now and then; a second one ends it.
 
-    Yields
-    ------
-    should_stop : callable
-        True once a signal has come. The work then saves what it has and raises `Stopped`; if it ends
-        without having asked, KeyboardInterrupt is raised at the end of the block.
+    Work that should stop saves what it has and raises `Stopped`. If it ends without having asked, KeyboardInterrupt is
+    raised at the end of the block.
     """
     signals = 0
 

@@ -10,7 +10,7 @@ import tyro
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
-from swarm_pz.cli.report import command, filming, print_rules, program, progress
+from swarm_pz.cli.report import command, in_seconds, print_rules, program, progress
 from swarm_pz.config.base import check
 from swarm_pz.errors import require_extra
 from swarm_pz.files import check_folder
@@ -65,7 +65,7 @@ def train(
                 f"share above {comparison.match.policy:<10} {comparison.difference:+.3f} "
                 f"(95 % interval {comparison.low:+.3f} to {comparison.high:+.3f})"
             )
-        with filming() as show:
+        with in_seconds() as show:
             standing = film_game(
                 trained, "uniform", out / "game.mp4", config=config.game, seed=1, speed=4.0, progress=show
             )

@@ -12,7 +12,7 @@ import numpy as np
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.player_options import Player
-from swarm_pz.cli.report import filming, print_rules, write_json
+from swarm_pz.cli.report import in_seconds, print_rules, write_json
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig, ObservationConfig
 from swarm_pz.config.base import check
 from swarm_pz.errors import require_extra
@@ -58,7 +58,7 @@ def render(
     from swarm_pz.rendering.overlays import make_overlays
 
     teams = (RED, BLUE) if overlay_team == "both" else (TEAM_NAMES.index(overlay_team),)
-    with filming() as show:
+    with in_seconds() as show:
         standing = film_game(
             policies.load(policy, game),
             policies.load(opponent, game),
@@ -108,18 +108,10 @@ def diagnose(
 
     require_extra("matplotlib.figure", "cli")
     check(out.suffix in (".png", ".pdf", ".svg"), "out", str(out), "a file .png, .pdf or .svg")
-    for path in (out, json):
-        if path is not None:
-            check_file(path)
-    found = diagnosis.diagnose(
-        policies.load(policy, game),
-        policies.load(opponent, game),
-        config=game,
-        seed=seed,
-        pair=pair,
-        side=side,
-        seconds=seconds,
-    )
+    for path in filter(None, (out, json)):
+        check_file(path)
+    players = policies.load(policy, game), policies.load(opponent, game)
+    found = diagnosis.diagnose(*players, config=game, seed=seed, pair=pair, side=side, seconds=seconds)
     with draft_of(out) as draft:
         diagnosis.plot(found, draft)
     print(f"{found.title}: {out}")
@@ -155,9 +147,8 @@ def bench(
     for name, values in (("games", games), ("drones", drones), ("threads", threads), ("repeats", (repeats,))):
         check(bool(values) and min(values) >= 1, name, values, "at least 1")
     check(all(size % 2 == 0 for size in drones), "drones", drones, "even, for two teams alike")
-    for path in (json, plot):
-        if path is not None:
-            check_file(path)
+    for path in filter(None, (json, plot)):
+        check_file(path)
     faces: dict[str, speed.Face] = {"simulator": speed.simulator_face, "batch_env": speed.batch_env_face}
     try:
         from swarm_pz.training.vec_env import SwarmVecEnv
@@ -165,23 +156,18 @@ def bench(
         print("stable-baselines3 is not installed: SwarmVecEnv is left out")
     else:
 
-        def against(opponent: str) -> speed.Face:
-            def make(config: GameConfig, count: int, workers: int) -> speed.Step:
-                env = SwarmVecEnv(config, count, opponent=opponent, threads=workers, seed=0)
-                env.action_space.seed(0)
-                env.reset()
-                actions = itertools.cycle(
-                    [np.stack([env.action_space.sample() for _ in range(count)]) for _ in range(4)]
-                )
+        def against(opponent: str, config: GameConfig, count: int, workers: int) -> speed.Step:
+            env = SwarmVecEnv(config, count, opponent=opponent, threads=workers, seed=0)
+            env.action_space.seed(0)
+            env.reset()
+            actions = itertools.cycle([np.stack([env.action_space.sample() for _ in range(count)]) for _ in range(4)])
 
-                def step() -> None:
-                    env.step(next(actions))
+            def step() -> None:
+                env.step(next(actions))
 
-                return step
+            return step
 
-            return make
-
-        faces |= {f"SwarmVecEnv, {opponent}": against(opponent) for opponent in ("uniform", "ring")}
+        faces |= {f"SwarmVecEnv, {name}": functools.partial(against, name) for name in ("uniform", "ring")}
     faces["parallel_env"] = speed.parallel_env_face
     say = functools.partial(print, flush=True)
     speeds = speed.measure(faces, games=games, drones=drones, threads=threads, grid=grid, repeats=repeats, say=say)

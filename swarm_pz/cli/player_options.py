@@ -1,37 +1,57 @@
-"""Players on the command line: how they are named, and which of those that are installed can play."""
+"""Players and control systems on the command line: how they are named, and which can play."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from typing import Annotated
 
 import tyro
+from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from swarm_pz import systems
 from swarm_pz.config import GameConfig
+from swarm_pz.config.registry import system_of
+from swarm_pz.config.system import ControlSystem
 from swarm_pz.errors import KindError, SwarmError
 from swarm_pz.policy import about, faults, load, registered
 
 Player = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="PLAYER")]
 Players = Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="[PLAYER ...]")]
 Opponent = Annotated[str, tyro.conf.arg(metavar="PLAYER")]
+REGISTRY = ConstructorRegistry()
+"""What tyro has to know of control systems."""
+
+
+@REGISTRY.primitive_rule
+def _by_name(told: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[ControlSystem] | None:
+    """Read a control system by its name, with its default numbers."""
+    if told.type is not ControlSystem:
+        return None
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="SYSTEM",
+        instance_from_str=lambda words: system_of(words[0]),
+        is_instance=lambda given: isinstance(given, ControlSystem),
+        str_from_instance=lambda system: [system.name],
+    )
 
 
 def known() -> dict[str, str]:
     """Return the names of installed policies that can be used, with a line about each; name others on stderr."""
-    broken = faults()
-    for fault in broken.values():
-        print(f"left out: {fault}", file=sys.stderr)
-    return {name: about(name) for name in sorted(registered()) if name not in broken}
+    return {name: about(name) for name in _usable(registered(), faults())}
 
 
 def able_to_fly() -> dict[str, str]:
-    """Return the names of installed control systems, with what each takes and is; name broken ones on stderr."""
-    broken = systems.faults()
+    """Return the names of installed control systems, with a line about each; name broken ones on stderr."""
+    names = _usable(systems.registered(), systems.faults())
+    return {name: f"takes {systems.system_class(name).takes}: {systems.about(name)}" for name in names}
+
+
+def _usable(names: Iterable[str], broken: dict[str, str]) -> list[str]:
     for fault in broken.values():
         print(f"left out: {fault}", file=sys.stderr)
-    names = sorted(set(systems.registered()) - set(broken))
-    return {name: f"takes {systems.system_class(name).takes}: {systems.about(name)}" for name in names}
+    return sorted(set(names) - set(broken))
 
 
 def able(game: GameConfig) -> tuple[str, ...]:

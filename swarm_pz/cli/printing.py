@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.ladder import figure
 from swarm_pz.evaluation.match import MatchResult
 
@@ -129,9 +128,7 @@ def print_speeds(figures: dict[str, Any]) -> None:
         [(name, f"{nanoseconds:.0f}") for name, nanoseconds in figures["phases_ns_per_drone_step"].items()],
         title="of one drone-step, 64 games of 20, one thread",
     )
-    require_extra("rich.console", "cli").Console().print(
-        f"a game's state takes {figures['bytes_per_game'] / 1024:.0f} KiB"
-    )
+    print(f"a game's state takes {figures['bytes_per_game'] / 1024:.0f} KiB")
 
 
 def print_study(rows: Sequence[Any]) -> None:
@@ -186,8 +183,10 @@ def print_status(title: str, rows: Sequence[dict[str, Any]]) -> None:
 
 
 def print_named(lines: Mapping[str, str]) -> None:
-    """Print a line about each name; on a terminal, lines that are too long go on below themselves."""
-    console = require_extra("rich.console", "cli").Console()
+    """Print a line about each name; on a terminal, long lines are wrapped."""
+    from rich.console import Console
+
+    console = Console()
     indent = max(map(len, lines), default=0) + 2
     for name, text in lines.items():
         line = f"{name:<{indent}}{printable(text)}".rstrip()
@@ -204,13 +203,19 @@ def _print(
     headings: Sequence[str], rows: Sequence[Sequence[str]], *, title: str, caption: str = "", texts: int = 1
 ) -> None:
     """Print a table; where it is too wide for a terminal its first columns, the texts, are cut, never a number."""
+    from rich.box import SIMPLE_HEAD
+    from rich.cells import cell_len
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+    from rich.text import Text
+
     rows = [[printable(cell) for cell in row] for row in rows]
-    cell_len, console_class = require_extra("rich.cells", "cli").cell_len, require_extra("rich.console", "cli").Console
-    console = console_class()
+    console = Console()
     widths = [
         max(map(cell_len, [*heading.split("\n"), *column])) for heading, *column in zip(headings, *rows, strict=True)
     ]
-    # What reads a pipe or a file wants all of a name.
+    # In a pipe or a file names are whole.
     width = console.width if console.is_terminal else sum(widths) + 2 * len(widths)
     # Two spaces between columns, where there is room for them.
     padding = 1 if sum(widths[texts:]) + 8 * texts + 2 * (len(widths) - 1) <= width else 0
@@ -219,9 +224,8 @@ def _print(
     for column in reversed(range(texts)):
         widths[column] = min(widths[column], max(_LEAST, room // (column + 1)))
         room -= widths[column]
-    escape = require_extra("rich.markup", "cli").escape
-    table = require_extra("rich.table", "cli").Table(
-        box=require_extra("rich.box", "cli").SIMPLE_HEAD,  # no rules between columns: it must fit 80 of them
+    table = Table(
+        box=SIMPLE_HEAD,  # no rules between columns: it must fit 80 of them
         show_edge=False,
         pad_edge=False,
         padding=(0, padding, 0, 0),
@@ -231,6 +235,6 @@ def _print(
     for number, (heading, least) in enumerate(zip(headings, widths, strict=True)):
         table.add_column(heading, justify="left" if number < texts else "right", no_wrap=True, width=least)
     for row in rows:
-        table.add_row(*map(require_extra("rich.text", "cli").Text, row))  # names are no markup
-    # Rather wider than the terminal than without its numbers.
-    console_class(width=max(width, sum(widths) + gaps)).print("", table)
+        table.add_row(*map(Text, row))  # names are no markup
+    # It may be wider than the terminal, but shows its numbers.
+    Console(width=max(width, sum(widths) + gaps)).print("", table)

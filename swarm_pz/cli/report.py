@@ -9,13 +9,12 @@ import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import draft_of
 
@@ -50,8 +49,9 @@ def progress(what: str = "games", doing: str = "playing") -> Iterator[Move]:
 
     That takes how much is done, how much there is, and of what, if that is something else.
     """
-    library = require_extra("rich.progress", "cli")
-    bar = library.Progress(transient=True, refresh_per_second=4)
+    from rich.progress import Progress
+
+    bar = Progress(transient=True, refresh_per_second=4)
     bar.disable = not bar.console.is_terminal
     with bar:
         task = bar.add_task(doing, total=None)
@@ -67,18 +67,9 @@ def progress(what: str = "games", doing: str = "playing") -> Iterator[Move]:
         yield move
 
 
-@contextmanager
-def filming() -> Iterator[Move]:
-    """As `progress`, while a film is drawn."""
-    with in_seconds("filming") as move:
-        yield move
-
-
-@contextmanager
-def in_seconds(what: str) -> Iterator[Move]:
+def in_seconds(doing: str = "filming") -> AbstractContextManager[Move]:
     """As `progress`, while something goes through a game from its beginning to its end."""
-    with progress("seconds of game at most", what) as move:
-        yield move
+    return progress("seconds of game at most", doing)
 
 
 def write_json(figures: dict[str, Any], path: Path, game: GameConfig) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +11,7 @@ import tyro
 from swarm_pz.cli import printing
 from swarm_pz.cli.player_options import known
 from swarm_pz.cli.report import command, progress
-from swarm_pz.cli.table import draw_code, need_play
+from swarm_pz.cli.table import SAY, need_play, serve
 from swarm_pz.config.base import check_count, check_number
 from swarm_pz.errors import ConfigError, SwarmError, require_extra
 
@@ -44,9 +43,7 @@ def run(
     """
     need_play()
     require_extra("markdown_it", "lab")
-    from swarm_pz import policies
     from swarm_pz.play.lsl import Markers
-    from swarm_pz.play.server.serve import serve
     from swarm_pz.play.studies.design import Study
     from swarm_pz.play.studies.folder import CODES, StudyFolder
 
@@ -55,9 +52,8 @@ def run(
     _check_players(Study.read(study))
     markers = Markers(*lsl) if lsl is not None else None
     opened = StudyFolder.begin(study, folder)
-    say = functools.partial(print, flush=True)
     plan = opened.study
-    say(f"study: {plan.title}; the participants' codes are in {folder / CODES}")
+    SAY(f"study: {plan.title}; the participants' codes are in {folder / CODES}")
     if plan.has_guessable_codes:
         print(
             f"warning: the codes in {study} are easy to guess, and who guesses one can answer and play as that "
@@ -66,15 +62,12 @@ def run(
         )
     try:
         serve(
-            policies.load,
             known(),
             host=host,
             port=port,
             allowed_hosts=allowed_hosts,
             folder=folder / "games",
             countdown_s=countdown,
-            say=say,
-            draw_code=draw_code,
             record_labels=False,
             study=opened,
             markers=markers,

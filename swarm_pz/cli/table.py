@@ -8,12 +8,12 @@ import io
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from swarm_pz.cli.player_options import known
-from swarm_pz.cli.report import filming, in_seconds
+from swarm_pz.cli.report import in_seconds
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check, check_count, check_number
 from swarm_pz.errors import CommandError, SwarmError, require_extra
@@ -22,6 +22,9 @@ from swarm_pz.policy import about
 if TYPE_CHECKING:
     from swarm_pz.play.game import TableConfig
     from swarm_pz.play.protocol import Card
+    from swarm_pz.play.recordings.verification import Verification
+
+SAY = functools.partial(print, flush=True)
 
 
 def play(
@@ -72,53 +75,41 @@ def play(
     from swarm_pz.play.game import TableConfig
     from swarm_pz.play.lsl import Markers
     from swarm_pz.play.server.games_folder import check_folder
-    from swarm_pz.play.server.serve import serve
 
     check_count(port, "port", 0, 65535)
     check_folder(out)
     check_number(countdown, "countdown", 0.0, 60.0)
     check(lsl is None or len(lsl) <= 1, "lsl", lsl, "one name, or none")
-    installed = known()
-    if opponent is not None and opponent != "none":
-        policies.load(opponent, game, game.team_systems[1])
-        installed |= {opponent: about(opponent)}
-    if ros_opponent is not None:
-        if rosbridge is None:
-            raise CommandError(
-                f"--ros-opponent {ros_opponent} plays against ROS programs: give --rosbridge a port, too"
-            )
-        policies.load(ros_opponent, game, game.team_systems[1])
-        installed |= {ros_opponent: about(ros_opponent)}
+    if ros_opponent is not None and rosbridge is None:
+        raise CommandError(f"--ros-opponent {ros_opponent} plays against ROS programs: give --rosbridge a port, too")
     if ros_origin and rosbridge is None:
         raise CommandError(f"--ros-origin {ros_origin[0]} opens a rosbridge to pages: give --rosbridge a port, too")
+    installed = known()
+    for name in (opponent, ros_opponent):
+        if name is not None and name != "none":
+            policies.load(name, game, game.team_systems[1])
+            installed |= {name: about(name)}
     varied = read_factors(factors) if factors is not None else (Factors(), Factors())
     table = TableConfig(game=game, min_command_interval=min_command_interval, factors=varied)
     for team, own in enumerate(varied):
         if own.share > 0.0:
             policies.load(own.helper, game, game.team_systems[team])
-    page = f"play={opponent}" if opponent is not None else "ladder" if ladder else ""
-    markers = Markers(*lsl) if lsl is not None else None
-    say = functools.partial(print, flush=True)
-    beside = _beside(host, rosbridge, ros_opponent, ros_origin, table, say)
     serve(
-        policies.load,
         installed,
         host=host,
         port=port,
         allowed_hosts=allowed_hosts,
         folder=out,
-        page=page,
+        page=f"play={opponent}" if opponent is not None else "ladder" if ladder else "",
         countdown_s=countdown,
         table=table,
-        say=say,
-        draw_code=draw_code,
         cards=_cards(),
         record_labels=record_labels,
-        markers=markers,
+        markers=Markers(*lsl) if lsl is not None else None,
         levels=out / "levels" if ladder else None,
         embedders=embed,
         greeting=f"rules: {game.rules_hash} (rules_hash of rooms as they are set at first)",
-        beside=beside,
+        beside=_beside(host, rosbridge, ros_opponent, ros_origin, table),
     )
 
 
@@ -144,17 +135,16 @@ def replay(
         port: Port to listen at; 0 takes any that is free.
     """
     need_play()
-    from swarm_pz import policies
     from swarm_pz.play.recordings import playback
     from swarm_pz.play.recordings.folder import checked_name
     from swarm_pz.play.recordings.sandbox import Sandbox
-    from swarm_pz.play.server.serve import serve
 
     check(speed > 0, "speed", speed, "above 0")
     check_count(port, "port", 0, 65535)
+    is_shown = film is None and mcap is None and not verify
     with Sandbox() as sandbox:
         if film is not None:
-            with filming() as show:
+            with in_seconds() as show:
                 sandbox.do(recording, playback.film, recording, film, speed, progress=show)
             print(f"film: {film}")
         if mcap is not None:
@@ -165,53 +155,37 @@ def replay(
                 count = sandbox.do(recording, write, recording, mcap, progress=show)
             print(f"{count} messages: {mcap}")
         if verify:
-            result, link = sandbox.do(recording, playback.verify, recording)
-        elif film is None and mcap is None:
+            _print_verified(recording, *sandbox.do(recording, playback.verify, recording))
+        if is_shown:
             sandbox.do(recording, playback.check, recording)  # before anybody waits for it
-    if verify:
-        faults = list(result.faults)
-        if result.first_difference is not None:
-            faults.append(
-                f"it plays differently here from tick {result.first_difference} on: it was changed, or recorded by "
-                "another version or on another kind of processor"
-            )
-        if not result.finished:
-            faults.append(f"it is unfinished: it breaks off after {result.frames} frames, without the game's end")
-        if not result.frames:
-            faults.append("it shows nothing that could be compared")
-        if faults:
-            raise SwarmError("\n  ".join([f"{recording} does not verify:", *faults]))
-        print(
-            f"verified: {result.frames} frames of {recording} come out as recorded; the chain of its lines ends with "
-            f"{link}"
+    if is_shown:
+        page, folder = f"replay={checked_name(recording.name)}", recording.parent
+        serve(known(), host=host, port=port, folder=folder, page=page, cards=_cards(), record_labels=False)
+
+
+def _print_verified(recording: Path, result: Verification, link: str) -> None:
+    """Say that a recording comes out as recorded, or raise with all its faults."""
+    faults = list(result.faults)
+    if result.first_difference is not None:
+        faults.append(
+            f"it plays differently here from tick {result.first_difference} on: it was changed, or recorded by "
+            "another version or on another kind of processor"
         )
-    if film is None and mcap is None and not verify:
-        page = f"replay={checked_name(recording.name)}"
-        say = functools.partial(print, flush=True)
-        folder = recording.parent
-        serve(
-            policies.load,
-            known(),
-            host=host,
-            port=port,
-            folder=folder,
-            page=page,
-            say=say,
-            draw_code=draw_code,
-            cards=_cards(),
-            record_labels=False,
-        )
+    if not result.finished:
+        faults.append(f"it is unfinished: it breaks off after {result.frames} frames, without the game's end")
+    if not result.frames:
+        faults.append("it shows nothing that could be compared")
+    if faults:
+        raise SwarmError("\n  ".join([f"{recording} does not verify:", *faults]))
+    print(
+        f"verified: {result.frames} frames of {recording} come out as recorded; the chain of its lines ends with {link}"
+    )
 
 
 def _beside(
-    host: str,
-    port: int | None,
-    opponent: str | None,
-    origins: Sequence[str],
-    table: TableConfig,
-    say: Callable[[str], None],
+    host: str, port: int | None, opponent: str | None, origins: Sequence[str], table: TableConfig
 ) -> Callable[[str], AbstractContextManager[None]]:
-    """Return what serves ROS programs beside the table, as `serve` takes it: nothing without a port."""
+    """Return what serves ROS programs beside the table: nothing without a port."""
     if port is None:
         return lambda _: contextlib.nullcontext()
     from swarm_pz.play.ros import process
@@ -219,7 +193,15 @@ def _beside(
 
     check_count(port, "rosbridge", 0, 65535)
     allowed = origins_of(host, origins)
-    return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, allowed, say)
+    return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, allowed, SAY)
+
+
+def serve(installed: dict[str, str], **how: Any) -> None:
+    """Serve the table, with the installed policies, until it is stopped."""
+    from swarm_pz import policies
+    from swarm_pz.play.server import serve as server
+
+    server.serve(policies.load, installed, say=SAY, draw_code=draw_code, **how)
 
 
 def need_play() -> None:

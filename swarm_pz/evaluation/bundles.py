@@ -1,4 +1,4 @@
-"""Players on their way to other machines: a folder's files come along, and who is not the same there does not play."""
+"""Policies on their way to other machines: the files of their folders, and a loader that checks who arrived."""
 
 from __future__ import annotations
 
@@ -15,25 +15,19 @@ from swarm_pz.files import draft_of, explain
 from swarm_pz.policy import Player, load
 
 MOST_BYTES = 2**26
-"""Of a folder that travels."""
+"""Of the files of a bundle."""
 
 
 @dataclass(frozen=True)
 class PolicyBundle:
-    """The files of a folder: its name, and name and content of each, without folders in it."""
+    """The files of a policy's folder: its name, and name and content of each, without folders in it."""
 
     name: str
     files: tuple[tuple[str, bytes], ...]
 
     @classmethod
     def of(cls, folder: Path) -> PolicyBundle:
-        """Read a folder.
-
-        Raises
-        ------
-        PolicyError
-            If its files are too large to travel, or cannot be read.
-        """
+        """Read a folder; raise a PolicyError if its files are too large to travel, or cannot be read."""
         try:
             found = (path for path in folder.iterdir() if path.is_file() and not path.name.startswith("."))
             paths = sorted(found, key=lambda path: (path.suffix == ".json", path.name))  # a card never stands alone
@@ -47,11 +41,6 @@ class PolicyBundle:
         except OSError as error:
             raise PolicyError(f"{folder} cannot be read: {explain(error)}") from error
 
-    def load(self, game: GameConfig) -> Player:
-        """Return the policy of the folder, made for a game."""
-        with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
-            return load(self.unpack(Path(place)), game)
-
     def unpack(self, where: Path) -> Path:
         """Write the folder into another one; return where it is."""
         folder = where / self.name
@@ -64,16 +53,9 @@ class PolicyBundle:
 
 @dataclass(frozen=True)
 class VerifyingLoader:
-    """A loader elsewhere: players are who they were where they were entered, or nobody plays.
+    """Loads players on another machine, and refuses those with other digests than the players that were meant.
 
-    Parameters
-    ----------
-    loader : callable
-        From a name and a game to a policy.
-    digests : dict of str to str
-        Of learned players.
-    bundles : dict of str to PolicyBundle
-        Of those who come from folders.
+    `digests` are those of learned players, `bundles` the files of players from folders; `loader` loads the others.
     """
 
     loader: Callable[[str, GameConfig], Player]
@@ -81,15 +63,13 @@ class VerifyingLoader:
     bundles: dict[str, PolicyBundle]
 
     def __call__(self, name: str, game: GameConfig) -> Player:
-        """Load a player.
-
-        Raises
-        ------
-        WorkerError
-            If that is impossible here, or it is another.
-        """
+        """Load a player; raise a WorkerError if that is impossible here, or it is another."""
         try:
-            player = self.bundles[name].load(game) if name in self.bundles else self.loader(name, game)
+            if name in self.bundles:
+                with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
+                    player = load(self.bundles[name].unpack(Path(place)), game)
+            else:
+                player = self.loader(name, game)
         except (OutputError, OSError, SwarmError) as error:
             raise WorkerError(f"{platform.node()} cannot load {name}: {error}") from error
         found, expected = getattr(player, "digest", None), self.digests.get(name)
@@ -102,21 +82,9 @@ class VerifyingLoader:
 
 @contextmanager
 def unpacked_policy(name: str, game: GameConfig, digest: str | None, bundle: PolicyBundle | None) -> Iterator[str]:
-    """Have a player where a task is done; yield what it is called by there.
+    """Have a policy where a task is done, checked by its digest if that is given; yield its name or folder there.
 
-    Parameters
-    ----------
-    name : str
-    game : GameConfig
-    digest : str, optional
-        Of a learned player, where it is to be checked.
-    bundle : PolicyBundle, optional
-        Of one who comes from a folder.
-
-    Raises
-    ------
-    WorkerError
-        If it cannot be had, or is another.
+    Raises a WorkerError if it cannot be had, or is another.
     """
     if digest is not None or bundle is not None:
         digests, bundles = {} if digest is None else {name: digest}, {} if bundle is None else {name: bundle}

@@ -24,13 +24,7 @@ def middle(drawn: ArrayLike) -> tuple[Array, Array]:
 
 
 def wilson(successes: int, trials: int) -> tuple[float, float]:
-    """Return Wilson's interval of a share (Wilson, J. Am. Stat. Assoc. 22, 1927).
-
-    Raises
-    ------
-    ResultsError
-        If there are no trials, or fewer than successes.
-    """
+    """Return Wilson's interval of a share of at least one trial (Wilson, J. Am. Stat. Assoc. 22, 1927)."""
     if not 0 <= successes <= trials or trials < 1:
         raise ResultsError(f"a share is of at least one trial and of successes among them, got {successes} of {trials}")
     stats = require_extra("scipy.stats", "cli")
@@ -39,21 +33,9 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
 
 
 def bootstrap(values: ArrayLike, statistic: Callable[[Any], Any] | None = None) -> tuple[Array, Array, Array]:
-    """Return a statistic of samples along the first axis, and the ends of its interval.
+    """Return a statistic (by default the mean) of samples (n, ...) along the first axis, and the ends of its interval.
 
-    Percentiles over resamples of the samples (Efron, Annals of Statistics 7, 1979), always the same ones.
-
-    Parameters
-    ----------
-    values : array_like (n, ...)
-        One sample a game or seed.
-    statistic : callable, optional
-        From samples (n, ...) to a number or array; their mean if not given.
-
-    Raises
-    ------
-    ResultsError
-        If there are no samples.
+    Percentiles over always the same resamples (Efron, Annals of Statistics 7, 1979).
     """
     samples = _samples(values)
     compute = statistic if statistic is not None else (lambda drawn: drawn.mean(axis=0))
@@ -70,27 +52,16 @@ def _samples(values: ArrayLike) -> Array:
 
 
 def mean_with_interval(values: ArrayLike) -> tuple[float, tuple[float, float]]:
-    """Return the mean of samples (n,) and its bootstrap interval.
-
-    Raises
-    ------
-    ResultsError
-        If there are no samples.
-    """
+    """Return the mean of samples (n,) and its bootstrap interval."""
     mean, low, high = bootstrap(values)
     return float(mean), (float(low), float(high))
 
 
 def median_with_interval(values: ArrayLike) -> tuple[float, tuple[float, float]]:
-    """Return the median of samples (n,) and its interval between order statistics.
+    """Return the median of samples (n,), which may be infinite, and its interval between order statistics.
 
-    The number of samples below the median is binomial, whatever their distribution, so infinite ones
-    (never) are as good as others (Thompson, Annals of Mathematical Statistics 7, 1936).
-
-    Raises
-    ------
-    ResultsError
-        If there are no samples, or one is NaN, which is neither below nor above a median.
+    The number of samples below the median is binomial, whatever their distribution (Thompson, Annals of Mathematical
+    Statistics 7, 1936). A NaN, or no sample, raises a ResultsError.
     """
     stats = require_extra("scipy.stats", "cli")
     ordered = np.sort(_samples(values))

@@ -19,15 +19,10 @@ _ANCHOR = "uniform"
 
 
 def make_ladder(tournament: Tournament) -> dict[str, Any]:
-    """Return the figures of a tournament, best player first.
+    """Return the figures of a tournament, best player first, as plain values.
 
-    Returns
-    -------
-    dict
-        ``players``, one entry each with rating, interval, games and durations; ``payoffs``, each one's
-        (row) share of the points against each other (column), None on the diagonal; ``intransitivity``;
-        the settings; and where it comes from, as of `swarm_pz.evaluation.provenance`. A pair of games that came out the
-        same counts as one in every number.
+    `payoffs` are each player's (row) share of the points against each other (column). A pair of games that came out the
+    same counts as one in every number.
     """
     results = tournament.results()
     anchor = _ANCHOR if _ANCHOR in tournament.players else None

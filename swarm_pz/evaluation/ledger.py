@@ -10,6 +10,7 @@ import platform
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol, TypeVar
 
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError, require_extra
@@ -17,34 +18,16 @@ from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import draft_of, named_if_full
 
 SETTINGS, GAMES = "tournament.json", "games.jsonl"
-_LOCK, _HOLDER = ".lock", ".holder"
 _OPPOSITE = {"win": "loss", "draw": "draw", "loss": "win"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlayedGame:
-    """One game of a tournament, as its line in the file says it.
+    """One game of a tournament, as its line in the file.
 
-    Attributes
-    ----------
-    one, other : str
-        The players, in alphabetical order.
-    number : int
-        Number within their match: 2p is pair p with `one` as red, 2p + 1 with it as blue.
-    outcome : {"win", "draw", "loss"}
-        Of `one`.
-    share : float
-        Final share of all drones of `one`.
-    seconds : float
-        Length of the game.
-    fingerprint : str
-        Equal for games that ended alike.
-    forfeit : str
-        Why the loser forfeited; empty if nobody did.
-    sent : (int, int)
-        Commands of both that were others than those before.
-    thinking_ms : (float, float)
-        Mean milliseconds a command.
+    `one` and `other` are in alphabetical order, and `outcome` and `share` (final, of all drones) are of `one`. Number
+    2p is pair p with `one` as red, 2p + 1 with it as blue. Of both players, `sent` are commands that differed from the
+    one before, and `thinking_ms` mean milliseconds a command. Games that ended alike have the same fingerprint.
     """
 
     one: str
@@ -68,21 +51,30 @@ class PlayedGame:
         return self.outcome if player == self.one else _OPPOSITE[self.outcome]
 
 
+class _OfPair(Protocol):
+    @property
+    def number(self) -> int: ...
+    @property
+    def fingerprint(self) -> str: ...
+
+
+G = TypeVar("G", bound=_OfPair)
+
+
+def distinct(games: Iterable[G]) -> list[list[G]]:
+    """Return the games that count, each as a list: of both games, if a pair played the same game twice."""
+    found: dict[tuple[int, str], list[G]] = {}
+    for game in games:
+        found.setdefault((game.number // 2, game.fingerprint), []).append(game)
+    return list(found.values())
+
+
 @contextlib.contextmanager
 def folder_lock(folder: Path) -> Iterator[None]:
-    """Keep other processes from playing in a folder.
-
-    The lock is the system's: it ends with the process, however that ends. The file beside it only tells
-    others who holds the lock.
-
-    Raises
-    ------
-    ResultsError
-        If another process holds it.
-    """
+    """Keep other processes from working in a folder: a ResultsError. The system's lock ends with the process."""
     filelock = require_extra("filelock", "cli")
     folder.mkdir(parents=True, exist_ok=True)
-    lock, holder = filelock.FileLock(folder / _LOCK), folder / _HOLDER
+    lock, holder = filelock.FileLock(folder / ".lock"), folder / ".holder"
     try:
         lock.acquire(timeout=0)
     except filelock.Timeout as error:
@@ -102,21 +94,8 @@ def folder_lock(folder: Path) -> Iterator[None]:
 class Ledger:
     """A folder with one line for every finished game, in ``games.jsonl``, and the settings in ``tournament.json``.
 
-    Parameters
-    ----------
-    folder : Path
-    seed : int
-    budget_ms : float
-    game : GameConfig
-        What all games share.
-    learned : dict of str to str
-        Digests of learned players; whoever played here under the same name must have been the same.
-
-    Raises
-    ------
-    ResultsError
-        If the folder holds another tournament, or its files are corrupt. Nothing is changed in it before
-        somebody holds it.
+    Nothing is changed before the folder's lock is taken. A folder of another tournament, with other learned players (by
+    their digests) or with corrupt files raises a ResultsError.
     """
 
     def __init__(self, folder: Path, *, seed: int, budget_ms: float, game: GameConfig, learned: dict[str, str]) -> None:
@@ -150,10 +129,7 @@ class Ledger:
         return learned
 
     def take_up(self, command: str) -> dict[tuple[str, str, int], PlayedGame]:
-        """Write the settings and return the finished games; for who holds the folder.
-
-        Another process may have played in it since this one looked.
-        """
+        """With the lock: check again, write the settings, cut off a line that was not finished, return the games."""
         settings = {
             **self._settings,
             "config_hash": self._game.hash,
@@ -163,20 +139,19 @@ class Ledger:
         }
         with draft_of(self.folder / SETTINGS) as draft:
             draft.write_text(json.dumps(settings, indent=2) + "\n")
-        return self.read(mend=True)
-
-    def read(self, *, mend: bool = False) -> dict[tuple[str, str, int], PlayedGame]:
-        """Read the finished games; with `mend`, for who holds the folder, cut off a line that was not finished."""
         path = self.folder / GAMES
-        if not path.exists():
-            return {}
-        text = path.read_bytes()
-        whole = text[: text.rfind(b"\n") + 1]
-        if mend and len(whole) < len(text):
-            with path.open("r+b") as file:
-                file.truncate(len(whole))
+        if path.exists():
+            os.truncate(path, path.read_bytes().rfind(b"\n") + 1)
+        return self.read()
+
+    def read(self) -> dict[tuple[str, str, int], PlayedGame]:
+        """Return the finished games."""
+        path = self.folder / GAMES
         games = {}
-        for number, line in enumerate(whole.splitlines(), 1):
+        whole = path.read_bytes().splitlines(keepends=True) if path.exists() else []
+        for number, line in enumerate(whole, 1):
+            if not line.endswith(b"\n"):
+                break
             try:
                 plain = json.loads(line)
                 pairs = {name: tuple(plain[name]) for name in ("sent", "thinking_ms")}

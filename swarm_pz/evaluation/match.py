@@ -1,12 +1,13 @@
-"""Matches: two policies, both sides, the same seeds for both; and what the games say.
+"""Matches: two policies, both sides, the same seeds for both.
 
-Games come in pairs: the policy plays red and then blue from the same start. Where the two games of
-a pair are the same game (two deterministic policies that play alike), the pair counts once.
+Games come in pairs: the policy plays red and then blue from the same start. If both games of a pair are the same game
+(two deterministic policies that play alike), the pair counts once.
 """
 
 from __future__ import annotations
 
 import json
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,16 +36,7 @@ POINTS = {"win": 1.0, "draw": 0.5, "loss": 0.0}
 class MatchResult:
     """The games of a match and the settings behind them.
 
-    Attributes
-    ----------
-    policy, opponent : str
-    seed : int
-    config : GameConfig
-    limit_s : float
-        Seconds until a draw.
-    games : list of Game
-    privileged : tuple of str
-        Those of the two that see the simulator itself.
+    `limit_s` are seconds until a draw, and `privileged` are those of the two players that see the simulator itself.
     """
 
     policy: str
@@ -58,15 +50,7 @@ class MatchResult:
     @property
     def unique(self) -> list[Game]:
         """The games that count: of a pair that is the same game twice, the one with the policy as red."""
-        first_of_pair = {game.pair: game.fingerprint for game in reversed(self.games)}
-        seen: set[int] = set()
-        kept = []
-        for game in self.games:
-            if game.pair in seen and game.fingerprint == first_of_pair[game.pair]:
-                continue
-            seen.add(game.pair)
-            kept.append(game)
-        return kept
+        return list({(game.pair, game.fingerprint): game for game in reversed(self.games)}.values())[::-1]
 
     @property
     def lost(self) -> list[Game]:
@@ -100,13 +84,12 @@ class MatchResult:
         # Where all games or none are won, a bootstrap has nothing to draw from.
         if len(games) == len(self.games) or self.count("win") in (0, len(games)):
             return wilson(self.count("win"), len(games))
-        wins: dict[int, list[float]] = {}
+        totals: dict[int, NDArray[np.float64]] = defaultdict(lambda: np.zeros(2))
         for game in games:
-            wins.setdefault(game.pair, []).append(float(game.outcome == "win"))
-        totals = np.array([[sum(pair), len(pair)] for pair in wins.values()])
-        drawn = np.random.default_rng(0).integers(len(totals), size=(_RESAMPLES, len(totals)))
-        rates = totals[drawn, 0].sum(axis=1) / totals[drawn, 1].sum(axis=1)
-        low, high = middle(rates)
+            totals[game.pair] += (game.outcome == "win", 1.0)
+        pairs = np.array(list(totals.values()))
+        drawn = np.random.default_rng(0).integers(len(pairs), size=(_RESAMPLES, len(pairs)))
+        low, high = middle(pairs[drawn, 0].sum(axis=1) / pairs[drawn, 1].sum(axis=1))
         return float(low), float(high)
 
     def share(self) -> float:
@@ -116,7 +99,7 @@ class MatchResult:
     def share_interval(self) -> tuple[float, float]:
         """Return the 95 % interval of the mean final share, from a bootstrap over pairs.
 
-        Both sides' shares add up to one: who is above a half, with the whole interval, ends with more drones.
+        Both sides' shares add up to one: a policy whose whole interval is above 0.5 ends with more drones.
         """
         return _mean_interval(self.share_by_pair())
 
@@ -156,16 +139,12 @@ class MatchResult:
 
     def write(self, path: Path, command: str = "") -> None:
         """Write the summary as JSON, with the lost and forfeited games, and its origin (`evaluation.provenance`)."""
-        lost = [{"pair": game.pair, "side": game.side, "seconds": game.seconds} for game in self.lost]
-        forfeits = [{"pair": game.pair, "side": game.side, "reason": game.forfeit} for game in self.forfeits]
-        figures = (
-            self.summary()
-            | {"lost": lost}
-            | ({"forfeits": forfeits} if forfeits else {})
-            | provenance(self.config, command)
-        )
+        figures = self.summary()
+        figures["lost"] = [{"pair": game.pair, "side": game.side, "seconds": game.seconds} for game in self.lost]
+        if forfeits := self.forfeits:
+            figures["forfeits"] = [{"pair": one.pair, "side": one.side, "reason": one.forfeit} for one in forfeits]
         with draft_of(path) as draft:
-            draft.write_text(json.dumps(figures, indent=2) + "\n")
+            draft.write_text(json.dumps(figures | provenance(self.config, command), indent=2) + "\n")
 
 
 def play_match(
@@ -214,7 +193,7 @@ def play_match(
 
     for start in range(0, games, _BATCH):
         numbers = range(start, min(start + _BATCH, games))
-        played += play_or_forfeit(*players, numbers, seed=seed, config=config, threads=threads, progress=report)
+        played += play_or_forfeit(lambda: players, numbers, progress=report, seed=seed, config=config, threads=threads)
     names = name_of(policy), name_of(opponent)
     return MatchResult(
         policy=names[0],

@@ -10,25 +10,33 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from pathlib import Path
 from types import FrameType
 
 _WAITS = Path("/proc/thread-self/schedstat")
 """Where Linux tells how long a thread waited for a processor: the second number, in nanoseconds."""
-
-
 _AGAIN_S = 0.5
 """Seconds at most between two rings of an alarm, for code that catches one or must not be interrupted yet."""
 
 
+class LostTaskError(BrokenExecutor):
+    """Several workers died of one task; other tasks of the pool are well."""
+
+
 @contextmanager
 def alarm(seconds: float) -> Iterator[None]:
-    """Interrupt Python code that takes longer, where the system has alarms; elsewhere say so afterwards.
+    """Interrupt Python code that takes longer, where the system has alarms; elsewhere raise afterwards.
 
-    What is waited for a processor that others keep busy does not count, where the system tells it: who is late is late
-    on an idle machine, too. Imports and compilation are never interrupted, since half of a library, or of a function,
-    would be left behind for all who use it later; code that is late by them is interrupted when they are done.
+    Time spent waiting for a busy processor does not count, where the system tells it. Imports and compilation are
+    finished first: an interrupt would leave half a library, or half a function, for all who use it later.
+
+    Raises
+    ------
+    TimeoutError
+        If the code takes longer.
     """
     late = f"no command within {seconds:g} s"
     entered = sys._getframe(2)  # of who calls this; the first is contextlib's
@@ -73,23 +81,39 @@ def _gets_ready(frame: FrameType | None, until: FrameType | None) -> bool:
     return False
 
 
-def _end_with(parent: multiprocessing.process.BaseProcess) -> None:
-    parent.join()
-    os._exit(1)
+@contextmanager
+def interrupts_blocked() -> Iterator[None]:
+    """Let processes that are started here begin with SIGINT blocked, until `prepare_process` ignores it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # which would unblock it while a process is started
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def end_processes() -> None:
-    """End the processes that this one started, whatever they are at."""
+    """End the processes that this one started, whatever they do."""
     for process in multiprocessing.active_children():
         process.terminate()
 
 
 def prepare_process() -> None:
-    """Make ready: end with the process that started this one, not by Ctrl-C, and leave other cores to others."""
+    """Make this process end with the one that started it, ignore Ctrl-C, and leave other cores to others."""
     parent = multiprocessing.parent_process()
     if parent is not None:
-        # A terminal sends it to all of them; what becomes of the work is for the one that shares it out.
+        # A terminal sends Ctrl-C to all processes; only the one that shares out the work decides what to do.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+        if hasattr(signal, "pthread_sigmask"):
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+        def end_with(parent: multiprocessing.process.BaseProcess) -> None:
+            parent.join()
+            os._exit(1)
+
+        threading.Thread(target=end_with, args=(parent,), daemon=True).start()
     # Read by PyTorch's and others' thread pools when they are first loaded.
     os.environ["OMP_NUM_THREADS"] = "1"

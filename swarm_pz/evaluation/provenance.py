@@ -32,10 +32,9 @@ def versions() -> dict[str, str]:
 
 @functools.cache
 def required_versions() -> dict[str, str]:
-    """Return what must be alike where the same games are to be played.
+    """Return the versions that must be alike on machines that share work: packages, plug-ins, swarm-pz's source.
 
-    Those are the versions, less that of Python, the source of swarm-pz, and the packages that add policies or control
-    systems. Nothing that is installed meanwhile counts: it has not been loaded.
+    What is installed later does not count, since it has not been loaded.
     """
     found = {name: version for name, version in versions().items() if name != "python"}
     found["swarm-pz"] = f"{found.get('swarm-pz', 'in a folder')}, source {_source()}"
@@ -47,36 +46,21 @@ def required_versions() -> dict[str, str]:
 def _source() -> str:
     """Return a hash of the code, wherever its folders are installed."""
     content = hashlib.sha256()
-    roots = {}
     for package in ("swarm_pz", "swarm_pz.policies", "swarm_pz.training"):
         spec = importlib.util.find_spec(package)
-        for place in (spec.submodule_search_locations or ()) if spec is not None else ():
-            roots[package] = Path(place)
-    apart = {roots["swarm_pz"] / name for name in ("policies", "training")}
-    for package, root in roots.items():
-        for path in sorted(root.rglob("*.py")):
-            if package == "swarm_pz" and apart & set(path.parents):  # links, in a clone
-                continue
-            content.update(f"{package} {path.relative_to(root).as_posix()}\n".encode())
-            content.update(path.read_bytes())
+        for root in map(Path, (spec.submodule_search_locations or ()) if spec is not None else ()):
+            for path in sorted(root.rglob("*.py")):
+                place = path.relative_to(root)
+                if package != "swarm_pz" or place.parts[0] not in ("policies", "training"):  # links, in a clone
+                    content.update(f"{package} {place.as_posix()}\n".encode() + path.read_bytes())
     return content.hexdigest()[:12]
 
 
 def provenance(config: GameConfig | Mapping[str, GameConfig], command: str = "") -> dict[str, Any]:
-    """Return what every file of results carries, as plain values.
+    """Return what every file of results carries: the rules, their hash, versions and the command.
 
-    Parameters
-    ----------
-    config : GameConfig or mapping of str to GameConfig
-        What was played; by name, if several games were.
-    command : str
-        What was called; empty where it was not the command line.
-
-    Returns
-    -------
-    dict
-        ``rules`` and ``rules_hash`` (dicts by the names of the games, if they have names): results may be
-        compared where the hashes are equal; ``versions`` and ``command``.
+    Of several games, a mapping by names, rules and hashes are dicts by these names. Results may be compared where the
+    hashes are equal.
 
     Examples
     --------
@@ -84,11 +68,8 @@ def provenance(config: GameConfig | Mapping[str, GameConfig], command: str = "")
     >>> GameConfig.from_dict(found["rules"]).rules_hash == found["rules_hash"]
     True
     """
-    rules: dict[str, Any]
-    rules_hash: str | dict[str, str]
     if isinstance(config, GameConfig):
-        rules, rules_hash = config.rules, config.rules_hash
+        of_game: dict[str, Any] = {"rules": config.rules, "rules_hash": config.rules_hash}
     else:
-        rules = {name: game.rules for name, game in config.items()}
-        rules_hash = {name: game.rules_hash for name, game in config.items()}
-    return {"rules": rules, "rules_hash": rules_hash, "versions": versions(), "command": command}
+        of_game = {key: {name: getattr(game, key) for name, game in config.items()} for key in ("rules", "rules_hash")}
+    return {**of_game, "versions": versions(), "command": command}

@@ -1,9 +1,8 @@
-"""Who is better: ratings of a field from its games, with intervals, and how far they hold.
+"""Ratings of a field from its games, with intervals, and how much of the results ratings leave out.
 
 The Bradley-Terry model gives player i a strength r_i such that i beats j with probability
 1 / (1 + exp(r_j - r_i)) (Bradley & Terry, "Rank analysis of incomplete block designs", Biometrika 39, 1952).
-One number a player cannot describe a field in which a beats b, b beats c and c beats a, so
-`intransitivity` says how much of the results it leaves out.
+Strengths cannot describe a field in which a beats b, b beats c and c beats a: see `intransitivity`.
 """
 
 from __future__ import annotations
@@ -25,22 +24,18 @@ SCALE = 400.0 / np.log(10.0)
 ANCHOR = 1000.0
 """Rating of the player that the scale is fixed to."""
 PRIOR = 0.5
-"""Points that everybody has from everybody before the first game, or who never lost would be infinitely strong."""
+"""Points that everybody has from everybody before the first game; else a player without a loss would be infinitely
+strong."""
 _RESAMPLES = 400
 _SIMULATIONS = 100
 
 
 @dataclass(frozen=True)
 class Results:
-    """The points of a round robin.
+    """The points of a round robin of n players.
 
-    Attributes
-    ----------
-    players : tuple of str
-        n names.
-    points : dict of (int, int) to float64 array (pairs, 2)
-        For players i < j and each pair of games from the same start: i's points, a draw being half
-        a point, and the number of games that count.
+    For players i < j, `points[i, j]` (pairs, 2) has i's points, a draw being half a point, and the number of games that
+    count, for each pair of games from the same start.
     """
 
     players: tuple[str, ...]
@@ -59,9 +54,8 @@ class Results:
     def reweighted(self, generator: np.random.Generator) -> Array:
         """Return points (n, n) in which every pair of games, and every prior game, counts at random.
 
-        The Bayesian bootstrap (Rubin, "The Bayesian bootstrap", Annals of Statistics 9, 1981), with
-        exponential weights: unlike samples with replacement it is not certain of a result that was
-        always the same.
+        The Bayesian bootstrap (Rubin, Annals of Statistics 9, 1981), with exponential weights. Unlike samples with
+        replacement it is not certain of a result that was always the same.
         """
         n = len(self.players)
         points = np.zeros((n, n))
@@ -93,20 +87,9 @@ def _with_prior(points: Array) -> Array:
 
 
 def rate(results: Results, anchor: str | None = None, seed: int = 0) -> Ratings:
-    """Rate a field.
+    """Rate a field: the anchor has 1000 points, or else the mean; `seed` is that of the bootstrap over pairs of games.
 
-    Parameters
-    ----------
-    results : Results
-    anchor : str, optional
-        Player whose rating is 1000; the field's mean if not given.
-    seed : int
-        Of the bootstrap over pairs of games.
-
-    Raises
-    ------
-    CommandError
-        If there are fewer than two players, a pairing without games, or no player like the anchor.
+    A CommandError is raised for fewer than two players, a pairing without games, or an anchor that does not play.
     """
     points, games = results.payoffs()
     n = len(results.players)
@@ -128,21 +111,10 @@ def rate(results: Results, anchor: str | None = None, seed: int = 0) -> Ratings:
 class Intransitivity:
     """How far a field is from a ladder.
 
-    Attributes
-    ----------
-    cyclic_share : float
-        Share of the squared log-odds between players that no rating explains: 1 for pure
-        rock-paper-scissors.
-    expected : float
-        What that share would be, on average, in as many games of a field that its ratings describe
-        truly: not 0, since few games leave chance, and one-sided ones no measure of how one-sided.
-    cycles : int
-        Triples in which each beats another, every time with a 95 % interval above one half.
-    triples : int
-        Triples with three such decided pairings, cyclic or not.
-    strongest : tuple of str
-        The cycle whose closest pairing is the clearest: each name beats the next, the last the
-        first. Empty if there is none.
+    `cyclic_share` of the squared log-odds between players is not explained by any rating (1: pure rock-paper-scissors);
+    `expected` is what it would be by chance, in as many games of a field that ratings describe truly. Of `triples` of
+    players with three decided pairings (95 % intervals above one half), `cycles` are cyclic. `strongest` is the cycle
+    whose closest pairing is the clearest: each beats the next.
     """
 
     cyclic_share: float

@@ -1,8 +1,7 @@
-"""The loop that plays games between two policies, for whoever counts them, films them or draws their curves.
+"""The loop that plays games between two policies: for matches, films and curves.
 
-All games are games of a match and have a number there: 2p is pair p with the policy as red, 2p + 1 the same start
-with the policy as blue. Seed and number make a game, whatever is played beside it and whoever watches: so the game
-that a film shows is the game that a match counted.
+Every game has a number in its match: 2p is pair p with the policy as red, 2p + 1 the same start with the policy as
+blue. Seed and number determine a game, so a film shows the game that a match counted.
 """
 
 from __future__ import annotations
@@ -35,13 +34,7 @@ _MATCH = 7
 
 
 def game_number(pair: int, side: str = TEAM_NAMES[RED]) -> int:
-    """Return the number of a game: of a pair, with the policy on a side.
-
-    Raises
-    ------
-    ConfigError
-        If there is no such pair or side.
-    """
+    """Return the number of a game: of a pair, with the policy on a side ("red" or "blue")."""
     check_count(pair, "pair", 0, 10**9)
     check_choice(side, "side", TEAM_NAMES)
     return 2 * pair + TEAM_NAMES.index(side)
@@ -69,15 +62,15 @@ class Game:
     captures, recaptures : int
         Drones taken by both teams together, and those taken back within a second.
     fingerprint : bytes
-        Equal for two games that ended alike in every position and team; no two that were forfeited do.
+        Equal for two games with the same final positions and teams, unless they were forfeited.
     sizes : list of int
         Red's drones at the start and after every step.
     sent : (int, int)
-        Commands of the policy and of its opponent that were others than those before.
+        Commands of the policy and of its opponent that differed from the one before.
     thinking_ms : (float, float)
-        Mean milliseconds a command of the policy and of its opponent; not the same twice.
+        Mean milliseconds a command of the policy and of its opponent.
     forfeit : str
-        Which control system did what, where one failed and its side lost by that; else empty.
+        Why the game was forfeited; else empty.
     """
 
     pair: int
@@ -104,11 +97,11 @@ class FaultError(PolicyError):
     """
 
     def __init__(self, place: int, reason: str) -> None:
-        super().__init__(place, reason)  # as it was called, so that it can cross processes
-        self.place, self.reason = place, reason
+        super().__init__(place, reason)  # all arguments, so that it can be pickled
+        self.place = place
 
     def __str__(self) -> str:
-        return self.reason
+        return str(self.args[1])
 
 
 class GroundedError(FaultError):
@@ -117,10 +110,10 @@ class GroundedError(FaultError):
 
 @contextmanager
 def policy_errors(place: int, name: str) -> Iterator[None]:
-    """Turn whatever a policy does wrong in here into a FaultError that says where."""
+    """Turn whatever a policy does wrong in this context into a FaultError that says where."""
     try:
         yield
-    except FlightError as error:  # of what flies its team, as it serves the policy's densities
+    except FlightError as error:  # its control system cannot serve the policy's densities
         raise GroundedError(place, str(error)) from error
     except PolicyError as error:
         raise FaultError(place, str(error)) from error
@@ -131,13 +124,13 @@ def policy_errors(place: int, name: str) -> Iterator[None]:
 
 
 class Rollout:
-    """Games of a match, side by side, that can be watched while they are played.
+    """Games of a match, side by side, which can be watched.
 
     Parameters
     ----------
     policy, opponent : str or Policy
     numbers : sequence of int
-        The games, as of `game_number`; a game does not depend on which others are played with it.
+        The games, as of `game_number`. A game does not depend on the games played beside it.
     seed : int
         Of the match; starts and both policies' random streams follow from it.
     config : GameConfig, optional
@@ -145,8 +138,8 @@ class Rollout:
         flies for the policy and the second for its opponent, on either side.
     threads : int
     clock : callable, optional
-        From a number of games and whether they begin, to a context in which a policy gets ready or gives its
-        commands, and which raises if that takes too long.
+        From a number of games and whether they begin, to a context for a policy's reset or commands, which raises if
+        they take too long.
 
     Attributes
     ----------
@@ -163,11 +156,9 @@ class Rollout:
     CommandError
         If the seed is no whole number of at least 0.
     PolicyError
-        If a policy is unknown.
+        If a policy is unknown, or (a FaultError) fails when its games begin.
     ConfigError
         If a control system cannot be flown.
-    FaultError
-        If a policy, or a control system, fails when its games begin.
     """
 
     def __init__(
@@ -213,13 +204,13 @@ class Rollout:
         after_step: Watch | None = None,
         after_control_period: Watch | None = None,
     ) -> None:
-        """Play until the step in which so many seconds of game are over, or to the end; go on where it was left.
+        """Play on until the step in which so many seconds of game are over, or to the end.
 
         Parameters
         ----------
         seconds : float, optional
         after_step, after_control_period : callable, optional
-            Called with this whenever one is over. Looking does not change a game.
+            Called with this object. Looking does not change a game.
 
         Raises
         ------
@@ -239,7 +230,7 @@ class Rollout:
 
     @contextmanager
     def _flying(self) -> Iterator[None]:
-        """Blame who flies by a control system for what it does wrong in here."""
+        """Turn what a control system does wrong in this context into a GroundedError."""
         try:
             yield
         except FlightError as error:
@@ -268,13 +259,7 @@ class Rollout:
         return int((~self.batch.running).sum())
 
     def games(self) -> list[Game]:
-        """Return the games, all of which have ended.
-
-        Raises
-        ------
-        CommandError
-            If one has not.
-        """
+        """Return the games; raise a CommandError if one has not ended."""
         history = np.stack(self._sizes, axis=1)
         return [self._game(row, history[row]) for row in range(len(self._numbers))]
 
@@ -314,7 +299,7 @@ class Rollout:
         return f"{self.result(row)} ({self.simulator.time_s[row]:.1f} s, red {red}, blue {blue})"
 
     def close(self) -> None:
-        """End the simulator's threads; the games stay readable."""
+        """End the simulator's threads; games can still be read."""
         self.batch.close()
 
 
@@ -329,13 +314,7 @@ def play_games(
     clock: Clock | None = None,
     after_step: Watch | None = None,
 ) -> list[Game]:
-    """Play games of a match to their ends; parameters as of `Rollout` and its `play`.
-
-    Raises
-    ------
-    FaultError
-        If a policy raises, answers nonsense or too late; a GroundedError if a control system does.
-    """
+    """Play games of a match to their ends; parameters and errors as of `Rollout` and its `play`."""
     rollout = Rollout(policy, opponent, numbers, seed=seed, config=config, threads=threads, clock=clock)
     with closing(rollout):
         rollout.play(after_step=after_step)
@@ -343,21 +322,21 @@ def play_games(
 
 
 def play_or_forfeit(
-    policy: Player, opponent: Player, numbers: Sequence[int], *, progress: Callable[[int], None], **options: Any
+    make: Callable[[], tuple[Player, Player]],
+    numbers: Sequence[int],
+    *,
+    forfeits: type[FaultError] = GroundedError,
+    progress: Callable[[int], None] = lambda _: None,
+    **options: Any,
 ) -> list[Game]:
-    """Play games as `play_games` does; those in which a control system fails are lost by the side that it flies.
+    """Play games as `play_games` does; a side that is at fault loses its game. Faults of other types are raised.
 
-    Systems fly many games at once, so after a failure each game is played again on its own, to see in which they fail.
-    `progress` is called with the number of games that have ended.
-
-    Raises
-    ------
-    FaultError
-        If a policy raises, answers nonsense or too late.
+    Players answer many games at once. So after a fault each game is played again on its own, with players from `make`,
+    to see in which they fail. `progress` is called with the number of games that have ended.
     """
     try:
-        return play_games(policy, opponent, numbers, after_step=lambda rollout: progress(rollout.finished), **options)
-    except GroundedError as fault:
+        return play_games(*make(), numbers, after_step=lambda rollout: progress(rollout.finished), **options)
+    except forfeits as fault:
         if len(numbers) == 1:
             return [_forfeited(numbers[0], fault)]
     played: list[Game] = []
@@ -366,11 +345,11 @@ def play_or_forfeit(
         progress(len(played) + ended)
 
     for number in numbers:
-        played += play_or_forfeit(policy, opponent, [number], progress=report, **options)
+        played += play_or_forfeit(make, [number], forfeits=forfeits, progress=report, **options)
     return played
 
 
-def _forfeited(number: int, fault: GroundedError) -> Game:
+def _forfeited(number: int, fault: FaultError) -> Game:
     return Game(
         pair=number // 2,
         side=TEAM_NAMES[number % 2],

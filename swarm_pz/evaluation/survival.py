@@ -7,48 +7,28 @@ running then that go on.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from swarm_pz.errors import ResultsError
+from swarm_pz.errors import ResultsError, require_extra
+
+Array = NDArray[np.float64]
+_HALF = 0.5 * (1 + 1e-12)
+"""S is a product of floats: one half may come out just above it."""
 
 
 def kaplan_meier(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[float | None, float]:
     """Return the median time to a decision, and its mean restricted to the longest time seen: the area under S.
 
-    The median is the first time at which at most half of the games are undecided: S(t) <= 1/2, as lifelines
-    has it. Where S is one half exactly up to the next decision, others (R's `survfit`, numpy's `median`) take
-    the middle between the two times. S is a quotient of whole numbers here: in floats a product that is one
-    half can come out just above it, and the median one decision late. A game that ends undecided at the
-    time of a decision counts as undecided at that time.
-
-    Parameters
-    ----------
-    seconds : sequence of float
-        Length of each game.
-    decided : sequence of bool
-        Whether it ended with a win; else its length is a lower bound.
-
-    Returns
-    -------
-    median : float or None
-        None if more than half are undecided after the last decision.
-    mean : float
-
-    Raises
-    ------
-    ResultsError
-        If there are no games, as many lengths as outcomes are not given, or a length is no time.
+    A game that was not decided has a lower bound of its length. The median is the first time with S(t) <= 1/2, as in
+    lifelines (R's `survfit` takes the middle to the next decision where S is one half), or None if there is none.
     """
-    median, mean = None, 0.0
-    above, below, before = 1, 1, 0.0
-    for moment, after_above, after_below in _survival(seconds, decided):
-        mean += above / below * (moment - before)
-        above, below, before = after_above, after_below, moment
-        if median is None and 2 * above <= below:
-            median = moment
-    return median, mean + above / below * (float(np.max(seconds)) - before)
+    times, shares = _survival(seconds, decided)
+    below = times[shares <= _HALF]
+    ends = np.diff([0.0, *times, np.max(seconds)])
+    return float(below[0]) if len(below) else None, float(ends @ [1.0, *shares])
 
 
 def survival_curve(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[list[float], list[float]]:
@@ -56,15 +36,13 @@ def survival_curve(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[l
 
     Both begin with the start, 0 and 1, and end with the longest time seen.
     """
-    times, shares = [0.0], [1.0]
-    for moment, above, below in _survival(seconds, decided):
-        times.append(moment)
-        shares.append(above / below)
-    return [*times, float(np.max(seconds))], [*shares, shares[-1]]
+    times, shares = _survival(seconds, decided)
+    undecided = [1.0, *shares.tolist()]
+    return [0.0, *times.tolist(), float(np.max(seconds))], [*undecided, undecided[-1]]
 
 
-def _survival(seconds: Sequence[float], decided: Sequence[bool]) -> Iterator[tuple[float, int, int]]:
-    """Yield each time of decisions, and the share undecided from it on, as a fraction of whole numbers."""
+def _survival(seconds: Sequence[float], decided: Sequence[bool]) -> tuple[Array, Array]:
+    """Return each time of decisions, and S from it on."""
     lengths, ended = np.asarray(seconds, np.float64), np.asarray(decided, bool)
     if lengths.ndim != 1 or lengths.shape != ended.shape or not len(lengths):
         raise ResultsError(
@@ -73,9 +51,7 @@ def _survival(seconds: Sequence[float], decided: Sequence[bool]) -> Iterator[tup
         )
     if not (np.isfinite(lengths) & (lengths >= 0)).all():
         raise ResultsError(f"lengths of games must be finite and not below 0, got {lengths.tolist()}")
-    above, below = 1, 1
-    for moment in np.unique(lengths[ended]).tolist():
-        at_risk = int((lengths >= moment).sum())
-        left = at_risk - int((ended & (lengths == moment)).sum())
-        above, below = above * left, below * at_risk
-        yield moment, above, below
+    stats = require_extra("scipy.stats", "cli")
+    curve = stats.ecdf(stats.CensoredData.right_censored(lengths, ~ended)).sf
+    is_decision = np.isin(curve.quantiles, lengths[ended])
+    return curve.quantiles[is_decision], curve.probabilities[is_decision]

@@ -1,8 +1,7 @@
-"""A tournament: every player against every other, both sides, the same starts; and the ladder it gives.
+"""A tournament: every player against every other, both sides, the same starts.
 
-Games are played in blocks, and a finished block is appended to a file, one line a game, never to be
-played again: a tournament that was stopped goes on where it was, and one with more players plays only
-what is missing.
+Games are played in blocks, and a finished block is appended to a file, one line a game. So a tournament that was
+stopped goes on where it was, and one with more players plays only what is missing.
 """
 
 from __future__ import annotations
@@ -24,19 +23,18 @@ from swarm_pz.config.base import Config, check, check_count, check_number
 from swarm_pz.config.installed import FAULTS
 from swarm_pz.errors import CommandError, PolicyError, Stopped, SwarmError
 from swarm_pz.evaluation.bundles import PolicyBundle, VerifyingLoader
-from swarm_pz.evaluation.ledger import Ledger, PlayedGame, folder_lock
+from swarm_pz.evaluation.ledger import Ledger, PlayedGame, distinct, folder_lock
 from swarm_pz.evaluation.match import POINTS
 from swarm_pz.evaluation.processes import alarm
 from swarm_pz.evaluation.ratings import Results
-from swarm_pz.evaluation.rollout import Clock, FaultError, Game, play_games
+from swarm_pz.evaluation.rollout import FaultError, Game, play_or_forfeit
 from swarm_pz.evaluation.workers import open_pool, share
 from swarm_pz.policy import Player, PrivilegedPolicy, folder_of
 
 _BLOCK = 20
 """Games that one process plays side by side."""
 _PATIENCE = 600.0
-"""Seconds that getting ready for games, and their first command, may take on top: what players load and compile only
-then is done once, on however slow a machine. Who takes longer hangs."""
+"""Seconds that a reset and a first command may take on top, for what is loaded and compiled only then."""
 
 _OUTCOMES = tuple(POINTS)
 
@@ -55,8 +53,8 @@ class TournamentConfig(Config):
     budget_ms : float
         Milliseconds that a command may take; who takes longer forfeits the game.
     game : GameConfig
-        The rules. Of two different controllers the first flies for whichever of two players comes first in the
-        alphabet, in all of their games; who wants a ladder of players gives both the same.
+        The rules. Of two different controllers the first flies for the player whose name comes first in the alphabet,
+        in all games of the two.
     """
 
     games: int = 40
@@ -77,11 +75,22 @@ class TournamentConfig(Config):
 # --- playing ----------------------------------------------------------------------------------------
 
 
-def _clock(budget_ms: float) -> Clock:
-    def allow(games: int, is_first: bool) -> AbstractContextManager[None]:
-        return alarm(games * budget_ms / 1000.0 + (_PATIENCE if is_first else 0.0))
+def play_block(
+    loader: Loader, one: str, other: str, numbers: Sequence[int], config: TournamentConfig
+) -> list[PlayedGame]:
+    """Play some games of two players; a policy that fails forfeits the game in which it did.
 
-    return allow
+    A player that cannot be made raises a PolicyError: nobody has lost by that.
+    """
+
+    def clock(games: int, is_first: bool) -> AbstractContextManager[None]:
+        return alarm(games * config.budget_ms / 1000.0 + (_PATIENCE if is_first else 0.0))
+
+    def make() -> tuple[Player, Player]:
+        return _made(loader, one, config.game), _made(loader, other, config.game)
+
+    games = play_or_forfeit(make, numbers, forfeits=FaultError, seed=config.seed, config=config.game, clock=clock)
+    return [_line(one, other, number, game) for number, game in zip(numbers, games, strict=True)]
 
 
 def _made(loader: Loader, name: str, game: GameConfig) -> Player:
@@ -93,45 +102,6 @@ def _made(loader: Loader, name: str, game: GameConfig) -> Player:
         raise PolicyError(f"{name} cannot be made: {error!r}") from error
 
 
-def play_block(
-    loader: Loader, one: str, other: str, numbers: Sequence[int], config: TournamentConfig
-) -> list[PlayedGame]:
-    """Play some games of two players; whose policy fails forfeits the game in which it did.
-
-    A policy answers many games at once, so after a failure each game is played again on its own,
-    with fresh policies, to see which of them fail.
-
-    Raises
-    ------
-    PolicyError
-        If a player cannot be made: then nothing has been played, and nobody has lost.
-    """
-    players = [_made(loader, name, config.game) for name in (one, other)]
-    clock = _clock(config.budget_ms)
-    try:
-        games = play_games(players[0], players[1], numbers, seed=config.seed, config=config.game, clock=clock)
-    except FaultError as fault:
-        if len(numbers) > 1:
-            alone = [play_block(loader, one, other, [number], config) for number in numbers]
-            return list(itertools.chain.from_iterable(alone))
-        outcome = "loss" if fault.place == 0 else "win"
-        reason = f"{(one, other)[fault.place]}: {fault}"
-        share = float(fault.place)
-        return [
-            PlayedGame(
-                one=one,
-                other=other,
-                number=numbers[0],
-                outcome=outcome,
-                share=share,
-                seconds=0.0,
-                fingerprint=f"forfeit {numbers[0]}",
-                forfeit=reason,
-            )
-        ]
-    return [_line(one, other, number, game) for number, game in zip(numbers, games, strict=True)]
-
-
 def play_block_elsewhere(
     loader: Loader,
     one: str,
@@ -141,12 +111,9 @@ def play_block_elsewhere(
     digests: dict[str, str],
     *bundles: PolicyBundle | None,
 ) -> list[PlayedGame]:
-    """Play some games of two players on another machine, from the files of those two that come from folders.
+    """Play some games of two players on another machine, with the files of those that come from folders.
 
-    Raises
-    ------
-    WorkerError
-        If one of them cannot be had there, or is another. That is not its fault, and so no forfeit.
+    A player that cannot be had there, or is another, raises a WorkerError: that is no forfeit.
     """
     carried = {name: bundle for name, bundle in zip((one, other), bundles, strict=True) if bundle is not None}
     arrivals = VerifyingLoader(loader, digests, carried)
@@ -156,6 +123,7 @@ def play_block_elsewhere(
 
 
 def _line(one: str, other: str, number: int, game: Game) -> PlayedGame:
+    at_fault = one if game.outcome == "loss" else other
     return PlayedGame(
         one=one,
         other=other,
@@ -163,14 +131,15 @@ def _line(one: str, other: str, number: int, game: Game) -> PlayedGame:
         outcome=game.outcome,
         share=game.share,
         seconds=game.seconds,
-        fingerprint=hashlib.sha256(game.fingerprint).hexdigest()[:16],
+        fingerprint=f"forfeit {number}" if game.forfeit else hashlib.sha256(game.fingerprint).hexdigest()[:16],
+        forfeit=f"{at_fault}: {game.forfeit}" if game.forfeit else "",
         sent=game.sent,
         thinking_ms=(round(game.thinking_ms[0], 2), round(game.thinking_ms[1], 2)),
     )
 
 
 class Tournament:
-    """A tournament in a folder, begun or taken up; one process plays in a folder at a time.
+    """A tournament in a folder, new or continued; one process plays in a folder at a time.
 
     Parameters
     ----------
@@ -180,9 +149,8 @@ class Tournament:
     folder : Path
         Holds ``tournament.json``, the settings, and ``games.jsonl``, the finished games.
     loader : callable
-        From a name and a game to a policy; found again by its name in other processes. Of its names those that are
-        folders are known on other machines, too; a loader with names of its own has a method `folder_of` that says
-        which folder one stands for, or None.
+        From a name and a game to a policy; importable by its name in other processes. A loader with names of its own
+        has a method `folder_of`, from a name to its folder or None, for other machines.
     command : str
         What was called; it stands in the tournament's files.
 
@@ -240,18 +208,9 @@ class Tournament:
         should_stop: Callable[[], bool] = lambda: False,
         pool: Executor | None = None,
     ) -> None:
-        """Play what is missing.
+        """Play what is missing, with processes or, if it is given, a pool, which is left open.
 
-        Parameters
-        ----------
-        processes : int
-            Processes that share the games; with 1 they are played in this one.
-        progress : callable, optional
-            Called with (games finished, games that were missing).
-        should_stop : callable, optional
-            Called between blocks of games: whether to stop there.
-        pool : Executor, optional
-            Who plays them instead, as `open_pool` gives it, or any other; it is left open.
+        `progress` is called with games finished and games that were missing, `should_stop` between blocks of games.
 
         Raises
         ------
@@ -264,42 +223,35 @@ class Tournament:
         """
         with (
             nullcontext(pool) if pool is not None else open_pool(processes) as workers,
-            folder_lock(self._ledger.folder),
+            folder_lock(self.folder),
         ):
             self.games = self._ledger.take_up(self.command)
-            self._play_missing(workers, progress, should_stop)
+            blocks = self.missing()
+            done, total = 0, sum(len(numbers) for _, _, numbers in blocks)
+            tell = progress if progress is not None else lambda *_: None
 
-    def _play_missing(
-        self, pool: Executor, progress: Callable[[int, int], None] | None, should_stop: Callable[[], bool]
-    ) -> None:
-        blocks = self.missing()
-        done = 0
-        total = sum(len(numbers) for _, _, numbers in blocks)
+            def keep(_: tuple[Any, ...], games: list[PlayedGame]) -> None:
+                nonlocal done
+                self._ledger.append(games)
+                self.games |= {game.key: game for game in games}
+                done += len(games)
+                tell(done, total)
 
-        def keep(games: list[PlayedGame]) -> None:
-            self._ledger.append(games)
-            self.games |= {game.key: game for game in games}
-            nonlocal done
-            done += len(games)
-            if progress is not None:
-                progress(done, total)
-
-        if progress is not None:
-            progress(0, total)
-        is_elsewhere = getattr(pool, "elsewhere", False)
-        share(
-            pool,
-            play_block_elsewhere if is_elsewhere else play_block,
-            self._tasks(blocks, is_elsewhere),
-            lambda _, games: keep(games),
-            should_stop=should_stop,
-            name=lambda task: f"{task[1]} against {task[2]}",
-        )
-        if self.missing():
-            raise self._stopped()
+            tell(0, total)
+            is_elsewhere = getattr(workers, "elsewhere", False)
+            share(
+                workers,
+                play_block_elsewhere if is_elsewhere else play_block,
+                self._tasks(blocks, is_elsewhere),
+                keep,
+                should_stop=should_stop,
+                name=lambda task: f"{task[1]} against {task[2]}",
+            )
+        if left := sum(len(numbers) for _, _, numbers in self.missing()):
+            raise Stopped(f"{len(self.games):,} games are in {self.folder}, {left:,} are missing")
 
     def _tasks(self, blocks: Sequence[tuple[str, str, list[int]]], is_elsewhere: bool) -> Iterator[tuple[Any, ...]]:
-        """Return what `play_block` is given for each block, and on other machines what players are known by."""
+        """Return the arguments of `play_block`, or of `play_block_elsewhere`, for each block."""
         where = getattr(self._loader, "folder_of", folder_of)
         folders = {name: where(name) for name in self.players} if is_elsewhere else {}
         bundles = {name: PolicyBundle.of(folder) for name, folder in folders.items() if folder is not None}
@@ -307,10 +259,6 @@ class Tournament:
             task = (self._loader, one, other, numbers, self.rules_of(one, other))
             digests = {name: self._learned[name] for name in (one, other) if name in self._learned}
             yield (*task, digests, bundles.get(one), bundles.get(other)) if is_elsewhere else task
-
-    def _stopped(self) -> Stopped:
-        left = sum(len(numbers) for _, _, numbers in self.missing())
-        return Stopped(f"{len(self.games):,} games are in {self.folder}, {left:,} are missing")
 
     # --- what the games say -----------------------------------------------------------------------
 
@@ -320,23 +268,17 @@ class Tournament:
 
     def between(self, one: str, other: str) -> list[PlayedGame]:
         """Return the finished games of two players in the order of their numbers, as the file has them."""
-        first, second = sorted((one, other))
-        return [
-            game for number in range(self.config.games) if (game := self.games.get((first, second, number))) is not None
-        ]
+        keys = [(*sorted((one, other)), number) for number in range(self.config.games)]
+        return [self.games[key] for key in keys if key in self.games]
 
     def counting(self, one: str, other: str) -> list[list[PlayedGame]]:
-        """Return the games of two players that count, each as its lines: both of a pair that came out the same."""
-        distinct: dict[tuple[int, str], list[PlayedGame]] = {}
-        for game in self.between(one, other):
-            distinct.setdefault((game.number // 2, game.fingerprint), []).append(game)
-        return list(distinct.values())
+        """Return the games of two players that count, as of `distinct`."""
+        return distinct(self.between(one, other))
 
     def tally(self, player: str, other: str) -> NDArray[np.float64]:
         """Return how many games of every pair a player won, drew and lost against another: (pairs, 3).
 
-        A game that was played twice counts once, half of it from each side: the same colour won both times,
-        so a player and its clone share the point.
+        A game that was played twice counts once, half of it from each side.
         """
         pairs: dict[int, list[float]] = {}
         for alike in self.counting(player, other):

@@ -1,7 +1,7 @@
-"""Who does the work: this process, others beside it, or the machines of a cluster.
+"""Who does the work: this process, others of this machine, or the machines of a cluster.
 
-Work is shared out in tasks to a pool: whatever has `submit(function, *arguments)` and returns futures, as the
-executors of `concurrent.futures` do. Who shares it out alone keeps and writes what comes back.
+A pool is whatever has `submit(function, *arguments)` and returns futures, as the executors of `concurrent.futures`
+do. The process that shares the work out is the only one that keeps and writes results.
 """
 
 from __future__ import annotations
@@ -15,19 +15,15 @@ from typing import Any, ParamSpec, TypeVar
 
 from swarm_pz.config.base import check_count
 from swarm_pz.errors import Stopped, WorkerError
-from swarm_pz.evaluation.processes import end_processes, prepare_process
+from swarm_pz.evaluation.processes import LostTaskError, end_processes, interrupts_blocked, prepare_process
+from swarm_pz.evaluation.ray_pool import RayPool
 
 Task = TypeVar("Task", bound=tuple[Any, ...])
 Result = TypeVar("Result")
 P = ParamSpec("P")
 
-
 _LOOK_S = 0.2
 """Seconds between two looks at whether to stop, while a task is waited for."""
-
-
-class LostTaskError(BrokenExecutor):
-    """Whoever was given a task died of it, again and again; other tasks of the pool are well."""
 
 
 class SerialExecutor(Executor):
@@ -55,30 +51,23 @@ class Processes(ProcessPoolExecutor):
         super().__init__(count, mp_context=multiprocessing.get_context("spawn"), initializer=prepare_process)
         self.count, self.slots = count, 2 * count
 
+    def submit(self, fn: Callable[P, Result], /, *args: P.args, **kwargs: P.kwargs) -> Future[Result]:
+        """Give a task to a process, and start one if there are too few."""
+        with interrupts_blocked():
+            return super().submit(fn, *args, **kwargs)
+
     def end(self) -> None:
-        """End the processes, whatever they are at."""
+        """End the processes, whatever they do."""
         end_processes()
 
 
 def open_pool(processes: int = 1, ray: str | None = None) -> Executor:
-    """Return a pool; a context that ends with it.
+    """Return a pool, a context: this process (1), others, or a Ray cluster ("auto", or HOST:PORT of its head).
 
-    Parameters
-    ----------
-    processes : int
-        With 1 this process does the work.
-    ray : str, optional
-        A Ray cluster that does the work instead: "auto", or HOST:PORT.
-
-    Raises
-    ------
-    WorkerError
-        If there is no such cluster, or this machine cannot work with it.
+    A WorkerError is raised if there is no such cluster, or this machine cannot work with it.
     """
     check_count(processes, "processes", 1, 1024)
     if ray is not None:
-        from swarm_pz.evaluation.ray_pool import RayPool
-
         return RayPool(ray)
     return SerialExecutor() if processes == 1 else Processes(processes)
 
@@ -93,35 +82,18 @@ def share(
     name: Callable[[Task], str] = str,
     verb: str = "played",
 ) -> None:
-    """Give tasks to a pool, in their order, and keep what comes back, as it comes.
+    """Give tasks to a pool, in their order, and keep results as they come.
 
-    Parameters
-    ----------
-    pool : Executor
-    work : callable
-        What is done, called with the arguments of each task; found again by its name elsewhere.
-    tasks : iterable of tuple
-        Long ones first, so that nobody works alone in the end.
-    keep : callable
-        Called with each task and its result, in this thread alone.
-    should_stop : callable, optional
-        Called between tasks: whether to stop there. What was begun is then finished and kept.
-    name : callable, optional
-        What errors call a task.
-    verb : str
-        What they say was done with it.
-
-    Raises
-    ------
-    WorkerError
-        If a worker died; what was finished is kept.
+    `work` is importable by its name elsewhere, and called with the arguments of each task; long tasks should come
+    first. `keep` is called with each task and its result, in this thread alone. Once `should_stop`, what was begun is
+    finished and kept. Errors call a task by `name`, and say that it was `verb`. A worker that dies raises a
+    WorkerError; what was finished is kept.
     """
     left = iter(tasks)
     waiting: dict[Future[Result], Task] = {}
     is_over = False
     try:
         while not should_stop():
-            # As many again as can be worked at, so that nobody waits for the next.
             slots = getattr(pool, "slots", 2 * (os.cpu_count() or 1))
             for task in itertools.islice(left, max(0, slots - len(waiting))):
                 waiting[pool.submit(work, *task)] = task
@@ -140,9 +112,9 @@ def share(
             pool.end()
         raise
     finally:
-        # Of a pool that is over all comes back by itself, mostly as errors.
+        # The futures of a pool that is over come back by themselves, mostly as errors.
         begun = [future for future in waiting if is_over or not future.cancel()]
-        for future in wait(begun).done:  # what was finished meanwhile is finished
+        for future in wait(begun).done:
             if not future.cancelled() and future.exception() is None:
                 keep(waiting[future], future.result())
 
@@ -155,23 +127,16 @@ def _died(verb: str, names: Iterable[str]) -> WorkerError:
 
 
 def never() -> bool:
-    """Say that nobody has asked to stop: what a task elsewhere is given, where no signal comes."""
+    """Say not to stop, for tasks that are done elsewhere."""
     return False
 
 
 def silent(_: str) -> None:
-    """Drop a line of progress: who works elsewhere says nothing."""
+    """Drop a line of progress, for tasks that are done elsewhere."""
 
 
 class BackgroundTasks:
-    """Long tasks that a pool is at while who gave them does something else, until what they bring is wanted.
-
-    A context: who leaves it before all has been fetched ends what the pool is at.
-
-    Parameters
-    ----------
-    pool : Executor
-    """
+    """Long tasks that a pool does while this process does something else; a context, which ends what is still done."""
 
     def __init__(self, pool: Executor) -> None:
         self.pool = pool
@@ -195,23 +160,15 @@ class BackgroundTasks:
 
     @property
     def is_elsewhere(self) -> bool:
-        """Whether they may be done where there are none of this machine's files."""
+        """Whether they may be done where this machine's files are missing."""
         return bool(getattr(self.pool, "elsewhere", False))
 
     def send(self, name: str, work: Callable[..., Any], *arguments: Any) -> None:
-        """Give a task to the pool; errors call it by the name, and it is fetched by that."""
+        """Give a task to the pool; it is fetched by the name."""
         self._sent[name] = self.pool.submit(work, *arguments)
 
-    def fetch(self, name: str, should_stop: Callable[[], bool] = lambda: False) -> Any:
-        """Wait for a task, and return what it brings.
-
-        Raises
-        ------
-        Stopped
-            If asked to stop while it waits.
-        WorkerError
-            If whoever was at it died.
-        """
+    def fetch(self, name: str, should_stop: Callable[[], bool] = never) -> Any:
+        """Wait for a task, and return its result; raise Stopped if it should stop, a WorkerError if the worker died."""
         future = self._sent[name]
         while not wait([future], timeout=_LOOK_S).done:
             if should_stop():

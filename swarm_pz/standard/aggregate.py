@@ -45,13 +45,7 @@ def drawn_runs(scores: Array, generator: np.random.Generator) -> Array:
 
 
 def drawn_pairs(pairs: Sequence[Array], generator: np.random.Generator) -> Array:
-    """Return scores (1, tasks) of one run, from pairs of games drawn anew in each task.
-
-    Parameters
-    ----------
-    pairs : sequence of float64 array (n, 2)
-        Points and games that count of each pair, a task each.
-    """
+    """Return scores (1, tasks) of one run, from pairs of games drawn anew in each task: (n, 2) points and games."""
     drawn = [task[generator.integers(len(task), size=len(task))].sum(axis=0) for task in pairs]
     return np.array([[points / games for points, games in drawn]])
 

@@ -6,7 +6,6 @@ import tempfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +18,6 @@ from swarm_pz.standard.games import SEARCHED, PlayerFactory, TrackGames, entry_n
 from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.protocol import Protocol, Track
 from swarm_pz.standard.siege import search
-
-if TYPE_CHECKING:
-    from swarm_pz.policies.learned import LearnedPolicy
 
 Show = Callable[..., None]
 
@@ -36,37 +32,34 @@ def learn(
     digest: str | None = None,
     bundle: PolicyBundle | None = None,
 ) -> PolicyBundle:
-    """Train an exploiter of a policy, or take that up, and return the folder of what it has learned.
+    """Train an exploiter of a policy, or go on with that, and return the folder of what it has learned.
 
-    It starts from the policy's weights if that is a learned one of ours. What is returned names neither paths nor
-    times, so that it is the same twice, whoever trained it.
-
-    Parameters
-    ----------
-    policy : str
-    number : int
-        Of the policy; names the folder.
-    protocol : Protocol
-    folder : Path, optional
-        Of the training; without one it is begun anew, and nothing is left of it.
-    should_stop, say : callable
-    digest, bundle
-        Of the policy, as for `unpacked_policy`.
-
-    Raises
-    ------
-    Stopped
-        If it was asked to stop; a checkpoint is in `folder`.
-    WorkerError
-        If the policy cannot be had here, or is another.
+    It starts from the policy's weights if that is a learned one of ours. What is returned holds neither paths nor
+    times, so it does not depend on who trained it. Without a folder of the training nothing is kept for a resume.
+    `digest` and `bundle` are for `unpacked_policy`.
     """
+    for module in ("torch", "stable_baselines3"):
+        require_extra(module, "train")
+    from swarm_pz.policies.learned import LearnedPolicy
+    from swarm_pz.training.checkpoint import CHECKPOINT
+    from swarm_pz.training.exploit import fixed_learner, make_exploiter
+
+    steps = protocol.robust.steps
     with (
         tempfile.TemporaryDirectory(prefix="swarm-pz-") as place,
         unpacked_policy(policy, protocol.game, digest, bundle) as name,
     ):
-        from swarm_pz.policies.learned import LearnedPolicy
-
-        learned = _train(name, number, protocol, folder or Path(place, "run"), should_stop, say)
+        run_folder = folder or Path(place, "run")
+        run = make_exploiter(
+            name,
+            run_folder,
+            learner=fixed_learner(name, protocol.game, steps),
+            steps=steps,
+            seed=(protocol.robust.seed + number) % 2**32,
+            resume=(run_folder / CHECKPOINT).is_file(),
+            say=say,
+        )
+        learned = run.policy() if run.is_finished else run.run(should_stop)
         told = {name: learned.card["training"][name] for name in ("game", "total_steps", "seed")}
         card = learned.card | {"seconds": 0.0, "command": "", "training": told}
         card.pop("digest", None)
@@ -75,55 +68,29 @@ def learn(
         return PolicyBundle.of(out)
 
 
-def _train(
-    policy: str,
-    number: int,
-    protocol: Protocol,
-    folder: Path,
-    should_stop: Callable[[], bool],
-    say: Callable[[str], None],
-) -> LearnedPolicy:
-    for module in ("torch", "stable_baselines3"):
-        require_extra(module, "train")
-    from swarm_pz.training.checkpoint import CHECKPOINT
-    from swarm_pz.training.exploit import fixed_learner, make_exploiter
-
-    steps = protocol.robust.steps
-    run = make_exploiter(
-        policy,
-        folder,
-        learner=fixed_learner(policy, protocol.game, steps),
-        steps=steps,
-        seed=(protocol.robust.seed + number) % 2**32,
-        resume=(folder / CHECKPOINT).is_file(),
-        say=say,
-    )
-    return run.policy() if run.is_finished else run.run(should_stop)
-
-
 class Learning:
-    """The exploiter of one policy: learned by whoever is free, and written here; what is there is not learned again."""
+    """The exploiter of one policy, which learns in the background and is written here; it learns only once."""
 
     def __init__(
         self, background: BackgroundTasks, protocol: Protocol, work: Path, out: Path, policy: str, number: int
     ) -> None:
-        self._background, self._protocol, self._policy, self._number = background, protocol, policy, number
-        self._run = None if background.is_elsewhere else work / f"exploiter-{number}"
-        self._out = out
-        self._name = f"the exploiter of policy {number}"
         from swarm_pz.policies.learned import CARD
 
+        self._background, self._protocol, self._policy, self._number = background, protocol, policy, number
+        self._folder = None if background.is_elsewhere else work / f"exploiter-{number}"
+        self._out = out
+        self._name = f"the exploiter of policy {number}"
         self._is_there = (self._out / str(number) / CARD).is_file()
 
     def begin(self, should_stop: Callable[[], bool], say: Callable[[str], None]) -> None:
-        """Have it learn, unless it has."""
+        """Let it learn, unless it has."""
         if self._is_there:
             return
         digest = getattr(load(self._policy, self._protocol.game), "digest", None)
         folder = folder_of(self._policy) if self._background.is_elsewhere else None
         bundle = None if folder is None else PolicyBundle.of(folder)
         told = (should_stop, say) if self._background.is_here else (never, silent)
-        given = (self._policy, self._number, self._protocol, self._run, *told, digest, bundle)
+        given = (self._policy, self._number, self._protocol, self._folder, *told, digest, bundle)
         self._background.send(self._name, learn, *given)
 
     def end(self, should_stop: Callable[[], bool]) -> str:
@@ -144,13 +111,7 @@ def find(
     show: Show,
     should_stop: Callable[[], bool],
 ) -> str:
-    """Search for the tactic of the family that does best against a policy; return its name.
-
-    Raises
-    ------
-    Stopped
-        If it was asked to stop; the games that began are in `folder`.
-    """
+    """Search for the tactic of the family that does best against a policy; return its name."""
     robust = protocol.robust
     track = Track(name="search", seed=robust.seed + 1, games=robust.search_games, trials=())
     one = entry_name(number)
@@ -170,7 +131,7 @@ def find(
             counts = games.tally(name, one).sum(axis=0)
             points = float(counts @ [1.0, 0.5, 0.0] / counts.sum())
             share = float(np.mean([1.0 - game.share for game in games.between(name, one)]))
-            found.append((points + share) / 2)  # the share tells more where all games end alike
+            found.append((points + share) / 2)  # shares differ even where all games end alike
         return found
 
     return search(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation.intervals import mean_with_interval, rounded, wilson
+from swarm_pz.evaluation.ledger import distinct
 from swarm_pz.evaluation.match import POINTS
 from swarm_pz.evaluation.survival import kaplan_meier, survival_curve
 from swarm_pz.standard.aggregate import (
@@ -30,27 +31,11 @@ DIGITS = 6
 
 
 class Results:
-    """The games of an entry, by training seeds and tasks; a task is one opponent of one track.
+    """The games of an entry, by training seeds and tasks; a task is one opponent of one track, or a kind of attack.
 
-    Parameters
-    ----------
-    lines : sequence of Line
-    protocol : Protocol
-
-    Attributes
-    ----------
-    tasks : list of (str, str)
-        Track and opponent; in the track ``robust`` the two kinds of attacks.
-    pairs : list of list of float64 array (pairs, 2)
-        Of each policy and task: points, and games that count, of each pair. A game that a pair played twice counts
-        once, half of it from each side.
-    scores : float64 array (policies, tasks)
-        Shares of the points; a draw is half a win.
-
-    Raises
-    ------
-    ResultsError
-        If games are missing, or are of no task.
+    Of each policy and task, `pairs` has points and games that count of each pair (pairs, 2): a game that a pair played
+    twice counts once, half of it from each side. `scores` (policies, tasks) are shares of the points. Games that are
+    missing, or are of no task, raise a ResultsError.
     """
 
     def __init__(self, lines: Sequence[Line], protocol: Protocol) -> None:
@@ -102,17 +87,9 @@ def task_of(line: Line) -> tuple[str, str]:
     return line.track, line.opponent.split()[0] if line.track == ROBUST else line.opponent
 
 
-def counting(games: Sequence[Line]) -> list[list[Line]]:
-    """Return the games that count, each as its lines: both of a pair that are the same game."""
-    distinct: dict[tuple[int, str], list[Line]] = {}
-    for game in games:
-        distinct.setdefault((game.number // 2, game.fingerprint), []).append(game)
-    return list(distinct.values())
-
-
 def _pairs(games: Sequence[Line]) -> Array:
     rows: dict[int, list[float]] = {}
-    for alike in counting(games):
+    for alike in distinct(games):
         row = rows.setdefault(alike[0].number // 2, [0.0, 0.0])
         row[0] += float(np.mean([POINTS[game.outcome] for game in alike]))
         row[1] += 1.0
@@ -169,10 +146,10 @@ def forfeits_of(figures: dict[str, Any]) -> tuple[int, int, str]:
 
 
 def _how_soon(results: Results) -> dict[str, Any]:
-    """Return the share of games won against uniform coverage, and how soon: what is not won takes longer."""
+    """Return the share of games won against uniform coverage, and how soon; a draw censors its length."""
     task = results.tasks[0]
     limit = results.protocol.game.time_limit
-    games = [alike[0] for policy in range(results.policies) for alike in counting(results.of(policy, task))]
+    games = [alike[0] for policy in range(results.policies) for alike in distinct(results.of(policy, task))]
     won = [game.outcome == "win" for game in games]
     seconds = [game.seconds if wins else limit for game, wins in zip(games, won, strict=True)]
     median, _ = kaplan_meier(seconds, won)

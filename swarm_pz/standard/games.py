@@ -1,4 +1,4 @@
-"""The games of a track: who plays whom, by the tournament that there is, and the lines that a report keeps of them."""
+"""The games of a track, as a tournament, and the lines that a report keeps of them."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from swarm_pz.standard.protocol import Protocol, Track, Trial
 from swarm_pz.standard.siege import siege
 
 ENTRY, LEARNED, SEARCHED = "entry", "learned", "siege"
-"""How players of a track are called: ``entry 0``; and those that attack it, ``learned 0`` and ``siege 0.1 ...``."""
+"""Names of a track's players: ``entry 0``; and of its attackers, ``learned 0`` and ``siege 0.1 ...``."""
 
 
 class Line(NamedTuple):
-    """One game of a report, from the entry's side; no thinking times, so that it is the same twice."""
+    """One game of a report, from the entry's side, without the times that depend on the machine."""
 
     track: str
     policy: int
@@ -43,29 +43,14 @@ def entry_name(number: int) -> str:
 
 @dataclass(frozen=True)
 class PlayerFactory:
-    """Makes players by the names that they have in a track; goes to other processes.
-
-    Attributes
-    ----------
-    policies : tuple of str
-        Names or folders of the entry's policies, one a training seed.
-    trials : tuple of Trial
-    exploiters : tuple of str
-        Folders of what has learned to beat each of the policies.
-    """
+    """Makes players by their names in a track: policies, one a training seed, opponents, exploiters of each policy."""
 
     policies: tuple[str, ...]
     trials: tuple[Trial, ...] = ()
     exploiters: tuple[str, ...] = ()
 
     def __call__(self, name: str, game: GameConfig) -> Player:
-        """Return a player, made for a game.
-
-        Raises
-        ------
-        ResultsError
-            If nobody has that name.
-        """
+        """Return a player, made for a game; raise a ResultsError if nobody has that name."""
         for trial in self.trials:
             if trial.name == name:
                 return trial.load(trial.game(game))
@@ -89,13 +74,7 @@ class PlayerFactory:
 
 
 def siege_of(name: str) -> Tactic:
-    """Return the tactic that a name with numbers stands for.
-
-    Raises
-    ------
-    ResultsError
-        If the numbers are not those of a tactic.
-    """
+    """Return the tactic that a name with numbers stands for; raise a ResultsError if they are none of a tactic."""
     try:
         return siege(tuple(float(word) for word in name.split()[1:]))
     except ValueError as error:
@@ -103,18 +82,7 @@ def siege_of(name: str) -> Tactic:
 
 
 class TrackGames(Tournament):
-    """The games of a track: each policy of an entry against each opponent; its attackers against it alone.
-
-    Parameters
-    ----------
-    track : Track
-    protocol : Protocol
-    factory : PlayerFactory
-    attackers : sequence of (int, str)
-        Who attacks which policy.
-    folder : Path
-    command : str
-    """
+    """The games of a track: each policy of an entry against each opponent, and its own attackers (number, name)."""
 
     def __init__(
         self,
@@ -135,7 +103,7 @@ class TrackGames(Tournament):
         super().__init__(players, config, folder, factory, command)
 
     def pairings(self) -> list[tuple[str, str]]:
-        """Return who plays whom: the entry first, whoever comes first in the alphabet."""
+        """Return who plays whom, the entry first."""
         return self._pairings
 
     def rules_of(self, one: str, other: str) -> TournamentConfig:
@@ -203,18 +171,12 @@ def all_tracks(protocol: Protocol) -> list[Track]:
 
 
 def attacked(protocol: Protocol) -> Track:
-    """Return the track in which the attacks that were found play the entry."""
+    """Return the track in which the found attacks play the entry."""
     return Track(name="robust", seed=protocol.robust.seed, games=protocol.robust.games, trials=())
 
 
 def check_flies(policy: str, protocol: Protocol) -> Player:
-    """Return a policy, made for the protocol's game.
-
-    Raises
-    ------
-    KindError
-        If it does not answer densities: names what to use instead.
-    """
+    """Return a policy, made for the protocol's game; raise a KindError if it does not answer densities."""
     try:
         return load(policy, protocol.game)
     except KindError as error:

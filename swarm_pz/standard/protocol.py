@@ -1,7 +1,6 @@
-"""The protocol: who is played, by which rules, on which seeds, and how hard it is tried to beat an entry.
+"""The protocol: opponents, rules, seeds, and the budget of attacks. It is written in ``protocol.json``.
 
-It stands in ``protocol.json``, where anybody can read it. A version that was published never changes: its opponents
-are named with digests of what they are, and a run is refused where what is installed differs.
+A published version never changes: it has digests of its opponents, and a run is refused where others are installed.
 """
 
 from __future__ import annotations
@@ -31,18 +30,8 @@ HELD_OUT = "held-out:"
 class Trial:
     """One opponent, and what differs in its games.
 
-    Attributes
-    ----------
-    name : str
-        What tables call it.
-    player : str
-        Who it is: the name of a policy, with ``held-out:`` before it if it is one of the held-out suite.
-    digest : str
-        Of what that is.
-    system : str
-        The control system that flies its team.
-    rules : dict
-        Fields of the game that differ, as plain values.
+    `name` stands in tables. `player` is the name of a policy, with ``held-out:`` before one of the held-out suite, and
+    `digest` that of `identity_of`. Its team is flown by `system`; `rules` are fields of the game that differ.
     """
 
     name: str
@@ -75,16 +64,7 @@ class Trial:
 
 @dataclass(frozen=True, kw_only=True)
 class Track:
-    """Games that answer one question.
-
-    Attributes
-    ----------
-    name : str
-    seed : int
-    games : int
-        Against each opponent, even.
-    trials : tuple of Trial
-    """
+    """Games that answer one question: an even number of `games` against each opponent."""
 
     name: str
     seed: int
@@ -94,17 +74,10 @@ class Track:
 
 @dataclass(frozen=True, kw_only=True)
 class Robust:
-    """How an entry is attacked, with a fixed budget, and how the attacks that were found are tried.
+    """The budget of attacks on an entry.
 
-    Attributes
-    ----------
-    seed : int
-    games : int
-        Of each attack that was found, on seeds that no search has seen.
-    steps : int
-        Commands that an exploiter learns from.
-    generations, candidates, search_games : int
-        Of the search that does not learn: rounds, candidates of each, and games of each candidate.
+    Each attack that is found plays `games`, on seeds that no search has seen. An exploiter learns from `steps`
+    commands. The search that does not learn has `generations` of `candidates`, which play `search_games` each.
     """
 
     seed: int
@@ -117,20 +90,7 @@ class Robust:
 
 @dataclass(frozen=True, kw_only=True)
 class Protocol:
-    """One version of the standard.
-
-    Attributes
-    ----------
-    version : str
-    game : GameConfig
-        The rules, where a trial has none of its own.
-    budget_ms : float
-        Milliseconds that a command may take; who takes longer forfeits the game.
-    tracks : tuple of Track
-    robust : Robust
-    plain : dict
-        The same, as it is written.
-    """
+    """One version of the standard; `plain` is the same as it is written."""
 
     version: str
     game: GameConfig
@@ -167,7 +127,7 @@ class Protocol:
         return digest(self.plain)
 
     def quick(self) -> Protocol:
-        """Return a try of it: few and short games, which say whether all of it works, and nothing about an entry."""
+        """Return a try of it, with few and short games: it says whether all works, and nothing about an entry."""
         game = self.game.replace(time_limit=20.0)
         robust = replace(self.robust, games=2, steps=2_000, generations=1, candidates=4, search_games=2)
         tracks = tuple(replace(track, games=2) for track in self.tracks)
@@ -175,13 +135,7 @@ class Protocol:
         return replace(self, version=plain["version"], game=game, tracks=tracks, robust=robust, plain=plain)
 
     def check(self) -> None:
-        """Check that who is installed is whom the protocol names.
-
-        Raises
-        ------
-        ResultsError
-            If the rules or an opponent are others: names them.
-        """
+        """Check that the installed rules and opponents are those of the protocol: else a ResultsError names them."""
         if self.plain["rules_hash"] != GameConfig.from_dict(self.plain["rules"]).rules_hash:
             raise ResultsError(f"the rules of protocol {self.version} have another hash here: use a released swarm-pz")
         changed = [

@@ -1,8 +1,7 @@
-"""The files of a report, and what keeps them from being edited by accident or by hand.
+"""The files of a report: ``report.json`` (figures, digests, seeds, versions), ``games.jsonl`` and ``index.html``.
 
-``report.json`` holds figures, digests, seeds and versions, ``games.jsonl`` every game's line, ``index.html`` the page.
-The signature is a digest of all but costs, so that the same entry gives the same signature twice; the checksum is one
-of all. Neither proves who made a report: anybody can compute them. That is what playing it again is for.
+The signature is a digest of all but costs, so the same entry has the same signature twice; the checksum is a digest of
+all. Both find edits, but anybody can compute them: only playing games again shows that a report is true.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ def signed(report: dict[str, Any]) -> dict[str, Any]:
 
 
 def is_try(report: dict[str, Any]) -> bool:
-    """Return whether a report is a try, of few and short games, which nobody's board takes."""
+    """Return whether a report is a try, with few and short games."""
     return str(report["protocol"]["version"]).endswith("-quick")
 
 
@@ -50,22 +49,14 @@ def encode_games(lines: Sequence[Line]) -> bytes:
 
 def write(folder: Path, report: dict[str, Any], lines: Sequence[Line], page: str) -> None:
     """Write a report, its JSON last, so that none stands there without its games."""
-    with draft_of(folder / GAMES) as draft:
-        draft.write_bytes(encode_games(lines))
-    with draft_of(folder / PAGE) as draft:
-        draft.write_text(page, encoding="utf-8")
-    with draft_of(folder / REPORT) as draft:
-        draft.write_text(json.dumps(report, indent=1, allow_nan=False) + "\n")
+    text = json.dumps(report, indent=1, allow_nan=False) + "\n"
+    for name, data in ((GAMES, encode_games(lines)), (PAGE, page.encode()), (REPORT, text.encode())):
+        with draft_of(folder / name) as draft:
+            draft.write_bytes(data)
 
 
 def read(folder: Path) -> tuple[dict[str, Any], list[Line]]:
-    """Read a report and its games, and check that they are as they were written.
-
-    Raises
-    ------
-    ResultsError
-        If a file is missing, too large, corrupt, or was changed.
-    """
+    """Read a report and its games; raise a ResultsError if a file is missing, too large, corrupt, or was changed."""
     report = _parse(_bytes(folder / REPORT), folder / REPORT)
     if not isinstance(report, dict) or report.get("format") != FORMAT:
         raise ResultsError(
@@ -105,7 +96,7 @@ def _bytes(path: Path) -> bytes:
 
 
 def _parse(data: bytes, path: Path) -> Any:
-    """Return what a file says, if it says everything once: other readers might take the first of two."""
+    """Return a file's JSON; refuse a name that stands twice, since other readers might take the first."""
 
     def refuse(word: str) -> Any:
         raise ValueError(f"{word} is no number of JSON")
@@ -122,15 +113,8 @@ def _parse(data: bytes, path: Path) -> Any:
 
 
 def _check_lines(lines: Sequence[Line], path: Path) -> None:
-    kinds: dict[str, type] = {
-        "track": str,
-        "policy": int,
-        "opponent": str,
-        "number": int,
-        "outcome": str,
-        "share": float,
-    }
-    kinds |= {"seconds": float, "fingerprint": str, "forfeit": str}
+    kinds: dict[str, type] = dict.fromkeys(Line._fields, str)
+    kinds |= {"policy": int, "number": int, "share": float, "seconds": float}
     for number, line in enumerate(lines, 1):
         for name, kind in kinds.items():
             value: Any = getattr(line, name)

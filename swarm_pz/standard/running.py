@@ -1,13 +1,12 @@
-"""Plays the whole standard for an entry and writes its report; what was stopped goes on where it was."""
+"""Plays the whole standard for an entry and writes its report; a run that was stopped goes on."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from swarm_pz.bench import machine
-from swarm_pz.config.base import check, check_count
+from swarm_pz.config.base import check
 from swarm_pz.errors import ResultsError
 from swarm_pz.evaluation.ledger import folder_lock
 from swarm_pz.evaluation.provenance import versions
-from swarm_pz.evaluation.workers import BackgroundTasks, open_pool
+from swarm_pz.evaluation.workers import BackgroundTasks, SerialExecutor, never, silent
 from swarm_pz.files import check_folder, draft_of
 from swarm_pz.kernels.cache import processor
 from swarm_pz.policy import Player, PrivilegedPolicy
@@ -28,7 +27,7 @@ from swarm_pz.standard.figures import Results, figures, improvement
 from swarm_pz.standard.games import LEARNED, Line, PlayerFactory, TrackGames, attacked, check_flies
 from swarm_pz.standard.identity import identity_of
 from swarm_pz.standard.page import render
-from swarm_pz.standard.protocol import Protocol
+from swarm_pz.standard.protocol import Protocol, Track
 from swarm_pz.standard.report import FORMAT, GAMES, encode_games, read, signed, write
 
 WORK, POLICIES, EXPLOITERS = "work", "policies", "exploiters"
@@ -38,15 +37,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """What is measured: a method, by the policies that it made.
-
-    Attributes
-    ----------
-    policies : tuple of str
-        Names or folders, one of each training seed.
-    name : str
-        What tables call it.
-    """
+    """What is measured: a method, by the names or folders of its policies, one of each training seed."""
 
     policies: tuple[str, ...]
     name: str
@@ -65,41 +56,29 @@ def run(
     *,
     protocol: Protocol | None = None,
     baseline: Path | None = None,
-    processes: int = 2,
     pool: Executor | None = None,
     progress: attacks.Show = lambda *_: None,
-    should_stop: Callable[[], bool] = lambda: False,
-    say: Say = lambda _: None,
+    should_stop: Callable[[], bool] = never,
+    say: Say = silent,
     command: str = "",
 ) -> dict[str, Any]:
-    """Play what is missing of the standard, and write the report.
+    """Play what is missing of the standard, write the report, and return what ``report.json`` holds.
 
     Parameters
     ----------
     entry : Entry
     out : Path
-        Folder of the report; what is not finished lies in its folder ``work``.
+        Folder of the report; unfinished work lies in its folder ``work``.
     protocol : Protocol, optional
         The current one, if not given.
     baseline : Path, optional
         Folder of another entry's report, to compare with.
-    processes : int
-        Processes that share the work; with 1 this one does it.
     pool : Executor, optional
-        Who does it instead, as `open_pool` gives it; the report is the same, costs aside.
-    progress : callable, optional
-        Called with what is done and what there is to do, in each part.
-    should_stop : callable, optional
-        Called now and then: whether to stop there.
-    say : callable, optional
-        Where lines about the parts go.
+        Does the work, as of `open_pool`; this process if not given. The report is the same, costs aside.
+    progress, should_stop, say : callable, optional
+        Progress of each part, whether to stop, and lines about the parts.
     command : str
         What was called; it stands among the costs.
-
-    Returns
-    -------
-    dict
-        What ``report.json`` holds.
 
     Raises
     ------
@@ -109,11 +88,10 @@ def run(
         If an opponent is not the one that the protocol names, the folder holds another entry's work, or the
         baseline is of another protocol.
     PolicyError
-        If a policy is unknown, or is none for this standard.
+        If a policy is unknown, or does not answer densities.
     WorkerError
         If a worker died, or has other policies than are here; what was finished is kept.
     """
-    check_count(processes, "processes", 1, 1024)
     protocol = protocol if protocol is not None else Protocol.read()
     began = time.monotonic()
     other = _read_baseline(baseline, protocol) if baseline is not None else None
@@ -127,38 +105,34 @@ def run(
             for number, (policy, player) in enumerate(zip(entry.policies, players, strict=True))
         ]
         _claim(work / _ENTRY, {"protocol": protocol.digest, "policies": [one["digest"] for one in told]})
-        kept = tuple(
+        policies = tuple(
             str(out / one["kept"]) if one["kept"] is not None else policy
             for one, policy in zip(told, entry.policies, strict=True)
         )
-        exploiters = tuple(str(out / EXPLOITERS / str(number)) for number in range(len(kept)))
+        exploiters = tuple(str(out / EXPLOITERS / str(number)) for number in range(len(policies)))
+        how: dict[str, Any] = {"pool": pool if pool is not None else SerialExecutor(), "should_stop": should_stop}
         played: list[TrackGames] = []
-        searched: list[str] = []
-        with (
-            nullcontext(pool) if pool is not None else open_pool(processes) as workers,
-            BackgroundTasks(workers) as background,
-        ):
-            # First, since nobody can share in one: they are learned while others play.
-            learned = [
-                attacks.Learning(background, protocol, work, out / EXPLOITERS, policy, number)
-                for number, policy in enumerate(kept)
-            ]
-            for one, name in zip(learned, told, strict=True):
-                say(f"track robust: learning to beat {name['name']}, {protocol.robust.steps:,} commands")
-                one.begin(should_stop, say)
+
+        def play(track: Track, players: PlayerFactory, attackers: Sequence[tuple[int, str]] = ()) -> None:
+            games = TrackGames(track, protocol, players, work / track.name, attackers=attackers, command=command)
+            games.play(progress=progress, **how)
+            played.append(games)
+
+        with BackgroundTasks(how["pool"]) as background:
+            # Exploiters begin first: nobody can share in learning one, so they learn while others play.
+            learning = []
+            for number, policy in enumerate(policies):
+                say(f"track robust: learning to beat {told[number]['name']}, {protocol.robust.steps:,} commands")
+                learning.append(attacks.Learning(background, protocol, work, out / EXPLOITERS, policy, number))
+                learning[-1].begin(should_stop, say)
             for track in protocol.tracks:
                 say(f"track {track.name}: {track.games} games against each of {len(track.trials)}")
-                factory = PlayerFactory(kept, track.trials)
-                played.append(TrackGames(track, protocol, factory, work / track.name, command=command))
-                played[-1].play(progress=progress, should_stop=should_stop, pool=workers)
-            for number in range(len(kept)):
-                say(f"track robust: searching for what beats {told[number]['name']}")
-                factory, folder = PlayerFactory(kept), work / f"search-{number}"
-                searched.append(
-                    attacks.find(
-                        number, protocol, factory, folder, pool=workers, show=progress, should_stop=should_stop
-                    )
-                )
+                play(track, PlayerFactory(policies, track.trials))
+            searched = []
+            for number, one in enumerate(told):
+                say(f"track robust: searching for what beats {one['name']}")
+                folder = work / f"search-{number}"
+                searched.append(attacks.find(number, protocol, PlayerFactory(policies), folder, show=progress, **how))
             found = [
                 {
                     "policy": number,
@@ -166,14 +140,10 @@ def run(
                     "digest": one.end(should_stop),
                     "searched": best,
                 }
-                for number, (one, best) in enumerate(zip(learned, searched, strict=True))
+                for number, (one, best) in enumerate(zip(learning, searched, strict=True))
             ]
-            track = attacked(protocol)
-            attackers = [(number, f"{LEARNED} {number}") for number in range(len(kept))]
-            attackers += list(enumerate(searched))
-            factory, attackers = PlayerFactory(kept, (), exploiters), list(dict.fromkeys(attackers))
-            played.append(TrackGames(track, protocol, factory, work / track.name, attackers=attackers, command=command))
-            played[-1].play(progress=progress, should_stop=should_stop, pool=workers)
+            attackers = [(number, f"{LEARNED} {number}") for number in range(len(policies))] + list(enumerate(searched))
+            play(attacked(protocol), PlayerFactory(policies, (), exploiters), attackers)
         lines = [line for games in played for line in games.lines()]
         report = describe(entry.name, told, found, lines, protocol, other)
         report["cost"] = {
@@ -181,7 +151,7 @@ def run(
             "ms_a_command": round(float(np.mean([ms for games in played for ms in games.thinking_ms()])), 3),
             "measured_on": machine()["processor"],
             "processor": processor(),
-            "processes": getattr(workers, "count", None),
+            "processes": getattr(how["pool"], "count", None),
             "seconds_of_this_sitting": round(time.monotonic() - began, 1),
             "command": command,
         }
@@ -200,7 +170,7 @@ def describe(
     protocol: Protocol,
     other: tuple[str, str, Results] | None = None,
 ) -> dict[str, Any]:
-    """Return what a report says, but for its costs: all of it follows from the games."""
+    """Return a report without its costs; all of it follows from the games."""
     results = Results(lines, protocol)
     said = figures(results)
     if other is not None:
@@ -221,7 +191,7 @@ def describe(
 
 
 def _kept(player: Player, out: Path, number: int) -> str | None:
-    """Write a policy into the report, if it can be, so that others can play it again; return where it is."""
+    """Write a policy into the report, if that is possible, so that others can play it; return where it is."""
     write_policy = getattr(player, "write", None)
     if write_policy is None:
         return None
@@ -231,13 +201,7 @@ def _kept(player: Player, out: Path, number: int) -> str | None:
 
 
 def _claim(path: Path, what: dict[str, Any]) -> None:
-    """Note whose work a folder holds.
-
-    Raises
-    ------
-    ResultsError
-        If it is another's.
-    """
+    """Write down whose work a folder holds; raise if it is another entry's."""
     if path.exists():
         try:
             before = json.loads(path.read_text())
@@ -252,7 +216,7 @@ def _claim(path: Path, what: dict[str, Any]) -> None:
 
 
 def cost_of(player: Player) -> dict[str, Any]:
-    """Return what a policy's card says of its training, and how many parameters it has; None where nobody says."""
+    """Return what a policy's card says of its training, and how many parameters it has; None where it is not said."""
     card = getattr(player, "card", None)
     told = card if isinstance(card, dict) else {}
     weights = getattr(player, "weights", None)

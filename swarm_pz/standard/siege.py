@@ -27,13 +27,7 @@ Score = Callable[[Sequence[str]], list[float]]
 
 
 def siege(numbers: tuple[float, ...]) -> Tactic:
-    """Return the tactic of the family with these numbers.
-
-    Raises
-    ------
-    ValueError
-        If they are not as many as the family has, or out of bounds.
-    """
+    """Return the tactic of the family with these numbers; raise a ValueError if they are not in its bounds."""
     inside = len(numbers) == NUMBERS and all(
         low - 1e-5 <= number <= high + 1e-5 for low, number, high in zip(LOW, numbers, HIGH, strict=True)
     )
@@ -59,16 +53,10 @@ def named(point: Array, prefix: str) -> str:
 
 
 def search(score: Score, *, prefix: str, generations: int, candidates: int, seed: int) -> str:
-    """Return the name of the best tactic that a search finds.
+    """Return the name, which begins with a prefix, of the best tactic that a search finds.
 
-    Parameters
-    ----------
-    score : callable
-        From the names of a generation to what each wins, higher is better. The same names have to get the same
-        scores: then a search that was stopped is the same search when it begins again.
-    prefix : str
-        What names begin with.
-    generations, candidates, seed : int
+    `score` returns for the names of a generation what each wins. The same names must get the same scores: then a search
+    that was stopped is the same search when it begins again.
     """
     cma = require_extra("cma", "train")
     bounds = {"bounds": [0.0, 1.0], "popsize": candidates, "seed": seed, "verbose": -9, "CMA_stds": None}

@@ -1,4 +1,4 @@
-"""Checks a report: its files, its figures, and a sample of its games, played again."""
+"""Checks a report: its files, its figures, and a sample of its games, which is played again."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from swarm_pz.bench import machine
 from swarm_pz.config.base import check_count
 from swarm_pz.errors import ConfigError, ResultsError, SwarmError
 from swarm_pz.evaluation.bundles import MOST_BYTES
@@ -28,23 +27,14 @@ from swarm_pz.standard.protocol import Protocol
 from swarm_pz.standard.running import Entry, cost_of, describe
 
 SAMPLE, LARGER = 40, 6
-"""Games that are played again where they must be the same; so many times as many where only shares can be compared."""
+"""Games that are played again; more of them, by this factor, on another processor, where only shares compare."""
 _SURE = 3.3
 """Standard errors by which shares may differ: chance alone exceeds it once in a thousand reports."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What was checked.
-
-    Attributes
-    ----------
-    report : dict
-    check : str
-        In words, which check the games have passed.
-    seed : int
-        Chose the sample.
-    """
+    """What was checked: the report, in words which check its games have passed, and the seed of the sample."""
 
     report: dict[str, Any]
     check: str
@@ -52,12 +42,12 @@ class Verdict:
 
     @property
     def is_try(self) -> bool:
-        """Whether the report is a try, of few and short games, which nobody's board takes."""
+        """Whether the report is a try, with few and short games."""
         return files.is_try(self.report)
 
     @property
     def unchecked(self) -> tuple[str, ...]:
-        """In words, what the folder says and nobody has looked at."""
+        """In words, what the folder holds and the check has not looked at."""
         found = []
         if not _is_of_this_version(self.report):
             found.append(f"{files.PAGE}, since another version wrote it: show one that is made of {files.REPORT} anew")
@@ -77,22 +67,21 @@ def verify(
 ) -> Verdict:
     """Check a report.
 
-    Only names of installed policies and what lies in the report's own folder are loaded. Attacks are not searched for
-    again.
+    Only installed policies and files in the report's own folder are loaded. Attacks are not searched for again.
 
     Parameters
     ----------
     folder : Path
     policies : sequence of str
-        The entry's policies, where they are not in the folder and not installed by their names.
+        The entry's policies, if they are neither in the folder nor installed by their names.
     games : int
         Of the sample, one of each track at least.
     seed : int, optional
-        Chooses the sample; a fresh one, if not given.
+        Of the sample; a fresh one if not given.
     protocol : Protocol, optional
-        The current one, if not given; of a try, its quick form.
+        The current one if not given; of a try, its quick form.
     say : callable, optional
-        Where lines about what is being checked go.
+        Takes lines about what is being checked.
 
     Raises
     ------
@@ -153,7 +142,7 @@ def _is_of_this_version(report: dict[str, Any]) -> bool:
 
 
 def _factory(report: dict[str, Any], folder: Path, given: Sequence[str], protocol: Protocol) -> PlayerFactory:
-    """Return who plays again, all of them what the report says they were."""
+    """Return the players, all checked to be those of the report."""
     if given and len(given) != len(report["policies"]):
         raise ResultsError(f"the report is of {len(report['policies'])} policies, got {len(given)}: {', '.join(given)}")
     policies = []
@@ -183,7 +172,7 @@ def _factory(report: dict[str, Any], folder: Path, given: Sequence[str], protoco
 
 
 def _check_exploiter(player: Player, number: int, protocol: Protocol, place: str) -> None:
-    """Check that an exploiter was trained as the protocol says, by its own account."""
+    """Check that an exploiter's card says that it was trained as by the protocol."""
     card = getattr(player, "card", None)
     told = card if isinstance(card, dict) else {}
     training = told.get("training", {})
@@ -197,7 +186,7 @@ def _check_exploiter(player: Player, number: int, protocol: Protocol, place: str
 
 
 def _installed(name: object) -> str:
-    """Return the name of an installed policy; a report's words lead to no folder."""
+    """Return the name of an installed policy; a name in a report must not lead to a folder."""
     if str(name).split(":", 1)[0] not in registered() or Path(str(name)).name != name:
         raise ResultsError(
             f"policy {str(name)[:70]!r} is neither in the report's folder nor installed: name it, or its folder, "
@@ -207,7 +196,7 @@ def _installed(name: object) -> str:
 
 
 def _inside(folder: Path, told: object, where: str, number: int) -> str | None:
-    """Return a folder of the report's own; nothing else that a report names is opened."""
+    """Return a folder inside the report; nothing else that a report names is opened."""
     if told is None:
         return None
     place = folder / where / str(number)
@@ -237,7 +226,7 @@ def _play_sample(
     different = [(old, new) for old, new in zip(sample, again, strict=True) if old != new]
     if not different:
         return f"{len(sample)} games played again are the same games"
-    here, there = _kinds(report["cost"])
+    here, there = processor(), str(report["cost"]["processor"])
     same_versions = all(report["versions"].get(name) == version for name, version in versions().items())
     old, new = different[0]
     first = (
@@ -265,15 +254,8 @@ def _play_sample(
     )
 
 
-def _kinds(cost: dict[str, Any]) -> tuple[str, str]:
-    """Return what kind of processor is here, and was there: LLVM's name for it, as far as the report has that."""
-    if "processor" in cost:
-        return processor(), str(cost["processor"])
-    return str(machine()["processor"]), str(cost["measured_on"])
-
-
 def _choose(lines: list[Line], count: int, seed: int) -> list[Line]:
-    """Return games of a sample, as many of each track as can be."""
+    """Return a sample of games, as many of each track."""
     generator = np.random.default_rng(seed)
     tracks = list(dict.fromkeys(line.track for line in lines))
     chosen = []

@@ -1,4 +1,4 @@
-"""Commands for people at the table: what they hand on to the server, to films and to tables."""
+"""Commands for people at the table: what they hand on to the server, to films and to messages."""
 
 import sys
 from pathlib import Path
@@ -13,6 +13,7 @@ from swarm_pz.play.recordings.sandbox import Sandbox
 from swarm_pz.play.server import serve as module
 from swarm_pz.policies import load
 from swarm_pz.policy import about
+from tests.cli.test_cli import refused
 from tests.play.recordings.test_format import plain_lines, record, write_chained
 
 
@@ -25,102 +26,80 @@ def served(monkeypatch):
     return calls
 
 
-def refused(capsys, *arguments):
-    """Return what a command that is refused says."""
-    with pytest.raises(SystemExit, match="2"):
-        main(list(arguments))
-    return capsys.readouterr().err
+HERE = "--host 127.0.0.2 --port 0"
 
 
-def test_the_table_is_served_as_it_was_asked_for(served, capsys):
-    options = ["--host", "127.0.0.2", "--port", "0", "--min-command-interval", "0.75", "--out", "games"]
-    options += ["--countdown", "1.5"]
-    main(["play", "--opponent", "ring", *options, "--game.command-period", "2"])
+def test_a_table_is_served_as_it_was_asked_for(served):
+    words = f"play --opponent ring {HERE} --min-command-interval 0.75 --out games --countdown 1.5"
+    main([*words.split(), "--embed", "https://lab.example", "http://localhost:3000", "--game.command-period", "2"])
     ((loader, policies, how),) = served
     game = GameConfig(command_period=2.0)
     assert loader is load and policies == {"uniform": "everywhere", "ring": about("ring")}
     assert (how["host"], how["port"], how["folder"], how["page"]) == ("127.0.0.2", 0, Path("games"), "play=ring")
-    assert how["countdown_s"] == 1.5
+    assert (how["countdown_s"], how["levels"]) == (1.5, None)
+    assert how["embedders"] == ("https://lab.example", "http://localhost:3000")
     assert how["table"].game == game and how["table"].min_command_interval == 0.75
-    assert "█" in how["draw_code"]("http://127.0.0.2:8000/")
-    how["say"]("it is there")
-    assert capsys.readouterr().out == "it is there\n"
-    assert how["greeting"].startswith(f"rules: {game.rules_hash} (rules_hash of")
+    assert "█" in how["draw_code"]("http://127.0.0.2:8000/") and how["say"].func is print
+    assert how["greeting"].startswith(f"rules: {game.rules_hash} ")
 
 
-@pytest.mark.parametrize(("opponent", "page"), [([], ""), (["--opponent", "none"], "play=none")])
-def test_nobody_is_an_opponent_that_is_no_policy(opponent, page, served):
-    main(["play", *opponent])
+@pytest.mark.parametrize(
+    ("words", "page", "levels"),
+    [("", "", None), ("--opponent none", "play=none", None), ("--ladder", "ladder", Path("runs/games/levels"))],
+)
+def test_a_table_without_an_opponent_knows_the_installed_policies(words, page, levels, served):
+    main(["play", *words.split()])
     ((_, policies, how),) = served
-    assert how["page"] == page and policies == {"uniform": "everywhere"}
+    assert (policies, how["page"], how["levels"]) == ({"uniform": "everywhere"}, page, levels)
 
 
 def test_factors_are_read_before_anybody_plays(served, capsys, tmp_path):
     path = tmp_path / "factors.toml"
     path.write_text('[blue]\ncommand_delay_ms = 100\nshare = 0.5\nhelper = "ring"\n')
     main(["play", "--factors", str(path)])
-    ((_, _, how),) = served
-    red, blue = how["table"].factors
+    red, blue = served[0][2]["table"].factors
     assert (red.command_delay_ms, blue.command_delay_ms, blue.helper) == (0.0, 100.0, "ring")
-    path.write_text('[blue]\nshare = 0.5\nhelper = "rign"\n')
-    assert "did you mean 'ring'" in refused(capsys, "play", "--factors", str(path))
-    path.write_text("[blue]\nframe_rate = 31\n")
-    assert "frame_rate must be a whole number in [1, 30], got 31" in refused(capsys, "play", "--factors", str(path))
+    for text, message in (
+        ('[blue]\nshare = 0.5\nhelper = "rign"\n', "did you mean 'ring'"),
+        ("[blue]\nframe_rate = 31\n", "frame_rate must be a whole number in [1, 30], got 31"),
+    ):
+        path.write_text(text)
+        assert message in refused(capsys, "play", "--factors", str(path))
     assert len(served) == 1
-
-
-def test_an_opponent_must_be_there(served, capsys):
-    assert "did you mean 'ring'" in refused(capsys, "play", "--opponent", "rign")
-    assert not served
 
 
 def test_a_recording_is_shown_from_its_own_folder(served, tmp_path):
     (tmp_path / "games").mkdir()
     record(tmp_path / "games" / "a.jsonl", ticks=30)
-    main(["replay", str(tmp_path / "games" / "a.jsonl"), "--host", "127.0.0.2", "--port", "0"])
+    main(["replay", "games/a.jsonl", *HERE.split()])
     ((loader, policies, how),) = served
     assert loader is load and policies == {"uniform": "everywhere"}
-    assert (how["host"], how["port"], how["folder"], how["page"]) == (
-        "127.0.0.2",
-        0,
-        tmp_path / "games",
-        "replay=a.jsonl",
-    )
-    assert "█" in how["draw_code"]("http://127.0.0.2:8000/")
+    place = (how["host"], how["port"], how["folder"], how["page"])
+    assert place == ("127.0.0.2", 0, Path("games"), "replay=a.jsonl")
 
 
-def test_a_recording_is_written_as_messages_of_ros_if_that_is_asked(served, tmp_path, capsys, monkeypatch):
-    record(tmp_path / "a.jsonl", ticks=30)
-    recording = str(tmp_path / "a.jsonl")
-    main(["replay", recording, "--mcap", str(tmp_path / "bags" / "a.mcap")])
-    assert f"messages: {tmp_path / 'bags' / 'a.mcap'}" in capsys.readouterr().out
-    assert (tmp_path / "bags" / "a.mcap").read_bytes().startswith(b"\x89MCAP0")
-    assert "name ends with .mcap" in refused(capsys, "replay", recording, "--mcap", str(tmp_path / "a.bag"))
-    assert "is a file, not a folder" in refused(capsys, "replay", recording, "--mcap", f"{recording}/a.mcap")
-    monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
-    said = refused(capsys, "replay", recording, "--mcap", str(tmp_path / "b.mcap"))
-    assert "mcap_ros2 is not installed; install it with" in said and "lab]" in said
-    assert not served and not list(tmp_path.glob("b.*"))
-
-
-def test_a_recording_is_only_verified_or_filmed_if_that_is_asked(served, tmp_path, capsys, monkeypatch):
-    filmed = []
-    do = Sandbox.do
+def test_a_recording_is_only_verified_filmed_or_written_if_that_is_asked(served, tmp_path, capsys, monkeypatch):
+    filmed, do = [], Sandbox.do
 
     def noted(sandbox, name, work, *given, **how):
         return filmed.append(given[1:]) if work is playback.film else do(sandbox, name, work, *given, **how)
 
     monkeypatch.setattr(Sandbox, "do", noted)
     record(tmp_path / "a.jsonl", ticks=30)
-    main(["replay", str(tmp_path / "a.jsonl"), "--verify"])
+    main(["replay", "a.jsonl", "--verify"])
     said = capsys.readouterr().out
     assert "verified: 11 frames" in said and f"ends with {Recording.read(tmp_path / 'a.jsonl').link}" in said
-    assert not filmed
-    main(["replay", str(tmp_path / "a.jsonl"), "--film", "a.gif", "--speed", "3"])
+    main(["replay", "a.jsonl", "--film", "a.gif", "--speed", "3"])
     assert filmed == [(Path("a.gif"), 3.0)] and "film: a.gif" in capsys.readouterr().out
-    main(["replay", str(tmp_path / "a.jsonl"), "--film", "b.gif", "--verify"])
+    main(["replay", "a.jsonl", "--film", "b.gif", "--verify"])
     assert filmed[1:] == [(Path("b.gif"), 2.0)] and "verified" in capsys.readouterr().out
-    assert not served
+    main(["replay", "a.jsonl", "--mcap", "bags/a.mcap"])
+    assert "messages: bags/a.mcap" in capsys.readouterr().out
+    assert Path("bags/a.mcap").read_bytes().startswith(b"\x89MCAP0")
+    monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
+    said = refused(capsys, "replay", "a.jsonl", "--mcap", "b.mcap")
+    assert "mcap_ros2 is not installed" in said and "lab]" in said
+    assert not served and not list(tmp_path.glob("b.*"))
 
 
 def test_a_recording_that_plays_differently_here_is_an_error(tmp_path, capsys):
@@ -130,38 +109,28 @@ def test_a_recording_that_plays_differently_here_is_an_error(tmp_path, capsys):
     later = next(i for i, line in enumerate(lines) if line.get("tick") == 66)
     moved = lines[place] | {"tick": 63}
     write_chained(tmp_path / "b.jsonl", [*lines[:place], *lines[place + 1 : later], moved, *lines[later:]])
-    said = refused(capsys, "replay", str(tmp_path / "b.jsonl"), "--verify")
+    said = refused(capsys, "replay", "b.jsonl", "--verify")
     assert "plays differently here from tick 6" in said
     assert "command 1 of red had to come into force at tick 60" in said
     write_chained(tmp_path / "c.jsonl", lines[:-1])
-    said = refused(capsys, "replay", str(tmp_path / "c.jsonl"), "--verify")
+    said = refused(capsys, "replay", "c.jsonl", "--verify")
     assert "it is unfinished: it breaks off after 51 frames" in said and "differently" not in said
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("words", "message"),
     [
-        (["--port", "99999"], "port must be a whole number in [0, 65535]"),
-        (["--speed", "0"], "speed must be above 0"),
-        (["--film", "a.avi"], "must end in .gif or .mp4"),
+        ("replay a.jsonl --port 99999", "port must be a whole number in [0, 65535]"),
+        ("replay a.jsonl --speed 0", "speed must be above 0"),
+        ("replay a.jsonl --film a.avi", "must end in .gif or .mp4"),
+        ("replay a.jsonl --mcap a.bag", "name ends with .mcap"),
+        ("replay a.jsonl --mcap a.jsonl/a.mcap", "is a file, not a folder"),
+        ("play --opponent rign", "did you mean 'ring'"),
+        ("play --out a.jsonl", "cannot be recorded in a.jsonl"),
+        ("play --ros-opponent ring", "give --rosbridge a port"),
     ],
 )
-def test_a_replay_that_cannot_be_is_refused(options, message, served, tmp_path, capsys):
+def test_what_cannot_be_shown_or_served_is_refused(words, message, served, tmp_path, capsys):
     record(tmp_path / "a.jsonl", ticks=30)
-    assert message in refused(capsys, "replay", str(tmp_path / "a.jsonl"), *options)
+    assert message in refused(capsys, *words.split())
     assert not served
-
-
-def test_a_folder_that_takes_no_recordings_is_an_error_before_anybody_plays(served, tmp_path, capsys):
-    (tmp_path / "games").write_text("no folder")
-    assert "games cannot be recorded in" in refused(capsys, "play", "--out", str(tmp_path / "games"))
-    assert not served
-
-
-def test_a_table_has_a_ladder_and_is_held_in_frames_as_it_was_asked_for(served):
-    main(["play", "--ladder", "--out", "games", "--embed", "https://lab.example", "http://localhost:3000"])
-    ((_, _, how),) = served
-    assert (how["page"], how["levels"]) == ("ladder", Path("games/levels"))
-    assert how["embedders"] == ("https://lab.example", "http://localhost:3000")
-    main(["play", "--out", "games"])
-    assert (served[1][2]["page"], served[1][2]["levels"], served[1][2]["embedders"]) == ("", None, ())

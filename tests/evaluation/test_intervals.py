@@ -1,16 +1,16 @@
-from __future__ import annotations
+"""Intervals are those of the books, and 95 % intervals cover the truth about 95 times of 100."""
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import ResultsError
-from swarm_pz.evaluation.intervals import (
-    bootstrap,
-    mean_with_interval,
-    median_with_interval,
-    rounded,
-    wilson,
-)
+from swarm_pz.evaluation import intervals, match, ratings
+from swarm_pz.evaluation.intervals import bootstrap, mean_with_interval, median_with_interval, rounded, wilson
+from swarm_pz.evaluation.match import MatchResult, paired_difference
+from swarm_pz.evaluation.ratings import SCALE, Results, rate
+from swarm_pz.evaluation.rollout import Game
 
 
 @pytest.mark.parametrize(
@@ -21,44 +21,101 @@ def test_wilson_is_that_of_the_books(successes, trials, low, high):
     assert wilson(successes, trials) == pytest.approx((low, high), abs=1e-4)
 
 
-def test_a_bootstrap_of_equal_samples_is_certain_and_repeats_itself():
-    mean, low, high = bootstrap(np.full((7, 3), 2.5))
-    assert mean.tolist() == low.tolist() == high.tolist() == [2.5, 2.5, 2.5]
-    values = np.random.default_rng(0).normal(size=50)
-    assert mean_with_interval(values) == mean_with_interval(values)
-
-
-def test_a_bootstrap_is_about_as_wide_as_theory_says():
+def test_a_bootstrap_is_as_wide_as_theory_says_and_repeats_itself():
     values = np.random.default_rng(1).normal(3.0, 2.0, size=400)
     mean, (low, high) = mean_with_interval(values)
-    assert mean == pytest.approx(values.mean())
+    assert mean == pytest.approx(values.mean()) and (mean, (low, high)) == mean_with_interval(values)
     assert (high - low) / 2 == pytest.approx(1.96 * values.std() / 20, rel=0.1)
+    assert [part.tolist() for part in bootstrap(np.full((7, 3), 2.5))] == [[2.5] * 3] * 3
 
 
-def test_medians_take_never_for_an_answer():
+def test_a_median_may_be_infinite():
     assert median_with_interval(np.arange(1.0, 21.0)) == (10.5, (6.0, 15.0))
     assert median_with_interval([4.0] * 5 + [np.inf] * 15) == (np.inf, (np.inf, np.inf))
     assert median_with_interval([3.0, 1.0, np.inf]) == (3.0, (1.0, np.inf))
 
 
-@pytest.mark.parametrize("interval", [bootstrap, mean_with_interval, median_with_interval])
-@pytest.mark.parametrize("values", [[], np.empty((0, 3)), 5.0])
-def test_intervals_of_nothing_are_refused(interval, values):
-    with pytest.raises(ResultsError, match="at least one sample, got an array of shape"):
-        interval(values)
-
-
-@pytest.mark.parametrize(("successes", "trials"), [(0, 0), (3, 2), (-1, 4)])
-def test_shares_of_nothing_and_of_too_much_are_refused(successes, trials):
-    with pytest.raises(ResultsError, match=f"got {successes} of {trials}"):
-        wilson(successes, trials)
-
-
-def test_a_median_of_what_is_no_number_is_refused():
-    with pytest.raises(ResultsError, match="NaN"):
-        median_with_interval([1.0, np.nan, 3.0])
+@pytest.mark.parametrize(
+    ("interval", "given"),
+    [(one, (values,)) for one in (bootstrap, mean_with_interval, median_with_interval) for values in ([], 5.0)]
+    + [(median_with_interval, ([1.0, np.nan],))]
+    + [(wilson, given) for given in ((0, 0), (3, 2), (-1, 4))],
+)
+def test_intervals_of_nothing_or_nonsense_are_refused(interval, given):
+    with pytest.raises(ResultsError, match="got"):
+        interval(*given)
 
 
 def test_rounding_keeps_significant_digits():
-    assert rounded([123456.0, 0.00012345678, 0.0, -9.87654]) == [123500.0, 0.0001235, 0.0, -9.877]
-    assert rounded([np.inf, 1.0]) == [np.inf, 1.0]
+    assert rounded([123456.0, 0.00012345678, 0.0, -9.87654, np.inf]) == [123500.0, 0.0001235, 0.0, -9.877, np.inf]
+
+
+# --- how often they cover a known truth -----------------------------------------------------------
+
+
+def game(pair, number, *, won=True, share=1.0, is_same=False):
+    return Game(
+        pair=pair, side=("red", "blue")[number], outcome="win" if won else "loss", share=share, seconds=1.0, captures=0,
+        recaptures=0, fingerprint=bytes([0 if is_same else number]), sizes=[1],
+    )  # fmt: skip
+
+
+def result(games):
+    return MatchResult(policy="p", opponent="o", seed=0, config=GameConfig(), limit_s=1.0, games=games)
+
+
+SAME, AS_RED, AS_EITHER = 0.4, 0.6, 0.3
+
+
+def of_a_win_rate(generator):
+    """Some pairs are the same game twice; two different games of a pair go together."""
+    games = []
+    for pair in range(80):
+        is_same = bool(generator.random() < SAME)
+        won = bool(generator.random() < (AS_RED if is_same else AS_EITHER))
+        games += [game(pair, 0, won=won, is_same=is_same), game(pair, 1, won=won != is_same, is_same=is_same)]
+    return result(games).win_rate_interval()
+
+
+def of_a_difference(generator):
+    starts = generator.uniform(0.2, 0.8, 60)
+    shares = [np.repeat(starts, 2) + ahead + 0.1 * generator.normal(size=120) for ahead in (0.1, 0.05)]
+    matches = [result([game(n // 2, n % 2, share=share) for n, share in enumerate(one)]) for one in shares]
+    return paired_difference(*matches)[1:]
+
+
+def of_a_rating(generator):
+    won = generator.binomial(2, 1 / (1 + np.exp(-0.6)), size=60)
+    rated = rate(Results(("one", "other"), {(0, 1): np.stack([won, np.full(60, 2)], axis=1)}), anchor="other")
+    return rated.low[0], rated.high[0]
+
+
+@pytest.mark.parametrize(
+    ("interval", "truth", "repeats"),
+    [
+        (lambda generator: mean_with_interval(generator.normal(2.0, 3.0, 60))[1], 2.0, 300),
+        (lambda generator: median_with_interval(generator.exponential(1.0, 40))[1], np.log(2.0), 1000),
+        (of_a_win_rate, (SAME * AS_RED + (1 - SAME) * 2 * AS_EITHER) / (SAME + (1 - SAME) * 2), 300),
+        (of_a_difference, 0.05, 300),
+        (of_a_rating, 1000.0 + SCALE * 0.6, 100),
+    ],
+    ids=["mean", "median", "win rate", "difference", "rating"],
+)
+def test_an_interval_covers_the_truth_as_often_as_it_says(interval, truth, repeats, monkeypatch):
+    """The bounds leave room for chance and for bootstraps of small samples, but not for 85 % or 99 %."""
+    monkeypatch.setattr(intervals, "RESAMPLES", 250)
+    monkeypatch.setattr(match, "_RESAMPLES", 250)
+    monkeypatch.setattr(ratings, "_RESAMPLES", 100)
+    generator = np.random.default_rng(0)
+    ends = np.array([interval(generator) for _ in range(repeats)])
+    assert 0.88 < ((ends[:, 0] <= truth) & (truth <= ends[:, 1])).mean() < 0.99
+
+
+def test_wilsons_interval_covers_a_share_exactly_as_often():
+    counts, trials = np.arange(41), 40
+    low, high = np.array([wilson(count, trials) for count in counts]).T
+    covered = [
+        binom.pmf(counts[(low <= share) & (share <= high)], trials, share).sum()
+        for share in np.arange(0.02, 0.98, 0.01)
+    ]
+    assert np.mean(covered) == pytest.approx(0.95, abs=0.01) and min(covered) > 0.85

@@ -1,4 +1,4 @@
-from __future__ import annotations
+"""Matches: both sides, the same seeds for both, and figures that follow from the games."""
 
 import dataclasses
 import json
@@ -12,95 +12,82 @@ from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.errors import CommandError, ConfigError, PolicyError
 from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
-from swarm_pz.evaluation.rollout import _MATCH, Game
+from swarm_pz.evaluation.rollout import Game
 from tests.envs.test_gymnasium_env import Nonsense
 
 SHORT = GameConfig(time_limit=30.0, drones_per_team=3)
+TINY = SHORT.replace(time_limit=5.0)
+
+
+class Ones:
+    """Covers evenly; keeps the seeds that it is given."""
+
+    observation = ObservationConfig(grid=10)
+    name = "ones"
+
+    def reset(self, seeds, rows):
+        self.seeds = list(seeds)
+
+    def act(self, observations, rows):
+        return np.ones((len(rows), 10, 10))
 
 
 def test_figures_agree_with_the_games():
-    match = play_match("ring", "uniform", games=40, config=SHORT, threads=2)
-    summary = match.summary()
-    outcomes = [game.outcome for game in match.games]
-    assert summary["games"] == summary["unique_games"] == 40
-    assert [summary["wins"], summary["draws"], summary["losses"]] == [
-        outcomes.count(outcome) for outcome in ("win", "draw", "loss")
-    ]
-    seconds = [30.0 if game.outcome == "draw" else game.seconds for game in match.games]
-    assert summary["restricted_mean_seconds"] == pytest.approx(np.mean(seconds))
-    assert summary["median_seconds"] == pytest.approx(np.median(seconds))
-    interval = binomtest(summary["wins"], 40).proportion_ci(method="wilson")
+    match = play_match("ring", "uniform", games=20, config=SHORT, threads=2)
+    summary, outcomes = match.summary(), [game.outcome for game in match.games]
+    assert summary["games"] == summary["unique_games"] == 20
+    assert [game.side for game in match.games] == ["red", "blue"] * 10
+    assert [game.pair for game in match.games] == [pair for pair in range(10) for _ in range(2)]
+    counts = [summary[name] for name in ("wins", "draws", "losses")]
+    assert counts == [outcomes.count(outcome) for outcome in ("win", "draw", "loss")]
+    interval = binomtest(summary["wins"], 20).proportion_ci(method="wilson")
     assert summary["win_rate_ci95"] == pytest.approx([interval.low, interval.high])
-    assert summary["config_hash"] == SHORT.hash
     for game in match.games:
         assert game.outcome == ("win" if game.share == 1 else "loss" if game.share == 0 else "draw")
         assert len(game.sizes) == int(np.ceil(game.seconds)) + 1
-        red = game.share if game.side == "red" else 1 - game.share
-        assert game.sizes[-1] == round(6 * red)
+        assert game.sizes[-1] == round(6 * (game.share if game.side == "red" else 1 - game.share))
 
 
-def test_half_of_the_games_are_played_from_each_side_with_the_same_seeds():
-    match = play_match("ring", "uniform", games=8, config=SHORT)
-    assert [game.side for game in match.games] == ["red", "blue"] * 4
-    assert [game.pair for game in match.games] == [0, 0, 1, 1, 2, 2, 3, 3]
+def game(pair, side, outcome, end, **more):
+    usual = {"share": float(outcome == "win"), "seconds": 9.0}
+    return Game(
+        pair=pair, side=side, outcome=outcome, captures=0, recaptures=0, fingerprint=end, sizes=[3], **usual | more
+    )
+
+
+def result(*games, **more):
+    given = {"policy": "a", "opponent": "b", "seed": 0, "config": SHORT, "limit_s": 30.0} | more
+    return MatchResult(games=list(games), **given)
 
 
 def test_a_pair_that_is_the_same_game_twice_counts_once():
-    summary = play_match("uniform", "uniform", games=20, config=SHORT).summary()
-    assert summary["games"] == summary["unique_games"] == 10
-    assert sum(summary[outcome] for outcome in ("wins", "draws", "losses")) == 10
-    low, high = summary["win_rate_ci95"]
-    assert low <= summary["win_rate"] <= high
-    assert low < high
-    assert summary["mean_share"] == pytest.approx(0.5)
-
-
-def test_the_score_counts_a_pair_that_is_the_same_game_twice_once():
-    def game(pair, side, outcome, end):
-        return Game(
-            pair=pair,
-            side=side,
-            outcome=outcome,
-            share=float(outcome == "win"),
-            seconds=9.0,
-            captures=3,
-            recaptures=0,
-            fingerprint=end,
-            sizes=[3],
-        )
-
     twice = [game(0, "red", "win", b"0"), game(0, "blue", "loss", b"0")]
-    others = [game(1, "red", "win", b"1"), game(1, "blue", "win", b"2")]
-    match = MatchResult(policy="a", opponent="b", seed=0, config=SHORT, limit_s=30.0, games=twice + others)
-    assert match.unique == [twice[0], *others]
-    assert match.score() == 1.0
-    assert match.standing() == "3-0-0"
-    # All that count are won: a bootstrap would be certain of it.
+    others = [game(1, "red", "win", b"0"), game(1, "blue", "win", b"2")]
+    match = result(*twice, *others)
+    assert match.unique == [twice[0], *others] and (match.score(), match.standing()) == (1.0, "3-0-0")
+    # Where all that count are won, or none, a bootstrap would be certain of it.
     interval = binomtest(3, 3).proportion_ci(method="wilson")
     assert match.win_rate_interval() == pytest.approx((interval.low, interval.high))
-    lost = MatchResult(
-        policy="a", opponent="b", seed=0, config=SHORT, limit_s=30.0,
-        games=[game(0, "red", "loss", b"0"), game(0, "blue", "win", b"0"), game(1, "red", "draw", b"1")],
-    )  # fmt: skip
+    lost = result(game(0, "red", "loss", b"0"), game(0, "blue", "win", b"0"), game(1, "red", "draw", b"1"))
     interval = binomtest(0, 2).proportion_ci(method="wilson")
     assert lost.win_rate_interval() == pytest.approx((interval.low, interval.high))
+    summary = play_match("uniform", "uniform", games=20, config=SHORT).summary()
+    assert summary["games"] == summary["unique_games"] == 10 and summary["mean_share"] == pytest.approx(0.5)
+    low, high = summary["win_rate_ci95"]
+    assert low <= summary["win_rate"] <= high and low < high
 
 
 def test_a_summary_says_of_every_number_whose_it_is():
-    def game(pair, side, outcome, end, **other):
-        return Game(
-            pair=pair, side=side, outcome=outcome, captures=0, recaptures=0, fingerprint=end, sizes=[3], **other
-        )
-
-    games = [
-        game(0, "red", "win", b"0", share=1.0, seconds=9.0, thinking_ms=(1.0, 10.0)),
-        game(0, "blue", "loss", b"0", share=0.0, seconds=9.0, thinking_ms=(3.0, 20.0)),  # the same game
+    match = result(
+        game(0, "red", "win", b"0", share=1.0, thinking_ms=(1.0, 10.0)),
+        game(0, "blue", "loss", b"0", share=0.0, thinking_ms=(3.0, 20.0)),  # the same game
         game(1, "red", "draw", b"1", share=0.5, seconds=20.0, thinking_ms=(2.0, 30.0)),
         game(1, "blue", "draw", b"2", share=0.7, seconds=20.0, thinking_ms=(2.0, 40.0)),
         game(2, "red", "loss", b"3", share=0.0, seconds=8.0, thinking_ms=(2.0, 0.0)),
         game(2, "blue", "draw", b"1", share=0.8, seconds=20.0, thinking_ms=(2.0, 20.0)),
-    ]
-    match = MatchResult(policy="a", opponent="b", seed=7, config=SHORT, limit_s=30.0, games=games, privileged=("b",))
+        seed=7,
+        privileged=("b",),
+    )
     found = match.summary()
     low, high = found.pop("win_rate_ci95")
     assert 0.0 <= low < 0.2 < high <= 1.0
@@ -112,8 +99,19 @@ def test_a_summary_says_of_every_number_whose_it_is():
         "median_seconds": 30.0, "restricted_mean_seconds": pytest.approx((9.0 + 3 * 30.0 + 8.0) / 5),
         "time_limit": 30.0, "thinking_ms": [2.0, 20.0], "config_hash": SHORT.hash, "rules_hash": SHORT.rules_hash,
     }  # fmt: skip
-    assert match.standing() == "1-3-1"
     assert match.score() == pytest.approx((1 + 3 * 0.5) / 5)
+
+
+def test_json_holds_the_figures_and_names_the_lost_games_that_count(tmp_path):
+    match = play_match("uniform", "uniform", games=10, config=SHORT)
+    match.write(tmp_path / "folder" / "figures.json")
+    written = json.loads((tmp_path / "folder" / "figures.json").read_text())
+    lost = [game for game in match.unique if game.outcome == "loss"]
+    assert lost and match.lost == lost and len(lost) == match.summary()["losses"]
+    assert written.pop("lost") == [{"pair": game.pair, "side": game.side, "seconds": game.seconds} for game in lost]
+    story = {name: written.pop(name) for name in ("rules", "versions", "command")}
+    assert written == match.summary()
+    assert GameConfig.from_dict(story["rules"]).rules_hash == written["rules_hash"] == SHORT.rules_hash
 
 
 def test_a_match_tells_how_far_it_is_and_who_sees_the_simulator(monkeypatch):
@@ -128,38 +126,22 @@ def test_a_match_tells_how_far_it_is_and_who_sees_the_simulator(monkeypatch):
 
     monkeypatch.setattr("os.cpu_count", lambda: 2)
     monkeypatch.setattr("swarm_pz.evaluation.match._BATCH", 4)
-    threads, play = [], BatchEnv.step_checked
+    threads, play = set(), BatchEnv.step_checked
     monkeypatch.setattr(
-        BatchEnv, "step_checked", lambda env, *given: threads.append(env.simulator.threads) or play(env, *given)
+        BatchEnv, "step_checked", lambda env, *given: threads.add(env.simulator.threads) or play(env, *given)
     )
     config, told = SHORT.replace(time_limit=2.0, capture=CaptureConfig(enabled=False)), []
     match = play_match("uniform", Seer(), games=6, config=config, threads=2, progress=lambda *now: told.append(now))
-    assert match.privileged == ("seer",) == tuple(match.summary()["privileged"])
-    assert play_match(Seer(), "uniform", games=2, config=config).privileged == ("seer",)
+    assert match.privileged == ("seer",) and threads == {2}
     assert told == [(0, 6), (4, 6), (4, 6), (6, 6)]
-    assert set(threads[: len(told)]) == {2}
+    assert play_match(Seer(), "uniform", games=2, config=config).privileged == ("seer",)
 
 
 def test_start_policy_and_opponent_have_a_stream_each_that_both_games_of_a_pair_share(monkeypatch):
-    class Keeper:
-        observation = ObservationConfig(grid=10)
-        name = "keeper"
-
-        def reset(self, seeds, rows):
-            self.seeds = list(seeds)
-
-        def act(self, observations, rows):
-            return np.ones((len(rows), 10, 10))
-
     starts, reset = [], BatchEnv.reset
-
-    def noting(batch, seeds, **others):
-        starts.extend(seeds)
-        reset(batch, seeds, **others)
-
-    monkeypatch.setattr(BatchEnv, "reset", noting)
-    policy, opponent = Keeper(), Keeper()
-    play_match(policy, opponent, games=4, config=SHORT.replace(time_limit=1.0))
+    monkeypatch.setattr(BatchEnv, "reset", lambda env, seeds, **how: starts.extend(seeds) or reset(env, seeds, **how))
+    policy, opponent = Ones(), Ones()
+    assert play_match(policy, opponent, games=4, config=SHORT.replace(time_limit=1.0)).policy == "ones"
     streams = (starts, policy.seeds, opponent.seeds)
     firsts = np.array([[np.random.default_rng(seed).random() for seed in seeds] for seeds in streams])
     np.testing.assert_array_equal(firsts[:, ::2], firsts[:, 1::2])
@@ -167,109 +149,62 @@ def test_start_policy_and_opponent_have_a_stream_each_that_both_games_of_a_pair_
 
 
 def test_matches_repeat_and_do_not_depend_on_batch_or_threads(monkeypatch):
-    one = play_match("blind_ring", "noise", games=10, seed=3, config=SHORT)
+    one = play_match("blind_ring", "noise", games=10, seed=3, config=TINY)
     monkeypatch.setattr("swarm_pz.evaluation.match._BATCH", 4)
-    other = play_match("blind_ring", "noise", games=10, seed=3, config=SHORT, threads=2)
-    assert one.games == other.games
-    assert one.games != play_match("blind_ring", "noise", games=10, seed=4, config=SHORT).games
+    assert one.games == play_match("blind_ring", "noise", games=10, seed=3, config=TINY, threads=2).games
+    assert one.games != play_match("blind_ring", "noise", games=10, seed=4, config=TINY).games
+    noise = policies.load("noise", TINY)
+    assert (
+        play_match(noise, noise, games=4, config=TINY).games == play_match("noise", "noise", games=4, config=TINY).games
+    )
 
 
-def test_a_match_with_sides_exchanged_is_the_mirror_image():
-    one = play_match("ring", "uniform", games=6, config=SHORT)
-    other = play_match("uniform", "ring", games=6, config=SHORT)
-    for game, mirrored in zip(one.games[::2], other.games[1::2], strict=True):
-        assert game.share == pytest.approx(1 - mirrored.share)
-
-
-@pytest.mark.parametrize("controllers", [("ergodic", "flocking"), ("flocking", "ergodic")])
-def test_players_who_change_sides_take_their_controllers_along(controllers):
-    """So a match is the same whoever of the two is called the policy, with the controllers in that order, too."""
-    one = play_match("ring", "uniform", games=6, config=SHORT.replace(controllers=controllers))
-    other = play_match("uniform", "ring", games=6, config=SHORT.replace(controllers=controllers[::-1]))
-    for pair in range(3):
-        for side in range(2):
-            mine, theirs = one.games[2 * pair + side], other.games[2 * pair + 1 - side]
-            assert (mine.fingerprint, mine.sizes) == (theirs.fingerprint, theirs.sizes)
-    assert one.unique == one.games, "another controller is another game, even where both policies play alike"
-
-
-def test_a_policy_may_play_against_itself():
-    noise = policies.load("noise", SHORT)
-    one = play_match(noise, noise, games=4, config=SHORT)
-    other = play_match("noise", "noise", games=4, config=SHORT)
-    assert one.games == other.games
+@pytest.mark.parametrize("controllers", [("ergodic", "ergodic"), ("ergodic", "flocking"), ("flocking", "ergodic")])
+def test_a_match_is_the_same_whichever_player_is_called_the_policy(controllers):
+    """Players who change sides take their controllers along."""
+    one = play_match("ring", "uniform", games=6, config=TINY.replace(controllers=controllers))
+    other = play_match("uniform", "ring", games=6, config=TINY.replace(controllers=controllers[::-1]))
+    for number, mine in enumerate(one.games):
+        theirs = other.games[number ^ 1]
+        assert (mine.fingerprint, mine.sizes) == (theirs.fingerprint, theirs.sizes)
+    assert one.unique == one.games, "no two of these games are the same"
 
 
 def test_matches_do_not_begin_like_training_games():
-    from swarm_pz.simulator import Simulator
     from swarm_pz.training.vec_env import SwarmVecEnv
 
-    env = SwarmVecEnv(SHORT, 8, seed=0)
+    env, starts, reset = SwarmVecEnv(SHORT, 8, seed=0), [], BatchEnv.reset
     env.reset()
     trained = {positions.tobytes() for positions in env.duel.batch.simulator.positions}
-    simulator = Simulator(SHORT, 8)
-    streams = np.random.SeedSequence(0, spawn_key=(_MATCH,)).spawn(8)
-    simulator.reset([np.random.SeedSequence(s.entropy, spawn_key=(*s.spawn_key, 0)) for s in streams])
-    assert not trained & {positions.tobytes() for positions in simulator.positions}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(BatchEnv, "reset", lambda env, seeds, **how: starts.extend(seeds) or reset(env, seeds, **how))
+        play_match(Ones(), Ones(), games=16, config=SHORT.replace(time_limit=1.0))
+    batch = BatchEnv(SHORT, 16)
+    batch.reset(starts)
+    assert not trained & {positions.tobytes() for positions in batch.simulator.positions}
 
 
-def test_paired_differences():
-    ring, noise = (play_match(name, "uniform", games=20, config=SHORT) for name in ("ring", "noise"))
+def test_differences_are_paired_where_opponent_seeds_and_rules_are_the_same():
+    ring, noise = (play_match(name, "uniform", games=20, config=TINY) for name in ("ring", "noise"))
     difference, low, high = paired_difference(ring, noise)
-    assert low <= difference <= high
     mean = np.mean([game.share for game in ring.games]) - np.mean([game.share for game in noise.games])
-    assert difference == pytest.approx(mean)
+    assert low <= difference <= high and difference == pytest.approx(mean)
     assert paired_difference(ring, noise) == paired_difference(ring, noise) != paired_difference(ring, noise, seed=1)
-    for other in ({"opponent": "ring"}, {"seed": 1}, {"games": noise.games[:18]}):
+    seen = dataclasses.replace(noise, config=TINY.replace(observation=ObservationConfig(grid=10)))
+    assert paired_difference(noise, seen) == (0.0, 0.0, 0.0), "what is seen is no rule"
+    for other in ({"opponent": "ring"}, {"seed": 1}, {"games": noise.games[:18]}, {"config": SHORT}):
         with pytest.raises(CommandError, match="must share opponent, seed"):
             paired_difference(ring, dataclasses.replace(noise, **other))
 
 
-def test_json_holds_the_figures(tmp_path):
-    match = play_match("ring", "uniform", games=4, config=SHORT)
-    match.write(tmp_path / "folder" / "figures.json")
-    written = json.loads((tmp_path / "folder" / "figures.json").read_text())
-    story = {name: written.pop(name) for name in ("rules", "versions", "command", "lost")}
-    assert written == match.summary()
-    assert GameConfig.from_dict(story["rules"]).rules_hash == written["rules_hash"] == SHORT.rules_hash
-
-
-def test_the_lost_games_that_count_are_named(tmp_path):
-    match = play_match("noise", "uniform", games=10, seed=5, config=SHORT)
-    alike = play_match("uniform", "uniform", games=10, config=SHORT)
-    for played in (match, alike):
-        lost = [game for game in played.unique if game.outcome == "loss"]
-        assert lost and played.lost == lost and len(lost) == played.summary()["losses"]
-        played.write(tmp_path / "figures.json")
-        written = json.loads((tmp_path / "figures.json").read_text())["lost"]
-        assert written == [{"pair": game.pair, "side": game.side, "seconds": game.seconds} for game in lost]
-
-
-def test_bad_seeds_are_refused():
-    with pytest.raises(CommandError, match="seed must be a whole number"):
-        play_match("ring", "uniform", games=2, seed=-1)
-
-
-def test_a_match_takes_no_seed_that_is_a_stream_already():
-    with pytest.raises(CommandError, match="seed is a whole number"):
-        play_match("ring", "uniform", games=2, seed=np.random.SeedSequence(1))
-
-
-def test_differences_are_paired_where_the_rules_are_the_same_and_refused_where_not():
-    def play(**changes):
-        return play_match("noise", "uniform", games=2, config=SHORT.replace(**changes))
-
-    first = play(time_limit=2.0)
-    seen = play(time_limit=2.0, observation=ObservationConfig(grid=10), drones_per_team=(3, 3))
-    assert paired_difference(first, seen) == (0.0, 0.0, 0.0)
-    with pytest.raises(CommandError, match="rules"):
-        paired_difference(first, play(time_limit=1.0))
-
-
-@pytest.mark.parametrize("games", [0, 3, -2, 2.0, True])
-def test_bad_numbers_of_games_are_refused(games):
-    with pytest.raises(ConfigError, match="games must be"):
-        play_match("ring", "uniform", games=games)
+@pytest.mark.parametrize(
+    ("given", "error", "message"),
+    [({"games": games}, ConfigError, "games must be") for games in (0, 3, -2, 2.0, True)]
+    + [({"seed": -1}, CommandError, "seed must be"), ({"seed": np.random.SeedSequence(1)}, CommandError, "seed is a")],
+)
+def test_numbers_that_no_match_has_are_refused(given, error, message):
+    with pytest.raises(error, match=message):
+        play_match("ring", "uniform", **{"games": 2} | given)
 
 
 def test_a_policy_that_answers_nonsense_is_named():
@@ -277,28 +212,10 @@ def test_a_policy_that_answers_nonsense_is_named():
         play_match("ring", Nonsense(np.full((2, 10, 10), np.inf)), games=2, config=SHORT)
 
 
-def test_a_policy_of_ones_own_plays_without_being_registered():
-    class Corner:
-        observation = ObservationConfig(grid=10)
-        name = "corner"
-
-        def reset(self, seeds, rows):
-            pass
-
-        def act(self, observations, rows):
-            density = np.zeros((len(rows), 10, 10))
-            density[:, 0, 0] = 1.0
-            return density
-
-    assert play_match(Corner(), policies.load("uniform"), games=2, config=SHORT).policy == "corner"
-
-
 def test_the_game_itself_has_its_order():
     """noise <= uniform < ring against uniform: what makes this a benchmark."""
-    shares = {name: play_match(name, "uniform", games=60, seed=5, threads=2) for name in ("noise", "uniform", "ring")}
-    ring_above, low, _ = paired_difference(shares["ring"], shares["uniform"])
-    assert ring_above > 0.15
-    assert low > 0.0
-    _, low, _ = paired_difference(shares["noise"], shares["uniform"])
-    assert low < 0.0
-    assert shares["ring"].summary()["win_rate"] > 0.5
+    found = {name: play_match(name, "uniform", games=60, seed=5, threads=2) for name in ("noise", "uniform", "ring")}
+    ring_above, low, _ = paired_difference(found["ring"], found["uniform"])
+    assert ring_above > 0.15 and low > 0.0
+    assert paired_difference(found["noise"], found["uniform"])[1] < 0.0
+    assert found["ring"].summary()["win_rate"] > 0.5

@@ -7,26 +7,21 @@ from swarm_pz.standard import Entry, Protocol, run
 
 @pytest.fixture(scope="session")
 def tiny():
-    """The protocol with one short opponent a track, and hardly any budget for attacks; not told to be a try."""
+    """The protocol with one short opponent a track, and hardly any budget for attacks; it is no try."""
     whole = Protocol.read()
+    names = ("uniform", "ring, 7 a team", "direct")
     tracks = tuple(
-        replace(
-            track,
-            games=4,
-            trials=tuple(trial for trial in track.trials if trial.name in ("uniform", "ring, 7 a team", "direct")),
-        )
+        replace(track, games=4, trials=tuple(trial for trial in track.trials if trial.name in names))
         for track in whole.tracks
     )
     robust = replace(whole.robust, games=4, steps=256, generations=2, candidates=4, search_games=2)
-    plain = whole.plain | {"version": "tiny"}
-    return replace(
-        whole, version="tiny", game=whole.game.replace(time_limit=3.0), tracks=tracks, robust=robust, plain=plain
-    )
+    game, plain = whole.game.replace(time_limit=3.0), whole.plain | {"version": "tiny"}
+    return replace(whole, version="tiny", game=game, tracks=tracks, robust=robust, plain=plain)
 
 
 @pytest.fixture(scope="session")
 def reported(tiny, tmp_path_factory):
     """The folder of a finished report."""
     out = tmp_path_factory.mktemp("report")
-    run(Entry(policies=("champion", "ring"), name="two"), out, protocol=tiny, processes=1)
+    run(Entry(policies=("champion", "ring"), name="two"), out, protocol=tiny)
     return out

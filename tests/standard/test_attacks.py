@@ -1,6 +1,4 @@
-"""How a policy is attacked: what a candidate is worth, and what an exploiter is trained with."""
-
-from __future__ import annotations
+"""How a policy is attacked: what a candidate is worth, and how an exploiter learns."""
 
 from types import SimpleNamespace
 
@@ -19,14 +17,13 @@ GAMES |= {"siege loses": ([[0.0, 0.0, 2.0]], [1.0, 1.0]), "siege shares": ([[1.0
 
 
 def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_plays(tiny, tmp_path, monkeypatch):
-    begun, shown, asked, workers = [], [], [], SerialExecutor()
+    begun, shown, budgets = [], [], []
 
     class Played:
         def __init__(self, track, protocol, factory, folder, *, attackers):
             begun.append((track, attackers))
 
         def play(self, *, pool, progress, should_stop):
-            assert pool is workers
             progress(1.0, 2.0)
 
         def tally(self, name, one):
@@ -37,34 +34,26 @@ def test_a_candidate_is_worth_its_points_and_its_share_on_seeds_that_no_report_p
             return [SimpleNamespace(share=share) for share in GAMES[name][1]]
 
     def search(score, **given):
-        asked.append(given)
+        budgets.append(given)
         return score(list(GAMES)), score(["siege draws"])
 
     monkeypatch.setattr(attacks, "TrackGames", Played)
     monkeypatch.setattr(attacks, "search", search)
-    values = attacks.find(
-        1,
-        tiny,
-        PlayerFactory(("ring", "halo")),
-        tmp_path,
-        pool=workers,
-        show=lambda *done: shown.append(done),
-        should_stop=lambda: False,
-    )
+    how = {"pool": SerialExecutor(), "show": lambda *done: shown.append(done), "should_stop": lambda: False}
+    values = attacks.find(1, tiny, PlayerFactory(("ring", "halo")), tmp_path, **how)
     assert values == ([1.0, 0.625, 0.0, 0.375], [0.625])
-    assert begun[0][1] == [(1, name) for name in GAMES] and begun[0][0].games == tiny.robust.search_games
-    assert begun[0][0].seed != attacked(tiny).seed
+    (track, attackers), *_ = begun
+    assert attackers == [(1, name) for name in GAMES] and track.games == tiny.robust.search_games
+    assert track.seed != attacked(tiny).seed
     assert [done for done, _ in shown] == [1, tiny.robust.search_games + 1]
-    budget = {"generations": 2, "candidates": 4, "seed": tiny.robust.seed + 1, "prefix": "siege"}
-    assert asked == [budget]
+    assert budgets == [{"generations": 2, "candidates": 4, "seed": tiny.robust.seed + 1, "prefix": "siege"}]
 
 
 class EnoughError(Exception):
     pass
 
 
-@pytest.mark.parametrize("number", [0, 3])
-def test_an_exploiter_learns_by_the_protocol_and_sees_as_its_target_does(tiny, tmp_path, monkeypatch, number):
+def test_an_exploiter_learns_by_the_protocol_and_sees_as_its_target_does(tiny, tmp_path, monkeypatch):
     given = {}
 
     def make(policy, folder, **options):
@@ -78,10 +67,8 @@ def test_an_exploiter_learns_by_the_protocol_and_sees_as_its_target_does(tiny, t
     monkeypatch.setattr(policies, "load", lambda *_: target)
     monkeypatch.setattr("swarm_pz.training.exploit.make_exploiter", make)
     with pytest.raises(EnoughError):
-        attacks.learn("champion", number, tiny, tmp_path / "work", lambda: False, print, target.digest)
-    assert given["policy"] == "champion" and given["learner"].game.rules_hash == tiny.game.rules_hash
-    assert not given["resume"]
-    assert (given["steps"], given["seed"]) == (256, tiny.robust.seed + number)
+        attacks.learn("champion", 3, tiny, tmp_path / "work", lambda: False, print, target.digest)
     learner = given["learner"]
-    assert learner.threads == 1
-    assert (learner.game.observation, learner.width, learner.action_cells) == (seen, 24, 5)
+    assert given["policy"] == "champion" and learner.game.rules_hash == tiny.game.rules_hash
+    assert (given["resume"], given["steps"], given["seed"]) == (False, 256, tiny.robust.seed + 3)
+    assert (learner.game.observation, learner.width, learner.action_cells, learner.threads) == (seen, 24, 5, 1)

@@ -1,7 +1,5 @@
 """The board: entries are what their reports say, and its pages can be used by everybody."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
@@ -31,40 +29,25 @@ def copied(place, tmp_path):
     return shutil.copytree(place / "two", tmp_path / "two")
 
 
+# --- entries --------------------------------------------------------------------------------------
+
+
 @pytest.mark.parametrize("folder", entries.folders(ENTRIES), ids=lambda folder: folder.name)
 def test_an_entry_is_what_its_report_says(folder):
     entries.check(folder, games=5, seed=0)
 
 
-def test_every_folder_of_entries_makes_a_page():
-    pages = page.build(ENTRIES)
-    assert ("There is no entry yet" in pages["index.html"]) is not entries.folders(ENTRIES)
-    assert "scripts/board add" in pages["index.html"]
-    assert not entries.folders(ENTRIES) or "their worst quarter is left out" in pages["index.html"]
-
-
-# --- entries --------------------------------------------------------------------------------------
-
-
-def test_what_was_added_is_whole_and_can_be_checked_again(place, reported, tiny):
+def test_an_added_entry_is_whole_and_can_be_checked_again(place, reported, tiny):
     assert "are the same games" in entries.check(place / "two", games=5, protocol=tiny)
     there = {path.relative_to(place / "two").as_posix() for path in (place / "two").rglob("*") if path.is_file()}
-    learned = {f"{name}/policy.{kind}" for name in ("policies/0", "exploiters/0", "exploiters/1") for kind in ENDS}
-    assert there == {*entries.NEEDED, *learned}
+    learned = [f"{name}/policy" for name in ("policies/0", "exploiters/0", "exploiters/1")]
+    assert there == {*entries.NEEDED, *(f"{name}.{kind}" for name in learned for kind in ("json", "safetensors"))}
     assert (place / "two" / reports.REPORT).read_bytes() == (reported / reports.REPORT).read_bytes()
 
 
-ENDS = ("json", "safetensors")
-
-
-def test_an_entry_that_is_there_is_not_added_twice(place, reported, tiny):
-    with pytest.raises(ResultsError, match="there is an entry 'two' already"):
-        entries.add(reported, place, "two", CARD, games=5, protocol=tiny)
-
-
-@pytest.mark.parametrize("name", ["..", "a/b", "A", "", "-a", "a" * 41])
-def test_a_name_that_is_no_folders_is_refused(name, place, reported, tiny):
-    with pytest.raises(ResultsError, match="an entry's name must be"):
+@pytest.mark.parametrize("name", ["two", "..", "a/b", "A", "", "-a", "a" * 41])
+def test_a_name_that_is_taken_or_no_folders_is_refused(name, place, reported, tiny):
+    with pytest.raises(ResultsError, match=r"there is an entry 'two' already|an entry's name must be"):
         entries.add(reported, place, name, CARD, games=5, protocol=tiny)
 
 
@@ -82,19 +65,20 @@ def replace(name, old, new):
     return spoil
 
 
-def of_json(name, change):
+def of_game(change):
     def spoil(folder):
-        plain = json.loads((folder / name).read_text())
+        plain = json.loads((folder / replay.FILE).read_text())
         change(plain)
-        (folder / name).write_text(json.dumps(plain))
+        (folder / replay.FILE).write_text(json.dumps(plain))
 
     return spoil
 
 
-def put(name, data):
+def put(data, *names):
     def spoil(folder):
-        (folder / name).parent.mkdir(exist_ok=True)
-        (folder / name).write_bytes(data)
+        for name in names:
+            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).write_bytes(data)
 
     return spoil
 
@@ -103,49 +87,34 @@ def of_report(change):
     return lambda folder: edit(folder, change)
 
 
-SHOWN = replay.FILE
+MOST = 4 * 2**20
 SPOILT = {
     "a changed digit": (replace(reports.REPORT, '"score": 0.', '"score": 1.'), "was changed after it was written"),
     "a changed game": (replace(reports.GAMES, '"draw"', '"win"'), "was changed after it was written"),
     "no games": (lambda folder: (folder / reports.GAMES).unlink(), "games.jsonl is missing"),
-    "no recorded game": (lambda folder: (folder / SHOWN).unlink(), "replay.json is missing"),
-    "another protocol": (
-        lambda folder: edit(folder, lambda told: told["protocol"].update(version="0")),
-        "is of protocol",
-    ),
+    "no recorded game": (lambda folder: (folder / replay.FILE).unlink(), "replay.json is missing"),
+    "another protocol": (of_report(lambda told: told["protocol"].update(version="0")), "is of protocol"),
     "a try": (of_report(lambda told: told["protocol"].update(version="1-quick")), "is of protocol"),
     "a link": (link_to_policies, "got a link"),
-    "a pickle": (put("policies/0/policy.pkl", b"x"), "policy.pkl belongs to no entry"),
-    "a file of nobody": (put("run.py", b"x"), "run.py belongs to no entry"),
-    "a folder too many": (put("policies/0x", b""), "belongs to no entry"),
-    "large weights": (put("policies/1/policy.onnx", bytes(4 * 2**20 + 1)), "expected 4,194,304 bytes or fewer"),
-    "a large whole": (
-        lambda folder: [put(f"policies/{n}/policy.onnx", bytes(4 * 2**20))(folder) for n in range(1, 5)],
-        "expected 16,777,216 bytes or fewer",
-    ),
+    "a pickle": (put(b"x", "policies/0/policy.pkl"), "policy.pkl belongs to no entry"),
+    "a foreign file": (put(b"x", "run.py"), "run.py belongs to no entry"),
+    "a folder too many": (put(b"", "policies/0x"), "belongs to no entry"),
+    "large weights": (put(bytes(MOST + 1), "policies/1/policy.onnx"), "expected 4,194,304 bytes or fewer"),
+    "a large whole": (put(bytes(MOST), *(f"policies/{n}/policy.onnx" for n in range(1, 5))), "expected 16,777,216 b"),
     "a hidden sign": (of_report(lambda told: told.update(name="a\u202eb")), "cannot be shown"),
-    "a long text": (
-        lambda folder: edit(folder, lambda told: told["cost"].update(command="a" * 4001)),
-        "cannot be shown",
-    ),
+    "a long text": (of_report(lambda told: told["cost"].update(command="a" * 4001)), "cannot be shown"),
     "a long name": (of_report(lambda told: told.update(name="a" * 61)), "its name must be"),
-    "words as costs": (
-        lambda folder: edit(folder, lambda told: told["cost"].update(ms_a_command=[])),
-        "cannot be|must be",
-    ),
+    "words as costs": (of_report(lambda told: told["cost"].update(ms_a_command=[])), "cannot be|must be"),
     "a card with more": (replace(entries.CARD, "by", "rank = 1\nby"), "fields that are unknown: 'rank'"),
-    "a card of nobody": (replace(entries.CARD, "A lab", " "), "by in .* must be a text"),
+    "a nameless card": (replace(entries.CARD, "A lab", " "), "by in .* must be a text"),
     "two lines": (replace(entries.CARD, "Two of ours.", "a\\nb"), "notes in .* must be a text on one line"),
     "long notes": (replace(entries.CARD, "Two of ours.", "a" * 301), "of 300 letters or fewer"),
     "a script's link": (replace(entries.CARD, "https://example.org", "javascript:alert"), "begins with https://"),
-    "another game": (of_json(SHOWN, lambda told: told.update(number=1)), "shows another game: expected number 0"),
-    "a game cut short": (
-        of_json(SHOWN, lambda told: told.update(positions="")),
-        "a capture that cannot be|does not end as the report says",
-    ),
-    "a game of noise": (of_json(SHOWN, lambda told: told.update(positions="AAA=")), "is corrupt"),
-    "a forged capture": (of_json(SHOWN, lambda told: told["captures"].append([0, 99, 0])), "capture that cannot be"),
-    "a game with more": (of_json(SHOWN, lambda told: told.update(more=1)), "has other fields"),
+    "another game": (of_game(lambda told: told.update(number=1)), "shows another game: expected number 0"),
+    "a game cut short": (of_game(lambda told: told.update(positions="")), "cannot be|does not end as the report says"),
+    "a game of noise": (of_game(lambda told: told.update(positions="AAA=")), "is corrupt"),
+    "a forged capture": (of_game(lambda told: told["captures"].append([0, 99, 0])), "capture that cannot be"),
+    "a game with more": (of_game(lambda told: told.update(more=1)), "has other fields"),
 }
 
 
@@ -154,20 +123,20 @@ def test_a_spoilt_entry_is_refused(copied, tiny, what):
     spoil, message = SPOILT[what]
     try:
         spoil(copied)
-    except (TypeError, ValueError):  # its page cannot be made, its report is there
+    except (TypeError, ValueError):  # its page cannot be made, but its report is there
         assert what == "words as costs"
     with pytest.raises(ResultsError, match=message):
         entries.read(copied, tiny)
 
 
-def test_places_that_were_moved_in_a_recorded_game_are_found(copied, tiny):
-    of_json(SHOWN, lambda told: told.update(positions=told["positions"].replace("a", "b")))(copied)
+def test_moved_drones_in_a_recorded_game_are_found(copied, tiny):
+    of_game(lambda told: told.update(positions=told["positions"].replace("a", "b")))(copied)
     with pytest.raises(ResultsError, match="does not show the game that it names"):
         entries.check(copied, games=5, protocol=tiny)
 
 
 @pytest.mark.parametrize("name", ["A", "notes.txt", "a b"])
-def test_what_lies_among_entries_and_is_none_is_refused(tmp_path, name):
+def test_other_folders_among_entries_are_refused(tmp_path, name):
     (tmp_path / name).mkdir()
     with pytest.raises(ResultsError, match="is no entry"):
         entries.folders(tmp_path)
@@ -196,6 +165,13 @@ def pages(place, tiny, tmp_path_factory):
     return out
 
 
+def test_a_board_says_how_to_send_an_entry_in(tmp_path):
+    for place, is_empty in ((tmp_path, True), (ENTRIES, not entries.folders(ENTRIES))):
+        text = page.build(place)["index.html"]
+        assert ("There is no entry yet" in text) is is_empty and "scripts/board add" in text
+        assert ("their worst quarter is left out" in text) is not is_empty
+
+
 def test_pages_escape_what_others_wrote_and_fetch_nothing(pages):
     for path in pages.rglob("*.html"):
         text = path.read_text()
@@ -207,13 +183,13 @@ def test_pages_escape_what_others_wrote_and_fetch_nothing(pages):
 
 @pytest.fixture
 def shown(pages, chromium):
-    """Open a page as a file, on a screen of some width, and note what is asked for and what fails."""
-    contexts, asked, failed = [], [], []
+    """Open a page as a file, on a screen of some width, and note what is requested and what fails."""
+    contexts, requested, failed = [], [], []
 
     def show(name, width=1280, **how):
         contexts.append(chromium.new_context(viewport={"width": width, "height": 900}, **how))
         opened = contexts[-1].new_page()
-        opened.on("request", lambda request: asked.append(request.url))
+        opened.on("request", lambda request: requested.append(request.url))
         opened.on("console", lambda message: failed.append(message.text) if message.type == "error" else None)
         opened.on("pageerror", lambda error: failed.append(str(error)))
         opened.goto((pages / name).as_uri())
@@ -223,7 +199,7 @@ def shown(pages, chromium):
     for context in contexts:
         context.close()
     assert failed == []
-    assert [address for address in asked if not address.startswith("file:")] == []
+    assert [address for address in requested if not address.startswith("file:")] == []
 
 
 def order(opened):

@@ -1,4 +1,4 @@
-from __future__ import annotations
+"""Every figure of a report is that of its own games."""
 
 from dataclasses import replace
 
@@ -9,10 +9,7 @@ from swarm_pz.errors import ResultsError
 from swarm_pz.standard.figures import Results, figures, forfeits_of, improvement
 from swarm_pz.standard.games import Line, all_tracks
 
-
-def line(track, opponent, number, outcome="win", policy=0, seconds=1.0, fingerprint=""):
-    share = {"win": 1.0, "draw": 0.5, "loss": 0.0}[outcome]
-    return Line(track, policy, opponent, number, outcome, share, seconds, fingerprint or f"{number}", "")
+SHARES = {"win": 1.0, "draw": 0.5, "loss": 0.0}
 
 
 def games(protocol, outcome_of, policies=1):
@@ -22,19 +19,23 @@ def games(protocol, outcome_of, policies=1):
         names = [trial.name for trial in track.trials] or ["learned 0", "siege 1 2"]
         for policy in range(policies):
             for name in names:
-                found += [
-                    line(track.name, name, number, outcome_of(policy, track.name, name, number), policy)
-                    for number in range(track.games)
-                ]
+                for number in range(track.games):
+                    how = outcome_of(policy, track.name, name, number)
+                    found.append(Line(track.name, policy, name, number, how, SHARES[how], 1.0, f"{number}", ""))
     return found
 
 
-def test_who_wins_all_has_one(tiny):
-    said = figures(Results(games(tiny, lambda *_: "win"), tiny))
-    assert said["score"] == 1.0 and said["score_ci95"] == [1.0, 1.0]
-    assert said["interval_over"] == "games"
-    assert said["uniform"]["won_share"] == 1.0 and said["uniform"]["median_seconds"] == 1.0
+def of(protocol, outcome_of, policies=1):
+    return figures(Results(games(protocol, outcome_of, policies), protocol))
+
+
+def test_a_winner_of_all_has_one_and_a_drawer_of_all_has_no_median(tiny):
+    said = of(tiny, lambda *_: "win")
+    assert (said["score"], said["score_ci95"], said["interval_over"]) == (1.0, [1.0, 1.0], "games")
+    assert said["uniform"]["won_share"] == said["uniform"]["median_seconds"] == 1.0
     assert said["profile"]["share"] == [1.0] * 20
+    said = of(tiny, lambda *_: "draw")["uniform"]
+    assert said["median_seconds"] is None and said["restricted_mean_seconds"] == tiny.game.time_limit
 
 
 def test_every_figure_is_of_its_own_games(tiny):
@@ -73,47 +74,32 @@ def test_every_figure_is_of_its_own_games(tiny):
     profile = said["profile"]
     assert profile["score_above"][:2] == [0.0, 0.05] and profile["share"][0] == pytest.approx(10 / 12, abs=1e-4)
     assert all(low <= high for low, high in zip(profile["low"], profile["high"], strict=True))
+    forfeits = sum(bool(one.forfeit) for one in lines)
+    assert forfeits_of(said) == (forfeits, len(lines), "late")
     assert figures(Results(lines, tiny)) == said
-
-
-def test_the_first_reason_of_forfeits_is_told_where_there_are_any(tiny):
-    lines = games(tiny, lambda *_: "win")
-    assert forfeits_of(figures(Results(lines, tiny)))[0] == 0
-    spoilt = [line._replace(forfeit=f"{line.opponent}: no luck") if line.number == 1 else line for line in lines]
-    told = figures(Results(spoilt, tiny))
-    assert forfeits_of(told) == (sum(bool(one.forfeit) for one in spoilt), len(lines), spoilt[1].forfeit)
 
 
 def test_robust_is_the_worse_attack_and_a_fifth_of_the_score(tiny):
     def outcome(policy, track, name, number):
         return "loss" if name.startswith("siege") else "draw" if track == "robust" else "win"
 
-    said = figures(Results(games(tiny, outcome), tiny))
-    assert said["tracks"]["robust"]["score"] == 0.0
-    assert said["score"] == pytest.approx(0.8)
-
-
-def test_what_is_not_won_is_not_won_within_the_limit(tiny):
-    said = figures(Results(games(tiny, lambda *_: "draw"), tiny))["uniform"]
-    assert said["median_seconds"] is None
-    assert said["restricted_mean_seconds"] == tiny.game.time_limit
+    said = of(tiny, outcome)
+    assert said["tracks"]["robust"]["score"] == 0.0 and said["score"] == pytest.approx(0.8)
 
 
 def test_a_game_that_a_pair_played_twice_counts_once(tiny):
     lines = games(tiny, lambda policy, track, name, number: "win" if number % 2 else "loss")
     same = [one._replace(fingerprint="same") if one.number < 2 else one for one in lines]
-    results = Results(same, tiny)
-    assert results.pairs[0][0].tolist() == [[0.5, 1.0], [1.0, 2.0]]
+    assert Results(same, tiny).pairs[0][0].tolist() == [[0.5, 1.0], [1.0, 2.0]]
 
 
-def test_several_training_seeds_are_drawn_and_one_is_not(tiny):
-    lines = games(tiny, lambda policy, *_: "win" if policy else "loss", policies=2)
-    said = figures(Results(lines, tiny))
+def test_an_interval_is_over_training_seeds_if_there_are_several(tiny):
+    said = of(tiny, lambda policy, *_: "win" if policy else "loss", policies=2)
     assert said["interval_over"] == "training seeds"
     assert said["score_ci95"][0] < 0.5 < said["score_ci95"][1]
 
 
-def test_one_that_wins_all_improves_on_one_that_loses_all(tiny):
+def test_a_winner_of_all_improves_on_a_loser_of_all(tiny):
     best, worst = (Results(games(tiny, lambda *_, how=how: how), tiny) for how in ("win", "loss"))
     assert improvement(best, worst) == {"probability": 1.0, "ci95": [1.0, 1.0]}
     assert improvement(best, best)["probability"] == 0.5
@@ -121,16 +107,15 @@ def test_one_that_wins_all_improves_on_one_that_loses_all(tiny):
 
 @pytest.mark.parametrize("spoil", [lambda lines: lines[1:], lambda lines: [*lines, lines[0]], lambda lines: []])
 def test_games_that_are_missing_or_too_many_are_refused(tiny, spoil):
-    lines = games(tiny, lambda *_: "win")
     with pytest.raises(ResultsError, match="missing, or too many"):
-        Results(spoil(lines), tiny)
+        Results(spoil(games(tiny, lambda *_: "win")), tiny)
 
 
 def test_an_interval_covers_as_often_as_it_says(tiny):
     wide = replace(tiny, tracks=tuple(replace(track, games=20) for track in tiny.tracks))
     generator, covered = np.random.default_rng(0), 0
     for _ in range(12):
-        lines = games(wide, lambda *_: "win" if generator.random() < 0.7 else "loss")
-        low, high = figures(Results(lines, wide))["tracks"]["uniform"]["score_ci95"]
+        said = of(wide, lambda *_: "win" if generator.random() < 0.7 else "loss")
+        low, high = said["tracks"]["uniform"]["score_ci95"]
         covered += low <= 0.7 <= high
     assert covered >= 9

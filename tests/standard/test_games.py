@@ -1,6 +1,4 @@
-"""Who sits where in a track, and what its games are played by."""
-
-from __future__ import annotations
+"""Who plays in a track, and by which rules."""
 
 from dataclasses import replace
 
@@ -14,34 +12,30 @@ from swarm_pz.standard.games import Line, PlayerFactory, TrackGames, line_of
 FACTORY = PlayerFactory(("ring", "halo"), (), ("chase", "noise"))
 
 
-def test_a_cast_gives_each_name_its_own_player():
+def test_each_name_of_a_track_is_its_own_player():
     names = ("entry 0", "entry 1", "learned 0", "learned 1")
     assert [FACTORY(name, GameConfig()).name for name in names] == ["ring", "halo", "chase", "noise"]
-
-
-@pytest.mark.parametrize("name", ["entry 2", "learned 2", "entry", "entry -1", "nobody 0", "ring"])
-def test_who_is_not_in_the_cast_is_nobody(name):
-    with pytest.raises(ResultsError, match="nobody is called"):
-        FACTORY(name, GameConfig())
+    for name in ("entry 2", "learned 2", "entry", "entry -1", "nobody 0", "ring"):
+        with pytest.raises(ResultsError, match="nobody is called"):
+            FACTORY(name, GameConfig())
 
 
 def test_games_are_played_by_the_tracks_seed_and_the_trials_rules(tiny, tmp_path):
     tracks = {track.name: replace(track, seed=70 + number) for number, track in enumerate(tiny.tracks)}
-    games = TrackGames(tracks["systems"], tiny, PlayerFactory(FACTORY.policies, tracks["systems"].trials), tmp_path)
+    games = TrackGames(tracks["systems"], tiny, replace(FACTORY, trials=tracks["systems"].trials), tmp_path)
     assert games.pairings() == [("entry 0", "direct"), ("entry 1", "direct")]
     rules = games.rules_of("entry 1", "direct")
     assert rules.game.team_controllers == ("ergodic", "direct") and rules.game.time_limit == tiny.game.time_limit
     assert (rules.seed, rules.games, rules.budget_ms) == (tracks["systems"].seed, 4, tiny.budget_ms)
-    factory = PlayerFactory(FACTORY.policies, tracks["uniform"].trials, FACTORY.exploiters)
-    attackers = TrackGames(tracks["uniform"], tiny, factory, tmp_path / "attacked", attackers=[(1, "learned 1")])
-    assert attackers.pairings()[-1] == ("entry 1", "learned 1")
+    factory = replace(FACTORY, trials=tracks["uniform"].trials)
+    attacked = TrackGames(tracks["uniform"], tiny, factory, tmp_path / "attacked", attackers=[(1, "learned 1")])
+    assert attacked.pairings()[-1] == ("entry 1", "learned 1")
 
 
 def test_a_line_is_the_entrys_side_of_a_game(tiny, tmp_path):
-    players = {"one": "entry 1", "other": "uniform", "number": 3}
     ended = {"outcome": "loss", "share": 0.25, "seconds": 12.34567, "fingerprint": "ab", "forfeit": "late"}
-    played = PlayedGame(**players, **ended, thinking_ms=(3.0, 5.0))
+    played = PlayedGame(one="entry 1", other="uniform", number=3, **ended, thinking_ms=(3.0, 5.0))
     assert line_of("uniform", played) == Line("uniform", 1, "uniform", 3, "loss", 0.25, 12.3457, "ab", "late")
-    games = TrackGames(tiny.tracks[0], tiny, PlayerFactory(FACTORY.policies, tiny.tracks[0].trials), tmp_path)
+    games = TrackGames(tiny.tracks[0], tiny, replace(FACTORY, trials=tiny.tracks[0].trials), tmp_path)
     games.games = {one.key: one for one in (played, replace(played, number=2, forfeit=""))}
-    assert games.thinking_ms() == [3.0]
+    assert games.thinking_ms() == [3.0], "of games that were not forfeited"

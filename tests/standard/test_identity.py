@@ -1,4 +1,4 @@
-from __future__ import annotations
+"""A digest of a player changes with its code or weights, and with nothing else."""
 
 import ast
 import textwrap
@@ -11,36 +11,28 @@ from swarm_pz.policies import held_out, scripted
 from swarm_pz.standard.identity import _canonical, identity_of, source_digest
 
 
-def test_a_learned_player_is_its_weights_and_card():
+def test_a_learned_player_is_its_weights_a_script_its_source_and_another_its_version():
     champion = policies.load("champion")
     assert identity_of("champion", champion) == champion.digest
-
-
-def test_scripts_differ_from_each_other_and_not_from_themselves():
-    digests = [source_digest(script) for script in scripted.SCRIPTS]
-    assert len(set(digests)) == len(digests)
     assert identity_of("ring", policies.load("ring")) == source_digest(scripted.ring)
-
-
-def test_others_are_named_with_their_version():
-    assert identity_of("planner:ring", policies.load("planner:ring", GameConfig())).startswith(
-        "swarm-pz 0.1.0: planner"
-    )
-
-
-def canonical(text):
-    return _canonical(ast.parse(textwrap.dedent(text)).body[0])
+    assert len({source_digest(script) for script in scripted.SCRIPTS}) == len(scripted.SCRIPTS)
+    planner = policies.load("planner:ring", GameConfig())
+    assert identity_of("planner:ring", planner).startswith("swarm-pz 0.1.0: planner")
 
 
 @pytest.mark.parametrize(
-    "changed", ["def f(x):\n    # why\n    return x + 1", 'def f(x: int) -> int:\n    """W."""\n    return (x + 1)']
+    ("changed", "is_same"),
+    [
+        ("def f(x):\n    # why\n    return x + 1", True),
+        ('def f(x: int) -> int:\n    """W."""\n    return (x + 1)', True),
+        ("def f(x): return x + 2", False),
+    ],
 )
-def test_words_and_form_change_no_digest(changed):
-    assert canonical(changed) == canonical("def f(x): return x + 1")
+def test_only_code_changes_a_digest(changed, is_same):
+    def canonical(text):
+        return _canonical(ast.parse(textwrap.dedent(text)).body[0])
 
-
-def test_code_changes_a_digest():
-    assert canonical("def f(x): return x + 2") != canonical("def f(x): return x + 1")
+    assert (canonical(changed) == canonical("def f(x): return x + 1")) is is_same
 
 
 def test_what_a_script_calls_and_its_constants_count(monkeypatch):

@@ -1,4 +1,4 @@
-from __future__ import annotations
+"""The family of commands that is searched without learning, and the search."""
 
 import numpy as np
 import pytest
@@ -11,18 +11,20 @@ from swarm_pz.standard.games import siege_of
 from swarm_pz.standard.siege import HIGH, LOW, search, siege
 
 
-def asked(tactic, seed=0):
-    config = GameConfig()
+def commands(tactic):
     with np.errstate(all="raise"):
-        batch = BatchEnv(config, 2)
-        batch.reset([seed, seed + 1])
-        policy = tactic(config)
+        batch = BatchEnv(GameConfig(), 2)
+        batch.reset([0, 1])
+        policy = tactic(GameConfig())
         policy.reset([1, 2], np.arange(2))
         return batch.ask(policy, np.zeros(2, np.int64), np.arange(2))
 
 
-def test_the_ring_is_one_of_the_family():
-    np.testing.assert_allclose(asked(siege((1, 0, 0.25, 0.08, 0, 10, 0, 0))), asked(ring), atol=1e-12)
+def test_the_ring_is_one_of_the_family_and_its_corners_are_densities():
+    np.testing.assert_allclose(commands(siege((1, 0, 0.25, 0.08, 0, 10, 0, 0))), commands(ring), atol=1e-12)
+    for numbers in (LOW, HIGH):
+        densities = commands(siege(numbers))
+        assert densities.max() == 1.0 and densities.min() >= 0.0
 
 
 def test_each_number_does_what_it_is_called():
@@ -49,18 +51,10 @@ def test_each_number_does_what_it_is_called():
     assert raised[12, 17] == pytest.approx(plain[12, 17] + 0.25 + 0.5 * np.exp(-4.0))
 
 
-@pytest.mark.parametrize("numbers", [LOW, HIGH])
-def test_the_corners_of_the_family_are_densities(numbers):
-    densities = asked(siege(numbers))
-    assert densities.max() == 1.0 and densities.min() >= 0.0
-
-
-@pytest.mark.parametrize(
-    "name", ["siege", "siege 1 2", "siege a b c d e f g h", "siege 9 9 9 9 9 9 9 9", "siege nan 0 0 0.1 0 5 0 0"]
-)
-def test_a_name_that_is_no_tactic_is_refused(name):
+@pytest.mark.parametrize("numbers", ["", "1 2", "a b c d e f g h", "9 9 9 9 9 9 9 9", "nan 0 0 0.1 0 5 0 0"])
+def test_numbers_of_no_tactic_are_refused(numbers):
     with pytest.raises(ResultsError, match="names no tactic of the search"):
-        siege_of(name)
+        siege_of(f"siege {numbers}")
 
 
 def test_a_search_finds_what_is_best_and_the_same_twice():
