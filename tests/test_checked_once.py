@@ -120,7 +120,7 @@ def lookahead(red, blue):
     return simulator, lambda: ahead.try_out(simulator.snapshot(), 0, logs, Constant(blue))
 
 
-FACES = {
+WRAPPERS = {
     batch: [4],
     parallel: [1, 1],
     in_turn: [1, 1],
@@ -133,18 +133,18 @@ FACES = {
 }
 
 
-@pytest.mark.parametrize("face", FACES)
-def test_a_step_checks_each_density_once(face):
-    _, step = face(GOOD, GOOD)
+@pytest.mark.parametrize("wrapper", WRAPPERS)
+def test_a_step_checks_each_density_once(wrapper):
+    _, step = wrapper(GOOD, GOOD)
     with checks() as checked:
         step()
-    assert checked == FACES[face]
+    assert checked == WRAPPERS[wrapper]
 
 
-@pytest.mark.parametrize("face", FACES)
+@pytest.mark.parametrize("wrapper", WRAPPERS)
 @pytest.mark.parametrize("densities", [(BAD, GOOD), (GOOD, BAD)], ids=["red", "blue"])
-def test_a_bad_density_of_either_side_is_refused_and_the_game_stays(face, densities):
-    simulator, step = face(*densities)
+def test_a_bad_density_of_either_side_is_refused_and_the_game_stays(wrapper, densities):
+    simulator, step = wrapper(*densities)
     with pytest.raises((CommandError, PolicyError), match=r"must be numbers in \[-?[01], 1\] of shape .* got nan at"):
         step()
     assert simulator is None or not simulator.time_s.any()

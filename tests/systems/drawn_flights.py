@@ -52,11 +52,6 @@ def flight_of(positions: Any, velocities: Any, command: NDArray[np.float64]) -> 
     return Flight(places, speeds, own, own[:, :, None] & own[:, None], command[None], command[None], np.zeros(1))
 
 
-def together(flights: list[Flight]) -> Flight:
-    """Return games of equally many drones as one batch."""
-    return Flight(*(np.concatenate(arrays) for arrays in zip(*flights, strict=True)))
-
-
 def turned_flight(flight: Flight, symmetry: tuple[bool, bool, bool], command: NDArray[np.float64]) -> Flight:
     """Return a flight as one of the square's symmetries shows it, with its command so turned."""
     positions = turn(flight.positions, symmetry, 0.5).astype(np.float32)
@@ -71,14 +66,3 @@ def turn(vectors: NDArray[Any], symmetry: tuple[bool, bool, bool], middle: float
         if symmetry[axis]:
             turned[..., axis] = -turned[..., axis]
     return (turned[..., ::-1] if symmetry[2] else turned) + middle
-
-
-def permuted(flight: Flight, order: NDArray[np.int64]) -> Flight:
-    """Return a flight with its drones in another order."""
-    return flight._replace(
-        positions=flight.positions[:, order],
-        velocities=flight.velocities[:, order],
-        own=flight.own[:, order],
-        # In rows, as in games: kernels are compiled anew for what lies in columns.
-        heard=np.ascontiguousarray(flight.heard[:, order][:, :, order]),
-    )

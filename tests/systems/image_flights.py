@@ -9,12 +9,9 @@ from numpy.typing import NDArray
 
 from swarm_pz.config import GameConfig
 from swarm_pz.systems import ControlSystem, Flight
-from tests.systems.drawn_flights import turn
 
 Floats = NDArray[np.float64]
 CONFIG = GameConfig()
-SYMMETRIES = [(flip_x, flip_y, swap) for flip_x in (False, True) for flip_y in (False, True) for swap in (False, True)]
-"""The square's: mirrored in x, in y, and with x and y swapped afterwards."""
 
 
 def random_image_flight(generator: np.random.Generator, system: ControlSystem, size: int) -> Flight:
@@ -57,21 +54,3 @@ def worst_error(
         assert np.isfinite(found).all() and np.isfinite(expected).all()
         worst = max(worst, float(np.abs(found - expected).max() / np.abs(expected).max()))
     return worst
-
-
-def turn_images(images: Floats, symmetry: tuple[bool, bool, bool]) -> Floats:
-    """Turn images (..., A, A), `[row = y, column = x]`."""
-    flip_x, flip_y, swap = symmetry
-    turned = images[..., ::-1] if flip_x else images
-    turned = turned[..., ::-1, :] if flip_y else turned
-    return np.ascontiguousarray(np.swapaxes(turned, -1, -2) if swap else turned)
-
-
-def turned_image_flight(flight: Flight, symmetry: tuple[bool, bool, bool]) -> Flight:
-    """Return a flight as seen in a turned square."""
-    return flight._replace(
-        positions=turn(flight.positions, symmetry, 0.5).astype(np.float32),
-        velocities=turn(flight.velocities, symmetry, 0.0).astype(np.float32),
-        commands=turn_images(flight.commands, symmetry),
-        former=turn_images(flight.former, symmetry),
-    )

@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from swarm_pz.config import CaptureConfig, ControllerConfig, DynamicsConfig, GameConfig
+from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig
 from swarm_pz.errors import ConfigError
 from swarm_pz.simulator import Simulator
 from swarm_pz.spaces.densities import cell_centres, disc
-from swarm_pz.systems import Flight
 from swarm_pz.systems.coverage import Coverage
 from tests.systems import reference_coverage
-from tests.systems.drawn_flights import turn
-from tests.systems.image_flights import CONFIG, SYMMETRIES, random_image_flight, turned_image_flight
+from tests.systems.image_flights import CONFIG
 from tests.systems.reference_coverage import cost_of
 
 SYSTEM = Coverage()
@@ -39,54 +37,7 @@ def flown(density, drones=10, seconds=30, system=SYSTEM, games=4, **options):
     return simulator
 
 
-@pytest.mark.parametrize("image", ["empty", "one cell", "uniform"])
-def test_drones_at_one_place_on_walls_and_in_corners_fly_on(image):
-    generator = np.random.default_rng(4)
-    density = {"empty": np.zeros((10, 10)), "uniform": np.ones((10, 10)), "one cell": np.eye(1, 100).reshape(10, 10)}[
-        image
-    ]
-    odd = [
-        np.full((8, 2), 0.5),
-        np.full((8, 2), 0.25),
-        np.zeros((8, 2)),
-        np.repeat([[0.0, 0.0], [1.0, 1.0]], 4, axis=0),
-        np.stack([np.arange(8) / 8, np.zeros(8)], axis=1),
-        np.stack([np.arange(8) / 8, np.full(8, 0.25)], axis=1),
-        0.25 + generator.integers(0, 8, (8, 2)) / 2**20,
-        generator.integers(0, 2, (8, 2)).astype(float),
-    ]
-    own = np.ones((1, 8), bool)
-    for positions in odd:
-        flight = Flight(
-            positions=positions.astype(np.float32)[None],
-            velocities=np.zeros((1, 8, 2), np.float32),
-            own=own,
-            heard=own[:, :, None] & own[:, None, :],
-            commands=density[None],
-            former=np.ones((1, 10, 10)),
-            age=np.array([0.5]),
-        )
-        found = SYSTEM.solve(flight, CONFIG)
-        assert np.isfinite(found).all()
-        for symmetry in SYMMETRIES:
-            if image != "one cell":
-                other = SYSTEM.solve(turned_image_flight(flight, symmetry), CONFIG)
-                np.testing.assert_allclose(turn(found, symmetry, 0.0), other, atol=1e-6)
-
-
-def test_who_hears_nobody_takes_the_whole_square_and_knows_of_nobody():
-    flight = random_image_flight(np.random.default_rng(5), SYSTEM, 10)
-    flight = flight._replace(heard=np.eye(flight.own.shape[1], dtype=bool)[None] & flight.own[:, :, None])
-    found = SYSTEM.solve(flight, CONFIG)[0]
-    i, *others = np.flatnonzero(flight.own[0])
-    moved = flight.positions.copy()
-    moved[0, others] = 1.0 - moved[0, others]
-    np.testing.assert_array_equal(found[i], SYSTEM.solve(flight._replace(positions=moved), CONFIG)[0][i])
-    alone = flown(two_discs(), drones=1)
-    np.testing.assert_allclose(alone.positions[:, 0], 0.5, atol=0.01)
-
-
-@pytest.mark.parametrize("name", ["uniform", "disc_50_50", "halo", "left"])
+@pytest.mark.parametrize("name", ["uniform", "left"])
 def test_the_locational_cost_falls_until_drones_rest_at_their_centroids(name):
     density = named(name)
     begin, end = flown(density, seconds=0), flown(density, seconds=60)
@@ -99,7 +50,7 @@ def test_the_locational_cost_falls_until_drones_rest_at_their_centroids(name):
         np.testing.assert_allclose(cells.centroids, cells.places, atol=0.02)
 
 
-@pytest.mark.parametrize("drones", [6, 10, 24])
+@pytest.mark.parametrize("drones", [6, 24])
 def test_both_modes_of_a_density_are_served(drones):
     end = flown(two_discs(), drones)
     near = [np.linalg.norm(end.positions - place, axis=-1) < 0.25 for place in (0.25, 0.75)]
@@ -131,29 +82,11 @@ def test_drones_go_with_a_density_that_moves():
     assert middles[-1] - middles[0] > 0.15
 
 
-def test_a_former_command_counts_until_it_is_blended_out():
-    flight = random_image_flight(np.random.default_rng(9), SYSTEM, 5)
-    flight = flight._replace(heard=flight.own[:, :, None] & flight.own[:, None, :])
-    solve = [
-        SYSTEM.solve(flight._replace(former=former, age=np.array([age])), CONFIG)
-        for age in (0.5, 1.0)
-        for former in (np.ones((1, 10, 10)), two_discs()[None])
-    ]
-    assert np.nanmax(np.abs(solve[0] - solve[1])) > 1e-3
-    np.testing.assert_allclose(solve[2], solve[3], atol=1e-9)
-
-
 def test_it_reckons_with_the_speed_factor():
     slow = flown(two_discs(), seconds=60, dynamics=DynamicsConfig(speed_factor=0.5))
     usual = flown(two_discs(), seconds=60)
     costs = [np.mean([cost_of(places.astype(float), two_discs()) for places in one.positions]) for one in (slow, usual)]
     assert costs[0] < 1.2 * costs[1]
-
-
-def test_who_hears_little_still_spreads():
-    config = ControllerConfig(communication_radius=0.3, message_loss=0.2)
-    end = flown(np.ones((10, 10)), seconds=60, controller=config)
-    assert all(cost_of(places.astype(float), np.ones((10, 10))) < 0.03 for places in end.positions)
 
 
 def test_a_team_that_covers_beats_one_that_does_nothing():
@@ -171,11 +104,3 @@ def test_numbers_without_a_meaning_are_refused(numbers):
     (name,) = numbers
     with pytest.raises(ConfigError, match=f"coverage.{name}"):
         Coverage(**numbers)
-
-
-def test_other_numbers_are_part_of_a_configuration():
-    other = SYSTEM.replace(gain=2.0, neighbours=False)
-    assert other == Coverage(gain=2.0, neighbours=False)
-    config = GameConfig(controllers=(other, "ergodic"))
-    assert GameConfig.from_dict(config.to_dict()) == config
-    assert config.hash != GameConfig(controllers=("coverage", "ergodic")).hash

@@ -1,7 +1,7 @@
 """What every control system keeps to: one that is registered is tried without a test of its own.
 
 What must not matter does not matter, over one solve, up to rounding; what is decided by seed and commands is so bit for
-bit; no state of a game is too odd; and every face of the environment takes its commands.
+bit; no state of a game is too odd; and every wrapper takes its commands.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, see
 from swarm_pz import env, parallel_env
 from swarm_pz.config import ControllerConfig, GameConfig, ObservationConfig
 from swarm_pz.config.registry import registered, system_class, system_of
-from swarm_pz.envs import DuelVectorEnv
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.evaluation import play_match
 from swarm_pz.kernels.game import Games
@@ -234,12 +233,12 @@ def turn_commands(commands, turns, symmetry):
     return np.concatenate([turn_vectors(commands[..., :2], symmetry, middle), commands[..., 2:]], axis=-1)
 
 
+# Of formations, whose commands need no mirror image, their own tests say which have one.
+@pytest.mark.parametrize("name", [name for name in SYSTEMS if system_of(name).turns], indirect=True)
 @SYMMETRIES
 def test_symmetries_of_the_square(scene, name, symmetry):
     state, commands, solve = scene
     turns = system_of(name).turns
-    if not turns:  # for formations, whose commands need no mirror image, their own tests say which have one
-        pytest.skip(f"{name} does not say by turns how its commands turn with the square")
     turned = State(turn_vectors(state.positions, symmetry, 0.5), turn_vectors(state.velocities, symmetry), state.teams)
     one = turn_vectors(solve(state, commands, controller=SOFT), symmetry)
     other = solve(turned, [turn_commands(command, turns, symmetry) for command in commands], controller=SOFT)
@@ -358,7 +357,7 @@ def test_each_team_is_flown_by_its_own_system_and_by_no_other(pair):
         assert (np.abs(mixed[own] - fly(pair[1 - team])[own]).max(axis=1) > 1e-3).any()
 
 
-# --- faces ------------------------------------------------------------------------------------------------------------
+# --- wrappers --------------------------------------------------------------------------------------------------------
 
 
 def test_pettingzoos_own_tests_hold(name):
@@ -382,16 +381,6 @@ def test_gymnasiums_own_test_holds(name, action):
     quick = {"controllers": (name, "ergodic"), "drones_per_team": 3, "max_cycles": 5, "action": action}
     made = gymnasium.make("swarm_pz/Capture-v0", **quick)
     check_env(made.unwrapped, skip_render_check=True)
-
-
-def test_games_side_by_side_take_its_commands(name):
-    envs = DuelVectorEnv(3, controllers=(name, "ergodic"), drones_per_team=3, max_cycles=3, opponent="ring")
-    envs.action_space.seed(0)
-    observations, _ = envs.reset(seed=0)
-    for _ in range(5):
-        observations, rewards, *_ = envs.step(envs.action_space.sample())
-        assert envs.observation_space.contains(observations) and np.isfinite(rewards).all()
-    envs.close()
 
 
 def test_a_learner_of_stable_baselines3_learns_unwrapped(name):
