@@ -112,15 +112,7 @@ Play = Callable[[GameState], Any]
 
 
 class Commander:
-    """A policy that plays a script.
-
-    Parameters
-    ----------
-    script : Script
-    config : GameConfig
-    system : ControlSystem, optional
-        What flies its team; the first of the game's that takes its kind of commands, if not given.
-    """
+    """A policy that plays a script for a team that a system flies: the game's first if none is given."""
 
     observation = ObservationConfig(kind="drones")
 

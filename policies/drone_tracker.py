@@ -25,15 +25,7 @@ _FEWEST = 16
 class DroneTracker:
     """Follows games from one side's observations of their drones; that side is red here, whatever it is there.
 
-    Parameters
-    ----------
-    config : GameConfig
-        Their rules.
-
-    Attributes
-    ----------
-    env : BatchEnv
-        The games, as far as they are known: each in the row of its number.
+    The games, as far as they are known, are in `env`, each in the row of its number.
     """
 
     def __init__(self, config: GameConfig) -> None:
@@ -70,13 +62,7 @@ class DroneTracker:
 
 
 def checked_drones(drones: NDArray[np.float32], num_games: int, num_drones: int) -> NDArray[np.float32]:
-    """Return observations of kind `drones`, (n, N, 5), if a game can stand as they say.
-
-    Raises
-    ------
-    PolicyError
-        If they are of another shape, or anything in them is no number or nothing that drones can have.
-    """
+    """Return observations of kind `drones`, (n, N, 5); a PolicyError is raised if no game can stand as they say."""
     seen, expected = np.asarray(drones, np.float32), (num_games, num_drones, 5)
     if seen.shape != expected:
         raise PolicyError(f"observations of drones must be of shape {expected}, got {seen.shape}")

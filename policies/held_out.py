@@ -207,17 +207,7 @@ def play_trial(
     digest: str | None,
     bundle: PolicyBundle | None,
 ) -> MatchResult:
-    """Play one match of the suites: a task of a pool.
-
-    Parameters
-    ----------
-    number : int
-        Of the match, scripts first.
-    policy, config, games, seed, threads
-        As of `play_suites`.
-    digest, bundle
-        Of the policy, as for `unpacked_policy`.
-    """
+    """Play the match of a number, scripts first: a task of a pool."""
     trial = _TRIALS[number]
     size = trial.drones_per_team
     rules = config if size is None else config.replace(drones_per_team=size)

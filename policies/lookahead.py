@@ -162,22 +162,9 @@ def search(
     """Return the best log-density (A, A) that is found for one game.
 
     The cross-entropy method (Rubinstein, "The cross-entropy method for combinatorial and continuous optimization",
-    1999): of each round's candidates the best have the next round's as offspring, ever closer.
-
-    Parameters
-    ----------
-    lookahead : Lookahead
-    game : Games
-        A snapshot of one game.
-    team : int
-        Whose command is searched for.
-    model : Player, optional
-        What its opponent will do; without one that keeps its command.
-    last : float64 array (A, A), optional
-        The log-density found before.
-    generator : numpy.random.Generator
-    is_over : callable, optional
-        Told after each round how many are done, says whether they are enough; as many as are affordable if not given.
+    1999): of each round's candidates the best have the next round's as offspring, ever closer. Without a model the
+    opponent keeps its command; `last` is the log-density found before. After each round `is_over` is asked whether so
+    many are enough; as many as are affordable if it is not given.
     """
     candidates = lookahead.propose(game, team, last, generator)
     best, highest = np.asarray(candidates[0]), -np.inf

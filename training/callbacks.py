@@ -97,14 +97,7 @@ class Schedules(RunCallback):
 
 
 class PeriodicEvaluation(RunCallback):
-    """Plays the tactic without exploration every so often, from the start on.
-
-    Parameters
-    ----------
-    state : RunState
-    policy : callable
-        Returns the tactic as it stands.
-    """
+    """Plays the tactic without exploration every so often, from the start on; `policy` returns it as it stands."""
 
     def __init__(self, state: RunState, policy: Callable[[], Player]) -> None:
         super().__init__(state)
@@ -148,18 +141,7 @@ class PeriodicEvaluation(RunCallback):
 
 
 class Checkpoint(RunCallback):
-    """Saves a run every so often, and before it stops.
-
-    Parameters
-    ----------
-    state : RunState
-    save : callable
-        Writes a checkpoint.
-    should_stop : callable
-        Whether to stop here.
-    standing : callable
-        Says how far the run is.
-    """
+    """Saves a run every so often, and before it stops; `standing` says how far the run is."""
 
     def __init__(
         self, state: RunState, save: Callable[[], None], should_stop: Callable[[], bool], standing: Callable[[], str]

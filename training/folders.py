@@ -18,13 +18,7 @@ SETTINGS = "config.json"
 
 
 def held_by(folder: Path) -> str | None:
-    """Say what a folder holds that a new run would replace; None if nothing.
-
-    Raises
-    ------
-    OutputError
-        If the folder cannot be looked into.
-    """
+    """Say what a folder holds that a new run would replace; None if nothing."""
     try:
         if (folder / LEAGUE).is_file():
             inner = held_by(folder / LEARNER)
@@ -53,22 +47,7 @@ def _describe(path: Path) -> str:
 
 
 def check_folder(folder: Path, *, resume: bool, overwrite: bool, mark: str) -> None:
-    """Check that a run may begin in a folder, or go on there.
-
-    Parameters
-    ----------
-    folder : Path
-    resume, overwrite : bool
-    mark : str
-        File that is there if there is something to go on with.
-
-    Raises
-    ------
-    CheckpointError
-        If there is nothing to resume, or something that was not to be replaced.
-    OutputError
-        If the folder cannot be looked into.
-    """
+    """Raise a CheckpointError unless a run may begin in a folder, or go on there, where the file `mark` shows a run."""
     held = held_by(folder)
     if resume and not (folder / mark).is_file():
         there = "holds " + held if held else "holds none" if folder.is_dir() else "does not exist"
@@ -95,13 +74,7 @@ def next_free(first: Path) -> Path:
 
 
 def choose(out: Path | None, default: Path, *, resume: bool, overwrite: bool) -> Path:
-    """Return the folder that is meant: as given, or the next free one, or, to resume, the latest.
-
-    Raises
-    ------
-    ConfigError
-        If `overwrite` does not say what, or contradicts `resume`.
-    """
+    """Return the folder that is meant: as given, or the next free one, or, to resume, the latest."""
     if resume and overwrite:
         raise ConfigError("resume goes on with a run, overwrite replaces it: give one of them")
     if out is not None:

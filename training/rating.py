@@ -24,13 +24,7 @@ _LOOK_S = 0.2
 
 @dataclass(frozen=True)
 class MemberLoader:
-    """Loads a league's members by their sources, in other processes, too.
-
-    Parameters
-    ----------
-    places : dict of str to str
-        The name or folder of each source.
-    """
+    """Loads a league's members by their sources, in other processes, too: `places` are their names or folders."""
 
     places: dict[str, str]
 
@@ -44,17 +38,7 @@ class MemberLoader:
 
 
 class Rating:
-    """The rating of a pool's newest snapshot.
-
-    Parameters
-    ----------
-    pool : Pool
-    folder : Path
-        Of the league.
-    game : GameConfig
-    workers : Executor
-        Who plays.
-    """
+    """The rating of a pool's newest snapshot, by games that workers play."""
 
     def __init__(self, pool: Pool, folder: Path, game: GameConfig, workers: Executor) -> None:
         sources = {
@@ -83,13 +67,7 @@ class Rating:
         self._played = self._thread.submit(self._tournament.play, pool=self._workers, should_stop=lambda: self._is_left)
 
     def end(self, should_stop: Callable[[], bool]) -> float:
-        """Wait for the games, and return the rating.
-
-        Raises
-        ------
-        Stopped
-            If it should stop while it waits.
-        """
+        """Wait for the games, and return the rating; raise Stopped if it should stop meanwhile."""
         if self._played is not None:
             while not wait([self._played], timeout=_LOOK_S).done:
                 if should_stop():

@@ -29,19 +29,7 @@ class Opponent(NamedTuple):
 
 
 class ResumableGames(VecEnvWrapper):
-    """Games that can be stored before they end.
-
-    Parameters
-    ----------
-    venv : SwarmVecEnv or StackedVecEnv
-    opponents : sequence of str
-        Names that `venv` was made with.
-
-    Attributes
-    ----------
-    ages : int64 array (E,)
-        Steps that each unfinished game has had.
-    """
+    """Games that can be stored before they end; `opponents` are the names that `venv` was made with."""
 
     venv: SwarmVecEnv | StackedVecEnv
 
@@ -56,6 +44,7 @@ class ResumableGames(VecEnvWrapper):
         self._begun = np.zeros(self.num_envs, np.int64)
         """(E,) games that each row has begun since it was seeded."""
         self.ages = np.zeros(self.num_envs, np.int64)
+        """(E,) steps that each unfinished game has had."""
         self._actions: list[NDArray[np.float32]] = []
         """(E, a, a) each, of the latest steps, as many as the oldest unfinished game has."""
 
@@ -126,22 +115,7 @@ class ResumableGames(VecEnvWrapper):
     def restore(
         self, story: Story, arrays: Arrays, load: Callable[[Opponent, GameConfig], Player]
     ) -> tuple[NDArray[Any], bool]:
-        """Play stored games again, up to where they were.
-
-        Parameters
-        ----------
-        story, arrays : dict
-            As of `state`.
-        load : callable
-            Makes an opponent for a game.
-
-        Returns
-        -------
-        observations : array (E, ...)
-            What the learners see.
-        same : bool
-            Whether the games are those stored, bit for bit; if not, they are others of the same kind.
-        """
+        """Play stored games up to where they were; return what the learners see, and whether all are the same bits."""
         self.seed(story["seed"])
         opponents = [Opponent(name, noise) for name, noise in story["opponents"]]
         self._dealt = [opponents[place] for place in story["dealt"]]

@@ -102,17 +102,7 @@ def sweep(
 def train_one(
     config: TrainConfig, folder: Path | None, command: str, should_stop: Callable[[], bool] = never, say: Say = print
 ) -> PolicyBundle | None:
-    """Train one policy: a task of a pool.
-
-    Parameters
-    ----------
-    config : TrainConfig
-    folder : Path, optional
-        Of the run, which is resumed if it has begun. Without one nothing is left here, and the policy is returned.
-    command : str
-    should_stop, say : callable
-        As of `Training`.
-    """
+    """Train one policy, or resume that: a task of a pool. Without a folder the policy is returned instead."""
     with tempfile.TemporaryDirectory(prefix="swarm-pz-") as place:
         where = Path(place, f"seed-{config.seed}") if folder is None else folder
         run = Training(config, where, resume=(where / CHECKPOINT).is_file(), say=say, command=command)
@@ -149,13 +139,7 @@ def _steps_at(path: Path, _: int) -> int:
 
 
 def _is_trained(place: Path, config: TrainConfig) -> bool:
-    """Return whether a run has ended.
-
-    Raises
-    ------
-    CheckpointError
-        If it is another's.
-    """
+    """Return whether a run has ended; a CheckpointError is raised if it is another's."""
     if not (place / CARD).is_file():
         return False
     trained = LearnedPolicy.read(place, config.game).card["training"]

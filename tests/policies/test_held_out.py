@@ -1,6 +1,7 @@
+"""The held-out suite; what its tactics ask for is held by the digests of their source in the protocol."""
+
 from __future__ import annotations
 
-import math
 import shutil
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.policies import held_out, zoo
 from swarm_pz.policies.held_out import SUITE, play_suites
-from swarm_pz.policies.scripted import SCRIPTS, TRAITS, View
+from swarm_pz.policies.scripted import SCRIPTS
 from tests.elsewhere import Elsewhere
 
 
@@ -69,50 +70,3 @@ def test_every_match_is_played_with_the_settings_that_were_asked_for(monkeypatch
     ]  # fmt: skip
     assert (suites.known, suites.held_out) == ([one.__name__ for one in SCRIPTS], [trial.name for trial in SUITE])
     assert shown == [(4 * number, 4 * len(trials)) for number in range(1, len(trials) + 1)]
-
-
-def view_of(steps, drone=(20, 6)):
-    """Return what is seen of one game a step, with opponents in one cell of 25 x 25, and streams and traits at hand."""
-    images = np.zeros((len(steps), 1, 25, 25), np.uint8)
-    images[:, 0, drone[1], drone[0]] = 64
-    streams = [np.random.default_rng(step) for step in range(len(steps))]
-    traits = np.random.default_rng(3).random((len(steps), TRAITS))
-    return View(images, ("opposing_positions",), 10, np.array(steps), streams, traits)
-
-
-def blob(view, game, number, speed, width, x, y):
-    """Return a wandering Gaussian at a cell: its formula, written anew."""
-    phase_x, phase_y, rate_x, rate_y = view.traits[game, 4 * number : 4 * number + 4]
-    square = 0.0
-    for at, phase, rate in ((x, phase_x, rate_x), (y, phase_y, rate_y)):
-        angle = 2 * math.pi * phase + speed * (0.5 + 0.5 * rate) * view.steps[game]
-        square += (at - 0.5 - 0.4 * math.sin(angle)) ** 2
-    return math.exp(-square / width**2)
-
-
-def test_what_moves_or_is_aimed_is_as_its_formula_says():
-    view, px, py = view_of([0, 1, 40]), 20.5 / 25, 6.5 / 25
-    formulas = {
-        held_out.drifting: lambda game, x, y: sum(blob(view, game, one, 0.3, 0.15, x, y) for one in range(3)),
-        held_out.clearing: lambda game, x, y: 1 - 0.95 * blob(view, game, 0, 0.2, 0.25, x, y),
-        held_out.wide_ring: lambda game, x, y: math.exp(-(((math.hypot(x - px, y - py) - 0.35) / 0.1) ** 2)),
-        held_out.crossing: lambda game, x, y: math.exp(-((min(abs(x - px), abs(y - py)) / 0.06) ** 2)),
-    }
-    cells = (np.arange(10) + 0.5) / 10
-    for made, formula in formulas.items():
-        expected = [[[formula(game, x, y) for x in cells] for y in cells] for game in range(3)]
-        np.testing.assert_allclose(made.play(view), expected, atol=1e-9, err_msg=made.__name__)
-
-
-@pytest.mark.parametrize(
-    ("made", "period"),
-    [(held_out.ring_or_halo, 15), (held_out.lasso_or_noise, 10), (held_out.uniform_or_wavefront, 20)],
-)
-def test_what_takes_turns_plays_the_first_for_a_while_and_then_the_second(made, period):
-    scripts = {script.__name__: script for script in SCRIPTS}
-    first, second = (scripts[name].play for name in made.__name__.split("_or_"))
-    steps = list(range(2 * period + 1))
-    is_first = (np.array(steps) % (2 * period) < period)[:, None, None]
-    np.testing.assert_array_equal(
-        made.play(view_of(steps)), np.where(is_first, first(view_of(steps)), second(view_of(steps)))
-    )

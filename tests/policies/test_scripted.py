@@ -94,20 +94,12 @@ def test_a_game_that_begins_anew_is_played_as_the_first_one_and_the_others_go_on
 @pytest.mark.parametrize("team", [0, 1])
 @pytest.mark.parametrize(("x", "y"), [(0.86, 0.26), (0.26, 0.86)])
 def test_scripts_know_where_the_opponents_are(x, y, team):
-    """The opponents are at a place, and the own drones at the mirrored one."""
     places, batch = [(1 - x, 1 - y), (x, y)], BatchEnv()
     batch.reset([0], scenario={"positions": np.repeat(places if team == 0 else places[::-1], 10, axis=0)})
-    answers = {}
-    for name in ("chase", "ring", "evade", "wavefront"):
+    for name, row, column in (("chase", int(10 * y), int(10 * x)), ("evade", 0 if y > 0.5 else 9, 0 if x > 0.5 else 9)):
         policy = policies.load(name)
         policy.reset([0], ONLY)
-        answers[name] = batch.ask(policy, np.full(1, team), ONLY)[0]
-    row, column = int(10 * y), int(10 * x)
-    assert answers["chase"].argmax() == 10 * row + column
-    assert answers["ring"][row, column] < 0.01 < answers["ring"].mean()
-    assert answers["evade"].argmax() == 10 * (0 if y > 0.5 else 9) + (0 if x > 0.5 else 9)
-    wall = answers["wavefront"] if x > 0.5 else answers["wavefront"][:, ::-1]
-    assert wall[:, :2].min() > 0.8 and wall[:, 4:].max() < 0.01
+        assert batch.ask(policy, np.full(1, team), ONLY)[0].argmax() == 10 * row + column
 
 
 def asked_for(x, y, place, step):

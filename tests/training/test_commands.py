@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shlex
 import signal
-import subprocess
 import sys
 from pathlib import Path
 
@@ -142,23 +141,3 @@ def test_a_signal_stops_at_a_checkpoint_and_the_line_that_is_said_goes_on(
     status, said = run(line_that_goes_on(said), capsys)
     assert status == 0 and (Path(folder) / CHECKPOINT).exists()
     assert read_story(Path(folder) / CHECKPOINT)["learner"]["steps"] >= total
-
-
-def test_a_real_process_stops_at_a_real_signal():
-    command = "import sys; from swarm_pz.cli import main; main(sys.argv[1:])"
-    arguments = ["train", *options(total_steps=1_000_000), *SHORT]
-    process = subprocess.Popen(  # noqa: S603
-        [sys.executable, "-c", command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    try:
-        for line in process.stdout:
-            if "% " in line:  # the first progress
-                break
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=300)
-    finally:
-        process.kill()
-    assert process.returncode == 130
-    steps = read_story(Path("runs/first") / CHECKPOINT)["learner"]["steps"]
-    assert steps > 0 and f"saved at step {steps:,} of 1,000,000" in said
-    assert line_that_goes_on(said) == [*arguments, "--resume", "--out", "runs/first"]
