@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -28,18 +29,7 @@ RING = [(dy, dx) for dy in range(-2, 3) for dx in range(-2, 3) if max(abs(dy), a
 
 
 def cell_of(position: NDArray[np.float32]) -> tuple[int, int]:
-    """Cell that a position lies in.
-
-    Parameters
-    ----------
-    position : (2,) array
-        x and y, rounded to float32 if they are not already.
-
-    Returns
-    -------
-    tuple of int
-        Row (from y) and column (from x): min(int(50 p), 49).
-    """
+    """Return row (from y) and column (from x) of the cell of a position (2,): min(int(50 p), 49), p in float32."""
     # A float32 has 24 significant bits and 50 has 6, so a float64 holds their product without rounding.
     x = float(np.float32(position[0]))
     y = float(np.float32(position[1]))
@@ -47,17 +37,9 @@ def cell_of(position: NDArray[np.float32]) -> tuple[int, int]:
 
 
 def ring_sums(occupancy: Integers) -> tuple[Integers, Integers]:
-    """Sum S and number n of the ring cells around every cell.
+    """Return sum S and number n, both (50, 50), of the ring cells around every cell.
 
     The ring is the 16 outer cells of the 5x5 sub-grid centred on the cell; only those inside the square count.
-
-    Parameters
-    ----------
-    occupancy : (50, 50) int array
-
-    Returns
-    -------
-    sums, counts : (50, 50) int64 arrays
     """
     framed = np.zeros((GRID + 4, GRID + 4), dtype=np.int64)
     inside = np.zeros((GRID + 4, GRID + 4), dtype=np.int64)
@@ -72,19 +54,9 @@ def ring_sums(occupancy: Integers) -> tuple[Integers, Integers]:
 
 
 def captures_where(occupancy: Integers, threshold: float = 0.75) -> Booleans:
-    """Cells where a team with this occupancy captures an opposing drone.
+    """Return the cells (50, 50) where a team with this occupancy captures an opposing drone.
 
     S / n > threshold * S_max / n_max, decided in exact fractions. An empty field captures nowhere.
-
-    Parameters
-    ----------
-    occupancy : (50, 50) int array
-    threshold : float
-        Share of the field's maximum that must be exceeded; taken at its exact binary value.
-
-    Returns
-    -------
-    (50, 50) bool array
     """
     sums, counts = ring_sums(occupancy)
     distinct_counts = [int(count) for count in np.unique(counts)]
@@ -103,23 +75,8 @@ def captures_where(occupancy: Integers, threshold: float = 0.75) -> Booleans:
 class RuleReference:
     """Trails, occupancy, fields and captures of one game; positions are given.
 
-    Parameters
-    ----------
-    teams : (N,) int array
-        0 or 1 for every drone; copied.
-    trail_ticks : int
-        Number of ticks that a trail reaches back.
-    threshold : float
-        Share of the field's maximum above which a field captures.
-
-    Attributes
-    ----------
-    teams : (N,) int64 array
-    trails : list of N deques of (row, column), oldest first
-    captures : list of 2 ints
-        Drones that each team has captured so far.
-    recaptures : list of 2 ints
-        Those of `captures` that the team got back within one second of losing them.
+    `teams` (N,) is 0 or 1 for every drone, `trails` are deques of (row, column), oldest first, `captures` how many
+    drones each team has captured, and `recaptures` those that it got back within one second of losing them.
     """
 
     def __init__(self, teams: NDArray[np.integer], trail_ticks: int = 150, threshold: float = 0.75) -> None:
@@ -139,18 +96,7 @@ class RuleReference:
         return self._occupancy.copy()
 
     def tick(self, positions: NDArray[np.float32]) -> list[int]:
-        """Extend the trails, compute both fields, test every drone and apply all captures at once.
-
-        Parameters
-        ----------
-        positions : (N, 2) float32 array
-            Where the drones are after this tick's move.
-
-        Returns
-        -------
-        list of int
-            Indices of the captured drones, ascending.
-        """
+        """Extend the trails by positions (N, 2) after a move, apply all captures at once, and return them."""
         self.ticks += 1
         for drone in range(len(self.teams)):
             self._extend_trail(drone, cell_of(positions[drone]))
@@ -195,17 +141,7 @@ class RuleReference:
 
 
 def saturate(accelerations: NDArray[np.floating], limit: float = 1.0) -> Floats:
-    """Scale every vector longer than the limit down to it, keeping its direction.
-
-    Parameters
-    ----------
-    accelerations : (N, 2) array
-
-    Returns
-    -------
-    (N, 2) float64 array
-        A copy.
-    """
+    """Scale every vector (N, 2) that is longer than the limit down to it, keeping its direction; return a copy."""
     result = np.array(accelerations, dtype=np.float64)
     for drone in range(len(result)):
         length = math.hypot(result[drone, 0], result[drone, 1])
@@ -221,22 +157,9 @@ def move(
     dt: float = 1 / 30,
     speed_factor: float = 1.0,
 ) -> tuple[Floats, Floats]:
-    """One tick of semi-implicit Euler: v' = v + u dt, then p' = p + g v' dt, then the walls.
+    """One tick of semi-implicit Euler: v' = v + u dt, then p' = p + g v' dt, then the walls; g is the speed factor.
 
     A position that would leave the unit interval stops at its end, and that component of the velocity becomes 0.
-
-    Parameters
-    ----------
-    positions, velocities, accelerations : (N, 2) arrays
-    dt : float
-        Length of a tick in seconds.
-    speed_factor : float
-        The factor g.
-
-    Returns
-    -------
-    positions, velocities : (N, 2) float64 arrays
-        Copies.
     """
     new_positions = np.array(positions, dtype=np.float64)
     new_velocities = np.array(velocities, dtype=np.float64)
@@ -259,33 +182,14 @@ def move(
 
 
 def basis(position: NDArray[np.floating], modes: int = 10) -> Floats:
-    """F_k = cos(pi k1 x) cos(pi k2 y) at one point.
-
-    Parameters
-    ----------
-    position : (2,) array
-
-    Returns
-    -------
-    (modes, modes) float64 array
-    """
+    """Return F_k = cos(pi k1 x) cos(pi k2 y), (modes, modes), at one point."""
     x, y = float(position[0]), float(position[1])
     k = np.arange(modes)
     return np.outer(np.cos(np.pi * k * x), np.cos(np.pi * k * y))
 
 
 def basis_gradient(position: NDArray[np.floating], modes: int = 10) -> Floats:
-    """Gradient of every F_k at one point.
-
-    Parameters
-    ----------
-    position : (2,) array
-
-    Returns
-    -------
-    (modes, modes, 2) float64 array
-        Derivatives by x and by y.
-    """
+    """Return the derivatives (modes, modes, 2) of every F_k by x and by y at one point."""
     x, y = float(position[0]), float(position[1])
     k = np.arange(modes)
     by_x = np.outer(-np.pi * k * np.sin(np.pi * k * x), np.cos(np.pi * k * y))
@@ -333,21 +237,10 @@ def wall_gradient(position: NDArray[np.floating], weight: float = 100.0, margin:
 
 
 def target_coefficients(command: NDArray[np.floating], modes: int = 10, mass: float = 1.0) -> Floats:
-    """Fourier coefficients phi_k of a command, by quadrature.
+    """Return the Fourier coefficients phi_k (modes, modes) of a command (A, A), by quadrature.
 
     The density is the bilinear interpolation of the command's values, which sit at the cell centres (j + 0.5) / A;
     it is constant beyond the outer centres, and scaled to integrate to `mass`. A command of zeros means uniform.
-
-    Parameters
-    ----------
-    command : (A, A) array
-        Non-negative values, row = y, column = x.
-    mass : float
-        What the density integrates to, and so what phi_0 is.
-
-    Returns
-    -------
-    (modes, modes) float64 array
     """
     values = np.array(command, dtype=np.float64)
     if not values.any():
@@ -381,52 +274,25 @@ def ergodic_metric(coefficients_mean: Floats, phi: Floats) -> float:
     return float(np.sum(sobolev_weights(len(difference)) * difference**2))
 
 
+@dataclass
 class ControllerReference:
-    """The ergodic controller of one game, in float64.
+    """The ergodic controller of one game, in float64."""
 
-    Parameters
-    ----------
-    modes : int
-        Fourier modes a side, K.
-    horizon : int
-        Points of the rollout, H.
-    tau : float or None
-        Time constant of the memory, in seconds; None remembers for ever.
-    q, r : float
-        Weights of the ergodic term and of the control.
-    wall_weight, wall_margin : float
-        Weight of the wall penalty, and the width of the border where it acts.
-    period : float
-        Control period, and the spacing of the rollout's points, in seconds.
-    speed_factor : float
-        The factor g of p' = g v, which the controller's model knows.
-    spectrum : {"sobolev", "exponential"}
-        Which Lambda_k weigh the ergodic term.
-    """
+    modes: int = 10
+    horizon: int = 10
+    tau: float | None = 4.0
+    """Time constant of the memory, in seconds; None remembers for ever."""
+    q: float = 200.0
+    r: float = 0.1
+    wall_weight: float = 100.0
+    wall_margin: float = 0.05
+    period: float = 0.1
+    speed_factor: float = 1.0
+    """The factor g of p' = g v, which the controller's model knows."""
+    spectrum: str = "sobolev"
 
-    def __init__(
-        self,
-        modes: int = 10,
-        horizon: int = 10,
-        tau: float | None = 4.0,
-        q: float = 200.0,
-        r: float = 0.1,
-        wall_weight: float = 100.0,
-        wall_margin: float = 0.05,
-        period: float = 0.1,
-        speed_factor: float = 1.0,
-        spectrum: str = "sobolev",
-    ) -> None:
-        self.modes = modes
-        self.horizon = horizon
-        self.tau = tau
-        self.q = q
-        self.r = r
-        self.wall_weight = wall_weight
-        self.wall_margin = wall_margin
-        self.period = period
-        self.speed_factor = speed_factor
-        self.spectrum = {"sobolev": sobolev_weights, "exponential": exponential_weights}[spectrum](modes)
+    def __post_init__(self) -> None:
+        self.weights = {"sobolev": sobolev_weights, "exponential": exponential_weights}[self.spectrum](self.modes)
 
     def solve(
         self,
@@ -445,24 +311,19 @@ class ControllerReference:
         ----------
         positions, velocities : (N, 2) arrays
         teams : (N,) int array
-        memory : (N, K, K) array
-            Decayed sums of F_k over each drone's past.
-        memory_weight : (N,) array
-            Decayed numbers of the points in those sums.
+        memory, memory_weight : (N, K, K) and (N,) arrays
+            Decayed sums of F_k over each drone's past, and decayed numbers of the points in them.
         targets : (2, K, K) array
             phi_k of each team.
         heard : (N, N) bool array, optional
-            Whether i hears j, `heard[i, j]`, where j is a working team-mate of i; everybody hears all of these if
-            not given. A drone always hears itself.
+            Whether i hears its team-mate j, `heard[i, j]`; all if not given. A drone always hears itself.
         failed : (N,) bool array, optional
             Drones that neither steer nor talk, and whose memory is empty; none if not given.
 
         Returns
         -------
-        accelerations : (N, 2) float64 array
-            Not saturated.
-        memory : (N, K, K) float64 array
-        memory_weight : (N,) float64 array
+        accelerations, memory, memory_weight
+            Accelerations (N, 2) are not saturated.
         """
         drones = len(positions)
         starts = np.array(positions, dtype=np.float64)
@@ -525,7 +386,7 @@ class ControllerReference:
         zero, one = np.zeros((2, 2)), np.eye(2)
         a = np.block([[zero, self.speed_factor * one], [zero, zero]])
         b = np.block([[zero], [one]])
-        weighted = self.spectrum * difference
+        weighted = self.weights * difference
         rho = np.zeros(4)
         for h in range(self.horizon, 0, -1):
             point = rollout[h - 1]

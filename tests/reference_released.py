@@ -24,25 +24,8 @@ def published_controller() -> ControllerReference:
 class ReleasedReference:
     """One game by the preset `released`, of which positions and velocities are given.
 
-    Parameters
-    ----------
-    teams : (N,) int array
-        0 or 1 for every drone; copied.
-    cells : int
-        Cells a side of a command, A.
-
-    Attributes
-    ----------
-    rules : VariantRules
-        Teams, trails, occupancy and numbers of captures.
-    phi : (2, K, K) float64 array
-        Coefficients of each team's target, as of the last solve.
-    memory : (N, K, K) float64 array
-        Sums of F_k over each drone's past.
-    memory_weight : (N,) float64 array
-        Numbers of the points in those sums.
-    fields : (2, 50, 50) float64 array
-        Capture fields as of the last solve; 0 before any, and of a team without drones.
+    It has `rules`, and as of the last solve `phi` (2, K, K), `memory` (N, K, K), `memory_weight` (N,) and the capture
+    `fields` (2, 50, 50), which are 0 for a team without drones.
     """
 
     def __init__(self, teams: NDArray[np.integer], cells: int = 10) -> None:
@@ -100,18 +83,7 @@ class ReleasedReference:
         self.memory_weight[drones] = 0.0
 
     def tick(self, positions: NDArray[np.float32]) -> list[int]:
-        """Extend the trails, test every drone and apply all captures at once.
-
-        Parameters
-        ----------
-        positions : (N, 2) float32 array
-            Where the drones are after this tick's move.
-
-        Returns
-        -------
-        list of int
-            Indices of the captured drones, ascending.
-        """
+        """Extend the trails by positions (N, 2) after a move, apply all captures at once, and return them."""
         captured = self.rules.tick(positions, captures=reconstruction_captures(self.fields))
         for drone in captured:
             self._forget(np.arange(len(positions)) == drone)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,18 +20,7 @@ from tests.reference import GRID, RING, Booleans, Floats, RuleReference, capture
 
 
 def reconstruct(coefficients: NDArray[np.floating]) -> Floats:
-    """Cosine sum of coefficients at the centres of the grid's cells.
-
-    Parameters
-    ----------
-    coefficients : (K, K) array
-        Indexed [k1 (x), k2 (y)].
-
-    Returns
-    -------
-    (50, 50) float64 array
-        sum_k c_k cos(pi k1 x) cos(pi k2 y), without any normalisation.
-    """
+    """Return sum_k c_k cos(pi k1 x) cos(pi k2 y) at the centres of the grid's cells, (50, 50)."""
     given = np.asarray(coefficients, dtype=np.float64)
     centres = (np.arange(GRID) + 0.5) / GRID
     waves = [np.cos(np.pi * k * centres) for k in range(max(given.shape))]
@@ -50,16 +40,9 @@ def ring_means(values: Floats) -> Floats:
 
 
 def reconstruction_field(coefficients: NDArray[np.floating]) -> Floats:
-    """Capture field of a team with these mean coefficients.
+    """Return the capture field (50, 50) of a team with these mean coefficients (K, K).
 
-    Parameters
-    ----------
-    coefficients : (K, K) array
-
-    Returns
-    -------
-    (50, 50) float64 array
-        Ring means of the reconstruction, rescaled to [0, 1]; all 0 where they are constant but for rounding.
+    Ring means of the reconstruction, rescaled to [0, 1]; all 0 where they are constant but for rounding.
     """
     means = ring_means(reconstruct(coefficients))
     low, high = means.min(), means.max()
@@ -83,17 +66,7 @@ NO_PAST = GRID * GRID
 
 
 class VariantRules(RuleReference):
-    """Rules whose trails may last for ever or be forgotten, for drones that may fail.
-
-    Parameters
-    ----------
-    teams : (N,) int array
-    trail_ticks : int or None
-        Number of ticks that a trail reaches back; None for ever.
-    threshold : float
-    forgotten_on_capture : bool
-        Whether a captured drone's trail is forgotten instead of handed over.
-    """
+    """Rules whose trails may last for ever (None) or be forgotten on a capture, for drones that may fail."""
 
     def __init__(
         self,
@@ -125,21 +98,10 @@ class VariantRules(RuleReference):
         failed: Booleans | None = None,
         captures: Booleans | None = None,
     ) -> list[int]:
-        """Extend the trails, test every drone and apply all captures at once.
+        """Extend the trails by positions (N, 2) after a move, apply all captures at once, and return who was captured.
 
-        Parameters
-        ----------
-        positions : (N, 2) float32 array
-            Where the drones are after this tick's move.
-        failed : (N,) bool array, optional
-            Drones that write no trail; none if not given.
-        captures : (2, 50, 50) bool array, optional
-            Where each team captures; as its occupancy says if not given.
-
-        Returns
-        -------
-        list of int
-            Indices of the captured drones, ascending.
+        `failed` drones (N,) write no trail; `captures` (2, 50, 50) says where each team captures; its occupancy does so
+        if not given.
         """
         self.ticks += 1
         cells = [cell_of(position) for position in positions]
@@ -170,16 +132,7 @@ def heard_within(positions: NDArray[np.floating], radius: float) -> Booleans:
 
 
 def relayed(heard: Booleans, teams: NDArray[np.integer], failed: Booleans | None = None) -> Booleans:
-    """Whether a message of j gets to i, `[i, j]`, if all pass on what they hear: over any number of drones.
-
-    Parameters
-    ----------
-    heard : (N, N) bool array
-        Whether i hears j itself.
-    teams : (N,) int array
-    failed : (N,) bool array, optional
-        Drones that pass nothing on; none if not given.
-    """
+    """Return whether a message of j gets to i, `[i, j]`, if all but failed drones pass on what they hear."""
     drones = len(teams)
     working = np.ones(drones, dtype=np.bool_) if failed is None else ~failed
     reached = np.eye(drones, dtype=np.bool_)
@@ -200,22 +153,11 @@ def relayed(heard: Booleans, teams: NDArray[np.integer], failed: Booleans | None
 
 
 def strongest_mode(target: NDArray[np.floating], low: float = 50.0, high: float = 100.0) -> tuple[float, float, float]:
-    """Attractor that serves a density.
+    """Return x, y and weight of the attractor that serves a density (A, A).
 
-    The 3x3 block, of the cells inside the square, with the largest sum; the first in row-major order among equals.
-
-    Parameters
-    ----------
-    target : (A, A) array
-        Not negative, row = y, column = x; of any sum above 0.
-    low, high : float
-        Least and largest weight of an attractor.
-
-    Returns
-    -------
-    x, y, weight : float
-        Centre of mass of the block, and the weight that its share of the mass earns. A uniform target attracts to the
-        centre, with the least weight.
+    The centre of mass of the 3x3 block, of the cells inside the square, with the largest sum (the first in row-major
+    order among equals), and the weight that its share of the mass earns. A uniform one attracts to the centre, with the
+    least weight.
     """
     mass = np.array(target, dtype=np.float64)
     mass /= mass.sum()
@@ -236,42 +178,18 @@ def strongest_mode(target: NDArray[np.floating], low: float = 50.0, high: float 
     return x, y, low + (high - low) * best
 
 
+@dataclass
 class FlockingReference:
-    """The flocking controller of one game, in float64.
+    """The flocking controller of one game, in float64; numbers as of `swarm_pz.config.FlockingConfig`."""
 
-    Parameters
-    ----------
-    alignment, cohesion, separation : float
-        Weights of the three urges among team-mates.
-    communication_radius, separation_radius : float
-        How far off the neighbours are, and those to keep away from, in map widths.
-    max_turn : float
-        Largest turn in a control period, in radians.
-    speed : float
-        Wanted speed, in map widths per second.
-    period : float
-        Control period in seconds.
-    """
-
-    def __init__(
-        self,
-        alignment: float = 0.1,
-        cohesion: float = 0.1,
-        separation: float = 0.15,
-        communication_radius: float = 0.15,
-        separation_radius: float = 0.05,
-        max_turn: float = math.pi / 10,
-        speed: float = 0.25,
-        period: float = 0.1,
-    ) -> None:
-        self.alignment = alignment
-        self.cohesion = cohesion
-        self.separation = separation
-        self.communication_radius = communication_radius
-        self.separation_radius = separation_radius
-        self.max_turn = max_turn
-        self.speed = speed
-        self.period = period
+    alignment: float = 0.1
+    cohesion: float = 0.1
+    separation: float = 0.15
+    communication_radius: float = 0.15
+    separation_radius: float = 0.05
+    max_turn: float = math.pi / 10
+    speed: float = 0.25
+    period: float = 0.1
 
     def solve(
         self,
@@ -282,17 +200,9 @@ class FlockingReference:
         failed: Booleans | None = None,
         heard: Booleans | None = None,
     ) -> Floats:
-        """Accelerations of all drones, (N, 2) float64, not saturated; of failed drones 0.
+        """Return the accelerations (N, 2) of all drones, not saturated; of failed drones 0.
 
-        Parameters
-        ----------
-        positions, velocities : (N, 2) arrays
-        teams : (N,) int array
-        attractors : (2, 3) array
-            x, y and weight of each team's attractor.
-        failed : (N,) bool array, optional
-        heard : (N, N) bool array, optional
-            [i, j] whether drone i hears drone j; everybody hears the team if not given.
+        `attractors` (2, 3) are x, y and weight of each team's; `heard` (N, N) is `[i, j]` whether i hears j.
         """
         accelerations = np.zeros((len(positions), 2))
         now = np.asarray(velocities, dtype=np.float64)
