@@ -30,15 +30,7 @@ PATIENCE_S = 1200.0
 
 
 class StudyTable:
-    """A running study; it can be killed, and started again.
-
-    Attributes
-    ----------
-    address : str
-        Host and port; other ones after each start.
-    token : str
-        Of the monitor.
-    """
+    """A running study, whose address and token of the monitor are known; it can be killed, and started again."""
 
     def __init__(self, file, folder):
         self.file, self.folder = file, folder
@@ -82,12 +74,12 @@ class StudyTable:
         data = said if said is None or isinstance(said, bytes) else json.dumps(said).encode()
         request = urllib.request.Request(f"http://{self.address}{path}", data=data, headers=headers)
         try:
-            with urllib.request.urlopen(request, timeout=30) as answer:  # noqa: S310
-                text = answer.read().decode()
-                return answer.status, json.loads(text) if "json" in answer.headers["content-type"] else text
+            answer = urllib.request.urlopen(request, timeout=30)  # noqa: S310
         except urllib.error.HTTPError as error:
-            text = error.read().decode()
-            return error.code, json.loads(text) if "json" in error.headers["content-type"] else text
+            answer = error
+        with answer:
+            text = answer.read().decode()
+            return answer.status, json.loads(text) if "json" in answer.headers["content-type"] else text
 
     def monitor(self):
         """Return the monitor's rows, by name."""
@@ -116,9 +108,8 @@ class NearStudyTable(StudyTable):
                 begun = contextlib.closing(StudyFolder.begin(self.file, self.folder))
                 with pytest.MonkeyPatch.context() as patch, begun as opened:
                     patch.setattr(uvicorn, "Server", Ending)
-                    known = {"uniform": "covers evenly"}
-                    games = self.folder / "games"
-                    serve(policies.load, known, port=0, folder=games, countdown_s=0.0, say=said.put, study=opened)
+                    how = {"port": 0, "folder": self.folder / "games", "countdown_s": 0.0, "say": said.put}
+                    serve(policies.load, {"uniform": "covers evenly"}, study=opened, **how)
             except BaseException as error:
                 said.put(error)
 
@@ -144,18 +135,11 @@ class NearStudyTable(StudyTable):
 
 
 class Participant:
-    """Somebody who answers, plays, and tries again when the server is gone.
-
-    Attributes
-    ----------
-    done : list of str
-        Steps, as the server confirmed them.
-    """
+    """Somebody who answers, plays, and tries again when the server is gone; `done` are the confirmed steps."""
 
     def __init__(self, table, code):
-        self.table, self.code = table, code
+        self.table, self.code, self.done = table, code, []
         self.window, self.loaded = f"window of {code}", time.time()
-        self.done = []
 
     def say(self, act, **more):
         """Return how the study stands for this participant after something was said."""
@@ -209,10 +193,9 @@ class Participant:
         client = Client(self.table.address, token)
         try:
             commands = client.hear(protocol.Seated).commands
+            command = {"command": commands.default}
             if commands.takes == "density":
-                command = {"density": [[float(column == 9) for column in range(10)] for _ in range(10)]}
-            else:
-                command = {"command": commands.default}
+                command = {"density": [[float(column == 9) for column in range(10)]] * 10}
             client.hear(protocol.RoomState, lambda room: room.phase != "waiting")
             client.say(protocol.CommandMessage(1, **command))
             return client.hear(protocol.RoomState, lambda room: room.phase == "over").outcome

@@ -45,16 +45,9 @@ class ConditionRow:
 class Comparison:
     """A measure under one condition less that under another, in the mean of the participants who met both.
 
-    Attributes
-    ----------
-    measure : str
-        "win_rate", "restricted_mean_s", or a form's score.
-    first, second : str
-    participants : int
-    difference, low, high : float
-        With its 95 % interval; infinite ends where there are too few participants to exclude anything.
-    p : float
-        Chance of a difference as large or larger if the conditions do not differ.
+    `measure` is "win_rate", "restricted_mean_s", or a form's score. The ends of the 95 % interval are infinite where
+    there are too few participants to exclude anything. `p` is the chance of a difference as large or larger if the
+    conditions do not differ.
     """
 
     measure: str
@@ -156,11 +149,6 @@ def sign_test(differences: ArrayLike) -> tuple[float, float, float]:
     A shift d is refused if, of all ways to flip signs, at most 5 % move the mean of the differences less d as far
     from zero or farther: those that flip a subset whose own mean is at most d, or the rest of one (Hartigan, J. Am.
     Stat. Assoc. 64, 1969). SciPy's `permutation_test` gives p alone; here the same flips give both.
-
-    Raises
-    ------
-    ResultsError
-        If there are no differences.
     """
     given = np.asarray(differences, np.float64)
     if given.ndim != 1 or not len(given) or not np.isfinite(given).all():

@@ -51,31 +51,10 @@ def export(
     command: str = "",
     progress: Callable[[float, float], None] | None = None,
 ) -> Exported:
-    """Write all that is published of a study, or nothing; the study may still be running.
+    """Write all that is published of a study into a new or empty folder, or nothing; the study may still be running.
 
-    Parameters
-    ----------
-    folder : Path
-        Where the study ran.
-    out : Path
-        A folder that is not there yet, or empty.
-    overwrite : bool
-        Replace the export that it holds.
-    command : str
-        What was called, for the report.
-    progress : callable, optional
-        Told how many participants have been read, and how many there are.
-
-    Raises
-    ------
-    ConfigError
-        If no study ran in the folder.
-    RecordingError
-        If nobody has taken part.
-    OutputError
-        If the folder holds something already, or cannot be written.
-    MissingExtraError
-        If the extra `lab` is not installed.
+    `overwrite` replaces the export that `out` holds; OutputError if it holds anything else, or cannot be written.
+    `command` is what was called, for the report. See `read_study` for `progress` and other errors.
     """
     for module in ("pyarrow", "matplotlib", "jinja2"):
         require_extra(module, "lab")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,8 @@ from swarm_pz.play.studies.rows import CaptureRow, CommandRow, FormRow, GameRow,
 
 _STEP = re.compile(r"block(\d+)\.(practice|game)(\d+)")
 _ASIDE = re.compile(rf"(P\d+)\.({_STEP.pattern})\.(\d+)\.jsonl")
+_TOLD = ("system", "opponent", "side", "seed", "outcome", "seconds", "at", "recording")
+"""Columns of a game that its participant's line tells."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,19 +55,8 @@ class StudyData:
 def read_study(folder: Path, progress: Callable[[float, float], None] | None = None) -> StudyData:
     """Return all that a study's folder holds; what of it is corrupt is left out, and told.
 
-    Parameters
-    ----------
-    folder : Path
-        Where the study ran: `study/study.toml`, `participants/`, `games/`.
-    progress : callable, optional
-        Told how many participants have been read, and how many there are.
-
-    Raises
-    ------
-    ConfigError
-        If no study ran there.
-    RecordingError
-        If nobody has taken part.
+    `progress` is told how many participants have been read, and how many there are. ConfigError if no study ran there,
+    RecordingError if nobody has taken part.
     """
     opened = StudyFolder(folder)
     data = StudyData(study=opened.study)
@@ -162,42 +153,29 @@ class _Person:
         }
 
     def _game(self, step: Step) -> GameRow:
-        line, condition = self.done[step.id], step.played
-        side = str(line.get("side", condition.side))
-        own = TEAM_NAMES.index(side)
-        told: dict[str, Any] = {}
-        recording = self._recording(step, line)
-        seat = _seat_of(recording, side)
+        condition = step.played
+        line = {name: getattr(condition, name) for name in ("system", "opponent", "side")}
+        line |= {"seed": None, "outcome": "", "seconds": 0.0, "at": None, "recording": ""} | self.done[step.id]
+        told: dict[str, Any] = {name: line[name] for name in _TOLD}
+        own = TEAM_NAMES.index(line["side"])
+        recording = self._recording(step, line["recording"])
         if recording is not None:
+            seat = _seat_of(recording, line["side"])
             ended = seat.outcome if seat is not None else "nothing of that side"
-            if line.get("outcome", ended) != ended:
+            if line["outcome"] not in ("", ended):
                 self._fault(step.id, f"the outcome was {line['outcome']!r}, its recording says {ended!r}")
-            told |= _told_by(seat, GameRow)
             sizes = recording.config.game.team_sizes
-            told |= {"drones": sizes[own], "opponent_drones": sizes[1 - own]}
+            told |= _told_by(seat, GameRow) | {"drones": sizes[own], "opponent_drones": sizes[1 - own]}
             self._commands(step, recording, own)
             self._captures(step, recording, own)
         elif self.is_alone and condition.is_of_two:
-            told = {"left_out": "partner withdrew", "ended_by": str(line.get("ended_by") or "")}
+            told |= {"left_out": "partner withdrew", "ended_by": line.get("ended_by") or ""}
         for name, asked in (("command", condition.command_delay_ms), ("display", condition.display_delay_ms)):
-            measured = line.get("delays", {}).get(name, {})
-            told[f"{name}_delay_asked_ms"] = float(measured.get("asked_ms", asked))
-            told[f"{name}_delay_got_ms"] = measured.get("got_ms")
-            told[f"{name}_delay_count"] = measured.get("count")
-        outcome = str(line.get("outcome", seat.outcome if seat is not None else ""))
+            measured = {"asked_ms": asked, "got_ms": None, "count": None} | line.get("delays", {}).get(name, {})
+            told |= {f"{name}_delay_{column}": measured[column] for column in ("got_ms", "count")}
+            told[f"{name}_delay_asked_ms"] = float(measured["asked_ms"])
         row = GameRow(
-            **self._place(step),
-            system=str(line.get("system", condition.system)),
-            opponent=str(line.get("opponent", condition.opponent)),
-            side=side,
-            seed=line.get("seed"),
-            outcome=outcome,
-            won=outcome == "win",
-            decided=outcome in ("win", "loss"),
-            seconds=float(line.get("seconds", seat.seconds if seat is not None else 0.0)),
-            at=line.get("at"),
-            recording=str(line.get("recording", "")),
-            **told,
+            **self._place(step), won=line["outcome"] == "win", decided=line["outcome"] in ("win", "loss"), **told
         )
         self.data.games.append(row)
         return row
@@ -229,11 +207,11 @@ class _Person:
             rows.append(row)
         self.data.interrupted.extend(sorted(rows, key=lambda row: (row.block, not row.practice, row.game, row.attempt)))
 
-    def _recording(self, step: Step, line: Mapping[str, Any]) -> Recording | None:
+    def _recording(self, step: Step, name: str) -> Recording | None:
         try:
-            if "recording" not in line:
+            path = (self.folder.path / name).resolve()
+            if not name:
                 raise RecordingError("it has no recording")
-            path = (self.folder.path / str(line["recording"])).resolve()
             if not path.is_relative_to(self.folder.path.resolve()):
                 raise RecordingError(f"its recording {path} is not in the study's folder")
             if self.is_alone and step.played.is_of_two and not path.exists():

@@ -62,13 +62,7 @@ def compare_scores(data: StudyData) -> list[ScoreRow]:
 
 
 def write_report(data: StudyData, folder: Path, command: str = "") -> list[Comparison]:
-    """Write `report.md` and its picture into a folder, and return what was compared.
-
-    Raises
-    ------
-    MissingExtraError
-        If matplotlib is not installed.
-    """
+    """Write `report.md` and its picture into a folder, and return what was compared."""
     games, scores = counted_games(data), compare_scores(data)
     rows, comparisons, pairs = conditions(games), compare(games), [pair for row in scores for pair in row.pairs]
     if games:

@@ -31,20 +31,10 @@ class Withdrawal:
 
 
 def withdraw(path: Path, code: str) -> Withdrawal:
-    """Delete all that a participant of a study did.
+    """Delete all that a participant of a study did, which no server may run meanwhile.
 
-    Parameters
-    ----------
-    path : Path
-        The study's folder, in which no server may be at work.
-    code : str
-
-    Raises
-    ------
-    ConfigError
-        If no study ran there, nobody has the code, or nothing of who has it is left.
-    OutputError
-        If a server runs the study, in which they may be in session, or a file cannot be deleted.
+    ConfigError if no study ran there, nobody has the code, or nothing of theirs is left; OutputError if a server
+    runs the study, or a file cannot be deleted.
     """
     StudyFolder(path)
     try:

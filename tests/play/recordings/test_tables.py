@@ -6,6 +6,7 @@ import json
 import os
 from dataclasses import asdict, replace
 
+import msgspec
 import pyarrow.parquet
 import pytest
 
@@ -16,11 +17,9 @@ from swarm_pz.evaluation.intervals import wilson
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.protocol import Timing
 from swarm_pz.play.recordings.format import (
-    VERSION,
     CapturedLine,
     CommandLine,
     EndLine,
-    Header,
     InForceLine,
     Origin,
     PaintedLine,
@@ -31,6 +30,7 @@ from swarm_pz.play.recordings.format import (
 from swarm_pz.play.recordings.recorder import Recorder
 from swarm_pz.play.recordings.seats import seat_rows, trial_rows
 from swarm_pz.play.recordings.study import left_out, read_folder, summarise, write_tables
+from tests.play.recordings.test_format import header as header_of
 from tests.play.recordings.test_format import plain_lines, record, write_chained
 
 CONFIG = TableConfig(
@@ -39,10 +39,7 @@ CONFIG = TableConfig(
 
 
 def header(config=CONFIG, **more):
-    told = {"red": RecordedSeat(kind="person", label="P1"), "blue": RecordedSeat(kind="policy", policy="ring")} | more
-    hashes = {"config_hash": config.hash, "rules_hash": config.game.rules_hash}
-    started = "2026-01-01T00:00:00.000+00:00"
-    return Header(version=VERSION, software="test", started=started, table=config.to_dict(), seed=1, **hashes, **told)
+    return msgspec.structs.replace(header_of(config, 1, "ring"), **more)
 
 
 def command(team, number, tick, received_ms, timing=None):

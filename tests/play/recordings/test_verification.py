@@ -84,46 +84,17 @@ def test_an_honest_game_verifies(played):
 # --- with the chain as it was ---------------------------------------------------------------------
 
 
-def leaves(value, path=()):
-    """Yield the paths of all numbers, texts and truths in nested plain values."""
-    if isinstance(value, dict | list):
-        for key, entry in value.items() if isinstance(value, dict) else enumerate(value[:1]):
-            yield from leaves(entry, (*path, key))
-    elif path != ("chain",):
-        yield path
-
-
-def other_than(value):
-    if isinstance(value, bool) or value is None:
-        return not value
-    if isinstance(value, str):
-        return value[:-1] + ("B" if value.endswith("A") else "A")
-    return value + 1
-
-
-def changed(line, path):
-    line = copy.deepcopy(line)
-    place = line
-    for key in path[:-1]:
-        place = place[key]
-    place[path[-1]] = other_than(place[path[-1]])
-    return line
-
-
-def test_every_field_that_is_changed_once_is_named_with_its_line(played, tmp_path):
-    written = played.read_text().splitlines()
-    kinds, forged = set(), 0
-    for place, line in enumerate(map(json.loads, written)):
-        if line["type"] in kinds:
-            continue
-        kinds.add(line["type"])
-        for path in leaves(line):
-            other = json.dumps(changed(line, path), separators=(",", ":"))
-            (tmp_path / "a.jsonl").write_text("\n".join([*written[:place], other, *written[place + 1 :]]) + "\n")
+def test_any_byte_that_is_changed_is_named_with_its_line(played, tmp_path):
+    written = played.read_bytes().splitlines()
+    first_of = {json.loads(line)["type"]: place for place, line in reversed(list(enumerate(written)))}
+    assert set(first_of) == {"game", "command", "in_force", "painted", "frame", "seat", "end"}
+    for place in first_of.values():
+        line = written[place]
+        for at in range(0, len(line), max(len(line) // 12, 1)):
+            other = line[:at] + bytes([line[at] ^ 1]) + line[at + 1 :]
+            (tmp_path / "a.jsonl").write_bytes(b"\n".join([*written[:place], other, *written[place + 1 :], b""]))
             said = fault_of(tmp_path / "a.jsonl")
-            assert f"line {place + 1} of" in said or (place == 0 and "a.jsonl" in said), (line["type"], path, said)
-            forged += 1
-    assert kinds >= {"game", "command", "in_force", "painted", "frame", "seat", "end"} and forged > 60
+            assert f"line {place + 1} of" in said or (place == 0 and "a.jsonl" in said), (other, said)
 
 
 @pytest.mark.parametrize(
@@ -133,12 +104,8 @@ def test_every_field_that_is_changed_once_is_named_with_its_line(played, tmp_pat
         (lambda lines: lines[:10] + lines[9:], "line 11 of"),
         (lambda lines: [*lines[:9], lines[10], lines[9], *lines[11:]], "line 10 of"),
         (lambda lines: lines[:5] + lines[-1:], "line 6 of"),
-        (lambda lines: lines[:1] + lines[2:], "line 2 of"),
-        (lambda lines: lines[1:], "first line"),
-        (lambda lines: lines + lines, "first line"),
         (lambda lines: lines + lines[-1:], "line"),
         (lambda lines: lines[:-1], "unfinished"),
-        (lambda lines: lines[: len(lines) // 10], "unfinished"),
         (lambda lines: lines[:1], "unfinished"),
         (lambda lines: [*lines[:9], lines[9][:-20], *lines[10:]], "line 10 of"),
         (lambda lines: [*lines[:9], b"\x00" * len(lines[9]), *lines[10:]], "line 10 of"),
