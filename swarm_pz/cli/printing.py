@@ -132,7 +132,7 @@ def print_speeds(figures: dict[str, Any]) -> None:
 
 
 def print_study(rows: Sequence[Any]) -> None:
-    """Print the rows of `swarm_pz.play.recordings.study.summarise`."""
+    """Print the rows of `swarm_pz.play.recordings.tables.summarise`."""
     several = len({row.config_hash for row in rows}) > 1
     names = ["player", "opponent", *(["config"] if several else [])]
     notes = ["median: Kaplan-Meier, draws censor it; mean: to the longest game; commands of a team come "]

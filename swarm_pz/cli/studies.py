@@ -147,7 +147,7 @@ def tables(
         parquet: Write Parquet instead of CSV.
     """
     need_play()
-    from swarm_pz.play.recordings import study as tables_of
+    from swarm_pz.play.recordings import tables as tables_of
 
     rows, faults = tables_of.read_folder(folder)
     for fault in faults:

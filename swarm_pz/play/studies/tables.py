@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from swarm_pz.errors import require_extra
-from swarm_pz.play.recordings.study import plain, write_table
+from swarm_pz.play.recordings.tables import plain, write_table
 from swarm_pz.play.studies.rows import Row, codebook
 
 NOTES = {

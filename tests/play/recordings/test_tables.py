@@ -29,7 +29,7 @@ from swarm_pz.play.recordings.format import (
 )
 from swarm_pz.play.recordings.recorder import Recorder
 from swarm_pz.play.recordings.seats import seat_rows, trial_rows
-from swarm_pz.play.recordings.study import left_out, read_folder, summarise, write_tables
+from swarm_pz.play.recordings.tables import left_out, read_folder, summarise, write_tables
 from tests.play.recordings.test_format import header as header_of
 from tests.play.recordings.test_format import plain_lines, record, write_chained
 
