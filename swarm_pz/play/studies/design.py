@@ -23,7 +23,7 @@ from swarm_pz.errors import ConfigError, nearest
 from swarm_pz.files import read_text, read_toml
 from swarm_pz.play.factors import Factors
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.studies.forms import KNOWN_FORMS, Form, Item, check_words
+from swarm_pz.play.studies.forms import KNOWN_FORMS, Form, check_words
 
 When = Literal["start", "block", "end"]
 _WHEN: tuple[When, ...] = ("start", "block", "end")
@@ -267,17 +267,9 @@ class Study(Config):
             raise ConfigError(f"{path} is no study: it {error}") from error
         with _named(str(path)):
             check("folder" not in plain, "folder", plain.get("folder"), "left out: texts are beside the study's file")
-            given = {
-                **plain,
-                "conditions": tuple(Condition.from_dict(one) for one in _tables(plain, "conditions")),
-                "forms": tuple(_asked(one) for one in _tables(plain, "forms")),
-                "practice": Practice.from_dict(plain.get("practice", {})),
-                "folder": path.parent,
-            }
-            try:
-                return cls(**given)
-            except TypeError as error:  # a field that must be there is not
-                raise ConfigError(str(error)) from error
+            forms = tuple(_asked(one) for one in _tables(plain, "forms"))
+            read = {"conditions": _tables(plain, "conditions"), "forms": forms, "folder": path.parent}
+            return cls.from_dict(plain | read)
 
     def text(self, name: str) -> str:
         """Return a text that the study names.
@@ -371,5 +363,4 @@ def _asked(plain: dict[str, Any]) -> Asked:
         if known is None:
             raise ConfigError(f"forms: there is no form {rest['name']!r}; {nearest(str(rest['name']), KNOWN_FORMS)}")
         return Asked(form=known, when=when)
-    items = tuple(Item.from_dict(one) for one in _tables(rest, "items"))
-    return Asked(form=Form.from_dict({**rest, "items": items}), when=when)
+    return Asked(form=Form.from_dict(rest), when=when)
