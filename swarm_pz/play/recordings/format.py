@@ -23,8 +23,7 @@ from swarm_pz.play.commands import Command
 from swarm_pz.play.forms import read_form
 from swarm_pz.play.frames import Frame, decode_frame
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.protocol import ClientInfo, StrokeMessage, Timing
-from swarm_pz.play.protocol.encoding import decode
+from swarm_pz.play.protocol import ClientInfo, StrokeMessage, Timing, decode
 from swarm_pz.play.recordings.chain import START, followed
 from swarm_pz.play.recordings.folder import read_regular
 from swarm_pz.simulator.spawn import check_seed

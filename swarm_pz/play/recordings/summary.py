@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.errors import RecordingError
-from swarm_pz.play.protocol.encoding import decode
+from swarm_pz.play.protocol import decode
 from swarm_pz.play.recordings.folder import read_ends
 from swarm_pz.play.recordings.format import EndedBy, EndLine, Header, Outcome, RecordedSeat
 

@@ -11,7 +11,6 @@ import pytest
 
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play import protocol
-from swarm_pz.play.protocol import encoding
 from swarm_pz.play.recordings.sandbox import Sandbox
 from swarm_pz.play.server import (
     app,
@@ -199,10 +198,10 @@ def test_who_says_nothing_and_who_reads_nothing_is_closed(tmp_path):
 
 @pytest.mark.parametrize("number", ["1e300", "-2.5E+23", "5e-324", "12e00301", "1e400"])
 def test_numbers_that_take_hundreds_of_times_as_long_to_read_are_not_read(number, monkeypatch):
-    monkeypatch.setattr(encoding, "_client_decoder", Mock())
+    monkeypatch.setattr(protocol, "_client_decoder", Mock())
     with pytest.raises(ProtocolError, match="a number must be 0, or from 1e-300 to 1e"):
         protocol.decode_client(f'{{"type":"ping","sent_ms":{number}}}')
-    encoding._client_decoder.decode.assert_not_called()
+    protocol._client_decoder.decode.assert_not_called()
 
 
 def test_words_and_faint_densities_that_look_like_such_numbers_are_read():
