@@ -21,7 +21,6 @@ from swarm_pz.kernels.observation import CAPTURES_FROM
 from swarm_pz.play import protocol
 from swarm_pz.play.forms import commands_of, read_form
 from swarm_pz.play.frames import FASTEST, Frame, decode_frame, decode_target, encode_frame, encode_target
-from swarm_pz.play.protocol.client_messages import MOST_RULES
 from swarm_pz.play.strokes import MOST_POINTS, NARROWEST, WIDEST, Stroke, density_of
 from tests.play.test_frames import GOLDEN, GOLDEN_HIDDEN, GOLDEN_TARGET
 
@@ -44,10 +43,6 @@ def node():
     if version < OLDEST:
         pytest.skip(f"the page's modules are tested with Node {OLDEST[0]}.{OLDEST[1]} or later, here is {told.strip()}")
     return NODE
-
-
-def as_base64(data):
-    return base64.b64encode(data).decode()
 
 
 def as_json(message):
@@ -82,7 +77,7 @@ def frames():
     for data in (GOLDEN, GOLDEN_HIDDEN, *made):
         frame = decode_frame(data)
         yield {
-            "bytes": as_base64(data),
+            "bytes": base64.b64encode(data).decode(),
             "sequence": frame.sequence,
             "tick": frame.tick,
             "serverMs": frame.server_ms,
@@ -101,7 +96,7 @@ def targets():
         target = decode_target(data)
         cells = len(target.picture)
         yield {
-            "bytes": as_base64(data),
+            "bytes": base64.b64encode(data).decode(),
             "team": target.team,
             "number": target.number,
             "cells": cells,
@@ -132,7 +127,7 @@ def fixtures():
         "subprotocol": protocol.SUBPROTOCOL,
         "points": MOST_POINTS,
         "widths": [NARROWEST, WIDEST],
-        "rules": MOST_RULES,
+        "rules": protocol.MOST_RULES,
     }
     return constants | {
         "frames": list(frames()),
@@ -166,6 +161,25 @@ def test_in_node(name, node, fixtures, tmp_path):
         if isinstance(message, protocol.CommandMessage) and message.strokes is not None:
             strokes = [Stroke(brush=one.brush, width=one.width, points=tuple(one.points)) for one in message.strokes]
             assert np.isfinite(density_of(strokes, GRID_CELLS)).all()
+
+
+def needed(name, found=()):
+    """Return the modules that a module needs from the first, itself among them."""
+    if name in found:
+        return found
+    found = (*found, name)
+    for other in re.findall(r'^import .*"\./([\w.]+)";$', (STATIC / name).read_text(), re.MULTILINE):
+        found = needed(other, found)
+    return found
+
+
+def test_the_page_is_light_and_what_a_game_by_drawing_does_not_need_comes_later():
+    sizes = {path.name: path.stat().st_size for path in STATIC.iterdir()}
+    first = {"index.html", "icon.svg", "style.css", *needed("main.js")}
+    assert sum(sizes[name] for name in first) < 150_000
+    later = {"climb.js", "embed.js", "lesson.js", "marks.js", "replay.js", "responses.js", "stick.js"}
+    of_others = {"jspsych-plugin-swarm-pz.js", "monitor.html", "monitor.js", "study.css", "study.html", "study.js"}
+    assert set(sizes) - first == later | of_others
 
 
 @pytest.mark.parametrize("sight", ["", "protan", "deutan", "tritan"])

@@ -1,6 +1,6 @@
 // The arena as it is seen: the ground, drones with trails, who is in danger, and captures as they happen.
 
-import { COLOURS, Ground } from "./ground.js";
+import { addDrone, COLOURS, Ground, newCanvas } from "./ground.js";
 import { Trails } from "./trails.js";
 
 const FULL_RATE = 30; // of frames; with fewer, each is shown as it is until the next
@@ -9,6 +9,7 @@ const AHEAD_MS = 100; // how far a frame is carried on by its velocities at most
 const FLASH_MS = 700, PULSE_MS = 400;
 const JUMP_TICKS = 30; // frames farther apart are not of one motion
 const WARNING_S = 0.4; // how long before it flies into ground that captures it a drone is marked
+const MANY = 60; // drones that are painted smaller
 
 export class Arena {
   constructor(ground, drones, now, onTheWay = () => 0) {
@@ -52,17 +53,15 @@ export class Arena {
 
   // Take a frame in; returns the drones that changed sides.
   take(frame) {
-    const last = this.frame;
-    const changed = [];
+    const last = this.frame, changed = [];
     if (last && (frame.tick < last.tick || frame.tick > last.tick + JUMP_TICKS)) {
       this.forgetMotion();
-    } else if (last && last.teams.length === frame.teams.length) {
-      for (let i = 0; i < frame.teams.length; i++) {
-        if (frame.teams[i] !== last.teams[i]) {
-          changed.push(i);
-          this.flashes.push({ drone: i, team: frame.teams[i], began: performance.now() });
-        }
-      }
+    } else if (last?.teams.length === frame.teams.length) {
+      frame.teams.forEach((team, drone) => {
+        if (team === last.teams[drone]) return;
+        changed.push(drone);
+        this.flashes.push({ drone, team, began: performance.now() });
+      });
     }
     this.trails.take(frame);
     this.altitudes = frame.altitudes ?? this.altitudes;
@@ -80,21 +79,19 @@ export class Arena {
       this.ground.paint();
       this.shownTarget = this.ground.target?.number;
     }
-    const { frame } = this;
+    const { frame } = this, isWhole = this.rate === FULL_RATE;
     if (!frame) {
       this.drones.getContext("2d").clearRect(0, 0, this.drones.width, this.drones.width);
       return null;
     }
     const age = this.isLive ? this.now() - frame.serverMs : 0;
-    if (age > OLDEST_MS + this.onTheWay() + (this.rate < FULL_RATE ? 1000 / this.rate : 0)) return null;
-    const ahead = this.rate < FULL_RATE ? 0 : AHEAD_MS;
-    this.paintDrones(frame, age > 0 ? Math.min(age, ahead) / 1000 * this.speed : 0);
+    if (age > OLDEST_MS + this.onTheWay() + (isWhole ? 0 : 1000 / this.rate)) return null;
+    this.paintDrones(frame, age > 0 && isWhole ? Math.min(age, AHEAD_MS) / 1000 * this.speed : 0);
     return frame;
   }
 
   // Where drones are by now: a frame carried on by its velocities.
-  carry(frame, ahead) {
-    const { positions, velocities } = frame;
+  carry({ positions, velocities }, ahead) {
     if (this.places.length !== positions.length) this.places = new Float32Array(positions.length);
     for (let i = 0; i < positions.length; i++) {
       this.places[i] = Math.min(Math.max(positions[i] + ahead * velocities[i], 0), 1);
@@ -104,16 +101,16 @@ export class Arena {
 
   paintDrones(frame, ahead) {
     const canvas = this.drones, side = canvas.width, pen = canvas.getContext("2d"), { teams } = frame;
-    const places = this.carry(frame, ahead), size = side * (teams.length > 60 ? 0.008 : 0.0125);
+    const places = this.carry(frame, ahead), size = side * (teams.length > MANY ? 0.008 : 0.0125);
     pen.clearRect(0, 0, side, side);
     if (this.hasTrails) this.trails.paint(pen, frame, places, side);
     this.paintShadows(pen, places, side, size);
-    for (const [reach, white] of [[1.45, true], [1, false]]) {
+    for (const reach of [1.45, 1]) { // a white rim first
       for (const team of [0, 1]) {
-        pen.fillStyle = white ? "#fff" : COLOURS[team];
+        pen.fillStyle = reach > 1 ? "#fff" : COLOURS[team];
         pen.beginPath();
         for (let i = 0; i < teams.length; i++) {
-          if (teams[i] === team) shape(pen, team, places[2 * i] * side, (1 - places[2 * i + 1]) * side, size * reach);
+          if (teams[i] === team) addDrone(pen, team, places[2 * i] * side, (1 - places[2 * i + 1]) * side, size * reach);
         }
         pen.fill();
       }
@@ -125,18 +122,17 @@ export class Arena {
   // Shadows tell altitudes, as light from the upper left casts them: the higher, the farther off and the larger.
   paintShadows(pen, places, side, size) {
     if (this.altitudes?.length !== places.length / 2) return;
-    for (let i = 0; i < this.altitudes.length; i++) {
-      const height = this.altitudes[i] / 255, reach = size * (1.5 + 0.4 * height), away = size * (0.4 + 1.2 * height);
-      const x = places[2 * i] * side + away - reach, y = (1 - places[2 * i + 1]) * side + away - reach;
-      pen.drawImage(this.shadow, x, y, 2 * reach, 2 * reach);
-    }
+    this.altitudes.forEach((altitude, i) => {
+      const height = altitude / 255, reach = size * (1.5 + 0.4 * height), away = size * (0.4 + 1.2 * height) - reach;
+      pen.drawImage(this.shadow, places[2 * i] * side + away, (1 - places[2 * i + 1]) * side + away, 2 * reach, 2 * reach);
+    });
   }
 
   // Whether a drone is, or will be at once, where the other team captures it.
-  isInDanger(frame, places, i) {
-    const other = 1 - frame.teams[i], x = places[2 * i], y = places[2 * i + 1];
-    return this.ground.captures(other, x, y)
-      || this.ground.captures(other, x + WARNING_S * frame.velocities[2 * i], y + WARNING_S * frame.velocities[2 * i + 1]);
+  isInDanger({ teams, velocities }, places, i) {
+    const x = places[2 * i], y = places[2 * i + 1];
+    return [0, WARNING_S].some((ahead) => (
+      this.ground.captures(1 - teams[i], x + ahead * velocities[2 * i], y + ahead * velocities[2 * i + 1])));
   }
 
   paintDanger(pen, frame, places, side, size) {
@@ -145,12 +141,10 @@ export class Arena {
     pen.beginPath();
     for (let i = 0; i < frame.teams.length; i++) {
       if (!this.guarded.includes(frame.teams[i]) || !this.isInDanger(frame, places, i)) continue;
-      const x = places[2 * i] * side, y = (1 - places[2 * i + 1]) * side, reach = 2.1 * size * pulse;
-      pen.moveTo(x + reach, y);
-      pen.arc(x, y, reach, 0, 7);
+      addDrone(pen, 0, places[2 * i] * side, (1 - places[2 * i + 1]) * side, 2.1 * size * pulse); // a ring
       this.endangered++;
     }
-    for (const [colour, width] of [["#fff", 0.009], ["#111", 0.0045]]) {
+    for (const [colour, width] of /** @type {[string, number][]} */ ([["#fff", 0.009], ["#111", 0.0045]])) {
       pen.strokeStyle = colour;
       pen.lineWidth = side * width;
       pen.stroke();
@@ -159,7 +153,7 @@ export class Arena {
 
   paintFlashes(pen, places, side, size) {
     const time = performance.now();
-    while (this.flashes.length && time - this.flashes[0].began >= FLASH_MS) this.flashes.shift();
+    this.flashes = this.flashes.filter(({ began }) => time - began < FLASH_MS);
     for (const { drone, team, began } of this.flashes) {
       const grown = (time - began) / FLASH_MS;
       pen.globalAlpha = 1 - grown;
@@ -174,26 +168,11 @@ export class Arena {
 }
 
 function softDisc() {
-  const disc = document.createElement("canvas"), half = 32;
-  disc.width = disc.height = 2 * half;
-  const pen = disc.getContext("2d"), shade = pen.createRadialGradient(half, half, 0.45 * half, half, half, half);
+  const half = 32, canvas = newCanvas(2 * half), pen = canvas.getContext("2d");
+  const shade = pen.createRadialGradient(half, half, 0.45 * half, half, half, half);
   shade.addColorStop(0, "rgb(33 37 41 / 35%)");
   shade.addColorStop(1, "rgb(33 37 41 / 0%)");
   pen.fillStyle = shade;
   pen.fillRect(0, 0, 2 * half, 2 * half);
-  return disc;
-}
-
-function shape(pen, team, x, y, size) {
-  if (team === 0) {
-    pen.moveTo(x + size, y);
-    pen.arc(x, y, size, 0, 7);
-  } else {
-    const reach = 1.25 * size;
-    pen.moveTo(x - reach, y);
-    pen.lineTo(x, y - reach);
-    pen.lineTo(x + reach, y);
-    pen.lineTo(x, y + reach);
-    pen.closePath();
-  }
+  return canvas;
 }

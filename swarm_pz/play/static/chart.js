@@ -1,6 +1,6 @@
 // Team sizes over time: red from below, blue from above, each with its team's sign.
 
-import { hatch } from "./ground.js";
+import { disc, hatch } from "./ground.js";
 
 const SHORTEST_S = 30;
 const SWING_S = 5;
@@ -11,6 +11,7 @@ export class Chart {
     this.sizes = [];
     this.marked = null; // a second to point out
     this.cursor = null; // the seconds that are shown of a recorded game
+    new ResizeObserver(() => this.resize()).observe(canvas);
   }
 
   // Sizes of red and blue, one entry a second.
@@ -22,8 +23,7 @@ export class Chart {
 
   add(tick, red, blue) {
     const second = Math.floor(tick / 30);
-    const last = this.sizes[second];
-    if (last && last[0] === red) return;
+    if (this.sizes[second]?.[0] === red) return;
     while (this.sizes.length < second) this.sizes.push([...(this.sizes.at(-1) ?? [red, blue])]);
     this.sizes[second] = [red, blue];
     this.paint();
@@ -52,51 +52,44 @@ export class Chart {
     if (!sizes.length || !width) return;
     this.hatches ??= [0, 1].map((team) => hatch(pen, team, width / (canvas.clientWidth || width)));
     const step = width / Math.max(sizes.length, SHORTEST_S), edge = ([red, blue]) => height * (1 - red / (red + blue || 1));
-    for (const [team, from] of [[0, height], [1, 0]]) {
+    [height, 0].forEach((from, team) => {
       pen.fillStyle = this.hatches[team];
       pen.beginPath();
       sizes.forEach((entry, i) => pen.rect(i * step, Math.min(edge(entry), from), step + 0.5, Math.abs(from - edge(entry))));
       pen.fill();
-    }
-    pen.strokeStyle = "#1b1f24";
-    pen.lineWidth = Math.max(height / 40, 1.5);
-    pen.beginPath();
-    sizes.forEach((entry, i) => { pen.lineTo(i * step, edge(entry)); pen.lineTo((i + 1) * step, edge(entry)); });
-    pen.stroke();
-    this.paintLine(pen, [0, height / 2], [width, height / 2], [3, 3]);
-    if (this.marked !== null) this.paintMark(pen, (this.marked + 0.5) * step, edge(sizes[this.marked]), height);
-    if (this.cursor !== null) this.paintCursor(pen, this.cursor * step, height);
+    });
+    const border = sizes.flatMap((entry, i) => [[i * step, edge(entry)], [(i + 1) * step, edge(entry)]]);
+    paintLine(pen, border, Math.max(height / 40, 1.5));
+    paintLine(pen, [[0, height / 2], [width, height / 2]], 1, [3, 3]);
+    if (this.marked !== null) paintMark(pen, (this.marked + 0.5) * step, edge(sizes[this.marked]), height);
+    if (this.cursor !== null) paintCursor(pen, this.cursor * step, height);
     const [red, blue] = (this.cursor === null ? null : sizes[Math.floor(this.cursor)]) ?? sizes.at(-1);
     canvas.setAttribute("aria-label", `Team sizes over time: now red ${red}, blue ${blue}`);
   }
+}
 
-  paintLine(pen, from, to, dash) {
-    pen.strokeStyle = "#1b1f24";
-    pen.lineWidth = 1;
-    pen.setLineDash(dash);
-    pen.beginPath();
-    pen.moveTo(...from);
-    pen.lineTo(...to);
-    pen.stroke();
-    pen.setLineDash([]);
-  }
+function paintLine(pen, points, width, dash = []) {
+  pen.strokeStyle = "#1b1f24";
+  pen.lineWidth = width;
+  pen.setLineDash(dash);
+  pen.beginPath();
+  for (const [x, y] of points) pen.lineTo(x, y);
+  pen.stroke();
+}
 
-  paintCursor(pen, x, height) {
-    for (const [colour, width] of [["#fff", height / 14], ["#111", height / 28]]) {
-      pen.fillStyle = colour;
-      pen.fillRect(x - width / 2, 0, width, height);
-    }
-  }
+function paintCursor(pen, x, height) {
+  pen.fillStyle = "#fff";
+  pen.fillRect(x - height / 28, 0, height / 14, height);
+  pen.fillStyle = "#111";
+  pen.fillRect(x - height / 56, 0, height / 28, height);
+}
 
-  paintMark(pen, x, y, height) {
-    this.paintLine(pen, [x, 0], [x, height], []);
-    for (const [colour, radius] of [["#fff", 0.11], ["#111", 0.07]]) {
-      pen.fillStyle = colour;
-      pen.beginPath();
-      pen.arc(x, y, radius * height, 0, 7);
-      pen.fill();
-    }
-  }
+function paintMark(pen, x, y, height) {
+  paintLine(pen, [[x, 0], [x, height]], 1);
+  pen.fillStyle = "#fff";
+  disc(pen, x, y, 0.11 * height);
+  pen.fillStyle = "#111";
+  disc(pen, x, y, 0.07 * height);
 }
 
 // Sizes once a second, and what a game that was won ended with: its last second is not whole.
@@ -110,14 +103,10 @@ export function untilTheEnd(sizes, outcome) {
 // behind again; of a lead from the start, its greatest gain. Null if nothing happened.
 export function turningPoint(sizes) {
   const leads = sizes.map(([red, blue]) => red - blue), sign = Math.sign(leads.at(-1) ?? 0);
-  if (sign !== 0) {
-    const behind = leads.findLastIndex((lead) => lead * sign <= 0);
-    if (behind > 0) return { second: Math.min(behind + 1, leads.length - 1), kind: "lead" };
-  }
-  let best = 0, second = null;
-  for (let i = 1; i < leads.length; i++) {
-    const swing = leads[i] - leads[Math.max(i - SWING_S, 0)], gain = sign === 0 ? Math.abs(swing) : sign * swing;
-    if (gain > best) [best, second] = [gain, i];
-  }
-  return second === null ? null : { second, kind: "swing" };
+  const behind = sign === 0 ? -1 : leads.findLastIndex((lead) => lead * sign <= 0);
+  if (behind > 0) return { second: Math.min(behind + 1, leads.length - 1), kind: "lead" };
+  const swings = leads.map((lead, i) => lead - leads[Math.max(i - SWING_S, 0)]);
+  const gains = swings.map((swing) => (sign === 0 ? Math.abs(swing) : sign * swing));
+  const best = Math.max(0, ...gains);
+  return best > 0 ? { second: gains.indexOf(best), kind: "swing" } : null;
 }

@@ -8,7 +8,7 @@ export function trace(values, cells, level, piece) {
   for (let row = 0; row < cells - 1; row++) {
     for (let column = 0; column < cells - 1; column++) {
       const a = at(column, row), b = at(column + 1, row), c = at(column + 1, row + 1), d = at(column, row + 1);
-      const which = (a > level) | (b > level) << 1 | (c > level) << 2 | (d > level) << 3;
+      const which = [a, b, c, d].reduce((bits, value, i) => bits | Number(value > level) << i, 0);
       if (which === 0 || which === 15) continue;
       const south = () => [place(column + cross(a, b)), place(row)];
       const east = () => [place(column + 1), place(row + cross(b, c))];

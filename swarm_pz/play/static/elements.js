@@ -1,9 +1,11 @@
 // Elements of the page: found by their ids, and made.
 
-export const at = (id) => document.getElementById(id);
+/** @returns {any} whatever element it is */
+export function byId(id) { return document.getElementById(id); }
 
 // An element with its properties, or attributes where it has no such property, and what it holds.
-export function make(tag, has, ...parts) {
+/** @returns {any} */
+export function make(tag, has = {}, ...parts) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(has)) {
     if (name in element) element[name] = value;
@@ -13,5 +15,14 @@ export function make(tag, has, ...parts) {
   return element;
 }
 
-// A button of some words.
 export function button(words, onclick, has = {}) { return make("button", { type: "button", onclick, ...has }, ...[words].flat()); }
+
+// Have elements act when they are clicked.
+export function onClick(acts) {
+  for (const [id, act] of Object.entries(acts)) byId(id).addEventListener("click", act);
+}
+
+// Say something where it is not said already: who hears the page would hear it again.
+export function say(id, text) {
+  if (byId(id).textContent !== text) byId(id).textContent = text;
+}

@@ -6,7 +6,10 @@ const TRIES = 40, PAUSE_MS = 500; // a game's file is whole soon after its end
 export class Embed {
   // origin: of the experiment, as the address says; begin: opens a room by a message and begins in it at once.
   constructor(link, origin, begin) {
-    Object.assign(this, { origin, begin, allowed: false, begun: false, ended: false, side: null });
+    this.origin = origin;
+    this.begin = begin;
+    this.allowed = this.begun = this.ended = false;
+    this.side = null;
     this.waiting = "Waiting for the experiment…"; // what is said until a game begins
     document.documentElement.dataset.embed = "";
     addEventListener("message", (event) => this.hear(event));

@@ -1,58 +1,48 @@
 // Binary messages of the table, as docs/protocol.md describes them: frames and targets.
 // Everything is little-endian; grids are [row = y, column = x], row 0 at the bottom.
 
-export const FRAME = 1, TARGET = 2;
+export const FRAME = "frame", TARGET = "target";
+export const CELLS = 50; // of a field, a side
+export const CAPTURES_FROM = 192; // value of a field: a team captures there
+const KINDS = { 1: decodeFrame, 2: decodeTarget };
 const KEYFRAME = 1, WITH_FIELDS = 2, HIDDEN = [4, 8]; // of red's drones, and blue's, it does not tell where they are
-const HEADER = 20, TARGET_HEADER = 8, CELLS = 50, FASTEST = 4;
+const HEADER = 20, TARGET_HEADER = 8, FASTEST = 4;
 
 export function decode(buffer) {
-  const kind = new DataView(buffer).getUint8(0);
-  if (kind === FRAME) return decodeFrame(buffer);
-  if (kind === TARGET) return decodeTarget(buffer);
-  throw new Error(`a binary message must begin with byte ${FRAME} or ${TARGET}, got ${kind}`);
+  const view = new DataView(buffer), kind = view.getUint8(0);
+  if (!(kind in KINDS)) throw new Error(`a binary message must begin with byte ${Object.keys(KINDS).join(" or ")}, got ${kind}`);
+  return KINDS[kind](view, buffer);
 }
 
-function decodeFrame(buffer) {
-  const view = new DataView(buffer);
-  const flags = view.getUint8(1), count = view.getUint16(2, true);
-  const bits = (count + 7) >> 3;
-  const length = HEADER + 8 * count + bits + (flags & KEYFRAME ? count : 0) + (flags & WITH_FIELDS ? 2 * CELLS * CELLS : 0);
+function decodeFrame(view, buffer) {
+  const flags = view.getUint8(1), count = view.getUint16(2, true), bits = (count + 7) >> 3, cells = CELLS * CELLS;
+  const teamsAt = HEADER + 8 * count, altitudesAt = teamsAt + bits, fieldsAt = altitudesAt + (flags & KEYFRAME ? count : 0);
+  const length = fieldsAt + (flags & WITH_FIELDS ? 2 * cells : 0);
   if (buffer.byteLength !== length) throw new Error(`a frame of ${count} drones has ${length} bytes, got ${buffer.byteLength}`);
   const positions = new Float32Array(2 * count), velocities = new Float32Array(2 * count);
   for (let i = 0; i < 2 * count; i++) {
     positions[i] = view.getUint16(HEADER + 2 * i, true) / 65535;
     velocities[i] = view.getInt16(HEADER + 4 * count + 2 * i, true) / 32767 * FASTEST;
   }
-  const teams = new Uint8Array(count);
-  let at = HEADER + 8 * count;
-  const hidden = HIDDEN.findIndex((flag) => flags & flag);
+  const teams = new Uint8Array(count), hidden = HIDDEN.findIndex((flag) => flags & flag);
   for (let i = 0; i < count; i++) {
-    teams[i] = view.getUint8(at + (i >> 3)) >> (i & 7) & 1;
+    teams[i] = view.getUint8(teamsAt + (i >> 3)) >> (i & 7) & 1;
     // Nowhere: what is painted there is not painted.
     if (teams[i] === hidden) for (const told of [positions, velocities]) told.fill(NaN, 2 * i, 2 * i + 2);
   }
-  at += bits;
-  let altitudes = null, fields = null;
-  if (flags & KEYFRAME) {
-    altitudes = new Uint8Array(buffer.slice(at, at + count));
-    at += count;
-  }
-  if (flags & WITH_FIELDS) {
-    const cells = CELLS * CELLS;
-    fields = [new Uint8Array(buffer.slice(at, at + cells)), new Uint8Array(buffer.slice(at + cells, at + 2 * cells))];
-  }
+  const take = (from, size) => new Uint8Array(buffer.slice(from, from + size));
   return {
-    kind: FRAME, sequence: view.getUint32(4, true), tick: view.getUint32(8, true), serverMs: view.getFloat64(12, true),
-    positions, velocities, teams, altitudes, fields,
+    type: FRAME, sequence: view.getUint32(4, true), tick: view.getUint32(8, true), serverMs: view.getFloat64(12, true),
+    positions, velocities, teams, altitudes: flags & KEYFRAME ? take(altitudesAt, count) : null,
+    fields: flags & WITH_FIELDS ? [take(fieldsAt, cells), take(fieldsAt + cells, cells)] : null,
   };
 }
 
-function decodeTarget(buffer) {
-  const view = new DataView(buffer);
+function decodeTarget(view, buffer) {
   const cells = view.getUint16(2, true);
   if (buffer.byteLength !== TARGET_HEADER + cells * cells) throw new Error(`a target of ${cells} cells a side is cut short`);
   return {
-    kind: TARGET, team: view.getUint8(1), number: view.getUint32(4, true), cells,
+    type: TARGET, team: view.getUint8(1), number: view.getUint32(4, true), cells,
     picture: new Uint8Array(buffer.slice(TARGET_HEADER)),
   };
 }

@@ -1,28 +1,21 @@
 // Recorded games, as the server lists them: links to watch them, with who played and how it ended.
 
-import { called } from "./cards.js";
-import { clock } from "./news.js";
+import { make } from "./elements.js";
+import { called, clock } from "./words.js";
 
 const NAME = /^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)Z-([A-Z0-9]+)-(\d+)/;
 
 // Fill a list with the recorded games, of one room if one is named; returns how many there are.
 export async function listGames(list, room = "") {
-  let games = [];
-  try {
-    const answer = await fetch("/recordings");
-    games = answer.ok ? await answer.json() : [];
-  } catch { /* without the server there is no list */ }
+  const answer = await fetch("/recordings").catch(() => null); // without the server there is no list
+  const games = answer?.ok ? await answer.json() : [];
   const shown = games.filter(({ name }) => !room || name.match(NAME)?.[7] === room);
   list.replaceChildren(...shown.map((game) => {
-    const item = document.createElement("li"), link = document.createElement("a");
-    link.href = `#replay=${encodeURIComponent(game.name)}`;
-    for (const [tag, words] of [["strong", players(game)], ["span", ending(game)], ["small", title(game)]]) {
-      if (words) link.append(Object.assign(document.createElement(tag), { textContent: words }), " ");
-    }
-    item.append(link);
-    return item;
+    const told = [["strong", players(game)], ["span", ending(game)], ["small", title(game)]].filter(([, words]) => words);
+    const href = `#replay=${encodeURIComponent(game.name)}`;
+    return make("li", {}, make("a", { href }, ...told.flatMap(([tag, words]) => [make(tag, {}, words), " "])));
   }));
-  if (!shown.length && !room) list.append(Object.assign(document.createElement("li"), { textContent: "None so far." }));
+  if (!shown.length && !room) list.append(make("li", {}, "None so far."));
   return shown.length;
 }
 

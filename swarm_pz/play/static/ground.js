@@ -1,52 +1,76 @@
 // The ground: where each team captures, cell by cell with a hard edge, and what one's own swarm is asked to cover.
 
 import { trace } from "./contours.js";
+import { CAPTURES_FROM, CELLS } from "./frames.js";
 
 export const COLOURS = ["#d62839", "#1d62d6"];
 export const SHADES = ["#f8c3c7", "#bdd3f6"]; // of ground that captures
-const CAPTURES = 192; // value of a field from which it captures
-const CELLS = 50;
-const TARGET = "#0b6e4f", TARGET_RGB = [11, 110, 79], TARGET_ALPHA = 34;
+export const INK = "#0b6e4f"; // of what one asks for
+const TINT = [11, 110, 79, 34];
 const HALF = 127.5; // of a target's largest value: inside is where most of the swarm is wanted
+
+/** @returns {HTMLCanvasElement} */
+export function newCanvas(width, height = width) { return Object.assign(document.createElement("canvas"), { width, height }); }
+
+// A pattern of square tiles.
+export function pattern(pen, size, paint) {
+  const tile = newCanvas(size);
+  paint(tile.getContext("2d"));
+  return pen.createPattern(tile, "repeat");
+}
 
 // A team's sign: red is striped, blue is dotted, so that nobody needs the colours.
 export function hatch(pen, team, scale) {
-  const size = Math.max(Math.round(7 * scale), 5), tile = document.createElement("canvas");
-  tile.width = tile.height = size;
-  const draw = tile.getContext("2d");
-  draw.fillStyle = SHADES[team];
-  draw.fillRect(0, 0, size, size);
-  draw.strokeStyle = draw.fillStyle = COLOURS[team];
-  draw.globalAlpha = 0.75;
-  draw.beginPath();
-  if (team === 0) {
-    draw.lineWidth = size / 7;
+  const size = Math.max(Math.round(7 * scale), 5);
+  return pattern(pen, size, (tile) => {
+    tile.fillStyle = SHADES[team];
+    tile.fillRect(0, 0, size, size);
+    tile.strokeStyle = tile.fillStyle = COLOURS[team];
+    tile.globalAlpha = 0.75;
+    tile.lineWidth = size / 7;
+    if (team === 1) return disc(tile, size / 2, size / 2, size / 5);
+    tile.beginPath();
     for (const shift of [-size, 0, size]) {
-      draw.moveTo(shift - 1, size + 1);
-      draw.lineTo(shift + size + 1, -1);
+      tile.moveTo(shift - 1, size + 1);
+      tile.lineTo(shift + size + 1, -1);
     }
-    draw.stroke();
-  } else {
-    draw.arc(size / 2, size / 2, size / 5, 0, 7);
-    draw.fill();
+    tile.stroke();
+  });
+}
+
+export function disc(pen, x, y, radius) {
+  pen.beginPath();
+  pen.arc(x, y, radius, 0, 7);
+  pen.fill();
+}
+
+// Add a drone to a path: red ones are discs, blue ones diamonds.
+export function addDrone(pen, team, x, y, size) {
+  if (team === 0) {
+    pen.moveTo(x + size, y);
+    pen.arc(x, y, size, 0, 7);
+    return;
   }
-  return pen.createPattern(tile, "repeat");
+  const reach = 1.25 * size;
+  pen.moveTo(x - reach, y);
+  pen.lineTo(x, y - reach);
+  pen.lineTo(x + reach, y);
+  pen.lineTo(x, y + reach);
+  pen.closePath();
 }
 
 export class Ground {
   constructor(canvas) {
     this.canvas = canvas;
     this.own = 0;
-    this.tint = document.createElement("canvas");
-    this.tint.width = this.tint.height = CELLS;
+    this.tint = newCanvas(CELLS);
     this.image = this.tint.getContext("2d").createImageData(CELLS, CELLS);
     this.hatches = null;
     this.forget();
   }
 
   forget() {
-    this.fields = null;
-    this.target = null;
+    this.fields = this.target = null;
     this.hasTint = false;
     this.dirty = true;
   }
@@ -64,14 +88,10 @@ export class Ground {
   }
 
   makeTint(picture) {
-    const { data } = this.image;
-    for (let row = 0; row < CELLS; row++) {
-      for (let column = 0; column < CELLS; column++) {
-        const at = 4 * ((CELLS - 1 - row) * CELLS + column);
-        [data[at], data[at + 1], data[at + 2]] = TARGET_RGB;
-        data[at + 3] = picture[row * CELLS + column] > HALF ? TARGET_ALPHA : 0;
-      }
-    }
+    picture.forEach((value, i) => {
+      const row = CELLS - 1 - Math.floor(i / CELLS), place = 4 * (row * CELLS + i % CELLS);
+      this.image.data.set(value > HALF ? TINT : [0, 0, 0, 0], place);
+    });
     this.tint.getContext("2d").putImageData(this.image, 0, 0);
   }
 
@@ -79,7 +99,7 @@ export class Ground {
   captures(team, x, y) {
     if (!this.fields) return false;
     const cell = (value) => Math.min(Math.max(Math.floor(value * CELLS), 0), CELLS - 1);
-    return this.fields[team][cell(y) * CELLS + cell(x)] >= CAPTURES;
+    return this.fields[team][cell(y) * CELLS + cell(x)] >= CAPTURES_FROM;
   }
 
   paint() {
@@ -98,7 +118,7 @@ export class Ground {
   }
 
   paintContour(pen, side) {
-    pen.strokeStyle = TARGET;
+    pen.strokeStyle = INK;
     pen.lineWidth = side * 0.003;
     pen.beginPath();
     trace(this.target.picture, this.target.cells, HALF, (x0, y0, x1, y1) => {
@@ -108,36 +128,31 @@ export class Ground {
     pen.stroke();
   }
 
-  // Whole cells, since the rule asks whole cells: runs of a row are filled, and sides between in and out are drawn.
+  // Whole cells, since the rule asks whole cells; sides between in and out are drawn.
   paintCapturing(pen, team, side) {
     const field = this.fields[team], size = side / CELLS;
     const holds = (row, column) => row >= 0 && column >= 0 && row < CELLS && column < CELLS
-      && field[row * CELLS + column] >= CAPTURES;
-    pen.fillStyle = this.hatches[team];
-    pen.strokeStyle = COLOURS[team];
-    pen.lineWidth = Math.max(side * 0.003, 1.5);
-    pen.beginPath();
-    for (let row = 0; row < CELLS; row++) {
-      for (let column = 0; column < CELLS; column++) {
-        if (!holds(row, column)) continue;
-        const first = column;
-        while (holds(row, column + 1)) column++;
-        pen.rect(first * size, (CELLS - 1 - row) * size, (column + 1 - first) * size, size);
-      }
-    }
-    pen.fill();
-    pen.beginPath();
+      && field[row * CELLS + column] >= CAPTURES_FROM;
+    const edges = new Path2D(), cells = new Path2D();
+    const edge = (x0, y0, x1, y1) => {
+      edges.moveTo(x0, y0);
+      edges.lineTo(x1, y1);
+    };
     for (let row = 0; row < CELLS; row++) {
       for (let column = 0; column < CELLS; column++) {
         if (!holds(row, column)) continue;
         const x = column * size, y = (CELLS - 1 - row) * size;
-        const edge = (x0, y0, x1, y1) => { pen.moveTo(x0, y0); pen.lineTo(x1, y1); };
+        cells.rect(x, y, size, size);
         if (!holds(row + 1, column)) edge(x, y, x + size, y);
         if (!holds(row - 1, column)) edge(x, y + size, x + size, y + size);
         if (!holds(row, column - 1)) edge(x, y, x, y + size);
         if (!holds(row, column + 1)) edge(x + size, y, x + size, y + size);
       }
     }
-    pen.stroke();
+    pen.fillStyle = this.hatches[team];
+    pen.strokeStyle = COLOURS[team];
+    pen.lineWidth = Math.max(side * 0.003, 1.5);
+    pen.fill(cells);
+    pen.stroke(edges);
   }
 }

@@ -1,9 +1,11 @@
 // The signs of the board and the keys, in a dialog. Its pictures are the board's own, so that they show what it shows.
 
 import { Arena } from "./arena.js";
+import { byId, onClick } from "./elements.js";
+import { CELLS } from "./frames.js";
+import { newCanvas } from "./ground.js";
 
-const at = (id) => document.getElementById(id);
-const SIDE = 1100, CELLS = 50; // of a board of which a picture shows a part
+const SIDE = 1100; // of a board of which a picture shows a part
 const MIDDLE = 25; // the cell in the middle of every picture, along both axes
 const HOLDS = [[-1, 0], [0, 0], [1, 0], [0, 1]]; // cells that capture, from there
 
@@ -19,27 +21,27 @@ const SCENES = {
 
 export class Legend {
   constructor() {
-    for (const id of ["signs", "start-signs"]) at(id).addEventListener("click", () => this.open());
-    at("close-legend").addEventListener("click", () => at("legend").close());
+    const open = () => this.open();
+    onClick({ signs: open, "start-signs": open, "close-legend": () => byId("legend").close() });
     addEventListener("keydown", (event) => {
-      if (event.key !== "?" || event.ctrlKey || event.metaKey || event.target.closest("input:not([type=range], [type=checkbox])")) return;
+      const { target } = /** @type {any} */ (event);
+      if (event.key !== "?" || event.ctrlKey || event.metaKey || target.closest("input:not([type=range], [type=checkbox])")) return;
       if (!document.querySelector("dialog[open]")) this.open();
       event.preventDefault();
     });
   }
 
   open() {
-    if (!this.isPainted) for (const canvas of at("legend").querySelectorAll("canvas")) paintSign(canvas, SCENES[canvas.dataset.sign]);
+    if (!this.isPainted) for (const canvas of byId("legend").querySelectorAll("canvas")) paintSign(canvas, SCENES[canvas.dataset.sign]);
     this.isPainted = true;
-    at("legend").showModal();
-    at("legend").scrollTop = 0;
+    byId("legend").showModal();
+    byId("legend").scrollTop = 0;
   }
 }
 
 // Paint a part of a board on which a scene stands.
-export function paintSign(canvas, { holds = null, drones, was = null, flown = false, speed = 0, target = false }) {
-  const [ground, board] = [0, 1].map(() => Object.assign(document.createElement("canvas"), { width: SIDE, height: SIDE }));
-  const arena = new Arena(ground, board, () => 0);
+function paintSign(canvas, { holds = null, drones, was = null, flown = false, speed = 0, target = false }) {
+  const ground = newCanvas(SIDE), board = newCanvas(SIDE), arena = new Arena(ground, board, () => 0);
   const frame = (tick, shift, teams) => ({
     tick, teams: Uint8Array.from(teams), fields: [0, 1].map((team) => field(team === holds ? HOLDS : [])),
     positions: Float32Array.from(drones.flatMap(([, x, y]) => [place(x - shift), place(y - 0.4 * shift * shift)])),
@@ -47,8 +49,8 @@ export function paintSign(canvas, { holds = null, drones, was = null, flown = fa
   });
   const teams = drones.map(([team]) => team);
   for (let k = 9; k > 0 && flown; k--) arena.take(frame(100 - 7 * k, k / 3, teams));
-  arena.take(frame(100, 0, was === null ? teams : teams.map(() => was)));
-  if (was !== null) arena.take(frame(103, 0, teams));
+  if (was !== null) arena.take(frame(97, 0, teams.map(() => was)));
+  arena.take(frame(100, 0, teams));
   if (target) {
     const picture = new Uint8Array(CELLS * CELLS).map((_, i) => {
       const x = i % CELLS - MIDDLE, y = Math.floor(i / CELLS) - MIDDLE;

@@ -1,8 +1,8 @@
 // The first lesson: three steps. Each waits, with the board held, until one goes on; and again until it is done.
 
 import { CIRCLE, CORNER, paintCard, paintDrawing, paintDrones, paintHolds, TIGHT } from "./cards.js";
+import { byId, onClick, say } from "./elements.js";
 
-const at = (id) => document.getElementById(id);
 const IN_CORNER = 0.35; // map widths from the corner that count as there
 const SPREAD = 0.18; // mean distance of drones from their mean place that is no bunch
 const NEAR = 0.2; // map widths from what was drawn within which a capture is the drawing's
@@ -66,17 +66,20 @@ const STEPS = [
 export class Lesson {
   // begin: opens a room by a message and begins in it at once; home: leads back to the start.
   constructor(link, { begin, home }) {
-    Object.assign(this, { link, begin, home, step: -1, room: null, held: false, drawn: null, hinted: undefined, sends: 0, sinceMs: null });
+    this.link = link;
+    this.begin = begin;
+    this.step = -1;
+    this.room = this.setting = null; // where it goes on, and what its step needs
+    this.held = this.isOver = false;
+    this.try();
     link.addEventListener("seated", ({ detail }) => { this.room ??= this.running ? detail.room : null; });
     link.addEventListener("refused", ({ detail }) => {
       if (detail.about !== "create" || !this.running) return;
       this.setting = null;
       this.go(this.step);
     });
-    at("lesson-next").addEventListener("click", () => this.act());
-    at("lesson-leave").addEventListener("click", home);
-    at("lesson-skip").addEventListener("click", () => this.go(this.step + 1));
-    at("on-lift").addEventListener("change", () => { if (this.running && !this.held) this.ask(); });
+    onClick({ "lesson-next": () => this.act(), "lesson-leave": home, "lesson-skip": () => this.go(this.step + 1) });
+    byId("on-lift").addEventListener("change", () => { if (this.running && !this.held) this.ask(); });
   }
 
   get running() { return this.step >= 0; }
@@ -85,15 +88,24 @@ export class Lesson {
 
   start() {
     if (this.running) return;
-    Object.assign(this, { room: null, setting: null, isOver: false });
+    this.room = this.setting = null;
+    this.isOver = false;
     this.go(0);
   }
 
+  // Begin anew with what is drawn, and with help.
+  try() {
+    this.drawn = this.sinceMs = null;
+    this.hinted = undefined;
+    this.sends = 0;
+  }
+
   stop() {
-    Object.assign(this, { step: -1, held: false });
-    at("lesson").hidden = at("step").hidden = true;
+    this.step = -1;
+    this.held = false;
+    byId("lesson").hidden = byId("step").hidden = true;
     this.mark(null);
-    at("chart").hidden = false;
+    byId("chart").hidden = false;
   }
 
   // Hold the board, and say what comes next.
@@ -107,22 +119,22 @@ export class Lesson {
   }
 
   hold(title, text, button) {
-    Object.assign(this, { held: true, drawn: null });
-    at("step").hidden = false;
-    at("lesson").hidden = true;
+    this.held = true;
+    byId("step").hidden = false;
+    byId("lesson").hidden = true;
     this.mark(null);
-    at("step-title").textContent = title;
+    byId("step-title").textContent = title;
     this.paint(STEPS[this.step]);
-    at("lesson-text").textContent = text;
-    at("lesson-next").textContent = button;
-    at("lesson-next").focus({ preventScroll: true });
+    byId("lesson-text").textContent = text;
+    byId("lesson-next").textContent = button;
+    byId("lesson-next").focus({ preventScroll: true });
   }
 
   // What is to be drawn in a step, and what comes of it.
   paint(step) {
-    at("step-picture").hidden = !step;
+    byId("step-picture").hidden = !step;
     if (!step) return;
-    const canvas = at("step-picture"), pen = canvas.getContext("2d"), zoom = step.holds ? 2 : 1, shift = (1 - zoom) / 2 * canvas.width;
+    const canvas = byId("step-picture"), pen = canvas.getContext("2d"), zoom = step.holds ? 2 : 1, shift = (1 - zoom) / 2 * canvas.width;
     pen.setTransform(zoom, 0, 0, zoom, shift, shift);
     paintCard(canvas, { target: ["0"], drones: [] });
     paintDrawing(canvas, step.shows, step.holds ? 0 : step.shows === CORNER ? 3 : 9);
@@ -141,30 +153,31 @@ export class Lesson {
     }
     const { room } = STEPS[this.step];
     if (this.setting !== room) {
-      Object.assign(this, { setting: null, room: null });
+      this.setting = this.room = null;
       if (!this.begin({ seat: "red", ...room, lesson: true })) return;
       this.setting = room;
     } else if (this.isOver) this.link.send({ type: "ready" });
     this.isOver = this.held = false;
-    at("step").hidden = true;
-    at("lesson").hidden = false;
-    at("chart").hidden = true;
-    Object.assign(this, { hinted: undefined, sends: 0, sinceMs: null });
+    byId("step").hidden = true;
+    byId("lesson").hidden = false;
+    byId("chart").hidden = true;
+    this.try();
     this.ask();
-    at("arena").focus({ preventScroll: true });
+    byId("arena").focus({ preventScroll: true });
   }
 
   // What is to be done, and what is wrong with what was done so far.
   ask(hint = "") {
-    const { task } = STEPS[this.step], send = at("on-lift").checked ? "" : " Then press Send.";
-    const text = `${this.step + 1} of ${STEPS.length}: ${hint || task}${hint ? "" : send}`;
-    if (at("lesson-task").textContent !== text) at("lesson-task").textContent = text;
+    const { task } = STEPS[this.step], send = byId("on-lift").checked ? "" : " Then press Send.";
+    say("lesson-task", `${this.step + 1} of ${STEPS.length}: ${hint || task}${hint ? "" : send}`);
   }
 
   // Where it is to be done, as a circle in map widths; null nowhere.
   mark(circle) {
-    at("goal").toggleAttribute("hidden", !circle);
-    if (circle) circle.forEach((value, i) => at("goal-circle").setAttribute(["cx", "cy", "r"][i], 100 * (i === 1 ? 1 - value : value)));
+    byId("goal").toggleAttribute("hidden", !circle);
+    if (!circle) return;
+    const [x, y, r] = circle;
+    for (const [name, value] of Object.entries({ cx: x, cy: 1 - y, r })) byId("goal-circle").setAttribute(name, 100 * value);
   }
 
   // Tell who does not get on what is wrong: once for each drawing, when it can have had an effect.

@@ -1,9 +1,9 @@
 // The library: drawings, and other commands, that this browser keeps; sent again at a tap or by a digit.
 
-import { at, button, make } from "./elements.js";
-import { read } from "./link.js";
+import { button, byId, make, onClick } from "./elements.js";
+import { keep, recall } from "./store.js";
 
-const STORE = "swarm-pz.drawings", FORMAT = "swarm-pz.drawings.v1";
+const STORE = "drawings", FORMAT = "swarm-pz.drawings.v1";
 const MOST = 9; // of a kind: as many as there are digits
 const MOST_BYTES = 2e6; // of a file
 const BRUSHES = { attract: "#0b6e4f", repel: "#7a4a00", erase: "#fff" };
@@ -12,20 +12,27 @@ const SIZE = 72; // pixels a side of a picture
 export class Library {
   // current: what is drawn now, and its kind; send: sends a saved drawing; tell: says what was done; changed: there are others.
   constructor({ current, send, tell, changed }) {
-    Object.assign(this, { current, send, tell, changed, all: checked(read("localStorage", STORE)) });
-    for (const act of ["save", "export"]) at(act).addEventListener("click", () => this[act]());
-    at("shelf").addEventListener("click", () => this.open(at("library").hidden));
-    at("import").addEventListener("click", () => at("file").click());
-    at("file").addEventListener("change", () => this.import());
-    addEventListener("storage", ({ key }) => { if (key === STORE) this.take(checked(read("localStorage", STORE)), false); }); // by another window
+    this.current = current;
+    this.send = send;
+    this.tell = tell;
+    this.changed = changed;
+    this.all = checked(recall(STORE));
+    onClick({
+      save: () => this.save(),
+      export: () => this.export(),
+      shelf: () => this.open(byId("library").hidden),
+      import: () => byId("file").click(),
+    });
+    byId("file").addEventListener("change", () => this.import());
+    addEventListener("storage", ({ key }) => { if (key === `swarm-pz.${STORE}`) this.show(checked(recall(STORE))); }); // by another window
   }
 
   // Those of the kind of commands that one gives now, by their digits.
   get own() { return this.all.filter(({ kind }) => kind === this.current().kind); }
 
   open(isOpen) {
-    at("library").hidden = !isOpen;
-    at("shelf").setAttribute("aria-expanded", isOpen);
+    byId("library").hidden = !isOpen;
+    byId("shelf").setAttribute("aria-expanded", isOpen);
     this.show();
   }
 
@@ -44,22 +51,19 @@ export class Library {
   }
 
   // Go over to other drawings; tell whether the browser keeps them.
-  take(all, isToKeep = true) {
-    this.all = all;
-    this.show();
-    try {
-      if (isToKeep) localStorage.setItem(STORE, JSON.stringify(all));
-      return true;
-    } catch { return false; }
+  take(all) {
+    this.show(all);
+    return keep(STORE, all);
   }
 
-  show() {
+  show(all = this.all) {
+    this.all = all;
     const { own } = this;
-    at("saved").replaceChildren(...own.map((drawing, i) => make("li", {}, button(
+    byId("saved").replaceChildren(...own.map((drawing, i) => make("li", {}, button(
       [picture(drawing), i + 1], () => this.send(drawing), { title: drawing.name, "aria-label": `${i + 1}: ${drawing.name}` },
     ))));
-    at("none-saved").hidden = own.length;
-    at("drawings").replaceChildren(...own.map((drawing) => this.line(drawing)));
+    byId("none-saved").hidden = own.length;
+    byId("drawings").replaceChildren(...own.map((drawing) => this.line(drawing)));
     this.changed();
   }
 
@@ -69,7 +73,7 @@ export class Library {
     return make(
       "li", {}, picture(drawing),
       make("input", { value: name, maxLength: 40, "aria-label": "Name", onchange: ({ target }) => change({ ...drawing, name: plain(target.value) }) }),
-      button("Delete", () => { change(); at("close-tools").focus(); }, { "aria-label": `Delete ${name}` }),
+      button("Delete", () => { change(); byId("close-tools").focus(); }, { "aria-label": `Delete ${name}` }),
     );
   }
 
@@ -82,19 +86,19 @@ export class Library {
 
   // Add the drawings of a file, as far as they are some, and there is room.
   async import() {
-    const [file] = at("file").files, all = [...this.all];
+    const [file] = byId("file").files, all = [...this.all];
     let found = [];
     try {
       const written = file.size < MOST_BYTES ? JSON.parse(await file.text()) : {};
       if (written.format === FORMAT) found = written.drawings;
     } catch { /* then there are none */ }
-    at("file").value = ""; // the same file once more is another change
+    byId("file").value = ""; // the same file once more is another change
     for (const drawing of checked(found)) {
       const isHere = all.some((other) => JSON.stringify(other) === JSON.stringify(drawing));
       if (!isHere && all.filter(({ kind }) => kind === drawing.kind).length < MOST) all.push(drawing);
     }
     const count = all.length - this.all.length, isKept = this.take(all);
-    at("imported").textContent = `${count} of ${found?.length ?? 0} drawings added${isKept ? "" : "; the browser does not keep them"}.`;
+    byId("imported").textContent = `${count} of ${found?.length ?? 0} drawings added${isKept ? "" : "; the browser does not keep them"}.`;
   }
 }
 

@@ -1,44 +1,45 @@
-// The connection to the server: hello, clock, acknowledgements, and coming back to one's seat.
+// The connection to a table: hello, clock, acknowledgements, and coming back to one's seat.
+// Messages go out by `send`, and come as events named by their type, frames and targets too.
 
 import { decode, FRAME } from "./frames.js";
+import { keep, recall } from "./store.js";
 
 const SUBPROTOCOL = "swarm-pz.play.v2";
 const ACKNOWLEDGE_EVERY = 4;
 const RETRY_MS = [250, 500, 1000, 2000, 4000];
-const STORE = "swarm-pz.seat";
+const PING_EVERY_MS = 2000;
 const FASTEST_HZ = 1000; // that the server takes: where clocks are coarse, pictures seem to come all at once
 
+function server() {
+  return new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/socket`, SUBPROTOCOL);
+}
+
 export class Link extends EventTarget {
-  // wantedSeat: gives the seat to come back to, or null.
-  constructor(wantedSeat) {
+  // wantedSeat: gives the seat to come back to, or null; connect: gives a socket to the table.
+  constructor(wantedSeat, connect = server) {
     super();
     this.wantedSeat = wantedSeat;
+    this.connect = connect;
     this.offsetMs = 0; // server's clock less ours
     this.roundTripMs = 0;
     this.tries = 0;
     this.frames = 0;
-    this.greeted = false;
     this.asked = null; // the seat that the greeting asked for
-    this.pings = [];
     this.quiet = false; // another tab has our seat
     this.restarted = false; // the server is another one than before
     this.open();
-    setInterval(() => this.ping(), 2000);
+    setInterval(() => this.ping(), PING_EVERY_MS);
     document.addEventListener("visibilitychange", () => this.send({ type: "visibility", hidden: document.hidden }));
   }
 
   // This window's seat; and the latest of any window, for who closed theirs.
-  get seat() { return read("sessionStorage", STORE); }
+  get seat() { return recall("seat", "session"); }
 
-  get lastSeat() { return read("localStorage", STORE); }
+  get lastSeat() { return recall("seat"); }
 
   set seat(seat) {
-    try {
-      for (const store of [sessionStorage, localStorage]) {
-        if (seat) store.setItem(STORE, JSON.stringify(seat));
-        else store.removeItem(STORE);
-      }
-    } catch { /* a page without storage only forgets its seat when it closes */ }
+    keep("seat", seat, "session");
+    keep("seat", seat);
   }
 
   // The server's clock; no number until it has been asked.
@@ -52,7 +53,7 @@ export class Link extends EventTarget {
   open() {
     this.greeted = false;
     this.pings = [];
-    this.socket = new WebSocket(`ws${location.protocol === "https:" ? "s" : ""}://${location.host}/socket`, SUBPROTOCOL);
+    this.socket = this.connect();
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => this.hello();
     this.socket.onmessage = (event) => this.receive(event.data);
@@ -64,9 +65,7 @@ export class Link extends EventTarget {
 
   async hello() {
     this.tries = 0;
-    const client = {
-      viewport: [innerWidth, innerHeight], pixel_ratio: devicePixelRatio, refresh_hz: await refreshRate(),
-    };
+    const client = { viewport: [innerWidth, innerHeight], pixel_ratio: devicePixelRatio, refresh_hz: await refreshRate() };
     const seat = this.asked = this.wantedSeat();
     this.greeted = true;
     this.send({ type: "hello", kind: "person", client, ...(seat ? { token: seat.token } : {}) });
@@ -83,23 +82,20 @@ export class Link extends EventTarget {
   }
 
   receive(data) {
-    if (typeof data !== "string") {
-      const message = decode(data);
-      if (message.kind === FRAME && ++this.frames % ACKNOWLEDGE_EVERY === 0) {
-        this.send({ type: "acknowledge", sequence: message.sequence });
-      }
-      this.tell(message.kind === FRAME ? "frame" : "target", message);
-      return;
-    }
-    const message = JSON.parse(data);
-    if (message.type === "pong") this.setClock(message);
-    if (message.type === "welcome") {
-      this.restarted = this.roundTripMs > 0 && performance.now() + this.offsetMs > message.server_ms + 1000;
-    }
-    if (message.type === "seated") this.seat = { room: message.room, token: message.token, seat: message.seat };
-    if (message.type === "displaced") {
-      this.quiet = true;
-      this.socket.close();
+    const message = typeof data === "string" ? JSON.parse(data) : decode(data);
+    switch (message.type) {
+      case FRAME:
+        if (++this.frames % ACKNOWLEDGE_EVERY === 0) this.send({ type: "acknowledge", sequence: message.sequence });
+        break;
+      case "pong": this.setClock(message); break;
+      case "welcome":
+        this.restarted = this.roundTripMs > 0 && performance.now() + this.offsetMs > message.server_ms + 1000;
+        break;
+      case "seated": this.seat = { room: message.room, token: message.token, seat: message.seat }; break;
+      case "displaced":
+        this.quiet = true;
+        this.socket.close();
+        break;
     }
     this.tell(message.type, message);
   }
@@ -113,14 +109,10 @@ export class Link extends EventTarget {
     this.roundTripMs = best.trip;
   }
 
-  tell(type, detail) { this.dispatchEvent(new CustomEvent(type, { detail })); }
+  tell(type, detail = null) { this.dispatchEvent(new CustomEvent(type, { detail })); }
 }
 
-// What a browser keeps under a name, if it keeps anything.
-export function read(store, name) {
-  try { return JSON.parse(window[store].getItem(name)); } catch { return null; }
-}
-
+/** @returns {Promise<number>} pictures a second; 0 of a hidden page, which is never painted */
 function refreshRate() {
   return new Promise((resolve) => {
     const times = [];
@@ -130,6 +122,6 @@ function refreshRate() {
       else resolve(Math.min(Math.round(1000 * (times.length - 1) / (times.at(-1) - times[0])), FASTEST_HZ));
     };
     requestAnimationFrame(tick);
-    setTimeout(() => resolve(0), 500); // a hidden page is never painted
+    setTimeout(() => resolve(0), 500);
   });
 }

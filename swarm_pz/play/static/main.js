@@ -5,18 +5,20 @@
 //   #ladder      to one's level                      #embed=ORIGIN  in the frame of an experiment there
 // At /study/CODE/game it is a game of a study, without anything but the game: afterwards one goes back there.
 
+import { byId, onClick } from "./elements.js";
 import { Legend } from "./legend.js";
 import { Link } from "./link.js";
 import { Lobby } from "./lobby.js";
+import { keep } from "./store.js";
 import { placeOf, Table } from "./table.js";
 import { freeSides } from "./waiting.js";
 
-const at = (id) => document.getElementById(id);
+const VIEWS = ["lobby", "table", "ladder"];
 const SAYING_MS = 6000;
+const RESULT_MS = 6000; // for which the result of a study's game is shown
 const CODE = /^[A-Z0-9]{4,8}$/;
 const ROOMS = ["room", "watch"];
 const STUDY = /^(\/study\/[^/]+)\/game$/.exec(location.pathname)?.[1];
-const RESULT_MS = 6000; // for which the result of a study's game is shown
 
 const framed = wanted().name === "embed" ? await import("./embed.js") : null;
 const link = new Link(wantedSeat);
@@ -24,8 +26,9 @@ new Legend();
 const lobby = new Lobby(link, { begin, go });
 // Before the table hears it: what is hidden takes no focus, and what one has left is not shown.
 link.addEventListener("room", (event) => {
-  if (placeOf(event.detail) === table.leftPlace) event.stopImmediatePropagation();
-  else arrive(event.detail);
+  const { detail } = /** @type {CustomEvent} */ (event);
+  if (placeOf(detail) === table.leftPlace) event.stopImmediatePropagation();
+  else arrive(detail);
 });
 const table = new Table(link, { left: () => go(home), begin });
 const embed = framed && new framed.Embed(link, wanted().value, begin);
@@ -35,6 +38,7 @@ let wantsSeat = ""; // the room that an address led to, in which one has no seat
 let home = ""; // where one goes from a table: the ladder, for who climbs
 let climbing = null; // its code is fetched when somebody wants it
 let goal = ""; // where to, once a running game may be left
+let saysFor = 0, forgets; // for how long what is said stays, and the timer that ends it
 
 // What the address asks for; codes of rooms in whatever case.
 function wanted() {
@@ -56,76 +60,58 @@ function mark(hash, isNew) {
   history[isNew ? "pushState" : "replaceState"](null, "", hash ? `#${hash}` : location.pathname);
 }
 
-// Go back to the study that the game is a part of.
-function goOn(told = "") {
-  try { sessionStorage.setItem("swarm-pz.told", told); } catch { /* then it is not told */ }
-  location.replace(STUDY);
-}
-
 function go(hash) {
   mark(hash, true);
   show();
 }
 
 // Go back to the start, from an address that leads nowhere.
-function giveUp() {
+function giveUp(told = "") {
   mark("", false);
   show();
+  if (told) say(told);
 }
 
-// Tell something; it goes away by itself unless it is still so.
-function say(text, stays = false) {
-  at("says").textContent = text;
-  say.stays = stays;
-  clearTimeout(say.later);
-  if (text && !stays) say.later = setTimeout(() => say(""), SAYING_MS);
+// Go back to the study that the game is a part of.
+function goOn(told = "") {
+  keep("told", told, "session");
+  location.replace(STUDY);
 }
 
+// Tell something; it goes away by itself, unless it is still so.
+function say(text, forMs = SAYING_MS) {
+  byId("says").textContent = text;
+  saysFor = forMs;
+  clearTimeout(forgets);
+  if (text && forMs < Infinity) forgets = setTimeout(() => say(""), forMs);
+}
+
+// Show a view; tell whether another one was shown.
 function open(name) {
-  const isNew = at(name).hidden;
-  at("lobby").hidden = name !== "lobby";
-  at("table").hidden = name !== "table";
-  at("ladder").hidden = name !== "ladder";
-  if (isNew) {
-    scrollTo(0, 0);
-    if (!say.stays) say(""); // what was said was about the other view
-  }
-  return isNew;
+  const isNew = byId(name).hidden;
+  for (const view of VIEWS) byId(view).hidden = view !== name;
+  if (!isNew) return false;
+  scrollTo(0, 0);
+  if (saysFor < Infinity) say(""); // what was said was about the other view
+  return true;
 }
 
 // Open a room and begin in it at once; tell whether that could be asked for.
 function begin(message) {
   if (isBeginning) return false;
-  isBeginning = link.send(message.type === "climb" ? message : { type: "create", label: at("label").value, settings: {}, ...message });
+  isBeginning = link.send(message.type === "climb" ? message : { type: "create", label: byId("label").value, settings: {}, ...message });
   if (!isBeginning) say("The table does not answer yet; try again in a moment.");
   return isBeginning;
 }
 
+// --- where one is -----------------------------------------------------------------------------------
+
 function show() {
-  const { name, value } = wanted();
-  const isHere = ROOMS.includes(name) && table.room?.code === value;
-  if (table.isPlaying && !isHere) {
-    ask();
-    return;
-  }
-  if (name === "ladder") {
-    table.leave();
-    home = "ladder";
-    if (open("ladder")) at("climber-code").focus({ preventScroll: true });
-    if (welcomed) climb();
-    return;
-  }
-  if (name === "" && STUDY) {
-    goOn();
-    return;
-  }
-  if (name === "") {
-    home = "";
-    table.leave();
-    if (open("lobby")) at("quick").focus({ preventScroll: true });
-    lobby.show(welcomed);
-    return;
-  }
+  const { name, value } = wanted(), isHere = ROOMS.includes(name) && table.room?.code === value;
+  if (table.isPlaying && !isHere) return ask();
+  if (name === "" && STUDY) return goOn();
+  if (name === "") return showLobby();
+  if (name === "ladder") return showLadder();
   open("table");
   if (!welcomed || isHere) return;
   if (name === "embed" && embed) table.cover.wait(embed.waiting);
@@ -141,13 +127,23 @@ function show() {
   } else giveUp();
 }
 
+function showLobby() {
+  home = "";
+  table.leave();
+  if (open("lobby")) byId("quick").focus({ preventScroll: true });
+  lobby.show(welcomed);
+}
+
+function showLadder() {
+  table.leave();
+  home = "ladder";
+  if (open("ladder")) byId("climber-code").focus({ preventScroll: true });
+  if (welcomed) climb();
+}
+
 // Show the ladder, and somebody's level, if there is one to show; else ask for that of the code that stands there.
 async function climb(level = null) {
-  if (!welcomed.ladder) {
-    giveUp();
-    say("There is no ladder at this table.");
-    return;
-  }
+  if (!welcomed.ladder) return giveUp("There is no ladder at this table.");
   climbing ??= import("./climb.js").then(({ Climbing }) => new Climbing(link, begin));
   const here = await climbing;
   here.offer(welcomed);
@@ -158,10 +154,8 @@ async function climb(level = null) {
 function enter(name, code) {
   table.leave();
   table.leftPlace = null;
-  if (!CODE.test(code)) {
-    giveUp();
-    say("A room's code has four letters and digits.");
-  } else if (wantedSeat()) link.reopen();
+  if (!CODE.test(code)) giveUp("A room's code has four letters and digits.");
+  else if (wantedSeat()) link.reopen();
   else if (STUDY) goOn();
   else {
     wantsSeat = name === "room" ? code : "";
@@ -172,91 +166,76 @@ function enter(name, code) {
 // A room's state has come: show it, and sit down if that is what one came for.
 function arrive(room) {
   const [side] = wantsSeat === room.code && table.seat === null ? freeSides(room) : [];
-  if (room.phase !== "replay") {
-    const how = table.seat !== null || side ? "room" : "watch";
-    mark(`${how}=${room.code}`, ["", "replay"].includes(wanted().name));
-  }
+  if (room.phase !== "replay") mark(`${table.seat !== null || side ? "room" : "watch"}=${room.code}`, ["", "replay"].includes(wanted().name));
   lobby.forgive();
   open("table");
   wantsSeat = "";
-  if (side) link.send({ type: "join", room: room.code, seat: side, label: at("label").value });
+  if (side) link.send({ type: "join", room: room.code, seat: side, label: byId("label").value });
+  if (room.phase !== "playing") byId("leaving").close();
 }
 
 // A running game is not left by a slip of the hand.
 function ask() {
   goal = location.hash.slice(1);
   mark(`room=${table.room.code}`, true);
-  at("leaving-counts").hidden = !table.room.once; // a game of the ladder
-  if (!at("leaving").open) at("leaving").showModal();
+  byId("leaving-counts").hidden = !table.room.once; // a game of the ladder
+  if (!byId("leaving").open) byId("leaving").showModal();
 }
 
-at("start-ladder").addEventListener("click", () => go("ladder"));
-at("ladder-home").addEventListener("click", () => go(""));
-at("stay").addEventListener("click", () => at("leaving").close());
-at("leave-now").addEventListener("click", () => {
-  at("leaving").close();
-  table.leave();
-  go(goal);
-});
-link.addEventListener("welcome", ({ detail }) => {
-  welcomed = detail;
+function refused({ about, code, reason, recording }) {
+  const { name, value } = wanted(), lostSeat = about === "hello";
   isBeginning = false;
-  say("");
-  lobby.show(detail);
-  const seat = wantedSeat();
-  if (!seat || seat.token !== link.asked?.token) show(); // else the seat that was asked for comes by itself
-});
-link.addEventListener("seated", () => {
-  if (isBeginning) link.send({ type: "ready" });
-  isBeginning = false;
-});
-link.addEventListener("room", ({ detail }) => { if (detail.phase !== "playing" && at("leaving").open) at("leaving").close(); });
-link.addEventListener("closed", () => say(link.quiet
-  ? "This seat was taken over by another window. Close this one, or reload it to take the seat back."
-  : "The connection is lost; trying again…", true));
-link.addEventListener("level", ({ detail }) => {
-  home = "ladder";
-  climb(detail);
-});
-link.addEventListener("notice", ({ detail }) => say(detail.text));
-link.addEventListener("refused", ({ detail }) => {
-  const { name, value } = wanted();
-  if (STUDY && detail.about === "hello") {
-    link.seat = null;
-    goOn(detail.code === "unknown" ? "" : detail.reason); // a seat that is gone is given anew there
-    return;
-  }
-  isBeginning = false;
-  if (embed) {
-    embed.refused(detail);
-    say(detail.reason);
-    return;
-  }
-  if (detail.about === "hello") { // the seat is gone: see what became of it, or look on, if its room is still there
-    link.seat = null;
-    if (detail.recording) {
-      go(`replay=${detail.recording}`);
-      say(detail.reason);
-    } else show();
-    return;
-  }
-  if (!table.room && !["", "ladder"].includes(name)) {
+  if (lostSeat && (STUDY || !embed)) link.seat = null;
+  if (lostSeat && STUDY) return goOn(code === "unknown" ? "" : reason); // a seat that is gone is given anew there
+  if (embed) embed.refused({ about, reason, recording });
+  else if (lostSeat && recording) go(`replay=${recording}`); // what became of it
+  else if (lostSeat) return show(); // to look on, if its room is still there
+  else if (!table.room && !["", "ladder"].includes(name)) {
     wantsSeat = "";
     table.lesson.stop();
     giveUp();
-    if (ROOMS.includes(name)) {
-      lobby.gone(value, link.restarted);
-      return;
-    }
+    if (ROOMS.includes(name)) return lobby.gone(value, link.restarted);
   }
-  say(detail.reason);
+  say(reason);
+}
+
+onClick({
+  "ladder-home": () => go(""),
+  stay: () => byId("leaving").close(),
+  "leave-now": () => {
+    byId("leaving").close();
+    table.leave();
+    go(goal);
+  },
 });
+const hear = (type, act) => link.addEventListener(type, (/** @type {any} */ { detail }) => act(detail));
+hear("welcome", (welcome) => {
+  welcomed = welcome;
+  isBeginning = false;
+  say("");
+  lobby.show(welcome);
+  const seat = wantedSeat();
+  if (!seat || seat.token !== link.asked?.token) show(); // else the seat that was asked for comes by itself
+});
+hear("seated", () => {
+  if (isBeginning) link.send({ type: "ready" });
+  isBeginning = false;
+});
+hear("closed", () => say(link.quiet
+  ? "This seat was taken over by another window. Close this one, or reload it to take the seat back."
+  : "The connection is lost; trying again…", Infinity));
+hear("level", (level) => {
+  home = "ladder";
+  climb(level);
+});
+hear("notice", ({ text }) => say(text));
+hear("refused", refused);
 addEventListener("keydown", () => { document.documentElement.dataset.keys = ""; }, true);
 addEventListener("pointerdown", () => { delete document.documentElement.dataset.keys; }, true);
 if (STUDY) {
   document.body.classList.add("study");
   document.title = "A game";
-  link.addEventListener("room", ({ detail }) => { if (detail.phase === "over") setTimeout(goOn, RESULT_MS); });
+  hear("room", ({ phase }) => { if (phase === "over") setTimeout(goOn, RESULT_MS); });
 }
 addEventListener("hashchange", show);
 show();

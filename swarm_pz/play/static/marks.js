@@ -1,13 +1,13 @@
 // Commands that are placed and not drawn: attractors, leaders, a formation.
 
-import { Pen } from "./pen.js";
+import { INK } from "./ground.js";
+import { Pen, short, within } from "./pen.js";
 
-const INK = "#0b6e4f";
 const GRIP = 0.06; // map widths within which an attractor is taken hold of, and no other one placed
-const STEP = 0.02;
 const OUTLINES = { line: [[-1, 0], [1, 0]], wedge: [[-0.5, 0.87], [1, 0], [-0.5, -0.87]], grid: [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]] };
 // How a kind of command becomes marks, and marks one; which of its numbers are a mark's size and turn; how it is played.
-export const KINDS = {
+/** @type {Record<string, any>} */
+const KINDS = {
   attractors: {
     read: () => [], write: (marks) => marks.map(({ x, y, size }) => [x, y, size]), size: 2, sized: "Weight",
     hint: "Tap where to go. Two fingers: how strongly.",
@@ -27,23 +27,22 @@ export const KINDS = {
 export class Marks extends Pen {
   // Make commands as the server says that a seat takes them.
   equip(commands) {
-    Object.assign(this, { commands, how: KINDS[commands.takes], held: 0 });
-    [this.sizes, this.turns] = [this.how.size, this.how.turn].map((i) => [commands.low, commands.high].map(
-      (ends) => (Array.isArray(ends) ? ends.flat(2)[i ?? 0] : ends),
-    ));
+    this.commands = commands;
+    this.how = KINDS[commands.takes];
+    this.hint = this.how.hint;
+    this.held = 0;
+    const bounds = (i = 0) => [commands.low, commands.high].map((ends) => (Array.isArray(ends) ? ends.flat(2)[i] : ends));
+    this.sizes = bounds(this.how.size);
+    this.turns = bounds(this.how.turn);
     this.size = this.how.read(commands.default)[0]?.size ?? (this.sizes[0] + this.sizes[1]) / 2;
     this.forget();
   }
 
   get kind() { return this.commands.takes; }
 
-  get hint() { return this.how.hint; }
+  get most() { return this.kind === "formation" ? 1 : this.commands.shape[0]; }
 
-  get mark() { return this.strokes?.[Math.min(this.held, this.strokes.length - 1)]; }
-
-  get width() { return this.mark?.size ?? this.size; }
-
-  set width(size) { this.adjust((mark) => { mark.size = size; }); }
+  get mark() { return this.strokes[Math.min(this.held, this.strokes.length - 1)]; }
 
   // Back to the marks of the start.
   clear() {
@@ -54,8 +53,7 @@ export class Marks extends Pen {
   say(marks) { return { command: marks.length ? this.how.write(marks, this.commands) : this.commands.default }; }
 
   get kept() {
-    const short = (mark) => Object.fromEntries(Object.entries(mark).map(([name, value]) => [name, Math.round(value * 1e4) / 1e4]));
-    return this.strokes.map(short);
+    return this.strokes.map((mark) => Object.fromEntries(Object.entries(mark).map(([name, value]) => [name, short(value)])));
   }
 
   // As many as are wanted here, and within the bounds here: they were saved in another game.
@@ -65,8 +63,6 @@ export class Marks extends Pen {
     for (const mark of this.strokes) this.limit(mark);
     this.held = 0;
   }
-
-  get most() { return this.kind === "formation" ? 1 : this.commands.shape[0]; }
 
   // Change the mark that is held.
   adjust(act) {
@@ -78,12 +74,21 @@ export class Marks extends Pen {
     this.refresh();
   }
 
+  shift(dx, dy) { this.adjust((mark) => Object.assign(mark, { x: mark.x + dx, y: mark.y + dy })); }
+
+  get extent() { return this.mark?.size ?? this.size; }
+
+  resize(size) {
+    this.size = size;
+    this.adjust((mark) => { mark.size = size; });
+  }
+
   limit(mark) {
-    const within = (value, [low, high]) => Math.min(Math.max(value, low), high), [low, high] = this.turns;
-    Object.assign(mark, { x: within(mark.x, [0, 1]), y: within(mark.y, [0, 1]) });
-    if (this.how.size) mark.size = within(mark.size, this.sizes);
+    const [low, high] = this.turns;
+    Object.assign(mark, { x: within(mark.x, 0, 1), y: within(mark.y, 0, 1) });
+    if (this.how.size) mark.size = within(mark.size, this.sizes[0], this.sizes[1]);
     if (this.how.turn) mark.turn = low + ((mark.turn - low) % (high - low) + high - low) % (high - low);
-    if (this.commands.shapes.length) mark.shape = within(mark.shape, [0, this.commands.shapes.length - 1]);
+    if (this.commands.shapes.length) mark.shape = within(mark.shape, 0, this.commands.shapes.length - 1);
   }
 
   // By a part of a whole turn.
@@ -107,10 +112,8 @@ export class Marks extends Pen {
     super.begin(event);
   }
 
-  start(point, startedMs) {
-    if (this.down.size === 0) {
-      if (this.sent || !this.drawingSince) this.drawingSince = startedMs;
-      this.change(structuredClone(this.strokes));
+  start(point) {
+    if (this.startDrawing(() => structuredClone(this.strokes))) {
       this.hold(point);
       this.isPinched = false;
     }
@@ -137,18 +140,14 @@ export class Marks extends Pen {
   }
 
   // Two fingers move, turn and size what the first one holds.
-  pinch(a, b) {
-    const [dx, dy] = [b[0] - a[0], b[1] - a[1]], grip = { x: (a[0] + b[0]) / 2, y: (a[1] + b[1]) / 2, span: Math.hypot(dx, dy) || 1e-6, angle: Math.atan2(dy, dx) };
+  pinch([ax, ay], [bx, by]) {
     const was = this.grip;
-    this.grip = grip;
+    this.grip = { x: (ax + bx) / 2, y: (ay + by) / 2, span: Math.hypot(bx - ax, by - ay) || 1e-6, angle: Math.atan2(by - ay, bx - ax) };
     this.isPinched = true;
     if (!was) return;
-    this.adjust((mark) => {
-      mark.x += grip.x - was.x;
-      mark.y += grip.y - was.y;
-      mark.size *= grip.span / was.span;
-    });
-    this.turn((grip.angle - was.angle) / (2 * Math.PI));
+    this.shift(this.grip.x - was.x, this.grip.y - was.y);
+    this.adjust((mark) => { mark.size *= this.grip.span / was.span; });
+    this.turn((this.grip.angle - was.angle) / (2 * Math.PI));
   }
 
   cancel(event) {
@@ -157,17 +156,13 @@ export class Marks extends Pen {
 
   // --- keys -----------------------------------------------------------------------------------------
 
-  key(event) {
-    const moves = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }, move = moves[event.key];
-    if (event.ctrlKey || event.altKey || event.metaKey || event.target !== this.arena || !this.mayDraw()) return;
-    if (move) {
-      const step = event.shiftKey ? 5 * STEP : STEP;
-      if (!this.strokes.length) this.hold([0.5, 0.5]);
-      this.adjust((mark) => Object.assign(mark, { x: mark.x + move[0] * step, y: mark.y + move[1] * step }));
-    } else if (event.key === " ") this.lifted();
-    else return;
-    event.preventDefault();
+  step(dx, dy) {
+    if (!this.mayDraw()) return;
+    if (!this.strokes.length) this.hold([0.5, 0.5]);
+    this.shift(dx, dy);
   }
+
+  press() { if (this.mayDraw()) this.lifted(); }
 
   // --- how it looks ---------------------------------------------------------------------------------
 
@@ -182,29 +177,32 @@ export class Marks extends Pen {
     pen.textAlign = "center";
     pen.textBaseline = "middle";
     pen.font = `bold ${0.035 * side}px sans-serif`;
-    this.strokes.forEach((mark, i) => this.paintMark(pen, mark, this.strokes.length > 1 ? String(i + 1) : "", mark === this.mark, side));
+    this.strokes.forEach((mark, i) => this.paintMark(pen, mark, this.strokes.length > 1 ? String(i + 1) : "", side));
   }
 
-  paintMark(pen, { x, y, size, turn, shape }, name, isHeld, side) {
-    const [least, most] = this.sizes, isFormation = this.kind === "formation";
-    const reach = isFormation ? size : this.how.size ? 0.02 + 0.05 * (size - least) / (most - least || 1) : 0.035;
-    const outline = OUTLINES[this.commands.shapes[shape]], angle = isFormation ? 2 * Math.PI * turn / (this.turns[1] - this.turns[0]) : 0;
+  paintMark(pen, mark, name, side) {
+    const { x, y, size, turn, shape } = mark, [least, most] = this.sizes, isFormation = this.kind === "formation";
+    const weight = this.how.size ? 0.02 + 0.05 * (size - least) / (most - least || 1) : 0.035;
+    const reach = side * (isFormation ? size : weight), outline = OUTLINES[this.commands.shapes[shape]];
     pen.save();
     pen.translate(x * side, (1 - y) * side);
     pen.beginPath();
     pen.save();
-    pen.rotate(-angle);
-    if (outline) for (const [u, v] of outline) pen.lineTo(u * reach * side, -v * reach * side);
-    else pen.arc(0, 0, reach * side, 0, 7);
     if (isFormation) {
-      pen.moveTo(reach * side, 0);
+      pen.rotate(-2 * Math.PI * turn / (this.turns[1] - this.turns[0]));
+      pen.moveTo(reach, 0);
       pen.lineTo(0, 0); // where it is turned to
     }
+    if (outline) outline.forEach(([u, v], i) => (i ? pen.lineTo(u * reach, -v * reach) : pen.moveTo(u * reach, -v * reach)));
+    else {
+      pen.moveTo(reach, 0);
+      pen.arc(0, 0, reach, 0, 7);
+    }
     pen.restore();
-    for (const [style, width] of [["#fff", 7], [INK, isHeld ? 4 : 2]]) {
+    pen.setLineDash(this.sent ? [] : [8, 5]);
+    for (const [style, width] of [["#fff", 7], [INK, mark === this.mark ? 4 : 2]]) {
       pen.strokeStyle = pen.fillStyle = style;
       pen.lineWidth = width;
-      pen.setLineDash(this.sent ? [] : [8, 5]);
       pen.stroke();
       if (style === "#fff") pen.strokeText(name, -0.03 * side, -0.03 * side);
       else pen.fillText(name, -0.03 * side, -0.03 * side);

@@ -1,41 +1,29 @@
 // The monitor of who runs a study: each participant's row, as the server has it. Nothing here changes anything.
 
-const at = (id) => document.getElementById(id);
+import { byId, make } from "./elements.js";
+
 const EVERY_MS = 2000;
 
 async function look() {
   try {
     const headers = { authorization: `Bearer ${decodeURIComponent(location.hash.slice(1))}` };
     const answer = await fetch("/study/monitor/data", { headers }), told = await answer.json();
-    at("lost").textContent = told.fault ?? "";
+    byId("lost").textContent = told.fault ?? "";
     if (told.rows) show(told);
   } catch {
-    at("lost").textContent = "The server does not answer; this is what was seen last.";
+    byId("lost").textContent = "The server does not answer; this is what was seen last.";
   }
   setTimeout(look, EVERY_MS);
 }
 
 function show({ title, games, rows }) {
-  at("heading").textContent = document.title = title;
-  at("rows").replaceChildren(...rows.map((row) => {
-    const line = document.createElement("tr");
-    const cells = [row.name, row.where, seen(row.seen_s), row.step, row.block, row.order.join(", "),
-      `${row.won} of ${row.played}`, row.of ? `${row.done} of ${row.of}` : ""];
-    cells.forEach((text, place) => {
-      const cell = document.createElement(place ? "td" : "th");
-      if (!place) cell.scope = "row";
-      cell.textContent = text;
-      line.append(cell);
-    });
-    if (row.fault) {
-      const cell = line.children[3];
-      cell.textContent = row.fault;
-      cell.className = "fault";
-    }
-    line.dataset.name = row.name;
-    return line;
-  }));
-  at("rows").dataset.games = games;
+  byId("heading").textContent = document.title = title;
+  byId("rows").dataset.games = games;
+  byId("rows").replaceChildren(...rows.map(({ name, where, seen_s, step, fault, block, order, won, played, done, of }) => make(
+    "tr", { "data-name": name }, make("th", { scope: "row" }, name),
+    ...[where, seen(seen_s)].map((text) => make("td", {}, text)), make("td", { className: fault ? "fault" : "" }, fault || step),
+    ...[block, order.join(", "), `${won} of ${played}`, of ? `${done} of ${of}` : ""].map((text) => make("td", {}, text)),
+  )));
 }
 
 function seen(seconds) {

@@ -1,19 +1,32 @@
 // The drawing: strokes by finger, pen, mouse or keys, painted at once in this page alone.
 // What a stroke asks for is decided by the server; nothing here knows.
 
-const HATCH = { attract: ["#0b6e4f", "+"], repel: ["#7a4a00", "-"] };
-const CURSOR_STEP = 0.02;
+import { INK, pattern } from "./ground.js";
+
+const HATCH = { attract: [INK, "+"], repel: ["#7a4a00", "-"] };
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+const STEP = 0.02; // of a key, in map widths; five times as much with Shift
 const MOST_POINTS = 3000, MOST_STROKES = 250; // of what is sent
+const MOST_BEFORE = 50; // drawings to go back to
 const NEAREST = 0.004; // points closer than this, in map widths, say nothing new
 const FADE_MS = 600; // of ink whose command is in force: from then on the target shows what is asked for
 const DRAWN = 0.8, SENT = 0.4; // how strong ink is
 
+export const within = (value, low, high) => Math.min(Math.max(value, low), high);
+export const short = (value) => Math.round(value * 1e4) / 1e4;
+
 export class Pen {
   // arena: the element that is drawn in; canvas: where the ink goes; lifted: called when the last finger, or key, is.
   constructor(arena, canvas, { lifted, changed, mayDraw }) {
-    Object.assign(this, { arena, canvas, lifted, changed, mayDraw });
+    this.arena = arena;
+    this.canvas = canvas;
+    this.lifted = lifted;
+    this.changed = changed;
+    this.mayDraw = mayDraw;
     this.brush = "attract";
+    this.hint = "";
     this.width = 0.1;
+    /** @type {any[]} */
     this.strokes = [];
     this.before = []; // drawings to go back to, and whether they were sent
     this.sent = false; // what is here was sent, and the next stroke begins anew
@@ -24,22 +37,23 @@ export class Pen {
     this.patterns = {};
   }
 
-  keyUp() {}
-
   // What its drawings are kept as.
   get kind() { return "strokes"; }
 
-  // Another part of the page is used.
-  blur() {
-    this.endKeyStroke();
-    this.cursor.shown = false;
+  // How wide, large or heavy is what comes next.
+  get extent() { return this.width; }
+
+  resize(width) {
+    this.width = width;
     this.dirty = true;
   }
 
+  // --- fingers --------------------------------------------------------------------------------------
+
   place(event) {
     const box = this.canvas.getBoundingClientRect();
-    const limit = (value) => Math.min(Math.max(value, -0.5), 1.5);
-    return [limit((event.clientX - box.left) / box.width), limit(1 - (event.clientY - box.top) / box.height)];
+    const [x, y] = [(event.clientX - box.left) / box.width, 1 - (event.clientY - box.top) / box.height];
+    return [within(x, -0.5, 1.5), within(y, -0.5, 1.5)];
   }
 
   begin(event) {
@@ -48,34 +62,29 @@ export class Pen {
     this.arena.focus({ preventScroll: true });
     this.arena.setPointerCapture(event.pointerId);
     this.cursor.shown = false;
-    this.down.set(event.pointerId, this.start(this.place(event), performance.now()));
+    this.down.set(event.pointerId, this.start(this.place(event)));
   }
 
-  start(point, startedMs) {
-    if (this.down.size === 0) {
-      if (this.sent || !this.drawingSince) this.drawingSince = startedMs;
-      this.change(this.sent && !this.keep ? [] : [...this.strokes]);
-    }
+  /** @returns {any} what is drawn from here on */
+  start(point) {
+    this.startDrawing(() => (this.sent && !this.keep ? [] : [...this.strokes]));
     const stroke = { brush: this.brush, width: this.width, points: [point] };
     this.strokes.push(stroke);
     this.dirty = true;
     return stroke;
   }
 
-  // Go over to another drawing, from which undo leads back.
-  change(strokes) {
-    this.before.push({ strokes: this.strokes, sent: this.sent });
-    if (this.before.length > 50) this.before.shift();
-    this.strokes = strokes;
-    this.sent = false;
-    this.fadesSince = null;
+  // With the first finger another drawing begins.
+  startDrawing(from) {
+    if (this.down.size > 0) return false;
+    if (this.sent || !this.drawingSince) this.drawingSince = performance.now();
+    this.change(from());
+    return true;
   }
 
   move(event) {
-    const stroke = this.down.get(event.pointerId);
-    if (!stroke) return;
-    const parts = event.getCoalescedEvents?.() ?? [];
-    for (const part of parts.length ? parts : [event]) this.extend(stroke, this.place(part));
+    const stroke = this.down.get(event.pointerId), parts = event.getCoalescedEvents?.() ?? [];
+    if (stroke) for (const part of parts.length ? parts : [event]) this.extend(stroke, this.place(part));
   }
 
   extend(stroke, point) {
@@ -105,35 +114,55 @@ export class Pen {
   // --- keys -----------------------------------------------------------------------------------------
 
   key(event) {
-    const moves = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
     if (event.ctrlKey || event.altKey || event.metaKey || event.target !== this.arena) return;
-    if (moves[event.key]) {
-      const [dx, dy] = moves[event.key], step = event.shiftKey ? 5 * CURSOR_STEP : CURSOR_STEP;
-      const limit = (value) => Math.min(Math.max(value, 0), 1);
-      Object.assign(this.cursor, { x: limit(this.cursor.x + dx * step), y: limit(this.cursor.y + dy * step), shown: true });
-      const stroke = this.down.get("keys");
-      if (stroke) this.extend(stroke, [this.cursor.x, this.cursor.y]);
-      this.dirty = true;
-    } else if (event.key === " ") {
-      if (this.down.has("keys")) {
-        this.endKeyStroke();
-        if (this.down.size === 0) this.lifted();
-      } else if (this.mayDraw()) {
-        this.cursor.shown = true;
-        this.down.set("keys", this.start([this.cursor.x, this.cursor.y], performance.now()));
-      }
-    } else return;
+    const arrow = ARROWS[event.key], step = event.shiftKey ? 5 * STEP : STEP;
+    if (arrow) this.step(arrow[0] * step, arrow[1] * step);
+    else if (event.key === " ") this.press();
+    else return;
     event.preventDefault();
   }
 
-  endKeyStroke() {
-    if (this.down.delete("keys")) {
-      this.dirty = true;
-      this.changed();
+  keyUp(_) {}
+
+  step(dx, dy) {
+    const { cursor } = this, stroke = this.down.get("keys");
+    Object.assign(cursor, { x: within(cursor.x + dx, 0, 1), y: within(cursor.y + dy, 0, 1), shown: true });
+    if (stroke) this.extend(stroke, [cursor.x, cursor.y]);
+    this.dirty = true;
+  }
+
+  // Put the brush down, or lift it.
+  press() {
+    if (this.endKeyStroke()) {
+      if (this.down.size === 0) this.lifted();
+    } else if (this.mayDraw()) {
+      this.cursor.shown = true;
+      this.down.set("keys", this.start([this.cursor.x, this.cursor.y]));
     }
   }
 
+  endKeyStroke() {
+    if (!this.down.delete("keys")) return false;
+    this.refresh();
+    return true;
+  }
+
+  // Another part of the page is used.
+  blur() {
+    this.endKeyStroke();
+    this.cursor.shown = false;
+    this.dirty = true;
+  }
+
   // --- the drawing ------------------------------------------------------------------------------------
+
+  // Go over to another drawing, from which undo leads back.
+  change(strokes) {
+    this.before = [...this.before, { strokes: this.strokes, sent: this.sent }].slice(-MOST_BEFORE);
+    this.strokes = strokes;
+    this.sent = false;
+    this.fadesSince = null;
+  }
 
   // Go back a stroke; whether what is undone was sent, so that what is here now has to be sent anew.
   undo() {
@@ -179,18 +208,15 @@ export class Pen {
     return { drawingMs: this.drawingSince ? performance.now() - this.drawingSince : 0, ...this.say(this.kept) };
   }
 
-  // What asks for strokes in a message.
+  /** @returns {any} what asks for strokes in a message */
   say(strokes) { return { strokes }; }
 
-  // The drawing, as short as it is sent and kept.
+  /** @returns {any[]} the drawing, as short as it is sent and kept */
   get kept() {
-    const short = (value) => Math.round(value * 1e4) / 1e4;
     const strokes = this.strokes.slice(-MOST_STROKES);
     const every = Math.ceil(strokes.reduce((sum, { points }) => sum + points.length, 0) / MOST_POINTS);
     const thin = (points) => points.filter((_, i) => i % every === 0 || i === points.length - 1);
-    return strokes.map(({ brush, width, points }) => ({
-      brush, width, points: thin(points).map(([x, y]) => [short(x), short(y)]),
-    }));
+    return strokes.map(({ brush, width, points }) => ({ brush, width, points: thin(points).map((point) => point.map(short)) }));
   }
 
   // It was sent: the next stroke begins another drawing.
@@ -207,6 +233,8 @@ export class Pen {
     this.dirty = true;
   }
 
+  // --- how it looks -----------------------------------------------------------------------------------
+
   get strength() {
     if (!this.sent) return DRAWN;
     const faded = this.fadesSince === null ? 0 : (performance.now() - this.fadesSince) / FADE_MS;
@@ -222,70 +250,59 @@ export class Pen {
     for (const { brush, width, points } of strength > 0 ? this.strokes : []) {
       pen.globalCompositeOperation = "destination-out"; // later strokes replace earlier ones
       pen.globalAlpha = 1;
-      this.line(pen, points, width * side, side, "#000");
+      line(pen, points, width * side, side, "#000");
       if (brush === "erase") continue;
       pen.globalCompositeOperation = "source-over";
       pen.globalAlpha = strength;
-      this.line(pen, points, width * side, side, this.pattern(pen, brush));
+      line(pen, points, width * side, side, this.patterns[brush] ??= inkOf(pen, brush));
     }
     pen.globalCompositeOperation = "source-over";
     pen.globalAlpha = 1;
     if (this.cursor.shown) this.paintCursor(pen, side);
   }
 
-  line(pen, points, width, side, style) {
-    pen.strokeStyle = style;
-    pen.lineWidth = width;
-    pen.beginPath();
-    const [first] = points;
-    pen.moveTo(first[0] * side, (1 - first[1]) * side);
-    for (const [x, y] of points) pen.lineTo(x * side, (1 - y) * side);
-    pen.stroke();
-  }
-
   paintCursor(pen, side) {
-    const x = this.cursor.x * side, y = (1 - this.cursor.y) * side, radius = this.width / 2 * side;
+    const x = this.cursor.x * side, y = (1 - this.cursor.y) * side;
+    pen.setLineDash(this.down.has("keys") ? [] : [6, 4]);
+    pen.beginPath();
+    pen.arc(x, y, this.width / 2 * side, 0, 7);
+    pen.moveTo(x - 6, y);
+    pen.lineTo(x + 6, y);
+    pen.moveTo(x, y - 6);
+    pen.lineTo(x, y + 6);
     for (const [style, width] of [["#fff", 5], [HATCH[this.brush]?.[0] ?? "#333", 2]]) {
       pen.strokeStyle = style;
       pen.lineWidth = width;
-      pen.setLineDash(this.down.has("keys") ? [] : [6, 4]);
-      pen.beginPath();
-      pen.arc(x, y, radius, 0, 7);
-      pen.moveTo(x - 6, y);
-      pen.lineTo(x + 6, y);
-      pen.moveTo(x, y - 6);
-      pen.lineTo(x, y + 6);
       pen.stroke();
     }
     pen.setLineDash([]);
   }
+}
 
-  // Told apart by sign and direction of hatching, not by colour alone.
-  pattern(pen, brush) {
-    const size = 18, [colour, sign] = HATCH[brush];
-    if (!this.patterns[brush]) {
-      const tile = document.createElement("canvas");
-      tile.width = tile.height = size;
-      const draw = tile.getContext("2d");
-      draw.fillStyle = colour;
-      draw.globalAlpha = 0.25;
-      draw.fillRect(0, 0, size, size);
-      draw.globalAlpha = 1;
-      draw.strokeStyle = colour;
-      draw.lineWidth = 2;
-      draw.beginPath();
-      draw.moveTo(5, 9);
-      draw.lineTo(13, 9);
-      if (sign === "+") {
-        draw.moveTo(9, 5);
-        draw.lineTo(9, 13);
-      } else {
-        draw.moveTo(0, 0);
-        draw.lineTo(size, 0);
-      }
-      draw.stroke();
-      this.patterns[brush] = pen.createPattern(tile, "repeat");
-    }
-    return this.patterns[brush];
-  }
+function line(pen, points, width, side, style) {
+  const [[x0, y0]] = points;
+  pen.strokeStyle = style;
+  pen.lineWidth = width;
+  pen.beginPath();
+  pen.moveTo(x0 * side, (1 - y0) * side);
+  for (const [x, y] of points) pen.lineTo(x * side, (1 - y) * side);
+  pen.stroke();
+}
+
+// Told apart by sign and direction of hatching, not by colour alone.
+function inkOf(pen, brush) {
+  const size = 18, [colour, sign] = HATCH[brush];
+  return pattern(pen, size, (tile) => {
+    tile.fillStyle = tile.strokeStyle = colour;
+    tile.globalAlpha = 0.25;
+    tile.fillRect(0, 0, size, size);
+    tile.globalAlpha = 1;
+    tile.lineWidth = 2;
+    tile.beginPath();
+    tile.moveTo(5, 9);
+    tile.lineTo(13, 9);
+    tile.moveTo(...(sign === "+" ? [9, 5] : [0, 0]));
+    tile.lineTo(...(sign === "+" ? [9, 13] : [size, 0]));
+    tile.stroke();
+  });
 }

@@ -1,11 +1,13 @@
 // Sound and vibration at what happens, off by one switch that this browser remembers.
 
-const STORE = "swarm-pz.sound";
+import { keep, recall } from "./store.js";
+
 const SHORTEST_MS = 120; // between two sounds
 // Notes in Hz, one after the other, and a vibration in ms.
 const KINDS = {
-  took: { notes: [660, 880], shake: [35] }, lost: { notes: [330, 220], shake: [70, 40, 70] },
-  began: { notes: [440, 660], shake: [] }, won: { notes: [523, 659, 784, 1047], shake: [60, 40, 60, 40, 120] },
+  took: { notes: [660, 880], shake: [35] },
+  lost: { notes: [330, 220], shake: [70, 40, 70] },
+  won: { notes: [523, 659, 784, 1047], shake: [60, 40, 60, 40, 120] },
   over: { notes: [392, 330, 262], shake: [150] },
 };
 const NOTE_S = 0.09, LOUDNESS = 0.08;
@@ -15,14 +17,14 @@ export class Sound {
     this.button = button;
     this.last = -Infinity;
     this.context = null;
-    try { this.isOn = localStorage.getItem(STORE) !== "off"; } catch { this.isOn = true; }
+    this.isOn = recall("sound") !== false;
     button.addEventListener("click", () => this.turn(!this.isOn));
     this.show();
   }
 
   turn(on) {
     this.isOn = on;
-    try { localStorage.setItem(STORE, on ? "on" : "off"); } catch { /* then it is forgotten */ }
+    keep("sound", on);
     this.show();
     if (on) this.play("took");
   }
@@ -33,9 +35,9 @@ export class Sound {
     const now = performance.now();
     if (!this.isOn || document.hidden || now - this.last < SHORTEST_MS) return;
     this.last = now;
-    const { notes, shake } = KINDS[kind];
-    if (shake.length && navigator.userActivation?.hasBeenActive) navigator.vibrate?.(shake);
-    if (!navigator.userActivation || navigator.userActivation.hasBeenActive) this.sound(notes);
+    const { notes, shake } = KINDS[kind], activation = navigator.userActivation;
+    if (activation?.hasBeenActive) navigator.vibrate?.(shake);
+    if (!activation || activation.hasBeenActive) this.sound(notes);
   }
 
   sound(notes) {

@@ -1,5 +1,6 @@
 // A stick in the corner of the board, which flies drones by their accelerations: all of one's own, or one that was tapped.
 
+import { INK } from "./ground.js";
 import { Pen } from "./pen.js";
 
 const CENTRE = [0.15, 0.15], REACH = 0.12; // of the stick, in map widths
@@ -8,9 +9,11 @@ const EVERY_MS = 250; // between two commands while the stick is moved
 
 export class Stick extends Pen {
   // frame: gives the newest one and one's team.
-  constructor(arena, canvas, how) {
-    super(arena, canvas, how);
-    Object.assign(this, { frame: how.frame, keys: new Set(), hint: "Tap a drone, or none for all. The stick flies them." });
+  constructor(arena, canvas, hand) {
+    super(arena, canvas, hand);
+    this.frame = hand.frame;
+    this.keys = new Set();
+    this.hint = "Tap a drone, or none for all. The stick flies them.";
     this.forget();
   }
 
@@ -27,16 +30,16 @@ export class Stick extends Pen {
   }
 
   say() {
-    const { teams, own } = this.frame(), [x, y] = this.vector.map((value) => Math.round(100 * value) / 100);
-    return { command: this.commands.default.map((_, i) => (teams?.[i] === own && (this.chosen ?? i) === i ? [x, y] : [0, 0])) };
+    const { teams, own } = this.frame(), vector = this.vector.map((value) => Math.round(100 * value) / 100);
+    return { command: this.commands.default.map((_, i) => (teams?.[i] === own && (this.chosen ?? i) === i ? vector : [0, 0])) };
   }
 
   clear() { this.steer([0, 0]); }
 
   start([x, y]) {
     const isSteering = Math.hypot(x - CENTRE[0], y - CENTRE[1]) < 1.4 * REACH;
-    if (isSteering) this.steer([(x - CENTRE[0]) / REACH, (y - CENTRE[1]) / REACH]);
-    else this.choose(x, y);
+    if (!isSteering) this.choose(x, y);
+    this.extend({ isSteering }, [x, y]);
     return { isSteering };
   }
 
@@ -105,19 +108,17 @@ export class Stick extends Pen {
     pen.clearRect(0, 0, side, side);
     if (!this.mayDraw()) return;
     if (this.chosen !== null && teams?.[this.chosen] !== own) this.chosen = null; // it was captured
-    const disc = (x, y, radius, style, width) => {
+    const circle = (x, y, radius, width, fill = "transparent") => {
       pen.beginPath();
       pen.arc(x * side, (1 - y) * side, radius * side, 0, 7);
-      if (!width) {
-        pen.fillStyle = style;
-        pen.fill();
-      }
-      pen.strokeStyle = width ? style : "#0b6e4f";
-      pen.lineWidth = width || 3;
+      pen.fillStyle = fill;
+      pen.strokeStyle = INK;
+      pen.lineWidth = width;
+      pen.fill();
       pen.stroke();
     };
-    disc(...CENTRE, REACH, "rgb(255 255 255 / 70%)");
-    disc(CENTRE[0] + REACH * u, CENTRE[1] + REACH * v, 0.05, "rgb(11 110 79 / 60%)");
-    if (this.chosen !== null) disc(positions[2 * this.chosen], positions[2 * this.chosen + 1], 0.035, "#0b6e4f", 4);
+    circle(CENTRE[0], CENTRE[1], REACH, 3, "rgb(255 255 255 / 70%)");
+    circle(CENTRE[0] + REACH * u, CENTRE[1] + REACH * v, 0.05, 3, "rgb(11 110 79 / 60%)");
+    if (this.chosen !== null) circle(positions[2 * this.chosen], positions[2 * this.chosen + 1], 0.035, 4);
   }
 }

@@ -1,6 +1,6 @@
 // Where drones came from: the last five seconds, fading, and always fainter than the drones themselves.
 
-import { COLOURS } from "./ground.js";
+import { COLOURS, newCanvas } from "./ground.js";
 
 const TRAIL_TICKS = 150, TRAIL_EVERY = 6;
 const SEGMENTS_AT_ONCE = 5; // of the trails' 25, so that no picture waits for all of them
@@ -9,8 +9,8 @@ const MANY = 60; // drones of which each has a fainter trail
 
 export class Trails {
   constructor() {
-    this.past = document.createElement("canvas"); // up to a kept frame
-    this.nextPast = document.createElement("canvas"); // up to the newest, in the making
+    this.past = newCanvas(1); // up to a kept frame
+    this.nextPast = newCanvas(1); // up to the newest, in the making
     this.forget();
   }
 

@@ -54,17 +54,6 @@ test("a jump is no capture, and trails begin anew", () => {
   assert.deepEqual(arena.take(frame(30, [0, 1])), [], "back in time");
 });
 
-test("each side is painted in its colour and its place", () => {
-  arena.take(frame(3, [0, 1]));
-  assert.equal(arena.paint(), arena.frame);
-  const [[, x, y]] = painted(arena.drones, "fill", COLOURS[0]).filter(([part]) => part === "arc");
-  near(x, 125);
-  near(y, 445, 1e-4);
-  const [, left, middle] = painted(arena.drones, "fill", COLOURS[1])[0];
-  assert.ok(left < 375 && left > 360);
-  near(middle, 45, 1e-4);
-});
-
 test("a frame that is too old is not shown, a late link or few frames a second excuse it", () => {
   const shown = (ageMs) => {
     arena.take(frame(3, [0, 1], { serverMs: time.ms - ageMs }));
@@ -185,21 +174,6 @@ test("ground captures from the value on that Python paints it with, and row 0 is
   assert.deepEqual(boxes.sort((a, b) => a[1] - b[1] || a[2] - b[2]), [
     ["rect", 0, 490, 10, 10], ["rect", 100, 90, 10, 10], ["rect", 100, 290, 10, 10], ["rect", 490, 0, 10, 10],
   ]);
-});
-
-test("a target is tinted where most is asked for and outlined, and the whole square is none", () => {
-  const ground = new Ground(canvas()), target = decode(bytes(fixtures.targets[1].bytes));
-  const lines = () => {
-    ground.paint();
-    return painted(ground.canvas, "stroke", "#0b6e4f").length;
-  };
-  ground.setTarget(target);
-  assert.ok(lines() > 100);
-  const inside = target.picture.filter((value) => value > 127.5).length;
-  assert.equal(ground.image.data.filter((alpha, i) => i % 4 === 3 && alpha).length, inside);
-  ground.setTarget({ ...target, picture: target.picture.map(() => 255) });
-  ground.canvas.getContext("2d").done = [];
-  assert.equal(lines(), 0);
 });
 
 // --- the chart --------------------------------------------------------------------------------------

@@ -14,8 +14,8 @@ const near = (given, wanted) => {
 
 test("a frame says here what it says in Python, with or without altitudes, ground and hidden drones", () => {
   for (const { bytes: written, positions, velocities, ...rest } of fixtures.frames) {
-    const { kind, ...frame } = plain(decode(bytes(written)));
-    assert.equal(kind, FRAME);
+    const { type, ...frame } = plain(decode(bytes(written)));
+    assert.equal(type, FRAME);
     near(frame.positions, positions);
     near(frame.velocities, velocities);
     assert.deepEqual({ ...frame, ...rest }, frame);
@@ -24,7 +24,7 @@ test("a frame says here what it says in Python, with or without altitudes, groun
 
 test("a target says here what it says in Python", () => {
   for (const { bytes: written, ...target } of fixtures.targets) {
-    assert.deepEqual(plain(decode(bytes(written))), { kind: TARGET, ...target });
+    assert.deepEqual(plain(decode(bytes(written))), { type: TARGET, ...target });
   }
 });
 

@@ -3,39 +3,9 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 
-import { fixtures, bytes, Line, reload, settled, time } from "./page.js";
+import { bytes, fixtures, reload, Socket, time } from "./page.js";
 import { Link } from "../../../swarm_pz/play/static/link.js";
 
-// A socket whose other end is the test; it keeps what is said, for the server to read.
-class Socket {
-  static OPEN = 1;
-
-  static all = [];
-
-  constructor(address, protocol) {
-    Object.assign(this, { address, protocol, readyState: 0, line: new Line() });
-    Socket.all.push(this);
-  }
-
-  get said() { return this.line.said; }
-
-  send(text) { this.line.send(JSON.parse(text)); }
-
-  hear(message) { this.onmessage({ data: message instanceof ArrayBuffer ? message : JSON.stringify(message) }); }
-
-  async open() {
-    this.readyState = 1;
-    this.onopen();
-    for (let i = 0; i < 12; i++) time.frame(); // by which the screen's rate is known
-    await settled();
-  }
-
-  close() {
-    this.readyState = 3;
-    this.onclose();
-  }
-}
-globalThis.WebSocket = Socket;
 const SEAT = fixtures.seats.ergodic;
 
 beforeEach(() => {

@@ -48,9 +48,9 @@ class Context {
 
   beginPath() { this.path = []; }
 
-  fill() { this.put("fill", this.fillStyle); }
+  fill(of = this) { this.put("fill", this.fillStyle, of.path); }
 
-  stroke() { this.put("stroke", this.strokeStyle); }
+  stroke(of = this) { this.put("stroke", this.strokeStyle, of.path); }
 
   fillRect(...box) { this.put("fill", this.fillStyle, [["rect", ...box]]); }
 
@@ -70,6 +70,8 @@ for (const part of ["moveTo", "lineTo", "arc", "rect"]) Context.prototype[part] 
 for (const idle of ["save", "restore", "translate", "rotate", "setTransform", "setLineDash", "closePath", "fillText", "strokeText", "putImageData"]) {
   Context.prototype[idle] = () => {};
 }
+
+globalThis.Path2D = class extends Context {};
 
 class Element extends EventTarget {
   constructor(tag, attributes = {}) {
@@ -91,6 +93,7 @@ class Element extends EventTarget {
   get classList() {
     const names = () => new Set(this.className.split(" ").filter(Boolean));
     return {
+      add: (name) => { this.className += ` ${name}`; },
       contains: (name) => names().has(name),
       toggle: (name, on) => {
         const all = names();
@@ -150,6 +153,18 @@ class Element extends EventTarget {
 
   closest() { return null; }
 
+  querySelector(name) { return this.all("li").find(({ className }) => `.${className}` === name) ?? null; }
+
+  querySelectorAll(tag) { return this.all(tag); }
+
+  add(option, i) { this.children.splice(i, 0, option); }
+
+  select() {}
+
+  scrollIntoView() {}
+
+  reportValidity() { return true; }
+
   focus() { document.activeElement = this; }
 
   checkVisibility() { return !this.hidden; }
@@ -202,15 +217,18 @@ class Store {
 let happenings = new EventTarget(); // to the window
 Object.assign(globalThis, {
   window: globalThis, localStorage: new Store(), sessionStorage: new Store(), devicePixelRatio: 1, innerWidth: 390, innerHeight: 844,
-  location: { protocol: "http:", host: "table", origin: "http://table", hash: "" }, matchMedia: () => ({ matches: true }),
+  location: { protocol: "http:", host: "table", origin: "http://table", hash: "", pathname: "/", replace: (to) => { location.replaced = to; } },
+  history: { pushState: (...what) => go(...what), replaceState: (...what) => go(...what) }, scrollTo() {}, matchMedia: () => ({ matches: true }),
   addEventListener: (...what) => happenings.addEventListener(...what), dispatchEvent: (event) => happenings.dispatchEvent(event),
   ResizeObserver: class { observe() {} },
   Option: function (text, value) { return Object.assign(new Element("option", { value: String(value) }), { children: [text] }); },
   document: Object.assign(new EventTarget(), {
-    hidden: false, activeElement: null, body: new Element("body"), getElementById: at, createElement: (tag) => new Element(tag),
+    hidden: false, activeElement: null, body: new Element("body"), documentElement: new Element("html"), querySelector: () => null, getElementById: at, createElement: (tag) => new Element(tag),
   }),
 });
 Object.defineProperty(globalThis, "navigator", { value: {}, configurable: true });
+
+function go(_, __, address) { location.hash = address.startsWith("#") ? address : ""; }
 
 // --- the server -------------------------------------------------------------------------------------
 
@@ -244,3 +262,38 @@ export class Line extends EventTarget {
 
   count(type) { return this.said.filter((message) => message.type === type).length; }
 }
+
+// A socket whose other end is the test; it keeps what is said, for the server to read.
+export class Socket {
+  static OPEN = 1;
+
+  static all = [];
+
+  constructor(address, protocol) {
+    Object.assign(this, { address, protocol, readyState: 0, line: new Line() });
+    Socket.all.push(this);
+  }
+
+  static get last() { return Socket.all.at(-1); }
+
+  get said() { return this.line.said; }
+
+  send(text) { this.line.send(JSON.parse(text)); }
+
+  hear(...messages) {
+    for (const message of messages) this.onmessage({ data: message instanceof ArrayBuffer ? message : JSON.stringify(message) });
+  }
+
+  async open() {
+    this.readyState = 1;
+    this.onopen();
+    for (let i = 0; i < 12; i++) time.frame(); // by which the screen's rate is known
+    await settled();
+  }
+
+  close() {
+    this.readyState = 3;
+    this.onclose();
+  }
+}
+globalThis.WebSocket = Socket;

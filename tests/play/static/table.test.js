@@ -176,14 +176,14 @@ test("nothing is drawn or sent before the game, without a seat, on a lost line, 
   draw([0.2, 0.2]);
   table.seat = null;
   at("send").click();
-  assert.deepEqual([commands(), table.pen.strokes], [[], []]);
+  assert.deepEqual([commands(), table.controls.pen.strokes], [[], []]);
 });
 
 // --- attractors -------------------------------------------------------------------------------------
 
 test("a tap places an attractor, a drag moves it, the slider and two fingers weigh it", async () => {
   const { sent, table } = await sit("flocking");
-  const [least, most] = table.pen.sizes;
+  const [least, most] = table.controls.pen.sizes;
   draw([0.2, 0.8]);
   assert.deepEqual(rounded(sent()), rounded([[0.2, 0.8, (least + most) / 2]]));
   draw([0.2, 0.8], [0.4, 0.6]);
@@ -200,16 +200,16 @@ test("further taps add attractors where that is asked, and no more than there ma
   const { commands, sent, table } = await sit("flocking");
   at("keep").checked = true;
   at("keep").fire("change");
-  for (let i = 0; i < table.pen.most + 2; i++) {
-    draw([0.05 + 0.9 * i / (table.pen.most + 2), 0.2]);
-    assert.equal(sent().length, Math.min(i + 1, table.pen.most));
+  for (let i = 0; i < table.controls.pen.most + 2; i++) {
+    draw([0.05 + 0.9 * i / (table.controls.pen.most + 2), 0.2]);
+    assert.equal(sent().length, Math.min(i + 1, table.controls.pen.most));
   }
   at("keep").checked = false;
   at("keep").fire("change");
   draw([0.5, 0.9]);
   assert.equal(sent().length, 1);
   at("undo").click();
-  assert.equal(sent().length, table.pen.most);
+  assert.equal(sent().length, table.controls.pen.most);
   at("spread").click();
   assert.deepEqual(sent(), fixtures.seats.flocking.commands.default);
   assert.equal(new Set(commands().map(({ number }) => number)).size, commands().length);
@@ -232,7 +232,7 @@ test("the nearest leader is dragged, and keys move one after the other", async (
 // --- formations -------------------------------------------------------------------------------------
 
 test("a formation is chosen, dropped, sized and turned by fingers", async () => {
-  const { sent, commands, table } = await sit("formation"), { shapes, default: before } = table.pen.commands;
+  const { sent, commands, table } = await sit("formation"), { shapes, default: before } = table.controls.pen.commands;
   const buttons = () => at("shapes").children, size = 0.2;
   assert.deepEqual(buttons().map(({ textContent }) => textContent), shapes);
   assert.equal(buttons()[Math.floor(before[0])].getAttribute("aria-pressed"), "true");
@@ -250,8 +250,8 @@ test("a formation is chosen, dropped, sized and turned by fingers", async () => 
 });
 
 test("a formation is moved, sized and turned by keys, wheel and sliders, within its bounds", async () => {
-  const { sent, commands, table } = await sit("formation"), [, x, y, size, turn] = table.pen.commands.default;
-  const step = (table.pen.sizes[1] - table.pen.sizes[0]) / 25, part = (table.pen.turns[1] - table.pen.turns[0]) / 24;
+  const { sent, commands, table } = await sit("formation"), [, x, y, size, turn] = table.controls.pen.commands.default;
+  const step = (table.controls.pen.sizes[1] - table.controls.pen.sizes[0]) / 25, part = (table.controls.pen.turns[1] - table.controls.pen.turns[0]) / 24;
   const near = (value, wanted) => assert.ok(Math.abs(value - wanted) < 1e-3, `${value} is not ${wanted}`);
   press("ArrowLeft", "+", "[", "[", " ");
   assert.deepEqual(rounded(sent().centre), rounded([x - 0.02, y]));
@@ -274,18 +274,18 @@ test("a formation is moved, sized and turned by keys, wheel and sliders, within 
   assert.equal(commands().length, 5);
   for (let i = 0; i < 60; i++) press("+", "ArrowLeft");
   press(" ");
-  near(sent().size, table.pen.sizes[1]);
+  near(sent().size, table.controls.pen.sizes[1]);
   assert.equal(sent().centre[0], 0);
 });
 
 test("a saved formation of another game is sent within the bounds of this one, and a drawing is none", async () => {
-  const { sent, table } = await sit("formation"), { shapes } = table.pen.commands;
-  table.library.take([
+  const { sent, table } = await sit("formation"), { shapes } = table.controls.pen.commands;
+  table.controls.library.take([
     { name: "A", kind: "strokes", strokes: [{ brush: "attract", width: 0.1, points: [[0.5, 0.5]] }] },
     { name: "B", kind: "formation", strokes: [{ x: 1, y: 0, size: 900, turn: 0, shape: 77 }] },
   ]);
   press("1");
-  assert.deepEqual(sent(), { shape: shapes.at(-1), centre: [1, 0], size: table.pen.sizes[1], turn: 0 });
+  assert.deepEqual(sent(), { shape: shapes.at(-1), centre: [1, 0], size: table.controls.pen.sizes[1], turn: 0 });
   assert.equal(at("told").textContent, "Sent: B");
 });
 
@@ -322,12 +322,12 @@ test("the stick flies one drone that was chosen, by keys or a tap, and never a f
   assert.deepEqual(sent()[1], [0, 0]);
   for (const [place, chosen] of [[[0.41, 0.4], 0], [[0.62, 0.62], 1], [[0.9, 0.9], null]]) {
     draw(place);
-    assert.equal(table.pen.chosen, chosen);
+    assert.equal(table.controls.pen.chosen, chosen);
   }
   draw([0.41, 0.4]);
   line.hear("frame", seen([1, 0, 1, 1], [0.4, 0.4, 0.6, 0.6, 0.62, 0.62, 0.9, 0.9]));
   time.frame();
-  assert.equal(table.pen.chosen, null, "it was captured");
+  assert.equal(table.controls.pen.chosen, null, "it was captured");
 });
 
 // --- all of them ------------------------------------------------------------------------------------
@@ -383,19 +383,19 @@ test("ink goes once the swarm follows what was sent last, and not for an older c
   line.hear("in_force", inForce(2, { sender: "auto:ring" }));
   line.hear("in_force", inForce(2, { seat: "blue" }));
   time.pass(1000);
-  assert.equal(table.pen.strength, 0.4);
+  assert.equal(table.controls.pen.strength, 0.4);
   line.hear("in_force", inForce(2));
   time.pass(300);
-  assert.equal(table.pen.strength, 0.2);
+  assert.equal(table.controls.pen.strength, 0.2);
   time.pass(300);
-  assert.equal(table.pen.strength, 0);
+  assert.equal(table.controls.pen.strength, 0);
 });
 
 test("a shared command is followed once, whatever its helper asks for later", async () => {
   const { line, table } = await sit();
   draw([0.2, 0.2]);
   for (let i = 0; i < 3; i++) line.hear("in_force", inForce(1, { sender: "shared:ring" }));
-  assert.equal(table.unseen.length, 1);
+  assert.equal(table.controls.unseen.length, 1);
 });
 
 test("a page that is loaded anew goes on counting its commands", async () => {
@@ -448,7 +448,7 @@ test("a server that speaks again is silent no more, and a lesson that waits is n
   assert.equal(at("silence").textContent, "");
   table.lesson = { held: true, running: true };
   line.hear("frame", { ...seen([0, 1], [0.1, 0.1, 0.9, 0.9]), tick: 36 });
-  assert.deepEqual([table.lastTick, table.mayPlay, table.isPlaying], [33, false, false]);
+  assert.deepEqual([table.lastTick, table.controls.mayPlay(), table.isPlaying], [33, false, false]);
 });
 
 test("what one has left is shown no more, and leaving a game that others play is asked about", async () => {

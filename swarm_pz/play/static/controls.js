@@ -1,0 +1,228 @@
+// The commands of a seat: its tools, what is made with them, how it is sent, and what becomes of it.
+
+import { button, byId, onClick } from "./elements.js";
+import { Library } from "./library.js";
+import { Pen } from "./pen.js";
+import { SIDES } from "./words.js";
+
+const BRUSHES = ["attract", "repel", "erase"];
+const DRAWN = ["density", "attraction"], PLACED = ["attractors", "leaders", "formation"]; // kinds of commands
+const HANDS = {
+  pointerdown: "begin", pointermove: "move", pointerup: "end", pointercancel: "cancel", keydown: "key", keyup: "keyUp", blur: "blur",
+};
+const TURN = 1 / 24; // by a key, or a notch of the wheel
+const WHEEL_MS = 300; // after which a wheel is at rest
+
+export class Controls {
+  // mayPlay: whether a command counts now; frame: gives the newest one and one's team; answer: says what was done; sent: hears
+  // of strokes that were sent.
+  constructor(link, { mayPlay, frame, answer, sent }) {
+    this.link = link;
+    this.mayPlay = () => mayPlay() && this.isEquipped;
+    this.answer = answer;
+    this.sent = sent;
+    /** @type {any} */
+    this.hand = { frame, lifted: () => this.lifted(), changed: () => this.show(), mayDraw: this.mayPlay };
+    /** @type {any} */
+    this.pen = this.brush = new Pen(byId("arena"), byId("ink"), this.hand);
+    this.isEquipped = false;
+    this.responses = null; // fetched when somebody wants them
+    this.library = new Library({
+      current: () => this.pen, send: (drawing) => this.recall(drawing), tell: answer,
+      changed: () => this.responses?.then((responses) => responses.show()),
+    });
+    this.forget();
+    this.listen();
+    this.setExtent();
+  }
+
+  listen() {
+    const on = (id, type, act, how = {}) => byId(id).addEventListener(type, act, how);
+    for (const [type, act] of Object.entries(HANDS)) on("arena", type, (event) => this.pen[act](event));
+    for (const id of ["width", "turn"]) on(id, "change", () => { if (this.pen !== this.brush) this.lifted(); });
+    on("arena", "wheel", (event) => this.wheel(event), { passive: false });
+    on("width", "input", () => this.setExtent());
+    on("turn", "input", () => this.pen.turnTo(byId("turn").valueAsNumber));
+    on("keep", "change", () => { this.pen.keep = byId("keep").checked; });
+    on("on-lift", "change", () => this.show());
+    onClick(Object.fromEntries(BRUSHES.map((brush) => [brush, () => this.choose(brush)])));
+    onClick({
+      send: () => this.send(),
+      undo: () => this.undo(),
+      spread: () => this.spread(),
+      "close-tools": () => byId("tools").close(),
+      manage: async () => {
+        await this.respond();
+        byId("tools").showModal();
+      },
+    });
+    this.link.addEventListener("target", ({ detail: { team, number } }) => { // go on counting after a reload
+      if (team === this.seat) this.number = Math.max(this.number, number);
+    });
+    this.link.addEventListener("in_force", ({ detail }) => this.setInForce(detail));
+    this.link.addEventListener("acting", ({ detail }) => this.respond().then((responses) => responses.act(detail)));
+  }
+
+  // Begin with another game.
+  forget() {
+    this.pen.forget();
+    this.unseen = []; // commands in force whose effect was not painted yet
+    this.number = this.followed = 0; // of one's commands: the latest, and the latest that a shared one was made of
+  }
+
+  // --- tools ------------------------------------------------------------------------------------------
+
+  // Have what commands of a seat are made with: what is not drawn has its own code, fetched when it is needed.
+  async equip(seat, commands, policies) {
+    const { takes, serves_densities: isServed } = commands, kind = PLACED.includes(takes) || takes === "accelerations" ? takes : "strokes";
+    this.seat = seat;
+    this.policies = policies.filter(({ answers }) => answers === takes || answers === "any" || (answers === "density" && isServed));
+    this.isEquipped = false;
+    this.pen.forget();
+    if (kind === "strokes") this.pen = this.brush;
+    else {
+      const Tool = takes === "accelerations" ? (await import("./stick.js")).Stick : (await import("./marks.js")).Marks;
+      this.pen = new Tool(byId("arena"), byId("ink"), takes === "accelerations" ? { ...this.hand, lifted: () => this.send() } : this.hand);
+      this.pen.equip(commands);
+    }
+    this.pen.keep = byId("keep").checked;
+    this.isEquipped = kind !== "strokes" || DRAWN.includes(takes) || isServed;
+    byId("hint").textContent = this.isEquipped ? this.pen.hint : `This page has no gesture for ${takes}: programs play them.`;
+    this.showTools(kind, commands);
+    this.library.show();
+    this.show();
+  }
+
+  // The tools of a kind of commands.
+  showTools(kind, { shapes }) {
+    const isDrawn = kind === "strokes" && this.isEquipped, isFlown = kind === "accelerations";
+    const sized = isDrawn ? "Width" : this.pen.how?.sized, [min, max] = this.pen.sizes ?? [0.05, 0.3];
+    for (const [id, isShown] of Object.entries({
+      brushes: isDrawn, placing: !isDrawn, hint: !shapes.length, shapes: shapes.length, sized, turned: this.pen.how?.turn,
+      send: !isFlown, lifting: !isFlown, adding: isDrawn || kind === "attractors",
+    })) byId(id).hidden = !isShown;
+    byId("size-of").textContent = sized ?? "";
+    Object.assign(byId("width"), { min, max, step: (max - min) / 25, value: this.pen.extent });
+    [byId("turn").min, byId("turn").max] = this.pen.turns ?? [0, 1];
+    byId("spread").textContent = isDrawn ? "Spread out" : "Reset";
+    byId("shapes").replaceChildren(...shapes.map((shape) => button(shape, () => {
+      this.pen.shape = shape;
+      this.lifted();
+    })));
+  }
+
+  show() {
+    byId("send").disabled = byId("spread").disabled = !this.mayPlay();
+    byId("send").classList.toggle("primary", !byId("on-lift").checked);
+    byId("undo").disabled = !this.mayPlay() || this.pen.before.length === 0;
+    byId("width").value = this.pen.extent;
+    byId("turn").value = this.pen.mark?.turn;
+    for (const shape of byId("shapes").children) shape.setAttribute("aria-pressed", shape.textContent === this.pen.shape);
+  }
+
+  // Automatic responses: their code is fetched when somebody wants them.
+  respond() {
+    const how = { policies: () => this.policies, saved: () => this.library.own, say: (strokes) => this.pen.say(strokes) };
+    return this.responses ??= import("./responses.js").then(({ Responses }) => new Responses(this.link, how));
+  }
+
+  choose(brush) {
+    this.brush.brush = brush;
+    this.brush.dirty = true;
+    for (const other of BRUSHES) byId(other).setAttribute("aria-pressed", String(other === brush));
+  }
+
+  setExtent() {
+    this.pen.resize(Number(byId("width").value));
+    byId("width").setAttribute("aria-valuetext", `${Math.round(100 * this.pen.extent)} percent of the map`);
+  }
+
+  wider(steps) {
+    const { value, step } = byId("width");
+    byId("width").value = Number(value) + steps * step;
+    this.setExtent();
+  }
+
+  wheel(event) {
+    if (this.pen === this.brush || !this.mayPlay()) return;
+    const steps = -Math.sign(event.deltaY || event.deltaX);
+    event.preventDefault();
+    if (event.shiftKey) this.pen.turn?.(TURN * steps);
+    else this.wider(steps);
+    clearTimeout(this.wheeled);
+    this.wheeled = setTimeout(() => this.lifted(), WHEEL_MS);
+  }
+
+  // What a key does, null for nothing; on a button Enter is the button's.
+  actOf(key, onButton) {
+    if (document.body.classList.contains("study") && /^[1-9rs]$/.test(key)) return null;
+    if (/^[1-9]$/.test(key)) return () => this.library.recall(Number(key) - 1);
+    const acts = {
+      g: () => this.choose("attract"), k: () => this.choose("repel"), e: () => this.choose("erase"),
+      "+": () => this.wider(2), "=": () => this.wider(2), "-": () => this.wider(-2),
+      "[": () => this.pen.turn?.(TURN), "]": () => this.pen.turn?.(-TURN), n: () => this.pen.next?.(),
+      s: () => this.library.save(), u: () => this.undo(), c: () => this.spread(), enter: onButton ? null : () => this.send(),
+    };
+    return acts[key] ?? null;
+  }
+
+  // --- sending ----------------------------------------------------------------------------------------
+
+  lifted() { if (byId("on-lift").checked) this.send(); }
+
+  // Send the drawing, unless it was sent already; tell whether it was.
+  send() {
+    if (!this.mayPlay() || this.pen.sent) return false;
+    const input = performance.now(), { drawingMs, ...command } = this.pen.take();
+    const isSent = this.link.send({
+      type: "command", number: this.number + 1, ...command,
+      timing: {
+        input_ms: input, sent_ms: performance.now(), offset_ms: this.link.offsetMs,
+        round_trip_ms: this.link.roundTripMs, drawing_ms: drawingMs,
+      },
+    });
+    if (isSent) {
+      this.number += 1;
+      this.pen.setSent();
+      this.sent(command.strokes ?? []);
+    }
+    this.show();
+    return isSent;
+  }
+
+  recall({ name, strokes }) {
+    if (!this.mayPlay()) return;
+    this.pen.recall(strokes);
+    if (this.send()) this.answer(`Sent: ${name}`);
+  }
+
+  // A drawing of nothing asks for the whole square; other commands have one to begin with.
+  spread() {
+    if (!this.mayPlay()) return;
+    this.pen.clear();
+    if (this.send()) this.answer(`Sent: ${byId("spread").textContent.toLowerCase()}`);
+  }
+
+  // What was sent cannot be taken back: the drawing before it is another command.
+  undo() {
+    if (!this.mayPlay() || !this.pen.undo() || !this.send()) return;
+    this.answer(this.pen.strokes.length ? "Undone: the drawing before was sent" : "Undone: spread out was sent");
+  }
+
+  setInForce(command) {
+    const isShared = command.sender.startsWith("shared:");
+    if (command.sender && !isShared) return; // a response, in one's place
+    if (isShared && command.number <= this.followed) return; // one's helper alone asked for something else
+    this.followed = command.number;
+    this.unseen.push(command);
+    if (SIDES.indexOf(command.seat) === this.seat && command.number >= this.number) this.pen.setInForce();
+  }
+
+  // A moment was painted: tell which commands it shows.
+  painted(tick) {
+    while (this.unseen.length && tick > this.unseen[0].tick) {
+      const { number, seat } = this.unseen.shift();
+      if (SIDES.indexOf(seat) === this.seat) this.link.send({ type: "painted", number, painted_ms: this.link.now() });
+    }
+  }
+}

@@ -1,0 +1,15 @@
+// Names and times as people read them.
+
+export const SIDES = ["red", "blue"];
+export const NAMES = ["Red", "Blue"];
+const TICKS_PER_SECOND = 30;
+
+// A policy's or a control system's name.
+export function called(name) { return name.replaceAll("_", " "); }
+
+export function systemOption({ name, takes }) { return new Option(`${called(name)}: ${takes}`, name); }
+
+export function clock(tick) {
+  const seconds = Math.floor(tick / TICKS_PER_SECOND);
+  return `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;
+}

@@ -1,0 +1,274 @@
+// Where one is on the page: what an address leads to, what is asked before one leaves, and whom a room is opened for.
+
+import assert from "node:assert/strict";
+import { beforeEach, test } from "node:test";
+
+import { at, fixtures, reload, settled, Socket, time } from "./page.js";
+import "../../../swarm_pz/play/static/climb.js";
+import { Embed } from "../../../swarm_pz/play/static/embed.js";
+import "../../../swarm_pz/play/static/lesson.js";
+import "../../../swarm_pz/play/static/replay.js";
+
+const SEAT = fixtures.seats.ergodic, SAVED = { room: "ABCD", token: SEAT.token, seat: "red" };
+const WELCOME = {
+  type: "welcome", server_ms: 0, addresses: [], ladder: false, records_labels: false, embedders: ["https://lab"],
+  policies: [{ name: "ring", about: "", card: null, answers: "density" }, { name: "uniform", about: "", card: null, answers: "density" }],
+  systems: [{ name: "ergodic", takes: "density" }, { name: "direct", takes: "accelerations" }], default_systems: ["ergodic", "ergodic"],
+};
+const FREE = { ...fixtures.room.blue, kind: "free", name: "", policy_state: null, connected: false };
+const room = (has = {}) => ({ ...fixtures.room, ...has });
+let loads = 0;
+
+beforeEach(() => {
+  reload();
+  Socket.all = [];
+  Object.assign(location, { hash: "", pathname: "/", replaced: null });
+  document.body.className = "";
+  for (const store of [sessionStorage, localStorage]) store.kept.clear();
+  globalThis.fetch = async () => ({ ok: true, json: async () => [] });
+});
+
+// Load the page, and let the table answer unless it is to wait.
+async function load(hash = "", { welcome = WELCOME, saved = null, pathname = "/" } = {}) {
+  Object.assign(location, { hash, pathname });
+  if (saved) for (const store of [sessionStorage, localStorage]) store.setItem("swarm-pz.seat", JSON.stringify(saved));
+  await import(`../../../swarm_pz/play/static/main.js?${++loads}`);
+  for (const view of ["table", "ladder", "gone"]) at(view).hidden ??= true;
+  await Socket.last.open();
+  if (welcome) await hear(welcome);
+}
+
+async function hear(...messages) {
+  Socket.last.hear(...messages);
+  await settled();
+}
+
+const said = (type) => Socket.last.line.last(type);
+const refuse = (about, has = {}) => hear({ type: "refused", code: "unknown", reason: "not so", about, recording: null, ...has });
+const view = () => ["lobby", "table", "ladder"].filter((name) => !at(name).hidden).join();
+async function click(id) {
+  at(id).click();
+  await settled();
+}
+async function visit(hash) {
+  location.hash = hash;
+  dispatchEvent(new Event("hashchange"));
+  await settled();
+}
+
+// --- addresses --------------------------------------------------------------------------------------
+
+for (const [hash, asked] of [["#room=!!", null], ["#what", null], ["#play=nobody", "create"], ["#replay=none.jsonl", "open_replay"]]) {
+  test(`${hash} leads nowhere, and so to the start`, async () => {
+    await load(hash);
+    if (asked) {
+      assert.ok(said(asked));
+      await refuse(asked);
+    }
+    assert.deepEqual([view(), location.hash, at("says").textContent !== ""], ["lobby", "", hash !== "#what"]);
+  });
+}
+
+test("a room that is no more is told, or corrected where its code was typed", async () => {
+  await load("#room=zzzz");
+  assert.deepEqual(said("join"), { type: "join", room: "ZZZZ", seat: "watch" });
+  await refuse("join");
+  assert.deepEqual([view(), at("gone").hidden, at("gone-text").textContent], ["lobby", false, "There is no room ZZZZ any more."]);
+  at("gone").hidden = true;
+  at("code").value = "zzzz";
+  at("join").fire("submit");
+  await settled();
+  await refuse("join");
+  assert.deepEqual([at("gone").hidden, document.activeElement.id], [true, "code"]);
+  assert.match(at("code-fault").textContent, /There is no room ZZZZ\./);
+});
+
+test("a link to a room leads into its free seat, and who only watches takes none", async () => {
+  await load("#room=abcd");
+  at("label").value = "Ann";
+  await hear(room({ phase: "waiting", blue: FREE }));
+  assert.deepEqual(said("join"), { type: "join", room: "ABCD", seat: "blue", label: "Ann" });
+  reload();
+  Socket.all = [];
+  await load("#watch=ABCD");
+  await hear(room({ phase: "waiting", blue: FREE }));
+  assert.deepEqual([said("join").seat, location.hash, at("sit").hidden], ["watch", "#watch=ABCD", false]);
+  await click("sit");
+  assert.equal(said("join").seat, "blue");
+});
+
+test("the token of a seat goes to its own room alone", async () => {
+  await load("#room=ABCD", { saved: SAVED, welcome: null });
+  assert.equal(said("hello").token, SAVED.token);
+  reload();
+  await load("#room=WXYZ", { saved: SAVED, welcome: null });
+  assert.equal(said("hello").token, undefined);
+});
+
+test("a seat that is wanted before the table has answered is returned to", async () => {
+  await load("", { saved: SAVED, welcome: null });
+  assert.equal(said("hello").token, undefined);
+  at("return").onclick?.();
+  await click("return");
+  await hear(WELCOME);
+  time.pass(250);
+  await Socket.last.open();
+  assert.equal(said("hello").token, SAVED.token);
+});
+
+test("a seat that is gone leads to the recording of its game, or to its room to look on", async () => {
+  await load("#room=ABCD", { saved: SAVED });
+  await refuse("hello", { recording: "a.jsonl", reason: "recorded as a.jsonl" });
+  assert.deepEqual([location.hash, said("open_replay").recording], ["#replay=a.jsonl", "a.jsonl"]);
+  assert.equal(at("says").textContent, "recorded as a.jsonl");
+  reload();
+  await load("#room=ABCD", { saved: SAVED });
+  await refuse("hello");
+  assert.deepEqual(said("join"), { type: "join", room: "ABCD", seat: "watch" });
+});
+
+test("a game against a policy is opened, and begun once, by one click or an address", async () => {
+  await load("#play=ring");
+  assert.deepEqual([said("create").opponent, said("create").seat], ["ring", "red"]);
+  await hear(SEAT, room({ phase: "waiting" }));
+  assert.equal(Socket.last.line.count("ready"), 1);
+  assert.deepEqual([view(), location.hash], ["table", "#room=ABCD"]);
+});
+
+// --- leaving ----------------------------------------------------------------------------------------
+
+test("a running game is left only if that is meant", async () => {
+  await load();
+  await hear(SEAT, room());
+  await visit("");
+  assert.deepEqual([at("leaving").open, location.hash, view()], [true, "#room=ABCD", "table"]);
+  await click("stay");
+  assert.equal(at("leaving").open, false);
+  await click("leave");
+  assert.equal(at("leaving").open, true);
+  await hear(room({ phase: "over" }));
+  assert.equal(at("leaving").open, false, "nothing is left to ask about");
+  await hear(room());
+  await click("leave");
+  await click("leave-now");
+  assert.deepEqual([view(), said("leave"), at("return").hidden], ["lobby", { type: "leave" }, true]);
+});
+
+test("a recorded game that is on its way is announced, can be left, and is then not shown", async () => {
+  await load("#replay=a.jsonl");
+  assert.match(at("cover-text").textContent, /Opening the recorded game/);
+  await click("leave");
+  await hear(room({ phase: "replay", recording: "a.jsonl", last_tick: 90, verified: true }));
+  assert.equal(view(), "lobby");
+});
+
+test("what is said is about a view, and goes with it or after a while; a lost connection stays", async () => {
+  await load();
+  await hear({ type: "notice", text: "Lights out at ten" });
+  assert.equal(at("says").textContent, "Lights out at ten");
+  time.pass(6000);
+  assert.equal(at("says").textContent, "");
+  Socket.last.close();
+  time.pass(60_000);
+  assert.match(at("says").textContent, /connection is lost/);
+});
+
+// --- the start --------------------------------------------------------------------------------------
+
+test("a room is as the form says", async () => {
+  await load();
+  const fill = (values) => { for (const [id, value] of Object.entries(values)) at(id).value = value; };
+  fill({ opponent: "none", side: "blue", "red-drones": "10", "blue-drones": "7", "time-limit": "120", speed: "0.5", mapping: "paper", label: "P3", "red-system": "direct", "blue-system": "ergodic" });
+  at("create").fire("submit");
+  assert.deepEqual(said("create"), {
+    type: "create", seat: "blue", label: "P3", player: null, opponent: null,
+    settings: { red: 0, blue: 7, time_limit: 120, speed: 0.5, mapping: "paper", red_system: "direct", blue_system: "ergodic" },
+  });
+  fill({ opponent: "ring", side: "watch", player: "uniform", "time-limit": "" });
+  at("side").fire("change");
+  assert.deepEqual([at("red-player").hidden, at("opponent-side").textContent], [false, "Blue"]);
+  at("create").fire("submit");
+  const { seat, player, opponent, settings } = said("create");
+  assert.deepEqual([seat, player, opponent, settings.time_limit, settings.red], ["watch", "uniform", "ring", null, 10]);
+});
+
+test("the first button plays the opponent of last time, and a name stays in the browser", async () => {
+  await load();
+  assert.equal(at("quick").textContent, "Play against uniform");
+  at("opponents").all("button")[0].click();
+  assert.equal(said("create").opponent, "ring");
+  at("label").value = "Ann";
+  at("label").fire("input");
+  reload();
+  await load();
+  assert.deepEqual([at("quick").textContent, at("label").value], ["Play against ring", "Ann"]);
+});
+
+test("a level is asked for by its code, shown, and played on from", async () => {
+  const rungs = [{ name: "centre", rating: 823 }, { name: "blind_ring", rating: 1000 }];
+  await load("#ladder");
+  assert.deepEqual([view(), at("says").textContent], ["lobby", "There is no ladder at this table."]);
+  reload();
+  await load("#ladder", { welcome: { ...WELCOME, ladder: true } });
+  at("climber-code").value = " P01 ";
+  at("climber").fire("submit");
+  assert.deepEqual(said("ask_level"), { type: "ask_level", code: "P01", system: "ergodic" });
+  const level = { type: "level", code: "P01", system: "ergodic", level: 1212.4, low: 690, high: 1780, games: 1, opponent: "blind_ring", side: "blue", rungs };
+  await hear({ ...level, games: 0 });
+  assert.equal(at("reached-text").textContent, "No game yet. Most people are between 690 and 1780.");
+  await hear(level);
+  assert.equal(at("reached-now").textContent, "Your level is 1212 after 1 game; it is likely between 690 and 1780.");
+  await click("climb");
+  assert.deepEqual(said("climb"), { type: "climb", code: "P01", system: "ergodic" });
+  await hear({ ...SEAT, type: "seated" }, room({ phase: "over", once: true, outcome: "red", recording: "a.jsonl" }));
+  assert.deepEqual(["ready", "swap", "sit"].map((id) => at(id).hidden), [true, true, true]);
+  await click("go-home");
+  assert.equal(view(), "ladder");
+});
+
+// --- studies and experiments ------------------------------------------------------------------------
+
+test("a game of a study leads back to it, with what went wrong", async () => {
+  const study = { pathname: "/study/P01/game", saved: SAVED }, told = () => JSON.parse(sessionStorage.getItem("swarm-pz.told"));
+  await load("#room=ABCD", study);
+  await hear(SEAT, room(), room({ phase: "over" }));
+  time.pass(6000);
+  assert.equal(location.replaced, "/study/P01");
+  for (const [code, words] of [["unknown", ""], ["taken", "not so"]]) {
+    reload();
+    location.replaced = null;
+    await load("#room=ABCD", study);
+    await refuse("hello", { code });
+    assert.deepEqual([location.replaced, told()], ["/study/P01", words]);
+  }
+});
+
+test("the page in a frame hears its experiment alone, begins once, and tells how the game went", async () => {
+  const told = [], begun = [], link = new EventTarget(), answers = [{ ok: false }, { ok: true, json: async () => [{ side: "red" }, { side: "blue" }] }];
+  globalThis.parent = { postMessage: (message, origin) => told.push([message, origin]) };
+  globalThis.fetch = async () => answers.shift();
+  const embed = new Embed(link, "https://lab", (message) => begun.push(message)), { parent } = globalThis;
+  const begin = (has = {}) => embed.hear({ source: parent, origin: "https://lab", data: { type: "swarm-pz.begin", create: { opponent: "ring" } }, ...has });
+  begin();
+  embed.greet(["https://other"]);
+  begin();
+  assert.deepEqual([told, begun], [[], []], "no experiment that the table was started for");
+  embed.greet(["https://lab"]);
+  begin({ source: {} });
+  begin({ origin: "https://other" });
+  begin({ data: { type: "other" } });
+  assert.deepEqual(begun, []);
+  begin();
+  begin();
+  assert.deepEqual(begun, [{ label: "", opponent: "ring", type: "create", once: true }]);
+  embed.side = "blue";
+  const ended = embed.end("a.jsonl");
+  await settled();
+  time.pass(500);
+  await ended;
+  embed.refused({ about: "create", reason: "late" });
+  assert.deepEqual(told, [[{ type: "swarm-pz.ready" }, "https://lab"], [{ type: "swarm-pz.over", row: { side: "blue" } }, "https://lab"]]);
+  const other = new Embed(link, "https://lab", () => true);
+  other.watch({ red: { policy_state: "failed", name: "ring", reason: "no file" }, blue: {}, phase: "waiting" });
+  assert.deepEqual(told.at(-1)[0], { type: "swarm-pz.refused", reason: "ring cannot play: no file" });
+});
