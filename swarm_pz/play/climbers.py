@@ -7,10 +7,9 @@ is being played.
 from __future__ import annotations
 
 import csv
-import io
 import os
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Literal
 
@@ -28,39 +27,25 @@ REACHED_S = 1200.0
 
 @dataclass(frozen=True, kw_only=True)
 class Climbed:
-    """One game of somebody on the ladder.
-
-    Attributes
-    ----------
-    at : float
-        When it was over, Unix time.
-    system : str
-        The control system that flew the person's swarm.
-    opponent : str
-    rating : float
-        The opponent's, as it was then.
-    side : {"red", "blue"}
-        The person's.
-    seed : int
-    outcome : {"win", "draw", "loss"}
-    ended_by : str
-        As in the recording: a game that was "left" is lost.
-    seconds : float
-        Of game.
-    recording : str
-        The file's name.
-    """
+    """One game of somebody on the ladder, as a line of their file holds it."""
 
     at: float
+    """When it was over, Unix time."""
     system: str
+    """The control system that flew the person's swarm."""
     opponent: str
     rating: float
+    """The opponent's, as it was then."""
     side: Literal["red", "blue"]
+    """The person's."""
     seed: int
     outcome: Literal["win", "draw", "loss"]
     ended_by: str
+    """As in the recording: a game that was "left" is lost."""
     seconds: float
+    """Of game."""
     recording: str
+    """The file's name."""
 
     @property
     def met(self) -> Met:
@@ -70,22 +55,7 @@ class Climbed:
 
 @dataclass(frozen=True, kw_only=True)
 class LevelRow:
-    """What one person reached with one control system.
-
-    Attributes
-    ----------
-    code, system : str
-    games, won, drawn, lost, left : int
-        Those that were left are among the lost.
-    seconds : float
-        Of game, in all.
-    level, low, high : float
-        Of all games, with the 95 % interval.
-    games_20min : int
-        Games until 20 minutes were played: those that began within them.
-    level_20min, low_20min, high_20min : float
-        Of these.
-    """
+    """What one person reached with one control system: levels with their 95 % intervals."""
 
     code: str
     system: str
@@ -94,11 +64,14 @@ class LevelRow:
     drawn: int
     lost: int
     left: int
+    """Those are among the lost."""
     seconds: float
+    """Of game, in all."""
     level: float
     low: float
     high: float
     games_20min: int
+    """Games until 20 minutes were played: those that began within them. So below."""
     level_20min: float
     low_20min: float
     high_20min: float
@@ -163,8 +136,8 @@ class Climber:
             file.write(line)
             file.flush()
             os.fsync(file.fileno())
-        if is_new and hasattr(os, "O_DIRECTORY"):
-            _sync(self._path.parent)
+        if is_new:
+            _sync_folder(self._path.parent)
         self._whole += len(line)
         self.games.append(game)
 
@@ -173,13 +146,14 @@ class Climber:
         return [game for game in self.games if game.system == system]
 
 
-def _sync(folder: Path) -> None:
-    """Write the folder's entries, a new file's name among them, to the disk."""
-    opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(opened)
-    finally:
-        os.close(opened)
+def _sync_folder(folder: Path) -> None:
+    """Write the folder's entries, a new file's name among them, to the disk, where that can be asked for."""
+    if hasattr(os, "O_DIRECTORY"):
+        opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)
 
 
 def reached(games: Sequence[Climbed]) -> Level:
@@ -234,12 +208,9 @@ def write_table(folder: Path) -> list[str]:
             rows += rows_of(Climber(folder, path.stem))
         except (RecordingError, ValueError, OSError) as error:
             faults.append(str(error))
-    text = io.StringIO()
-    writer = csv.DictWriter(text, [field.name for field in fields(LevelRow)])
-    writer.writeheader()
-    for row in rows:
-        plain = asdict(row)
-        writer.writerow({name: round(value, 1) if isinstance(value, float) else value for name, value in plain.items()})
-    with draft_of(folder / TABLE) as draft:
-        draft.write_text(text.getvalue(), newline="")
+    with draft_of(folder / TABLE) as draft, draft.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow([field.name for field in fields(LevelRow)])
+        for row in rows:
+            writer.writerow([round(value, 1) if isinstance(value, float) else value for value in astuple(row)])
     return faults

@@ -54,10 +54,6 @@ class Command:
 class CommandReader:
     """Reads the commands of a game; any thread may ask, and nothing changes.
 
-    Parameters
-    ----------
-    game : GameConfig
-
     Attributes
     ----------
     systems : (ControlSystem, ControlSystem)
@@ -72,7 +68,7 @@ class CommandReader:
         self.cells, self.modes = game.command_cells, game.controller.modes
 
     def read(self, team: int, number: int, given: Any, kind: str = "density", sender: str = "") -> Command:
-        """Check a command, and return it as it will be followed; any thread may ask, nothing changes.
+        """Check a command, and return it as it will be followed.
 
         Parameters
         ----------
@@ -108,8 +104,7 @@ class CommandReader:
 
     def answered(self, team: int, number: int, answer: NDArray[np.float64], sender: str = "") -> Command:
         """Return a policy's answer, checked and in the form that all commands have among others, as a command."""
-        control = self._control
-        own = control.unpack(answer[None], control.numbers[team])[0]
+        own = self._control.unpack(answer[None], self._control.numbers[team])[0]
         kind = self.systems[team].takes
         return Command(team, number, as_followed(own) if kind == "density" else own, kind, sender)
 
@@ -122,13 +117,12 @@ class CommandReader:
         return self._control.pack(values)
 
     def picture(self, command: Command) -> NDArray[np.float64]:
-        """Return what a command asks for as a density (A, A), for those who watch; any thread may ask."""
-        system = self.systems[command.team]
+        """Return what a command asks for as a density (A, A), for those who watch."""
         if command.kind == "density":
             return command.values
-        shape = (1, self._game.command_cells, self._game.command_cells)
+        system = self.systems[command.team]
         try:
             drawn = system.to_densities(command.values[None], self._game)
-            return np.asarray(check_densities(drawn, shape, "a picture of commands")[0])
+            return np.asarray(check_densities(drawn, (1, self.cells, self.cells), "a picture of commands")[0])
         except FAULTS as error:
             raise CommandError(f"{system.name} cannot draw a command: {error!r}") from error

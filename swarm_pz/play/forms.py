@@ -28,7 +28,9 @@ def read_form(form: Any, system: ControlSystem, config: GameConfig, name: str) -
         If it is none.
     """
     try:
-        values = np.asarray(system.parse(_plain(form), config, name), np.float64)
+        if isinstance(form, Mapping):  # JSON writes numbers as text where they are keys
+            form = {int(key) if _NUMBER.fullmatch(key) else key: value for key, value in form.items()}
+        values = np.asarray(system.parse(form, config, name), np.float64)
     except SwarmError as error:
         raise CommandError(str(error)) from error
     except FAULTS as error:
@@ -37,13 +39,6 @@ def read_form(form: Any, system: ControlSystem, config: GameConfig, name: str) -
     if values.shape != expected or not np.isfinite(values).all():
         raise CommandError(f"{name}: {system.name} made numbers of shape {values.shape} of it, not {expected}")
     return values
-
-
-def _plain(form: Any) -> Any:
-    """Give an object its numbers back as keys, which JSON writes as text."""
-    if isinstance(form, Mapping):
-        return {int(key) if _NUMBER.fullmatch(key) else key: value for key, value in form.items()}
-    return form
 
 
 def commands_of(system: ControlSystem, config: GameConfig) -> protocol.Commands:
@@ -55,27 +50,23 @@ def commands_of(system: ControlSystem, config: GameConfig) -> protocol.Commands:
         If the control system cannot say.
     """
     try:
-        return _commands_of(system, config)
+        space, takes = system.space(config), system.takes
+        return protocol.Commands(
+            system=system.name,
+            takes=takes,
+            shape=[int(size) for size in space.shape],
+            low=_numbers(space.low),
+            high=_numbers(space.high),
+            default=np.asarray(system.default(config), np.float64).tolist(),
+            serves_densities=serves_densities(system, config),
+            leaders=int(space.shape[0]) if takes == "leaders" else None,
+            shapes=list(system.shapes),
+            weights=(_exact(space.low[0, 2]), _exact(space.high[0, 2])) if takes == "attractors" else None,
+        )
     except SwarmError:
         raise
     except FAULTS as error:
         raise ConfigError(f"the control system {system.name} does not say what it takes: {error!r}") from error
-
-
-def _commands_of(system: ControlSystem, config: GameConfig) -> protocol.Commands:
-    space, takes = system.space(config), system.takes
-    return protocol.Commands(
-        system=system.name,
-        takes=takes,
-        shape=[int(size) for size in space.shape],
-        low=_numbers(space.low),
-        high=_numbers(space.high),
-        default=np.asarray(system.default(config), np.float64).tolist(),
-        serves_densities=serves_densities(system, config),
-        leaders=int(space.shape[0]) if takes == "leaders" else None,
-        shapes=list(system.shapes),
-        weights=(_exact(space.low[0, 2]), _exact(space.high[0, 2])) if takes == "attractors" else None,
-    )
 
 
 def _numbers(values: NDArray[Any]) -> float | list[Any]:

@@ -93,19 +93,22 @@ def encode_frame(frame: Frame) -> bytes:
     """
     flags = (KEYFRAME if frame.altitudes is not None else 0) | (WITH_FIELDS if frame.fields is not None else 0)
     flags |= HIDDEN[frame.hidden] if frame.hidden is not None else 0
-    is_hidden = frame.teams == frame.hidden if frame.hidden is not None else np.zeros(len(frame.teams), bool)
-    header = _HEADER.pack(FRAME, flags, len(frame.teams), frame.sequence, frame.tick, frame.server_ms)
-    positions, velocities = (np.where(is_hidden[:, None], 0.0, told) for told in (frame.positions, frame.velocities))
-    positions = np.rint(np.clip(positions, 0.0, 1.0) * 65535.0).astype("<u2")
-    velocities = np.rint(np.clip(velocities / FASTEST, -1.0, 1.0) * 32767.0).astype("<i2")
-    parts = [header, positions.tobytes(), velocities.tobytes()]
-    parts.append(np.packbits(frame.teams.astype(np.uint8), bitorder="little").tobytes())
-    if frame.altitudes is not None:
-        altitudes = np.where(is_hidden, 0.0, frame.altitudes)
-        parts.append(np.rint(np.clip(altitudes, 0.0, 1.0) * 255.0).astype(np.uint8).tobytes())
-    if frame.fields is not None:
-        parts.append(np.ascontiguousarray(frame.fields, np.uint8).tobytes())
-    return b"".join(parts)
+    is_shown = np.ones(len(frame.teams), bool) if frame.hidden is None else frame.teams != frame.hidden
+
+    def scaled(values: NDArray[Any], low: float, scale: float, dtype: str) -> bytes:
+        shown = is_shown.reshape(-1, *[1] * (values.ndim - 1))
+        return np.rint(np.clip(np.where(shown, values, 0.0), low, 1.0) * scale).astype(dtype).tobytes()
+
+    return b"".join(
+        [
+            _HEADER.pack(FRAME, flags, len(frame.teams), frame.sequence, frame.tick, frame.server_ms),
+            scaled(frame.positions, 0.0, 65535.0, "<u2"),
+            scaled(frame.velocities / FASTEST, -1.0, 32767.0, "<i2"),
+            np.packbits(frame.teams.astype(np.uint8), bitorder="little").tobytes(),
+            b"" if frame.altitudes is None else scaled(frame.altitudes, 0.0, 255.0, "u1"),
+            b"" if frame.fields is None else np.ascontiguousarray(frame.fields, np.uint8).tobytes(),
+        ]
+    )
 
 
 def decode_frame(data: bytes) -> Frame:
@@ -119,25 +122,24 @@ def decode_frame(data: bytes) -> Frame:
     if len(data) < _HEADER.size or data[0] != FRAME:
         raise ProtocolError(f"a frame must begin with byte {FRAME} and a header of {_HEADER.size} bytes")
     _, flags, count, sequence, tick, server_ms = _HEADER.unpack_from(data)
-    bits = -(-count // 8)
-    lengths = [4 * count, 4 * count, bits, count if flags & KEYFRAME else 0]
-    lengths.append(2 * GRID_CELLS**2 if flags & WITH_FIELDS else 0)
-    if len(data) != _HEADER.size + sum(lengths):
-        raise ProtocolError(f"a frame of {count} drones must have {_HEADER.size + sum(lengths)} bytes, got {len(data)}")
-    ends = np.cumsum([_HEADER.size, *lengths])
-    positions, velocities, teams, altitudes, fields = (data[start:end] for start, end in itertools.pairwise(ends))
-    unpacked = np.unpackbits(np.frombuffer(teams, np.uint8), count=count, bitorder="little").astype(np.int8)
+    bits, has_altitudes, has_fields = -(-count // 8), flags & KEYFRAME, flags & WITH_FIELDS
+    sizes = [4 * count, 4 * count, bits, count if has_altitudes else 0, 2 * GRID_CELLS**2 if has_fields else 0]
+    ends = np.cumsum([_HEADER.size, *sizes])
+    if len(data) != ends[-1]:
+        raise ProtocolError(f"a frame of {count} drones must have {ends[-1]} bytes, got {len(data)}")
+    positions, velocities, packed, altitudes, fields = (data[start:end] for start, end in itertools.pairwise(ends))
+    teams = np.unpackbits(np.frombuffer(packed, np.uint8), count=count, bitorder="little").astype(np.int8)
     hidden = next((team for team, flag in enumerate(HIDDEN) if flags & flag), None)
-    told = np.where(unpacked == hidden, np.nan, 1.0) if hidden is not None else np.ones(count)
+    told = np.ones(count) if hidden is None else np.where(teams == hidden, np.nan, 1.0)
     return Frame(
         sequence=sequence,
         tick=tick,
         server_ms=server_ms,
         positions=np.frombuffer(positions, "<u2").reshape(count, 2) / 65535.0 * told[:, None],
         velocities=np.frombuffer(velocities, "<i2").reshape(count, 2) / 32767.0 * FASTEST * told[:, None],
-        teams=unpacked,
-        altitudes=np.frombuffer(altitudes, np.uint8) / 255.0 * told if flags & KEYFRAME else None,
-        fields=np.frombuffer(fields, np.uint8).reshape(2, GRID_CELLS, GRID_CELLS) if flags & WITH_FIELDS else None,
+        teams=teams,
+        altitudes=np.frombuffer(altitudes, np.uint8) / 255.0 * told if has_altitudes else None,
+        fields=np.frombuffer(fields, np.uint8).reshape(2, GRID_CELLS, GRID_CELLS) if has_fields else None,
         hidden=hidden,
     )
 
@@ -163,9 +165,7 @@ def decode_target(data: bytes) -> Target:
         raise ProtocolError(f"a target must begin with byte {TARGET} and a header of {_TARGET_HEADER.size} bytes")
     _, team, cells, number = _TARGET_HEADER.unpack_from(data)
     if team > 1 or len(data) != _TARGET_HEADER.size + cells**2:
-        raise ProtocolError(
-            f"a target of {cells} cells a side must be of team 0 or 1 and have {_TARGET_HEADER.size + cells**2} bytes, "
-            f"got team {team} and {len(data)} bytes"
-        )
+        expected = f"team 0 or 1 and {_TARGET_HEADER.size + cells**2} bytes"
+        raise ProtocolError(f"a target of {cells} cells a side has {expected}, got team {team} and {len(data)} bytes")
     picture = np.frombuffer(data, np.uint8, offset=_TARGET_HEADER.size).reshape(cells, cells)
     return Target(team=team, number=number, picture=picture)

@@ -5,20 +5,13 @@ No clock, network or file in here: who calls `LiveGame.advance` decides how fast
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from swarm_pz.config import (
-    BLUE,
-    RED,
-    TEAM_NAMES,
-    TICKS_PER_CONTROL_PERIOD,
-    TICKS_PER_SECOND,
-    GameConfig,
-)
+from swarm_pz.config import BLUE, RED, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
 from swarm_pz.config.base import Config, check, check_number
 from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.fourier import SAME_TARGET
@@ -42,7 +35,7 @@ class TableConfig(Config):
     min_command_interval : float
         Seconds of game between two commands of a team that come into force, whoever gives them; of
         those that come sooner, the latest waits.
-    mapping : {"firm", "bold", "paper"}
+    mapping : {"firm", "paper"}
         From strokes to a density; see `swarm_pz.play.strokes`.
     speed : float
         Seconds of game a second; that of the factors, if they have one.
@@ -63,10 +56,7 @@ class TableConfig(Config):
         check_number(self.min_command_interval, "min_command_interval", 0.0, 60.0)
         is_known = isinstance(self.mapping, str) and self.mapping in MAPPINGS
         check(is_known, "mapping", self.mapping, f"one of {', '.join(MAPPINGS)}")
-        self._take_factors()
         check_number(self.speed, "speed", 0.1, 10.0)
-
-    def _take_factors(self) -> None:
         pair = self.factors
         fits = isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(one, Factors) for one in pair)
         check(fits, "factors", pair, "a pair of Factors, red's and blue's")
@@ -78,9 +68,8 @@ class TableConfig(Config):
         for side, one, system in zip(TEAM_NAMES, pair, self.game.team_systems, strict=True):
             if one.share > 0.0 and system.takes != "density":
                 raise ConfigError(
-                    f"factors: {side} cannot share its command with {one.helper}: densities are mixed, and {side} is "
-                    f"flown by {system.name}, which takes commands of kind {system.takes!r}; expected share 0, or a "
-                    "control system that takes densities"
+                    f"factors: {side} cannot share its command with {one.helper}: only densities are mixed, and {side} "
+                    f"is flown by {system.name}, which takes commands of kind {system.takes!r}; expected share 0"
                 )
 
     @property
@@ -116,13 +105,7 @@ Event = InForce | Captured
 
 
 class LiveGame:
-    """A game that runs as long as somebody advances it.
-
-    Parameters
-    ----------
-    config : TableConfig
-    seed : int or SeedSequence
-        Of the start.
+    """A game that runs as long as somebody advances it; the seed is that of its start.
 
     Attributes
     ----------
@@ -161,11 +144,9 @@ class LiveGame:
     @property
     def outcome(self) -> str | None:
         """Return "red", "blue" or "draw" of a game that is over."""
-        if not self.over:
-            return None
-        if not self.simulator.decided[0]:
-            return "draw"
-        return TEAM_NAMES[RED if self.sizes[RED] else BLUE]
+        if self.simulator.decided[0]:
+            return TEAM_NAMES[RED if self.sizes[RED] else BLUE]
+        return "draw" if self.over else None
 
     def check_size(self, command: Command) -> None:
         """Refuse a command that a team of so many drones, as it is now, cannot fly.
@@ -198,18 +179,14 @@ class LiveGame:
         """
         game, team, waiting = self.config.game, command.team, self._waiting[command.team]
         if self.reader.systems[team].kernel != "ergodic":
-            asked = self.reader.packed(command).ravel()
-            former = self.simulator.games.commands[0, team]
-            if waiting is not None:
-                former = self.reader.packed(waiting).ravel()
+            asked, last = self.reader.packed(command).ravel(), self.simulator.games.commands[0, team]
+            former = last if waiting is None else self.reader.packed(waiting).ravel()
             return bool((asked == former[: asked.size]).all())
         if not game.tells_sending:
             return False
-        last = self.simulator.targets[0, team]
-        if waiting is not None:
-            last, _ = make_target(waiting.values, game.controller.modes)
-        wanted, _ = make_target(command.values, game.controller.modes)
-        return bool(np.abs(wanted - last).max() <= SAME_TARGET)
+        modes = game.controller.modes
+        held = self.simulator.targets[0, team] if waiting is None else make_target(waiting.values, modes)[0]
+        return bool(np.abs(make_target(command.values, modes)[0] - held).max() <= SAME_TARGET)
 
     def withdraw(self) -> None:
         """Forget the commands that wait."""
@@ -261,12 +238,10 @@ class LiveGame:
         """Where a control period begins, put in force what waits; `advance` does so unless it was done before."""
         if not self.is_at_solve or self.has_begun_period:
             return []
-        self._begun = self.tick
-        return list(self._take_waiting())
-
-    def _take_waiting(self) -> Iterable[InForce]:
+        self._begun, begun = self.tick, []
         for team, command in enumerate(self._waiting):
             if command is not None and self.tick - self._last_in_force[team] >= self.config.interval_ticks:
                 self._waiting[team] = None
                 self.put_in_force(command)
-                yield InForce(self.tick, command)
+                begun.append(InForce(self.tick, command))
+        return begun

@@ -16,26 +16,15 @@ def mixture(own: NDArray[np.float64], helpers: NDArray[np.float64], share: float
 
     Both count by their shape alone: each is made to sum to 1 before they are mixed. One of nothing is the whole square.
     """
-    return as_followed((1.0 - share) * _normalised(own) + share * _normalised(helpers))
-
-
-def _normalised(density: NDArray[np.float64]) -> NDArray[np.float64]:
-    mass = float(density.sum())
-    return density / mass if mass > 0.0 else np.full(density.shape, 1.0 / density.size)
+    parts = [
+        density / density.sum() if density.any() else np.full_like(density, 1.0 / density.size)
+        for density in (own, helpers)
+    ]
+    return as_followed((1.0 - share) * parts[0] + share * parts[1])
 
 
 class SharedCommand:
-    """The latest of what a team's player and its helper ask for, mixed.
-
-    Parameters
-    ----------
-    team : int
-    cells : int
-        Cells a side of a density.
-    share : float
-        The helper's.
-    helper : str
-    """
+    """The latest of what a team's player and its helper ask for: densities of so many cells a side, mixed."""
 
     def __init__(self, team: int, cells: int, share: float, helper: str) -> None:
         self._team, self._share, self._sender = team, share, f"{SHARED}{helper}"

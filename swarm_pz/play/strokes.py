@@ -21,7 +21,7 @@ from swarm_pz.kernels.painting import paint
 
 Brush = Literal["attract", "repel", "erase"]
 BRUSHES: tuple[Brush, ...] = ("attract", "repel", "erase")
-Mapping = Literal["firm", "bold", "paper"]
+Mapping = Literal["firm", "paper"]
 NARROWEST, WIDEST = 0.05, 0.30
 """Least and largest width of a brush, in map widths."""
 MOST_POINTS = 4096
@@ -72,38 +72,30 @@ class Stroke:
 
 @dataclass(frozen=True, kw_only=True)
 class StrokeMapping:
-    """What painted ground asks for.
+    """What painted ground asks for: 1 where it attracts, 0 where it repels, one half where nothing attracts.
 
     Attributes
     ----------
-    attract, repel : float
-        Densities of ground painted so.
-    untouched, untouched_beside_attract : float
-        Density of the rest, without and with any ground that attracts.
+    beside_attract : float
+        Density of untouched ground beside ground that attracts.
     smoothing : float
         Standard deviation, in map widths, of the Gaussian that smooths the image.
-    repel_is_kept : bool
-        Whether ground that repels keeps its density when the image is smoothed: what is wanted beside it
-        does not flow into it.
+    keeps_repelling : bool
+        Whether ground that repels stays as empty as it is when the image is smoothed.
     """
 
-    attract: float = 1.0
-    repel: float = 0.0
-    untouched: float = 0.5
-    untouched_beside_attract: float
+    beside_attract: float
     smoothing: float
-    repel_is_kept: bool = False
+    keeps_repelling: bool
 
 
 # A recorded game names its mapping: what one of these asks for never changes, a new idea gets a new name.
 MAPPINGS: dict[Mapping, StrokeMapping] = {
-    # With a ring and ground beside it that repels, drones are in that ground 1 % of the time; with "bold" 8 %.
-    # Faint ground beside what attracts, so that repelling ground could differ from it, is worse: drones that were
-    # nowhere near repelling ground wander through it, then (4 % of the time, instead of none).
-    "firm": StrokeMapping(untouched_beside_attract=0.0, smoothing=0.05, repel_is_kept=True),
-    "bold": StrokeMapping(untouched_beside_attract=0.0, smoothing=0.05),
+    # Drones spend 1 % of the time on repelling ground beside a ring; 8 % if that ground is smoothed, too. With faint
+    # ground beside what attracts they also wander through repelling ground far from it (4 % of the time, not none).
+    "firm": StrokeMapping(beside_attract=0.0, smoothing=0.05, keeps_repelling=True),
     # The paper's. A density sums to 1, so against ground at one half few strokes weigh anything.
-    "paper": StrokeMapping(untouched_beside_attract=0.5, smoothing=0.2),
+    "paper": StrokeMapping(beside_attract=0.5, smoothing=0.2, keeps_repelling=False),
 }
 DEFAULT_MAPPING: Mapping = "firm"
 
@@ -131,14 +123,15 @@ def density_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = DEFAULT
         If there is no such mapping, or the strokes have too many points or too much ink together.
     """
     painted, chosen = _painted(strokes), _mapping(mapping)
-    attracts, repels = painted == BRUSHES.index("attract"), painted == BRUSHES.index("repel")
-    untouched = chosen.untouched_beside_attract if attracts.any() else chosen.untouched
-    image = np.where(attracts, chosen.attract, np.where(repels, chosen.repel, untouched))
-    if chosen.repel_is_kept and repels.any():
-        image = _keep_repelling(_smooth(image, chosen.smoothing, _PIXELS), repels, chosen)
-        means = _averaging_matrix(cells)
-        return np.asarray(means @ image @ means.T)
-    return _smooth(image, chosen.smoothing, cells)
+    attracts, repels = (painted == BRUSHES.index(brush) for brush in BRUSHES[:2])
+    untouched = chosen.beside_attract if attracts.any() else 0.5
+    image = np.where(attracts, 1.0, np.where(repels, 0.0, untouched))
+    if not (chosen.keeps_repelling and repels.any()):
+        return _smooth(image, chosen.smoothing, cells)
+    # Repelling ground is empty up to its edge, and less and less so beyond it.
+    empty = np.minimum(2.0 * _smooth(repels * 1.0, chosen.smoothing, _PIXELS), 1.0)  # one half at an edge
+    means, smoothed = _averaging_matrix(cells), _smooth(image, chosen.smoothing, _PIXELS)
+    return np.asarray(means @ (smoothed - empty * smoothed) @ means.T)
 
 
 def attraction_of(strokes: Sequence[Stroke], cells: int, mapping: Mapping = DEFAULT_MAPPING) -> NDArray[np.float64]:
@@ -158,7 +151,8 @@ def _painted(strokes: Sequence[Stroke]) -> NDArray[np.int8]:
     if (count := sum(len(stroke.points) for stroke in strokes)) > MOST_POINTS:
         raise CommandError(f"a drawing may have {MOST_POINTS} points, got {count}")
     lines = [np.array(stroke.points, np.float64) for stroke in strokes]
-    ink = sum(stroke.width * _length(line) for stroke, line in zip(strokes, lines, strict=True))
+    lengths = [float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in lines]
+    ink = sum(stroke.width * length for stroke, length in zip(strokes, lengths, strict=True))
     if ink > MOST_INK:
         raise CommandError(
             f"a drawing's lines may cover the map {MOST_INK:g} times, length times width, got {ink:.1f} times; "
@@ -173,18 +167,6 @@ def _painted(strokes: Sequence[Stroke]) -> NDArray[np.int8]:
 def _smooth(image: NDArray[np.float64], smoothing: float, cells: int) -> NDArray[np.float64]:
     along = _smoothing_matrix(smoothing, cells)
     return np.asarray(np.clip(along @ image @ along.T, 0.0, 1.0))
-
-
-def _keep_repelling(
-    smoothed: NDArray[np.float64], repels: NDArray[np.bool_], mapping: StrokeMapping
-) -> NDArray[np.float64]:
-    """Give repelling ground its density back: wholly up to its edge, less and less beyond it."""
-    share = np.minimum(2.0 * _smooth(repels.astype(np.float64), mapping.smoothing, _PIXELS), 1.0)  # one half at an edge
-    return smoothed + share * (np.minimum(smoothed, mapping.repel) - smoothed)
-
-
-def _length(line: NDArray[np.float64]) -> float:
-    return float(np.hypot(*np.diff(line, axis=0).T).sum())
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Control systems for tests at the table, which take places: one that works, and some that do not."""
+"""Control systems for tests at the table, which take places: one that works, and some that fail in a corner."""
 
 import importlib.metadata
 import time
@@ -18,6 +18,7 @@ class Magnet(ControlSystem):
 
     name: ClassVar[str] = "magnet"
     takes: ClassVar[str] = "place"
+    corners: ClassVar[list[None]] = []
 
     def space(self, config):
         return spaces.Box(0.0, 1.0, (2,), np.float32)
@@ -26,51 +27,48 @@ class Magnet(ControlSystem):
         return np.full(2, 0.5)
 
     def solve(self, flight, config):
+        if (flight.commands == 0.0).all():
+            self.fail()
         return 2.0 * (flight.commands[:, None] - flight.positions) - 2.0 * flight.velocities
+
+    def fail(self):
+        pass
 
 
 @dataclass(frozen=True, kw_only=True)
 class Raising(Magnet):
-    """Raises once it is sent to a corner."""
-
     name: ClassVar[str] = "raising"
     corners: ClassVar[list[None]] = []
 
-    def solve(self, flight, config):
-        if (flight.commands == 0.0).all():
-            raise RuntimeError("lost in a corner")
-        return super().solve(flight, config)
+    def fail(self):
+        raise RuntimeError("lost in a corner")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Hanging(Magnet):
-    """Does not come back for long once it is sent to a corner."""
+    """Does not come back for long."""
 
     name: ClassVar[str] = "hanging"
     corners: ClassVar[list[None]] = []
 
-    def solve(self, flight, config):
-        if (flight.commands == 0.0).all():
-            self.corners.append(None)
-            time.sleep(6.0)
-        return super().solve(flight, config)
+    def fail(self):
+        self.corners.append(None)
+        time.sleep(6.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Escaping(Magnet):
-    """Wants to end more than its game once it is sent to a corner."""
+    """Wants to end more than its game."""
 
     name: ClassVar[str] = "escaping"
     corners: ClassVar[list[None]] = []
 
-    def solve(self, flight, config):
-        if (flight.commands == 0.0).all():
-            raise KeyboardInterrupt
-        return super().solve(flight, config)
+    def fail(self):
+        raise KeyboardInterrupt
 
 
 @dataclass(frozen=True, kw_only=True)
-class Dreaming(Magnet):
+class Dreaming(Hanging):
     """Does not come back for long while it reads, or draws, a command for a corner."""
 
     name: ClassVar[str] = "dreaming"
@@ -78,14 +76,15 @@ class Dreaming(Magnet):
 
     def parse(self, command, config, name="command"):
         if command == [0.0, 0.0]:
-            self.corners.append(None)
-            time.sleep(6.0)
+            self.fail()
         return super().parse(command, config, name)
+
+    def solve(self, flight, config):
+        return np.zeros_like(flight.positions)
 
     def to_densities(self, commands, config):
         if (commands == 1.0).all():
-            self.corners.append(None)
-            time.sleep(6.0)
+            self.fail()
         return super().to_densities(commands, config)
 
 

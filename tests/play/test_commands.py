@@ -1,39 +1,105 @@
-"""Commands of any kind: read, followed, held and drawn."""
+"""Commands of any kind: what clients are told of them, how they are written, read, flown, held and drawn."""
 
 import numpy as np
 import pytest
 
-from swarm_pz.config import BLUE, RED, CaptureConfig, GameConfig
-from swarm_pz.errors import CommandError
+from swarm_pz.config import BLUE, RED, CaptureConfig, FlockingConfig, GameConfig
+from swarm_pz.config.registry import registered, system_of
+from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.play.commands import CommandReader
+from swarm_pz.play.forms import commands_of, installed_systems, read_form
 from swarm_pz.play.game import InForce, LiveGame, TableConfig
+from swarm_pz.systems.leader_follower import LeaderFollower
+from tests.play.systems import Magnet, Unready, install
 
 GAME = GameConfig(drones_per_team=2, controllers=("direct", "ergodic"), capture=CaptureConfig(enabled=False))
-TABLE = TableConfig(game=GAME)
 PUSH = [[0.5, 0.0], [-0.5, 0.0], [0.0, 0.0], [0.0, 0.0]]
 
 
-def test_a_command_of_another_kind_is_flown():
-    game = LiveGame(TABLE, seed=0)
-    start = game.simulator.positions[0].copy()
-    command = game.submit(RED, 1, PUSH, "accelerations")
-    assert [event.command for event in game.advance(30) if isinstance(event, InForce)] == [command]
-    moved = game.simulator.positions[0] - start
+def live():
+    return LiveGame(TableConfig(game=GAME), seed=0)
+
+
+# --- forms ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", sorted(registered()))
+def test_what_a_client_is_told_of_a_system_is_a_command_of_it(name):
+    system = system_of(name)
+    told = commands_of(system, GAME)
+    assert (told.system, told.takes, told.shape) == (name, system.takes, list(system.space(GAME).shape))
+    default = read_form(told.default, system, GAME, "the default")
+    np.testing.assert_array_equal(default, system.default(GAME))
+    shape, (low, high) = default.shape, (np.asarray(one, float) for one in (told.low, told.high))
+    assert low.shape in ((), shape) and (low <= default + 1e-6).all() and (default <= high + 1e-6).all()
+
+
+def test_leaders_and_weights_are_told_as_they_were_configured():
+    assert commands_of(LeaderFollower(leaders=3), GAME).leaders == 3
+    game = GAME.replace(flocking=FlockingConfig(migration=(0.1, 0.7)))
+    assert commands_of(system_of("flocking"), game).weights == (0.1, 0.7)
+
+
+def test_the_systems_that_are_told_are_those_that_are_installed(monkeypatch):
+    install(monkeypatch, Magnet)
+    told = {one.name: one for one in installed_systems(GAME)}
+    assert told["ergodic"].serves_densities and not told["direct"].serves_densities
+    assert told["magnet"].about == "Everybody flies to one place." and told["magnet"].takes == "place"
+
+
+@pytest.mark.parametrize(
+    "form", [[], [[0.0, 0.0]], [[0.0, 0.0]] * 3 + [[0.0]], [[0.0, 2.0]] * 4, [["a", "b"]] * 4, {"0": [1, 2]}]
+)
+def test_what_is_no_command_is_refused(form):
+    with pytest.raises(CommandError, match="red's command"):
+        read_form(form, system_of("direct"), GAME, "red's command")
+
+
+def test_whatever_a_system_of_others_does_with_a_command_is_an_error_of_the_command(monkeypatch):
+    asked = []
+    monkeypatch.setattr(Magnet, "parse", lambda self, command, config, name: asked.append(command) or np.zeros(2))
+    read_form({"0": [0.1, 0.2], "shape": 3, "99999": 1}, Magnet(), GAME, "a command")
+    assert asked == [{0: [0.1, 0.2], "shape": 3, "99999": 1}], "JSON has no numbers as keys"
+    for answer, told in ((lambda *_: 1 / 0, "ZeroDivisionError"), (lambda *_: [np.nan, 0.0], "made numbers")):
+        monkeypatch.setattr(Magnet, "parse", answer)
+        with pytest.raises(CommandError, match=f"magnet.*{told}"):
+            read_form([0.5, 0.5], Magnet(), GAME, "a command")
+    with pytest.raises(ConfigError, match="unready does not say"):
+        commands_of(Unready(), GAME)
+
+
+# --- commands -------------------------------------------------------------------------------------
+
+
+def test_a_command_of_another_kind_is_flown_and_who_solves_ahead_plays_the_same_game():
+    plain, ahead = live(), live()
+    start = plain.simulator.positions[0].copy()
+    command = plain.submit(RED, 1, PUSH, "accelerations")
+    ahead.submit(RED, 1, PUSH, "accelerations")
+    assert [event.command for event in plain.advance(30) if isinstance(event, InForce)] == [command]
+    moved = plain.simulator.positions[0] - start
     assert (moved[0, 0] > 0.05 and moved[1, 0] < 0.0) or moved[1, 0] == 0.0  # it may be at a wall
     assert moved[0, 1] == 0.0
+    for tick in range(30):
+        begun = ahead.begin_period()
+        assert (len(begun), ahead.is_at_solve) == (tick == 0, tick % 3 == 0)
+        if ahead.is_at_solve:
+            ahead.simulator.solve(RED)
+        assert not [event for event in ahead.advance() if isinstance(event, InForce)]
+    np.testing.assert_array_equal(plain.simulator.positions, ahead.simulator.positions)
 
 
 @pytest.mark.parametrize(
     ("given", "kind", "told"),
     [
-        (np.ones((10, 10)), "density", "'density' cannot fly direct, which takes those of kind 'accelerations'"),
+        (np.ones((10, 10)), "density", "'density' .* direct, .* 'accelerations'"),
         (PUSH, "places", "'places' cannot fly direct"),
         (PUSH[:3], "accelerations", "shape"),
         ([[np.nan, 0.0]] * 4, "accelerations", "nan"),
     ],
 )
 def test_what_cannot_fly_a_team_is_refused_and_changes_nothing(given, kind, told):
-    game = LiveGame(TABLE, seed=0)
+    game = live()
     game.submit(RED, 1, PUSH, "accelerations")
     with pytest.raises(CommandError, match=told):
         game.submit(RED, 2, given, kind)
@@ -42,7 +108,7 @@ def test_what_cannot_fly_a_team_is_refused_and_changes_nothing(given, kind, told
 
 
 def test_who_asks_at_every_step_for_the_same_holds_it():
-    game = LiveGame(TABLE, seed=0)
+    game = live()
     push, other = (game.reader.read(RED, 1, given, "accelerations") for given in (PUSH, PUSH[::-1]))
     assert not game.holds(push)
     game.hand_in(push)
@@ -53,36 +119,17 @@ def test_who_asks_at_every_step_for_the_same_holds_it():
 
 def test_a_policys_answer_has_the_kind_that_its_team_takes():
     reader = CommandReader(GAME)
-    packed = reader.packed(reader.read(RED, 1, PUSH, "accelerations"))[0]
-    answer = reader.answered(RED, 3, packed, "auto:push")
+    answer = reader.answered(RED, 3, reader.packed(reader.read(RED, 1, PUSH, "accelerations"))[0], "auto:push")
     np.testing.assert_array_equal(answer.values, PUSH)
     assert (answer.kind, answer.number, answer.sender) == ("accelerations", 3, "auto:push")
     image = np.linspace(0.0, 0.5, 100).reshape(10, 10)
-    packed = reader.packed(reader.read(1, 1, image))[0]
-    assert reader.answered(1, 1, packed).kind == "density"
-    np.testing.assert_array_equal(reader.answered(1, 1, packed).values, np.round(2 * image, 8))
+    density = reader.answered(BLUE, 1, reader.packed(reader.read(BLUE, 1, image))[0])
+    assert density.kind == "density"
+    np.testing.assert_array_equal(density.values, np.round(2 * image, 8))
 
 
-def test_what_has_no_picture_asks_for_the_whole_square():
-    reader = CommandReader(GAME)
-    np.testing.assert_array_equal(reader.picture(reader.read(RED, 1, PUSH, "accelerations")), np.ones((10, 10)))
-
-
-def test_a_picture_is_drawn_by_the_system_of_the_commands_team():
+def test_a_picture_is_drawn_by_the_system_of_the_commands_team_and_without_one_is_the_whole_square():
     reader = CommandReader(GAME.replace(controllers=("direct", "flocking")))
+    np.testing.assert_array_equal(reader.picture(reader.read(RED, 1, PUSH, "accelerations")), np.ones((10, 10)))
     drawn = reader.picture(reader.read(BLUE, 1, [0.95, 0.05, 60.0], "attractors"))
     assert np.argwhere(drawn).tolist() == [[0, 9]]
-
-
-def test_who_solves_ahead_plays_the_same_game():
-    plain, ahead = LiveGame(TABLE, seed=0), LiveGame(TABLE, seed=0)
-    for game in (plain, ahead):
-        game.submit(RED, 1, PUSH, "accelerations")
-    plain.advance(30)
-    for tick in range(30):
-        begun = ahead.begin_period()
-        assert (len(begun), ahead.is_at_solve) == (tick == 0, tick % 3 == 0)
-        if ahead.is_at_solve:
-            ahead.simulator.solve(RED)
-        assert not [event for event in ahead.advance() if isinstance(event, InForce)]
-    np.testing.assert_array_equal(plain.simulator.positions, ahead.simulator.positions)

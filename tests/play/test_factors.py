@@ -27,38 +27,34 @@ def test_a_file_has_a_table_for_each_side_that_varies(tmp_path):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("[green]\nspeed = 2", r"expected tables \[red\] and \[blue\], got 'green'"),
+        ("[green]\nspeed = 2", "got 'green'"),
         ("speed = 2", "got 'speed'"),
-        ("[red]\ndelay = 2", "Factors has no field 'delay'"),
-        ("[red]\nframe_rate = 0", r"frame_rate must be a whole number in \[1, 30\], got 0"),
-        ('[red]\nhide = ["everything"]', "hide must be 'opponents' or 'ground' or 'trails' or 'target'"),
-        ('[red]\nhide = "ground"', "hide must be a list of names"),
-        ("[red]\nshare = 0.5", "helper must be a policy, if it has a share"),
-        ("red = 3", "expects a mapping"),
+        ("[red]\ndelay = 2", "no field 'delay'"),
+        ("[red]\nframe_rate = 0", r"frame_rate .* \[1, 30\], got 0"),
+        ('[red]\nhide = ["everything"]', "'opponents' or 'ground' or 'trails' or 'target'"),
+        ('[red]\nhide = "ground"', "list of names"),
+        ("[red]\nshare = 0.5", "helper"),
+        ("red = 3", "mapping"),
         ("[red", "holds no factors"),
+        (None, "holds no factors"),
     ],
 )
 def test_a_file_that_says_what_cannot_be_is_refused_by_its_name(text, told, tmp_path):
     with pytest.raises(ConfigError, match=told) as refused:
-        read_factors(write(tmp_path, text))
+        read_factors(write(tmp_path, text) if text else tmp_path / "factors.toml")
     assert "factors.toml" in str(refused.value)
-    with pytest.raises(ConfigError, match="holds no factors"):
-        read_factors(tmp_path / "missing.toml")
 
 
-def test_a_table_keeps_them_and_one_without_any_is_the_table_of_before():
-    plain, varied = TableConfig(), TableConfig(factors=(NONE, Factors(display_delay_ms=100, hide=("ground",))))
-    assert plain.factors == (NONE, NONE) and not plain.varies and varied.varies
-    assert TableConfig.from_dict(varied.to_dict()) == varied != plain
-    before = {name: value for name, value in plain.to_dict().items() if name != "factors"}
-    assert TableConfig.from_dict(before) == plain, "recordings of before have none"
-
-
-def test_a_condition_of_a_study_is_kept_as_the_factors_that_it_has():
+def test_a_table_keeps_them_and_those_of_a_study_s_condition_alone():
     condition = Condition(title="late", opponent="ring", command_delay_ms=300.0)
-    table = TableConfig(factors=(condition, NONE))
-    assert type(table.factors[0]) is Factors and table.factors[0] == Factors(command_delay_ms=300.0)
-    assert TableConfig.from_dict(table.to_dict()) == table
+    for factors, kept in (
+        ((NONE, Factors(hide=("ground",))), NONE),
+        ((condition, NONE), Factors(command_delay_ms=300.0)),
+    ):
+        table = TableConfig(factors=factors)
+        assert type(table.factors[0]) is Factors and table.factors[0] == kept
+        assert table.varies and TableConfig.from_dict(table.to_dict()) == table != TableConfig()
+    assert not TableConfig().varies
 
 
 def test_the_clock_is_one_for_both_seats():
@@ -74,11 +70,11 @@ def test_only_densities_are_shared():
     helped = Factors(share=0.5, helper="ring")
     attractors = GameConfig(controllers=("ergodic", "flocking"))
     assert TableConfig(game=attractors, factors=(helped, NONE)).varies
-    with pytest.raises(ConfigError, match=r"blue cannot share its command with ring: .* by flocking, .*'attractors'"):
+    with pytest.raises(ConfigError, match=r"blue .* ring: .* flocking, .*'attractors'"):
         TableConfig(game=attractors, factors=(NONE, helped))
 
 
 @pytest.mark.parametrize("pair", [(NONE,), (NONE, None), [NONE, {}]])
 def test_what_is_no_pair_is_refused(pair):
-    with pytest.raises(ConfigError, match="factors must be a pair of Factors"):
+    with pytest.raises(ConfigError, match="a pair of Factors"):
         TableConfig(factors=pair)

@@ -3,10 +3,10 @@
 import re
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 
 from tests.play.conftest import new_page
+from tests.play.pages import check_axe
 from tests.play.server.test_studies import lines_of, planned
 from tests.play.studying import Participant, StudyTable
 
@@ -95,11 +95,7 @@ def check(page, where):
     """Check that axe finds nothing wrong with a page, narrow and wide, and that nothing sticks out of it."""
     for width, height in WIDTHS:
         page.set_viewport_size({"width": width, "height": height})
-        found = Axe().run(page).response
-        violations = [(entry["id"], [node["html"] for node in entry["nodes"]]) for entry in found["violations"]]
-        assert not violations, f"{where}, {width} wide: {violations}"
-        unclear = {entry["id"] for entry in found["incomplete"]}
-        assert unclear <= {"color-contrast"}, f"{where}, {width} wide: {unclear}"
+        check_axe(page, f"{where}, {width} wide")
         assert page.evaluate("document.documentElement.scrollWidth") <= width, f"{where}, {width} wide"
         small = page.evaluate(SMALL, FIELDS)
         assert not small, f"{where}, {width} wide: too small to be touched: {small}"
@@ -230,23 +226,10 @@ def test_a_second_window_says_so_and_may_take_over(visit):
     go_on(second, "Go on here")
     at_heading(second, "Do you want to take part?")
     at_heading(first, "This study is open in another window")
-
-
-def test_nothing_lies_over_what_is_read(visit):
-    page = visit("study/P06")
-    at_heading(page, "Do you want to take part?")
-    for name in ("#study", "#heading", ".text p", ".agree"):
-        box = page.locator(name).bounding_box()
-        middle = [box["x"] + box["width"] / 2, box["y"] + box["height"] / 2]
-        seen = "([name, at]) => document.elementFromPoint(...at).closest(name) !== null"
-        assert page.evaluate(seen, [name, middle]), name
-
-
-def test_who_is_nobody_is_told_so(visit):
-    page = visit("study/P77")
-    at_heading(page, "This does not go on")
-    expect(page.locator("#told")).to_contain_text("nobody in this study has the code P77")
-    check(page, "nobody")
+    nobody = visit("study/P77")
+    at_heading(nobody, "This does not go on")
+    expect(nobody.locator("#told")).to_contain_text("nobody in this study has the code P77")
+    check(nobody, "nobody")
 
 
 def test_the_monitor_follows_by_itself(visit, study):
@@ -265,7 +248,7 @@ def test_a_game_is_come_back_to_and_leads_back(visit, study):
     one = Participant(study, "P07")
     one.walk(lambda step: step["kind"] == "practice")
     page = visit("study")
-    page.evaluate("name => sessionStorage.setItem('swarm-pz.window', name)", one.window)
+    page.evaluate("name => sessionStorage.setItem('swarm-pz.window', JSON.stringify(name))", one.window)
     page.goto(f"http://{study.address}/study/P07")
     go_on(page, "Begin")
     page.wait_for_url(re.compile("/game#room="))

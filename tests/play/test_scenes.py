@@ -91,28 +91,6 @@ def test_a_drone_in_danger_has_a_black_ring(scene):
     assert safe == 0 < 100 < endangered
 
 
-def test_trails_end_where_drones_are_shown_at_any_speed(scene):
-    for speed, place, (first, last, count) in scene(
-        """
-        return [0.5, 1, 2].map((speed) => {
-            arena.forget();
-            arena.speed = speed;
-            const moved = (x, serverMs) => (
-                { serverMs, positions: Float32Array.from([x, 0.5]), velocities: Float32Array.from([2, 0]) });
-            arena.take(frame(0, [0], moved(0.1, 990)));
-            arena.take(frame(6, [0], moved(0.2, 950)));  // 50 ms ago
-            arena.paint();
-            const row = pixels(arena.drones, 0, 250, 500, 1);
-            const painted = [...Array(500).keys()].filter((x) => row[4 * x + 3] > 0);
-            return [speed, arena.places[0], [painted.at(0), painted.at(-1), painted.length]];
-        });
-        """
-    ):
-        assert place == pytest.approx(0.2 + 2 * 0.05 * speed)
-        assert first == pytest.approx(50, abs=2) and last == pytest.approx(500 * place, abs=12)
-        assert count == last - first + 1, "there is no gap between a trail and its drone"
-
-
 def test_trails_are_fainter_than_drones(scene):
     trail, drone = scene(
         """
@@ -198,3 +176,16 @@ def test_the_picture_of_capturing_shows_ground_along_the_ring_that_captures_as_i
         """
     )
     assert on_line > 3000 and inside < on_line / 10
+
+
+def test_each_sign_of_the_legend_has_a_picture(scene):
+    colours = scene(
+        """
+        const { Legend } = await load("legend");
+        new Legend().open();
+        document.getElementById("legend").close();
+        return [...document.querySelectorAll("#sign-list canvas")].map(
+            (sign) => new Set(pixels(sign, 0, 0, sign.width, sign.height)).size);
+        """
+    )
+    assert len(colours) == 6 and min(colours) > 10

@@ -12,7 +12,7 @@ from playwright.sync_api import expect
 from swarm_pz.play.recordings.format import CapturedLine, Recording
 from tests.play.conftest import Table, new_page
 
-DIST = Path(__file__).parent / "jspsych" / "node_modules" / "jspsych" / "dist"
+DIST = Path(__file__).parent / "npm" / "node_modules" / "jspsych" / "dist"
 pytestmark = [
     pytest.mark.browser,
     pytest.mark.skipif(not DIST.is_dir(), reason="jsPsych is not here: scripts/browser installs it, with npm"),
@@ -23,10 +23,18 @@ EXPERIMENT = """<!doctype html>
 <script src="TABLE/static/jspsych-plugin-swarm-pz.js"></script></head><body></body>
 <script>
   const jsPsych = initJsPsych({ on_finish: () => { window.rows = jsPsych.data.get().values(); } });
-  window.heard = [];
-  addEventListener("message", ({ data, origin }) => window.heard.push([data.type, origin]));
-  jsPsych.run([{ type: jsPsychSwarmPz, table: "TABLE", result_duration: 100, ...TRIAL }]);
+  jsPsych.run([{ type: jsPsychSwarmPz, table: "TABLE", result_duration: 100, load_timeout: 100000, ...TRIAL }]);
 </script></html>"""
+FORGE = """() => {
+    const over = { type: "swarm-pz.over", row: { outcome: "forged" } };
+    window.postMessage(over, "*");
+    const other = Object.assign(document.createElement("iframe"), { src: "about:blank" });
+    document.body.append(other);
+    other.contentWindow.eval(`parent.postMessage(${JSON.stringify(over)}, "*")`);
+    const begin = { type: "swarm-pz.begin", create: { opponent: "nobody" } };
+    other.contentWindow.eval(`parent.frames[0].postMessage(${JSON.stringify(begin)}, "*")`);
+}"""
+"""Messages of windows that have no say: neither page follows them."""
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):
@@ -51,7 +59,7 @@ def lab(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def own_table(tmp_path_factory, lab):
+def embedding(tmp_path_factory, lab):
     """Give a table that may be held in frames of the lab's pages."""
     server = Table(tmp_path_factory.mktemp("games"), "--embed", lab[1])
     yield server
@@ -59,18 +67,17 @@ def own_table(tmp_path_factory, lab):
 
 
 @pytest.fixture
-def experiment(chromium, lab, own_table):
+def experiment(chromium, lab, embedding):
     """Give a function that begins an experiment of one trial, perhaps by another name of the lab's machine."""
     folder, address = lab
     pages = []
 
     def begin(trial, name="127.0.0.1"):
-        text = EXPERIMENT.replace("TABLE", f"http://{own_table.address.replace('localhost', '127.0.0.1')}")
+        text = EXPERIMENT.replace("TABLE", f"http://{embedding.address.replace('localhost', '127.0.0.1')}")
         (folder / "index.html").write_text(text.replace("TRIAL", json.dumps(trial)))
-        page = new_page(chromium, 1280, 800)
-        pages.append(page)
-        page.goto(address.replace("127.0.0.1", name) + "/index.html")
-        return page
+        pages.append(new_page(chromium, 1280, 800))
+        pages[-1].goto(address.replace("127.0.0.1", name) + "/index.html")
+        return pages[-1]
 
     yield begin
     for page in pages:
@@ -84,15 +91,16 @@ def row_of(page):
     return row
 
 
-def test_a_trial_is_a_game_and_returns_its_row(experiment, own_table):
+def test_a_trial_is_a_game_and_returns_its_row(experiment, embedding):
     settings = {"time_limit": 15, "blue_system": "ergodic"}
     page = experiment({"opponent": "ring", "seat": "blue", "seed": 41, "settings": settings})
-    frame = page.frame_locator("iframe")
+    page.evaluate(FORGE)
+    frame = page.frame_locator("iframe").first
     frame.locator("#spread:not([disabled])").click()
     for name in ("leave", "go-home", "recording"):
         expect(frame.locator(f"#{name}")).to_be_hidden()
     row = row_of(page)
-    recording = Recording.read(own_table.folder / row["recording"])
+    recording = Recording.read(embedding.folder / row["recording"])
     assert row["trial_type"] == "swarm-pz" and row["error"] is None
     outcome = {"draw": "draw", "blue": "win", "red": "loss"}[recording.end.outcome]
     assert (row["outcome"], row["seconds"]) == (outcome, recording.end.tick / 30)
@@ -100,41 +108,15 @@ def test_a_trial_is_a_game_and_returns_its_row(experiment, own_table):
     taken = [capture.team for capture in recording.of(CapturedLine)]
     assert (row["captured"], row["lost"]) == (taken.count(1), taken.count(0))
     assert recording.header.seed == 41 and recording.header.red.policy == "ring"
-    assert {origin for _, origin in page.evaluate("window.heard")} == {f"http://{own_table.address}"}
-    assert page.locator("iframe").count() == 0
 
 
-def test_what_the_table_refuses_ends_the_trial_and_says_why(experiment):
-    row = row_of(experiment({"opponent": "nobody"}))
-    assert row["outcome"] is None and "no policy 'nobody'" in row["error"]
-
-
-def test_pages_of_other_origins_may_not_hold_the_table_in_a_frame(experiment, lab):
-    row = row_of(experiment({"load_timeout": 3000}, name="localhost"))
-    assert row["outcome"] is None and f"--embed {lab[1].replace('127.0.0.1', 'localhost')}" in row["error"]
-
-
-def test_the_trial_hears_its_frame_alone_and_the_frame_its_experiment_alone(experiment, own_table):
-    page = experiment({"opponent": "uniform", "settings": {"time_limit": 1}, "load_timeout": 100_000})
-    page.evaluate(
-        """() => {
-            const forged = { type: "swarm-pz.over", row: { outcome: "win" } };
-            window.postMessage(forged, "*");
-            const other = Object.assign(document.createElement("iframe"), { src: "about:blank" });
-            document.body.append(other);
-            other.contentWindow.eval('parent.postMessage({ type: "swarm-pz.over", row: { outcome: "win" } }, "*")');
-            const begin = { type: "swarm-pz.begin", create: { opponent: "nobody" } };
-            other.contentWindow.eval(`parent.frames[0].postMessage(${JSON.stringify(begin)}, "*")`);
-        }"""
-    )
-    row = row_of(page)
-    assert (row["outcome"], row["opponent"], row["error"]) == ("draw", "uniform", None)
-
-
-def test_the_page_outside_of_a_frame_waits_for_no_experiment(chromium, lab, own_table):
-    page = new_page(chromium)
-    page.goto(f"http://{own_table.address}/#embed={lab[1].replace('/', '%2F')}")
-    expect(page.locator("#cover-text")).to_have_text(
-        "This page is for the frame of an experiment that the table was started for (--embed)."
-    )
-    page.context.close()
+@pytest.mark.parametrize(
+    ("trial", "name", "told"),
+    [
+        ({"opponent": "nobody"}, "127.0.0.1", "no policy 'nobody'"),
+        ({"load_timeout": 1000}, "localhost", "--embed http"),
+    ],
+)
+def test_why_no_game_was_played_stands_in_the_row(trial, name, told, experiment):
+    row = row_of(experiment(trial, name))
+    assert row["outcome"] is None and told in row["error"]

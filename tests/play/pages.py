@@ -1,0 +1,218 @@
+"""What journeys do on the page in a real browser, and what is wrong with a page that is shown."""
+
+import asyncio
+import math
+import re
+import threading
+import time
+
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import expect
+
+from swarm_pz.play.recordings.format import CommandLine, Recording
+from tests.play.conftest import SLOW_MS
+
+INK = """async () => {
+    for (let frame = 0; frame < 2; frame++) await new Promise(requestAnimationFrame);  // what is new has been painted
+    const ink = document.getElementById("ink");
+    const { data } = ink.getContext("2d").getImageData(0, 0, ink.width, ink.height);
+    return data.filter((value, i) => i % 4 === 3 && value).length;
+}"""
+OUT_OF_PLACE = """() => {
+  const view = document.querySelector("dialog[open]") ?? document.querySelector(".view:not([hidden])") ?? document.body;
+  const name = one => one.id || one.textContent.trim();
+  const fields = [...view.querySelectorAll("button, input, select, textarea, .button, .score > :first-child, #time")]
+    .filter(one => one.checkVisibility());
+  const faults = fields.flatMap(one => {
+    const box = one.getBoundingClientRect(), isCut = one.matches("button") && one.scrollWidth > one.clientWidth + 1;
+    const inside = box.left >= 0 && box.right <= innerWidth;
+    return [...(inside ? [] : [`${name(one)} is beyond the edge`]), ...(isCut ? [`${name(one)} is cut`] : [])];
+  });
+  if (document.documentElement.scrollWidth > innerWidth) faults.push("the page is too wide");
+  if (view.id !== "table") return faults;
+  if (view.scrollHeight > innerHeight) faults.push("the table is too high");
+  const covered = fields.filter(one => !one.closest("#arena")).map(one => [name(one), one.getBoundingClientRect()]);
+  return faults.concat(covered.flatMap(([one, a], i) => covered.slice(i + 1).filter(([, b]) =>
+    a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1)
+    .map(([other]) => `${one} and ${other} overlap`)));
+}"""
+"""Names what lies beyond the edge of the view that is shown, is cut, or lies over something else."""
+SMALL = """() => [...document.querySelectorAll("#table button, #table input:not([type=checkbox])")]
+  .filter(one => one.checkVisibility() && Math.min(one.offsetHeight, one.offsetWidth) < 44)
+  .map(one => one.id || one.outerHTML)"""
+"""Names what a finger cannot hit."""
+
+
+class Hand:
+    """Draws on a page, in map widths, with the mouse or a finger."""
+
+    def __init__(self, page, touch=False):
+        self.page = page
+        self.touches = page.context.new_cdp_session(page) if touch else None
+
+    def draw(self, *points):
+        box = self.page.locator("#arena").bounding_box()
+        places = [(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"]) for x, y in points]
+        if self.touches is not None:
+            for kind, (x, y) in zip(["touchStart", *["touchMove"] * (len(places) - 1)], places, strict=True):
+                self.touches.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y}]})
+            self.touches.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+            return
+        self.page.mouse.move(*places[0])
+        self.page.mouse.down()
+        for place in places[1:]:
+            self.page.mouse.move(*place)
+        self.page.mouse.up()
+
+    def ring(self, x, y, radius):
+        self.draw(*[(x + radius * math.cos(a / 4), y + radius * math.sin(a / 4)) for a in range(27)])
+
+
+class SlowLink:
+    """Passes on what is said to a server and by it, each way some time later.
+
+    Attributes
+    ----------
+    address : str
+        Host and port.
+    """
+
+    def __init__(self, address, ms):
+        self._server, self._delay, self._writers = address.split(":"), ms / 1000.0, []
+        self._loop, begun = asyncio.new_event_loop(), threading.Event()
+        self._thread = threading.Thread(target=self._run, args=(begun,))
+        self._thread.start()
+        begun.wait()
+
+    def _run(self, begun):
+        listening = self._loop.run_until_complete(asyncio.start_server(self._meet, "127.0.0.1", 0))
+        self.address = "{}:{}".format(*listening.sockets[0].getsockname())
+        begun.set()
+        self._loop.run_forever()
+        for writer in self._writers:
+            writer.transport.abort()
+        listening.close()
+        self._loop.run_until_complete(asyncio.sleep(0.0))
+        for task in asyncio.all_tasks(self._loop):
+            task.cancel()
+        self._loop.run_until_complete(asyncio.sleep(0.0))
+        self._loop.close()
+
+    async def _meet(self, reader, writer):
+        there = await asyncio.open_connection(*self._server)
+        self._writers += [writer, there[1]]
+        await asyncio.gather(self._pass_on(reader, there[1]), self._pass_on(there[0], writer))
+
+    async def _pass_on(self, reader, writer):
+        try:
+            while data := await reader.read(65_536):
+                self._loop.call_later(self._delay, writer.write, data)
+        except ConnectionError:
+            pass  # it ends as if it had been closed
+        self._loop.call_later(self._delay, writer.close)
+
+    def end(self):
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+
+
+# --- waiting --------------------------------------------------------------------------------------
+
+
+def eventually(page, holds):
+    """Wait until something holds, however slow the machine is, and return it."""
+    end = time.monotonic() + SLOW_MS / 1000
+    while not (held := holds()):
+        assert time.monotonic() < end, "it did not come to that"
+        page.wait_for_timeout(50)
+    return held
+
+
+def wait_for_play(page):
+    """Wait until the game runs, and a command counts."""
+    expect(page.locator("#table[data-phase=playing]")).to_be_visible()
+    expect(page.locator("#spread")).to_be_enabled()
+
+
+def room_of(page):
+    page.wait_for_url(re.compile("#room="))
+    return page.url.split("#room=")[1]
+
+
+# --- the start ------------------------------------------------------------------------------------
+
+
+def open_form(page):
+    """Show the start's form, with all that a room can be."""
+    page.locator("#more").evaluate("more => { more.open = true; }")
+
+
+def open_room(page, opponent="none", time_limit="", **choices):
+    """Open a room by the start's form, with a time limit that it need not offer, and return its code."""
+    open_form(page)
+    page.locator("#time-limit").evaluate(
+        "(field, value) => { field.append(new Option(value, value)); field.value = value; }", time_limit
+    )
+    for field, value in ({"opponent": opponent} | choices).items():
+        page.select_option(f"#{field.replace('_', '-')}", value)
+    page.click("#create button[type=submit]")
+    return room_of(page) if choices.get("side") != "watch" else page.wait_for_url(re.compile("#watch="))
+
+
+def begin(page, opponent="none", **choices):
+    """Open a room and begin; without a time limit no game is over before something was done."""
+    room = open_room(page, opponent, **choices)
+    page.click("#ready")
+    wait_for_play(page)
+    return room
+
+
+def play_through(page, seconds):
+    """Play a game to its end, too short to be won; return the room."""
+    room = open_room(page, "uniform", seconds)
+    page.click("#ready")
+    expect(page.locator("#recording")).to_be_visible()
+    return room
+
+
+# --- recordings -----------------------------------------------------------------------------------
+
+
+def latest(table, room, kind):
+    """Return the lines of a kind of the latest game in a room, as far as they are written."""
+    return Recording.read(table.recording(room)).of(kind)
+
+
+def commands(page, table, room, count):
+    """Return red's commands, once there are so many: of those that come too soon, only the latest counts."""
+    return eventually(
+        page,
+        lambda: (
+            (found := [one for one in latest(table, room, CommandLine) if one.team == 0])
+            and len(found) >= count
+            and found
+        ),
+    )
+
+
+def heights(found):
+    """Return how high each command's strokes began."""
+    return [[round(stroke.points[0][1], 1) for stroke in line.strokes] for line in found]
+
+
+# --- what is wrong with a page --------------------------------------------------------------------
+
+
+def check_axe(page, where):
+    """Check that axe finds no fault; contrast over a canvas cannot be computed, and is tested by its colours."""
+    found = Axe().run(page).response
+    faults = [(entry["id"], [node["html"] for node in entry["nodes"]]) for entry in found["violations"]]
+    assert not faults, f"{where}: {faults}"
+    unclear = {entry["id"] for entry in found["incomplete"]}
+    assert unclear <= {"color-contrast"}, f"{where}: {unclear}"
+
+
+def check_places(page, where):
+    """Check that nothing lies beyond an edge or over anything else, and that fingers hit what is there."""
+    assert page.evaluate(OUT_OF_PLACE) == [], where
+    assert page.evaluate(SMALL) == [], where

@@ -1,0 +1,402 @@
+"""What people do, in a real browser; LINK_MS in the environment delays what a table and its pages say to each other.
+
+What the page's modules decide by themselves is tested in `static/*.test.js`, without a browser.
+"""
+
+import os
+import re
+import signal
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from swarm_pz.play.climbers import Climber
+from swarm_pz.play.recordings.format import CommandLine, InForceLine, PaintedLine, Recording
+from swarm_pz.play.recordings.playback import Playback
+from tests.play.conftest import Table, new_page
+from tests.play.pages import (
+    INK,
+    Hand,
+    SlowLink,
+    begin,
+    check_axe,
+    check_places,
+    commands,
+    eventually,
+    heights,
+    latest,
+    open_form,
+    open_room,
+    play_through,
+    room_of,
+    wait_for_play,
+)
+
+pytestmark = pytest.mark.browser
+LINK_MS = float(os.environ.get("LINK_MS", "0"))
+SIZES = [(320, 640), (390, 844), (800, 500), (1366, 768)]
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    """Give a server that many journeys share."""
+    server = Table(tmp_path_factory.mktemp("games"), "--ladder")
+    link = SlowLink(server.address, LINK_MS) if LINK_MS else None
+    server.address = link.address if link else server.address
+    yield server
+    if link:
+        link.end()
+    server.end()
+
+
+@pytest.fixture
+def visit(chromium):
+    """Give a function that opens an address on a device of its own, whatever becomes of its server."""
+    contexts, faults = [], []
+
+    def open_(address, **how):
+        page = new_page(chromium, **how)
+        contexts.append(page.context)
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.goto(address if address.startswith("http") else f"http://{address}")
+        return page
+
+    yield open_
+    for context in contexts:
+        context.close()
+    assert not faults, f"a page had errors: {faults}"
+
+
+def text_of(page, name):
+    return page.locator(f"#{name}")
+
+
+# --- commands -------------------------------------------------------------------------------------
+
+
+def test_what_is_drawn_is_flown_and_undone(open_page, table):
+    page = open_page(width=1000, height=700)
+    room, hand = begin(page), Hand(page)
+    hand.draw((0.85, 0.85), (0.92, 0.92))  # and sent, since the hand is lifted
+    (command,) = commands(page, table, room, 1)
+    assert command.strokes[0].brush == "attract" and command.timing.drawing_ms > 0
+    eventually(page, lambda: page.evaluate(INK) == 0)  # the swarm follows it
+    eventually(page, lambda: latest(table, room, PaintedLine))
+
+    def share_in_corner():
+        *_, frame = [None, *Recording.read(table.recording(room)).frames()]
+        return 0.0 if frame is None else np.mean(np.hypot(*(1 - frame.positions[frame.teams == 0]).T) < 0.4)
+
+    eventually(page, lambda: share_in_corner() >= 0.6)
+    hand.draw((0.2, 0.2), (0.4, 0.2))
+    commands(page, table, room, 2)
+    page.click("#undo")
+    expect(text_of(page, "told")).to_have_text("Undone: the drawing before was sent")
+    commands(page, table, room, 3)
+    page.click("#undo")
+    expect(text_of(page, "undo")).to_be_disabled()
+    assert heights(commands(page, table, room, 4)) == [[0.8], [0.2], [0.8], []]
+
+
+@pytest.mark.parametrize("system", ["ergodic", "direct", "flocking", "formation", "leader_follower"])
+def test_each_kind_of_command_is_given_by_touch(system, open_page, table):
+    page = open_page(has_touch=True, is_mobile=True, width=390, height=844)
+    room = begin(page, red_system=system)
+    page.click("#shelf")
+    check_places(page, system)
+    Hand(page, touch=True).draw(*([(0.15, 0.15), (0.25, 0.2)] if system == "direct" else [(0.7, 0.7), (0.8, 0.8)]))
+    given = commands(page, table, room, 1)[0]
+    assert given.strokes if system == "ergodic" else given.command
+    eventually(page, lambda: latest(table, room, InForceLine))
+    focused = "getComputedStyle(document.getElementById('arena')).outlineStyle"
+    assert page.evaluate(focused) == "none", "a finger needs no frame"
+    page.keyboard.press("ArrowUp")
+    assert page.evaluate(focused) == "solid"
+
+
+def test_a_whole_game_by_keys(open_page, table):
+    page = open_page(width=1000, height=700)
+
+    def tab_to(selector):
+        for _ in range(60):
+            if page.evaluate("selector => document.activeElement?.matches(selector)", selector):
+                return
+            page.keyboard.press("Tab")
+        raise AssertionError(f"{selector} cannot be reached by keys")
+
+    tab_to("#more summary")
+    page.keyboard.press("Enter")
+    tab_to("#opponent")
+    page.keyboard.type("nobody")
+    tab_to("#create button[type=submit]")
+    page.keyboard.press("Enter")
+    room = room_of(page)
+    expect(text_of(page, "ready")).to_be_focused()
+    page.keyboard.press("Enter")
+    wait_for_play(page)
+    expect(text_of(page, "arena")).to_be_focused()
+    for key in ("k", "g", "+", "Shift+ArrowRight", "Space", "Shift+ArrowUp", "Shift+ArrowLeft", "Space"):
+        page.keyboard.press(key)
+    (command,) = commands(page, table, room, 1)
+    (stroke,) = command.strokes
+    assert stroke.brush == "attract" and stroke.width == pytest.approx(0.12) and len(stroke.points) == 3
+    page.keyboard.press("c")
+    expect(text_of(page, "told")).to_have_text("Sent: spread out")
+    page.keyboard.press("?")
+    expect(text_of(page, "close-legend")).to_be_focused()
+    page.keyboard.press("Enter")
+    expect(text_of(page, "arena")).to_be_focused()  # one plays on where one was
+    page.keyboard.press("u")
+    assert len(commands(page, table, room, 3)[-1].strokes) == 1
+
+
+# --- with others ----------------------------------------------------------------------------------
+
+
+def test_two_people_meet_by_a_link_play_and_part_while_others_look_on(open_page, visit, table):
+    page = open_page(width=1000, height=700)
+    page.fill("#label", "Ann")
+    room = open_room(page, "")
+    link = text_of(page, "invitation-link").input_value()
+    assert link == f"http://{table.address}/#room={room}"
+    eventually(page, lambda: page.locator("#invitation-code").evaluate("image => image.naturalWidth > 0"))
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.click("#copy")
+    expect(text_of(page, "copy")).to_have_text("Copied")
+    assert page.evaluate("navigator.clipboard.readText()") == link
+    watcher = visit(table.address)
+    watcher.fill("#code", room.lower())
+    watcher.click("#look-on")
+    expect(text_of(watcher, "cover-text")).to_have_text("You watch. The blue seat is free.")
+    other = visit(link.replace(room, room.lower()))
+    expect(text_of(other, "red-seat")).to_have_text("red: Ann, not ready yet")
+    expect(text_of(page, "blue-seat")).to_have_text("blue: a person, not ready yet")
+    page.click("#ready")
+    expect(text_of(other, "cover-text")).to_have_text("Ann is ready. The game begins when you are.")
+    other.click("#ready")
+    for one, y in ((page, 0.9), (other, 0.1)):  # where they do not meet: the game goes on
+        wait_for_play(one)
+        Hand(one).draw((0.3, y), (0.7, y))
+    eventually(page, lambda: {line.team for line in latest(table, room, CommandLine)} == {0, 1})
+    expect(text_of(watcher, "watching")).to_have_text("You watch: both seats are taken.")
+    eventually(watcher, lambda: watcher.locator("#arena").get_attribute("data-tick"))
+    expect(text_of(watcher, "controls")).to_be_hidden()
+    other.click("#leave")
+    other.click("#leave-now")
+    expect(text_of(other, "lobby")).to_be_visible()
+    expect(text_of(page, "notice-text")).to_contain_text("Your opponent has left for good")
+    other.goto(link)
+    expect(text_of(other, "watching")).to_contain_text("the blue seat was given up for good")
+    page.click("#play-on")
+    expect(text_of(page, "notice")).to_be_hidden()
+    expect(text_of(page, "arena")).to_be_focused()
+    page.reload()
+    page.click("#end-game")  # nobody is left who would miss it: one is not asked again
+    expect(text_of(page, "lobby")).to_be_visible()
+
+
+def test_two_policies_are_watched(open_page):
+    page = open_page()
+    open_room(page, "uniform", "1", side="watch", player="noise")
+    expect(text_of(page, "red-who")).to_have_text("noise")
+    page.click("#ready")
+    expect(text_of(page, "cover-text")).to_contain_text("A draw")
+    expect(text_of(page, "ready")).to_have_text("Play again")
+    expect(text_of(page, "controls")).to_be_hidden()
+
+
+# --- coming back ----------------------------------------------------------------------------------
+
+
+def test_a_page_that_was_closed_returns_to_its_seat_with_what_it_saved(open_page, table):
+    page = open_page()
+    room = begin(page)
+    Hand(page).draw((0.2, 0.3), (0.4, 0.3))
+    commands(page, table, room, 1)
+    page.keyboard.press("s")
+    expect(text_of(page, "told")).to_have_text("Saved as 1")
+    context = page.context
+    page.close()
+    again = context.new_page()
+    again.goto(f"http://{table.address}/")
+    again.click("#return")
+    wait_for_play(again)
+    assert room_of(again) == room
+    expect(text_of(again, "red-who")).to_have_text("(you)")
+    again.keyboard.press("1")
+    assert heights(commands(again, table, room, 2)) == [[0.3], [0.3]]
+    another = context.new_page()
+    another.goto(f"http://{table.address}/#room={room}")
+    wait_for_play(another)
+    expect(text_of(again, "says")).to_contain_text("taken over")
+    again.reload()
+    wait_for_play(again)
+    expect(text_of(another, "says")).to_contain_text("taken over")
+
+
+def test_a_running_game_is_not_left_by_a_slip(open_page):
+    page = open_page(width=1000, height=700)
+    page.click("[data-opponent=lasso]")
+    wait_for_play(page)
+    room = room_of(page)
+    for stays in (True, False):
+        page.go_back()
+        expect(text_of(page, "leaving")).to_be_visible()
+        assert room_of(page) == room
+        expect(text_of(page, "stay")).to_be_focused()
+        page.click("#stay" if stays else "#leave-now")
+        expect(text_of(page, "leaving")).to_be_hidden()
+        expect(text_of(page, "table")).to_be_visible(visible=stays)
+    expect(text_of(page, "quick")).to_be_focused()
+    expect(text_of(page, "quick")).to_have_text("Play against lasso")
+
+
+def test_a_server_that_falls_silent_dies_and_comes_back(visit, own_table):
+    page = visit(f"{own_table.address}/#play=uniform", width=1000, height=700)
+    wait_for_play(page)
+    room = room_of(page)
+    expect(text_of(page, "time")).to_have_text(re.compile("[1-9]"))  # a second is in the file
+    own_table.process.send_signal(signal.SIGSTOP)
+    expect(text_of(page, "silence")).to_contain_text("silent")
+    own_table.process.send_signal(signal.SIGCONT)
+    expect(text_of(page, "silence")).to_be_empty()
+    own_table.kill()
+    expect(text_of(page, "says")).to_contain_text("connection is lost")
+    expect(text_of(page, "send")).to_be_disabled()
+    again = Table(own_table.folder, "--port", own_table.address.split(":")[1])
+    try:
+        expect(text_of(page, "scrubber")).to_be_visible()
+        assert page.url.endswith(f"#replay={own_table.recording(room).name}")
+        page.click("#leave")
+        page.click("#recorded summary")
+        expect(page.locator("#games a")).to_contain_text("person (red) against uniform (blue) not finished")
+    finally:
+        page.context.close()
+        again.end()
+
+
+def test_a_recorded_game_is_scrubbed_and_taken_over(open_page, table):
+    page = open_page(width=390, height=844)
+    room = play_through(page, "5")
+    expect(text_of(page, "cover-text")).to_have_text(re.compile("won|lost|draw"))
+    expect(text_of(page, "result-chart")).to_be_visible()
+    page.click("#recording")
+    expect(text_of(page, "scrubber")).to_be_visible()
+    page.locator("#moment").fill("90")
+    expect(text_of(page, "clock")).to_have_text("0:03 of 0:05")
+    page.click("#take-over")
+    expect(text_of(page, "ready")).to_have_text("I am ready")
+    expect(text_of(page, "ready")).to_be_visible()
+    expect(text_of(page, "arena")).to_have_attribute("data-tick", "90")
+    card, arena = (page.locator(name).bounding_box() for name in ("#card", "#arena"))
+    assert card["y"] >= arena["y"] + arena["height"], "the board is in view while one decides"
+    page.click("#ready")
+    expect(text_of(page, "recording")).to_be_visible()
+    taken = Recording.read(table.recording(room_of(page)))
+    origin = taken.header.origin
+    assert (origin.recording, origin.tick) == (table.recording(room).name, 90) and Playback(taken).verify().verified
+    page.click("#swap")
+    expect(text_of(page, "blue-who")).to_have_text("(you)")
+
+
+def test_somebody_climbs_leaves_and_finds_the_level_again(open_page, table):
+    page = open_page("#ladder")
+    page.fill("#climber-code", "P01")
+    page.click("#climber button")
+    expect(text_of(page, "reached-text")).to_contain_text("No game yet")
+    page.click("#climb:has-text('Play against uniform, as red')")
+    wait_for_play(page)
+    page.click("#leave")
+    expect(text_of(page, "leaving-counts")).to_be_visible()
+    page.click("#leave-now")
+    expect(text_of(page, "reached-text")).to_contain_text("after 1 game")
+    (game,) = Climber(table.folder / "levels", "P01").games
+    assert (game.outcome, game.ended_by) == ("loss", "left")
+
+
+def test_the_lesson_waits_until_a_step_is_done(open_page):
+    page = open_page(width=900, height=700)
+    page.click("#start-lesson")
+    expect(text_of(page, "step-title")).to_contain_text("1 of 3")
+    expect(text_of(page, "lesson-next")).to_be_focused()
+    page.keyboard.press("Enter")
+    wait_for_play(page)
+    Hand(page).draw((0.85, 0.85), (0.95, 0.95))
+    expect(text_of(page, "step-title")).to_contain_text("2 of 3")
+    held, ink = page.locator("#arena").get_attribute("data-tick"), page.evaluate(INK)
+    Hand(page).draw((0.1, 0.1), (0.2, 0.1))
+    assert page.evaluate(INK) == ink, "the board takes no drawing"
+    page.click("#lesson-next")
+    eventually(page, lambda: page.locator("#arena").get_attribute("data-tick") != held)
+    page.click("#leave")
+    expect(text_of(page, "lobby")).to_be_visible()
+
+
+# --- every view -----------------------------------------------------------------------------------
+
+
+def views(page):
+    """Go through the views of the page, and say which is shown."""
+    open_form(page)
+    page.click("#recorded summary")
+    page.click("#all-opponents")
+    yield "start"
+    page.click("#start-signs")
+    yield "signs"
+    page.click("#close-legend")
+    page.click("#invite-somebody")
+    expect(text_of(page, "invitation")).to_be_visible()
+    yield "waiting"
+    page.click("#go-home")
+    page.click("#start-ladder")
+    page.fill("#climber-code", "P09")
+    page.click("#climber button")
+    expect(text_of(page, "reached")).to_be_visible()
+    yield "ladder"
+    page.click("#ladder-home")
+    page.click("#start-lesson")
+    expect(text_of(page, "step")).to_be_visible()
+    yield "lesson, held"
+    page.click("#lesson-next")
+    wait_for_play(page)
+    yield "lesson"
+    page.click("#leave")
+    begin(page, "uniform", red_system="formation")
+    page.click("#shelf")
+    yield "formation"
+    page.click("#leave")
+    yield "leaving"
+    page.click("#leave-now")
+    begin(page, "uniform", red_system="ergodic")
+    Hand(page).draw((0.2, 0.3), (0.4, 0.3))
+    page.click("#save")
+    yield "playing"
+    page.click("#manage")
+    page.select_option("#rule-when", "silent_s")
+    page.fill("#rule-number", "0.5")
+    page.click("#rule-add")
+    expect(page.locator("#rules li")).to_have_count(1)
+    yield "tools"
+    page.click("#close-tools")
+    expect(text_of(page, "acting")).to_be_visible()
+    yield "a response acts"
+    page.click("#leave")
+    page.click("#leave-now")
+    play_through(page, "2")
+    yield "result"
+    page.click("#recording")
+    expect(text_of(page, "scrubber")).to_be_visible()
+    yield "replay"
+    page.goto(page.url.split("#")[0] + "#room=ZZZZ")
+    expect(text_of(page, "gone")).to_be_visible()
+    yield "gone"
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_every_view_fits_and_axe_finds_no_fault(size, open_page):
+    page = open_page(width=size[0], height=size[1])
+    for where in views(page):
+        check_places(page, where)
+        if size in SIZES[1::2]:
+            check_axe(page, where)
