@@ -56,7 +56,7 @@ def evaluate(
         seed: Seed of the match, or of the first exploiter.
         json: Write the figures to this file, too.
         threads: Threads that share the games.
-        held_out: Play every script instead, and a suite of opponents and sizes that nobody trains against.
+        held_out: Play every script instead, and a suite of opponents and sizes that are for no training.
         processes: Processes that share the matches of held-out, each with as many threads, or the exploiters and the
             search; 1 and 2 if not given.
         ray: Share the matches of held-out among the machines of a Ray cluster instead: auto, or HOST:PORT.
@@ -200,7 +200,7 @@ def tournament(
         players: Names of policies, folders that training wrote, or FILE.py:NAME; all installed policies if none.
         games: Games of every two players, even, half from each side.
         seed: Seed of the tournament; all pairings play the same starts.
-        budget_ms: Milliseconds that a command may take; who takes longer forfeits the game.
+        budget_ms: Milliseconds that a command may take; a player that takes longer forfeits the game.
         processes: Processes that share the games.
         ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
         out: Folder of the tournament: games.jsonl, ladder.md, ladder.json and ladder.png.

@@ -1,6 +1,6 @@
 """Ctrl-C, and SIGTERM the same: stop where nothing is lost, and say how to go on.
 
-A command whose work may go on later wraps it once, and wraps what must not end just anywhere:
+A command whose work can be resumed is written so:
 
     with goes_on_with(command()):
         with stops_at_safe_points() as should_stop:

@@ -50,7 +50,7 @@ def render(
         speed: Seconds of game a second of film.
         overlay: What to show on the ground: the density that a team was asked for, the one that its controller
             sees it cover, where it captures, the potential that pushes its drones.
-        overlay_team: Whose.
+        overlay_team: The team that overlays are of.
         game: The rules.
     """
     from swarm_pz import policies

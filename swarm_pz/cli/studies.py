@@ -56,7 +56,7 @@ def run(
     SAY(f"study: {plan.title}; the participants' codes are in {folder / CODES}")
     if plan.has_guessable_codes:
         print(
-            f"warning: the codes in {study} are easy to guess, and who guesses one can answer and play as that "
+            f"warning: the codes in {study} are easy to guess, and anybody who guesses one can answer and play as that "
             "participant; without the field codes, they are drawn at random",
             file=sys.stderr,
         )
@@ -111,7 +111,7 @@ def status(folder: Annotated[Path, tyro.conf.Positional], /) -> None:
 
 
 def withdraw(code: Annotated[str, tyro.conf.Positional], /, folder: Path = Path("runs/study")) -> None:
-    """Delete all that a participant did who withdraws, and say what the study lacks then; see docs/studies.md.
+    """Delete all data of a participant who withdraws, and say what the study then lacks; see docs/studies.md.
 
     Args:
         code: The participant's code.

@@ -53,7 +53,7 @@ def play(
         host: Where to listen; 0.0.0.0 lets the local network in.
         port: Port to listen at; 0 takes any that is free.
         allowed_hosts: Names by which a proxy or tunnel is reached that leads here, such as play.example.org.
-        min_command_interval: Seconds of game between two commands of a team, whoever gives them.
+        min_command_interval: Seconds of game between two commands of a team.
         countdown: Seconds for which the start of a game is shown before it begins.
         out: Folder of the recordings.
         record_labels: Write into recordings what players call themselves; else only those at the table see it.

@@ -1,4 +1,4 @@
-"""Who is better: games played by policies, tournaments, and what can be said from them."""
+"""Games between policies: matches, tournaments, and their statistics."""
 
 from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
 from swarm_pz.evaluation.rollout import Game, Rollout, game_number

@@ -1,4 +1,4 @@
-"""Policies on their way to other machines: the files of their folders, and a loader that checks who arrived."""
+"""Policies on their way to other machines: the files of their folders, and a loader that checks them there."""
 
 from __future__ import annotations
 

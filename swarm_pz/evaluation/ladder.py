@@ -1,6 +1,6 @@
-"""The ladder of a tournament: ratings, who beats whom, and what ratings cannot explain.
+"""The ladder of a tournament as plain values, as a Markdown page, and as a picture.
 
-As plain values for JSON, as a Markdown page, and as a picture.
+It has ratings, the results of every two players, and the cyclic part of these that ratings cannot explain.
 """
 
 from __future__ import annotations

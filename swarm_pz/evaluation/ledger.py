@@ -1,4 +1,4 @@
-"""A tournament's folder: its settings, the finished games, and who plays in it."""
+"""A tournament's folder: its settings, its finished games, and its lock."""
 
 from __future__ import annotations
 

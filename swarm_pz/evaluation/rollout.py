@@ -134,7 +134,7 @@ class Rollout:
     seed : int
         Of the match; starts and both policies' random streams follow from it.
     config : GameConfig, optional
-        The rules. Handicaps stay with red and blue, whoever plays them; of two different controllers the first
+        The rules. Handicaps belong to red and blue. Of two different controllers the first
         flies for the policy and the second for its opponent, on either side.
     threads : int
     clock : callable, optional

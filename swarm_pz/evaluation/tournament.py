@@ -51,7 +51,7 @@ class TournamentConfig(Config):
         Games of every two players, even; more may be asked for later.
     seed : int
     budget_ms : float
-        Milliseconds that a command may take; who takes longer forfeits the game.
+        Milliseconds that a command may take; a player that takes longer forfeits the game.
     game : GameConfig
         The rules. Of two different controllers the first flies for the player whose name comes first in the alphabet,
         in all games of the two.
@@ -184,7 +184,7 @@ class Tournament:
         self.games = self._ledger.read()
 
     def pairings(self) -> list[tuple[str, str]]:
-        """Return who plays whom, each two in alphabetical order: everybody everybody else."""
+        """Return every two players, each two in alphabetical order."""
         return list(itertools.combinations(sorted(self.players), 2))
 
     def rules_of(self, one: str, other: str) -> TournamentConfig:

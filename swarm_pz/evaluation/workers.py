@@ -1,4 +1,4 @@
-"""Who does the work: this process, others of this machine, or the machines of a cluster.
+"""Executors that share work out: to this process, to others of this machine, or to the machines of a cluster.
 
 A pool is whatever has `submit(function, *arguments)` and returns futures, as the executors of `concurrent.futures`
 do. The process that shares the work out is the only one that keeps and writes results.

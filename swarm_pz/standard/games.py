@@ -103,7 +103,7 @@ class TrackGames(Tournament):
         super().__init__(players, config, folder, factory, command)
 
     def pairings(self) -> list[tuple[str, str]]:
-        """Return who plays whom, the entry first."""
+        """Return every two players that play, the entry first."""
         return self._pairings
 
     def rules_of(self, one: str, other: str) -> TournamentConfig:

@@ -20,7 +20,7 @@ _OWN = ("swarm_pz.policies.", "swarm_pz.spaces.densities")
 
 
 def identity_of(name: str, player: Player) -> str:
-    """Return what a player is: a digest of a learned one or a script, else whose it is and of which version."""
+    """Return the digest of a learned player or a script; of others the package and its version."""
     if (told := getattr(player, "digest", None)) is not None:
         return str(told)
     point = registered().get(name.split(":", 1)[0])

@@ -201,7 +201,7 @@ def _kept(player: Player, out: Path, number: int) -> str | None:
 
 
 def _claim(path: Path, what: dict[str, Any]) -> None:
-    """Write down whose work a folder holds; raise if it is another entry's."""
+    """Write down which entry a folder is of; raise if it is of another."""
     if path.exists():
         try:
             before = json.loads(path.read_text())
