@@ -32,37 +32,42 @@ from swarm_pz.cli import compare, data, defaults, export, learn, machine, report
 from swarm_pz.cli.player_options import REGISTRY
 from swarm_pz.cli.printing import printable
 
-Commands = dict[str, Callable[..., None]]
-COMMANDS: Commands = {
-    "train": learn.train,
-    "sweep": learn.sweep,
-    "league": learn.league,
-    "evaluate": compare.evaluate,
-    "tournament": compare.tournament,
-    "benchmark": standard.benchmark,
-    "export": export.export,
-    "play": table.play,
-    "replay": table.replay,
-    "dataset": data.dataset,
-    "policies": compare.list_policies,
-    "render": machine.render,
-    "diagnose": machine.diagnose,
-    "bench": machine.bench,
-    "warmup": machine.warmup,
-    "study": studies.run,  # for the list of commands: it has its own
-}
+
+def commands_of(program: str) -> dict[str, Callable[..., None]]:
+    """Return the commands of ``swarm-pz`` or of ``swarm-pz study``, by name."""
+    if program == "swarm-pz study":
+        return {
+            "run": studies.run,
+            "status": studies.status,
+            "withdraw": studies.withdraw,
+            "tables": studies.tables,
+            "export": studies.export,
+        }
+    return {
+        "train": learn.train,
+        "sweep": learn.sweep,
+        "league": learn.league,
+        "evaluate": compare.evaluate,
+        "tournament": compare.tournament,
+        "benchmark": standard.benchmark,
+        "export": export.export,
+        "play": table.play,
+        "replay": table.replay,
+        "dataset": data.dataset,
+        "policies": compare.list_policies,
+        "render": machine.render,
+        "diagnose": machine.diagnose,
+        "bench": machine.bench,
+        "warmup": machine.warmup,
+        "study": studies.run,  # for the list of commands: it has its own
+    }
+
+
 ABOUT = (
     "Swarm against swarm: train, measure, watch and play tactics. With --preset NAME, the rules of a command that has "
     f"any begin with those of a preset: {', '.join(PRESETS)}. With --recipe NAME, train and sweep begin with the "
     f"settings of a recipe: {', '.join(RECIPES)}."
 )
-STUDY: Commands = {
-    "run": studies.run,
-    "status": studies.status,
-    "withdraw": studies.withdraw,
-    "tables": studies.tables,
-    "export": studies.export,
-}
 STUDY_ABOUT = "A study with people: one file says what happens; see docs/studies.md."
 
 
@@ -97,9 +102,10 @@ def main(arguments: list[str] | None = None) -> None:
 def _run(arguments: list[str]) -> None:
     recipe, words = defaults.take("--recipe", RECIPES, arguments)
     preset, words = defaults.take("--preset", PRESETS, words)
-    commands, program, about = COMMANDS, "swarm-pz", ABOUT
+    program, about = "swarm-pz", ABOUT
     if words[:1] == ["study"]:
-        commands, program, about, words = STUDY, "swarm-pz study", STUDY_ABOUT, words[1:]
+        program, about, words = "swarm-pz study", STUDY_ABOUT, words[1:]
+    commands = commands_of(program)
     if recipe is not None:
         commands = {name: defaults.with_recipe(function, recipe) for name, function in commands.items()}
     if preset is not None:
