@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Protocol, get_args
+from abc import ABC, abstractmethod
+from typing import Any, Literal, get_args
 
 import numpy as np
 from gymnasium import spaces
@@ -27,19 +28,22 @@ So noise of 1, which Gaussian policies begin with, changes densities gently."""
 ActionKind = Literal["command", "normalised", "modes", "discrete"]
 
 
-class Actions(Protocol):
+class Actions(ABC):
     """One way to write commands."""
 
     space: spaces.Space[Any]
-    names: tuple[str, ...]
+    names: tuple[str, ...] = ()
     """What each discrete action asks for; nothing for others."""
 
+    @abstractmethod
     def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
         """Turn actions (n, ...) into commands (n, ...)."""
 
     def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
         """Turn an action into a command."""
+        return np.asarray(self.read(np.asarray(action)[None], 1, name)[0])
 
+    @abstractmethod
     def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
         """Turn commands (n, ...) into the actions (n, ...) that come nearest to them."""
 
@@ -75,7 +79,7 @@ def make_actions(
     return _Vectors(config, system, is_normalised=kind == "normalised", flat=flat)
 
 
-class _Images:
+class _Images(Actions):
     """Densities, exact or by their logarithm, of as many cells as wanted."""
 
     def __init__(self, config: GameConfig, cells: int | None, *, is_log: bool, flat: bool) -> None:
@@ -83,8 +87,7 @@ class _Images:
         self._side = check_count(self._cells if cells is None else cells, "action_cells", 2, self._cells)
         self._is_log, self._low = is_log, -1.0 if is_log else 0.0
         self._shape = (self._side**2,) if flat else (self._side, self._side)
-        self.space: spaces.Space[Any] = spaces.Box(self._low, 1.0, self._shape, np.float32)
-        self.names: tuple[str, ...] = ()
+        self.space = spaces.Box(self._low, 1.0, self._shape, np.float32)
 
     def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
         return self._spread(check_values(actions, (count, *self._shape), self._low, 1.0, name))
@@ -134,7 +137,7 @@ def command_from_action(actions: NDArray[np.float64], cells: int, *, is_log: boo
     return np.asarray(np.exp(LOG_DENSITY_RANGE * (values - values.max(axis=(1, 2), keepdims=True))))
 
 
-class _Modes:
+class _Modes(Actions):
     """Densities whose logarithm is a sum of the coarsest cosines, the controller's own basis."""
 
     def __init__(self, config: GameConfig) -> None:
@@ -144,16 +147,12 @@ class _Modes:
         pairs = [(y, x) for y in range(count) for x in range(count) if 0 < y + x <= _COARSEST]
         self._waves = np.array([np.outer(along[y], along[x]) for y, x in pairs])  # a constant changes no density
         self._shape = (len(pairs),)
-        self.space: spaces.Space[Any] = spaces.Box(-_LARGEST, _LARGEST, self._shape, np.float32)
-        self.names: tuple[str, ...] = ()
+        self.space = spaces.Box(-_LARGEST, _LARGEST, self._shape, np.float32)
 
     def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
         weights = check_values(actions, (count, *self._shape), -_LARGEST, _LARGEST, name) / _LARGEST
         logs = (weights[:, :, None, None] * self._waves).sum(axis=1)
         return np.asarray(np.exp(logs - logs.max(axis=(1, 2), keepdims=True)))
-
-    def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
-        return np.asarray(self.read(np.asarray(action)[None], 1, name)[0])
 
     def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
         logs = np.log(_fractions(commands))
@@ -161,7 +160,7 @@ class _Modes:
         return np.asarray((_LARGEST * weights).clip(-_LARGEST, _LARGEST), np.float32)
 
 
-class _Vectors:
+class _Vectors(Actions):
     """Commands of any other kind, in their own units or each number in [-1, 1]."""
 
     def __init__(self, config: GameConfig, system: ControlSystem, *, is_normalised: bool, flat: bool) -> None:
@@ -171,12 +170,11 @@ class _Vectors:
         self._low = own.low.astype(np.float64).reshape(self._shape)
         self._high = own.high.astype(np.float64).reshape(self._shape)
         self._is_normalised = is_normalised
-        self.space: spaces.Space[Any] = (
+        self.space = (
             spaces.Box(-1.0, 1.0, self._shape, np.float32)
             if is_normalised
             else spaces.Box(own.low.reshape(self._shape), own.high.reshape(self._shape), dtype=np.float32)
         )
-        self.names: tuple[str, ...] = ()
 
     def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
         if self._is_normalised:
@@ -185,9 +183,6 @@ class _Vectors:
         else:
             values = check_values(actions, (count, *self._shape), self._low, self._high, name)
         return self._system.parse_all(values.reshape(count, *self._own), count, self._config, name)
-
-    def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
-        return np.asarray(self.read(np.asarray(action)[None], 1, name)[0])
 
     def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
         values = commands.reshape(-1, *self._shape)
@@ -198,7 +193,7 @@ class _Vectors:
         return values.astype(np.float32).clip(box.low, box.high)
 
 
-class _Numbers:
+class _Numbers(Actions):
     """The numbers of commands that have names."""
 
     def __init__(self, config: GameConfig, system: ControlSystem) -> None:
@@ -208,9 +203,9 @@ class _Numbers:
                 f"action='discrete' chooses among commands that have names, and the control system {system.name} has "
                 f"none: use action='command' or 'normalised'"
             )
-        self.names: tuple[str, ...] = tuple(named)
+        self.names = tuple(named)
         self._commands = np.stack([np.asarray(command, np.float64) for command in named.values()])
-        self.space: spaces.Space[Any] = spaces.Discrete(len(named))
+        self.space = spaces.Discrete(len(named))
         self._are_densities = system.takes == "density"
 
     def read(self, actions: ArrayLike, count: int, name: str) -> NDArray[np.float64]:
@@ -225,9 +220,6 @@ class _Numbers:
         if count and not (numbers.min() >= 0 and numbers.max() < known):
             raise CommandError(f"{expected}, got {actions!r}")
         return np.asarray(self._commands[numbers])
-
-    def read_one(self, action: ArrayLike, name: str) -> NDArray[np.float64]:
-        return np.asarray(self.read(np.asarray(action)[None], 1, name)[0])
 
     def write(self, commands: NDArray[np.float64]) -> NDArray[Any]:
         known, given = (values.reshape(len(values), -1) for values in (self._commands, commands))
