@@ -48,34 +48,6 @@ def actions_of(environment, generator):
     return {agent: generator.random((10, 10)).astype(np.float32) ** 4 for agent in environment.agents}
 
 
-def test_whole_episodes_are_deterministic_and_every_observation_fits():
-    def play():
-        environment = parallel_env(drones_per_team=4, max_cycles=60)
-        generator = np.random.default_rng(0)
-        seen = []
-        for seed in (5, None):
-            observations, infos = environment.reset(seed=seed)
-            while True:
-                for agent, observation in observations.items():
-                    assert environment.observation_space(agent).contains(observation)
-                    assert np.isfinite(observation).all()
-                assert environment.state_space.contains(environment.state())
-                seen.append((observations, infos, environment.state()))
-                if not environment.agents:
-                    break
-                observations, rewards, _, _, infos = environment.step(actions_of(environment, generator))
-                assert rewards["red_0"] == -rewards["blue_0"]
-        return seen
-
-    one, other = play(), play()
-    assert len(one) == len(other)
-    for (observations, infos, state), (observations2, infos2, state2) in zip(one, other, strict=True):
-        for agent in ("red_0", "blue_0"):
-            np.testing.assert_array_equal(observations[agent], observations2[agent])
-        assert infos == infos2
-        np.testing.assert_array_equal(state, state2)
-
-
 def test_observations_are_not_aliased_between_steps():
     environment = parallel_env()
     first, _ = environment.reset(seed=0)

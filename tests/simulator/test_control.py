@@ -69,14 +69,6 @@ def shown(simulator, row=0, team=0):
     return simulator.control.flight_of(simulator.games, np.array([row]), team, simulator.control.numbers[0])
 
 
-def test_commands_of_all_kinds_have_one_shape_with_room_for_the_longest():
-    assert games().control.command_shape == (100,)
-    assert games(controllers="magnet").control.command_shape == (2,)
-    assert games(controllers="ergodic").control.command_shape == (10, 10)
-    assert games(controllers=("ergodic", "direct")).control.command_shape == (100,)
-    assert games(controllers=("ergodic", "direct"), drones_per_team=60).control.command_shape == (240,)
-
-
 def test_each_row_takes_the_command_of_who_flies_there():
     simulator = games()
     ring = np.random.default_rng(0).random((10, 10))
@@ -176,7 +168,6 @@ def test_systems_solve_at_control_periods_however_a_game_is_advanced():
         ([[0.2, 0.3], np.ones((9, 9))], "shape"),
         ([[0.2, 0.9], np.ones((10, 10))], r"within \[0.25, 0.75\] at index \(1,\), got 0.9"),
         ([[0.2, np.nan], np.ones((10, 10))], "nan at index"),
-        ([np.ones((10, 10)), np.ones((10, 10))], "of shape"),
         ([[0.2, 0.3]], "one for each of 2 games"),
         ([[0.2, 0.3], np.ma.masked_all((10, 10))], "got a masked array"),
         ([[0.2 + 0j, 0.3], np.ones((10, 10))], "got numbers of type complex128"),
@@ -218,10 +209,7 @@ def test_a_pair_of_commands_steps_a_batch():
 @pytest.mark.parametrize(
     ("fault", "said"),
     [
-        (
-            "raises",
-            r"faulty, which flies red, raised ZeroDivisionError\('no place.*'\) \(test_control.py:\d+\)",
-        ),
+        ("raises", r"faulty, which flies red, raised ZeroDivisionError.* \(test_control.py:\d+\)"),
         ("exits", r"raised SystemExit\(3\)"),
         ("shape", r"answered accelerations of shape \(1, 7, 2\), not \(1, 8, 2\)"),
         ("words", r"must answer accelerations as numbers, got list \[\['fly'\]\]"),

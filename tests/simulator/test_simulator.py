@@ -6,7 +6,6 @@ import itertools
 import os
 import pickle
 import threading
-from collections import deque
 from contextlib import contextmanager
 
 import numpy as np
@@ -16,10 +15,8 @@ from hypothesis import strategies as st
 
 from swarm_pz.config import BLUE, RED, CaptureConfig, ControllerConfig, DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.errors import CommandError, ConfigError
-from swarm_pz.kernels.game import advance_games
 from swarm_pz.simulator import Simulator
 from swarm_pz.systems import FlockingCommand
-from tests.reference import cell_of
 
 
 def play(simulator: Simulator, seconds: int, streams: list[int]) -> None:
@@ -77,22 +74,6 @@ def test_a_snapshot_continues_bit_for_bit_in_any_row():
     assert_same_game(simulator, 1, other, 1)
 
 
-def test_trails_hold_the_cells_of_the_last_ticks():
-    config = GameConfig(drones_per_team=3, capture=CaptureConfig(enabled=False), memory=MemoryConfig(trail=1.0))
-    simulator = Simulator(config)
-    simulator.reset([5])
-    trails = [deque(maxlen=30) for _ in range(6)]
-    for _ in range(75):
-        simulator.advance(1)
-        for trail, position in zip(trails, simulator.positions[0], strict=True):
-            trail.append(cell_of(position))
-        occupancy = np.zeros((2, 50, 50), np.int64)
-        for trail, team in zip(trails, simulator.teams[0], strict=True):
-            for row, column in trail:
-                occupancy[team, row, column] += 1
-        np.testing.assert_array_equal(simulator.occupancy[0], occupancy)
-
-
 def test_a_command_is_the_same_in_any_memory_order():
     command = np.random.default_rng(0).random((1, 10, 10))
     simulators = [Simulator(), Simulator()]
@@ -114,26 +95,6 @@ def test_drones_are_conserved_stay_inside_and_push_no_harder_than_allowed(seed, 
     captured, time = simulator.games.captures[0], simulator.time_s[0]
     assert simulator.sizes[0, 0] == red + captured[0] - captured[1]
     assert time == pytest.approx(3.0) or simulator.decided[0]
-
-
-def test_a_wall_stops_a_drone_and_takes_its_normal_velocity():
-    config = GameConfig(drones_per_team=(1, 0), capture=CaptureConfig(enabled=False))
-    simulator = Simulator(config)
-    simulator.reset([0], scenario={"positions": [[0.001, 0.5]], "velocities": [[-1.0, 0.3]]})
-    simulator.advance(1)
-    assert simulator.positions[0, 0, 0] == 0.0
-    assert simulator.velocities[0, 0, 0] == 0.0
-    assert simulator.velocities[0, 0, 1] > 0.25
-
-
-def test_batches_of_any_size_and_threads_run_the_same_machine_code():
-    for games, threads in ((1, 1), (4, 1), (5, 2)):
-        simulator = Simulator(num_games=games, threads=threads)
-        simulator.reset(range(games))
-        simulator.advance(3)
-        simulator.advance(np.full(games, 3))
-    for _, rows, ticks, *_ in advance_games.signatures:
-        assert (rows.layout, rows.mutable, ticks.layout, ticks.mutable) == ("C", True, "C", True)
 
 
 EVERYTHING = GameConfig.preset("released").replace(
@@ -176,19 +137,6 @@ def test_a_command_that_is_sent_empties_the_memory_be_it_the_same_again():
         simulator.advance(3)
         assert weights(simulator, 0) == [1.0, 22.0] and weights(simulator, 1) == [12.0, 2.0]
         simulator.restore(saved)
-
-
-def test_a_step_that_asks_for_what_is_in_force_holds_it():
-    config = RESENT.replace(memory=RESENT.memory.replace(controller=None))
-    simulator = Simulator(config)
-    simulator.reset([0])
-    expected = [(UNIFORM, [10.0, 10.0]), (UNIFORM / 3, [20.0, 20.0]), (RAMP, [10.0, 30.0]), (RAMP / 2, [20.0, 40.0])]
-    for density, solves in expected:
-        simulator.advance(30, asked(density, UNIFORM))
-        assert weights(simulator) == solves
-    simulator.command_checked(RED, RAMP, np.zeros(1, np.int64), holds=True)
-    simulator.advance(30)
-    assert weights(simulator) == [30.0, 50.0]
 
 
 def test_a_trail_and_a_memory_are_each_forgotten_on_their_own_occasion():

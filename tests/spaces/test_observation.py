@@ -14,7 +14,6 @@ from swarm_pz.config import (
     ObservationConfig,
 )
 from swarm_pz.envs.batch_env import BatchEnv
-from swarm_pz.spaces.observation import observation_space
 from tests.reference import captures_where, cell_of, ring_sums
 
 SUMMED, OLDEST, STRONGEST = CHANNELS[0:2], CHANNELS[2:4], CHANNELS[4:6]
@@ -35,14 +34,6 @@ def seen(batch, team, grid=50):
     assert images.dtype == np.uint8
     assert images.shape == (4, len(CHANNELS), grid, grid)
     return dict(zip(CHANNELS, images.swapaxes(0, 1), strict=True))
-
-
-def test_a_seat_sees_the_channels_that_it_asks_for(batch):
-    observation = ObservationConfig(grid=25, channels=("time_left", "opposing_capture_field", "own_positions"))
-    images = batch.observe(observation, 1)
-    every = seen(batch, 1, grid=25)
-    np.testing.assert_array_equal(images, np.stack([every[channel] for channel in observation.channels], axis=1))
-    assert observation_space(GameConfig(), observation).shape == (3, 25, 25)
 
 
 @pytest.mark.parametrize("team", [0, 1])
@@ -132,37 +123,10 @@ def test_coarse_grids_sum_maximise_and_average(batch, grid):
         np.testing.assert_allclose(coarse[name], expected, atol=1.0, err_msg=name)
 
 
-def test_target_share_and_time():
-    batch = BatchEnv(GameConfig(drones_per_team=(5, 15), time_limit=10.0))
-    batch.reset([0])
-    commands = np.zeros((1, 2, 10, 10))
-    commands[0, 0, 0, 9] = 1.0  # bottom right
-    batch.step(commands)
-    image = batch.observe(ObservationConfig(), 0)[0]
-    assert np.unravel_index(image[CHANNELS.index("own_target")].argmax(), (50, 50)) == (0, 47)
-    share = batch.simulator.sizes[0, 0] / 20
-    np.testing.assert_array_equal(image[CHANNELS.index("own_share")], round(255 * share))
-    np.testing.assert_array_equal(image[CHANNELS.index("time_left")], round(255 * 0.9))
-
-
 def test_each_side_sees_the_same_board_mirrored(batch):
     red, blue = seen(batch, 0), seen(batch, 1)
     for name in ("positions", "trail_age", "capture_field"):
         np.testing.assert_array_equal(red[f"own_{name}"], blue[f"opposing_{name}"])
-
-
-def test_entities_list_each_sides_drones_padded_and_masked(batch):
-    observation = ObservationConfig(kind="entities")
-    space = observation_space(batch.config, observation)
-    entities = batch.observe(observation, [0, 1, 0, 1])
-    for game, team in enumerate([0, 1, 0, 1]):
-        assert space.contains({name: part[game] for name, part in entities.items()})
-        own = batch.simulator.teams[game] == team
-        assert entities["own_mask"][game].sum() == own.sum()
-        assert entities["opposing_mask"][game].sum() == (~own).sum()
-        listed = entities["own_positions"][game][: own.sum()]
-        np.testing.assert_array_equal(listed, batch.simulator.positions[game][own])
-        assert not entities["own_positions"][game][own.sum() :].any()
 
 
 @pytest.mark.parametrize("team", [0, 1])
