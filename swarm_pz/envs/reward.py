@@ -40,7 +40,7 @@ def drone_rewards(
     captured_at: NDArray[np.int64],
     decided: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
-    """Return what each drone gets of its team's reward of a step.
+    """Return what each drone (E, N) gets of its team's reward of a step.
 
     All of it; but a drone that is captured in the step gets what its team had got to that tick, and one that sat
     out nothing. A drone that changes sides twice in one step was never away.
@@ -57,10 +57,6 @@ def drone_rewards(
         Tick in which each drone was captured last.
     decided : bool array (E,)
         Whether the step decided the game; the last capture did it.
-
-    Returns
-    -------
-    float64 array (E, N)
     """
     shares = np.where(flew, np.take_along_axis(rewards, teams_before.astype(np.int64), axis=1), 0.0)
     changed = teams_after != teams_before

@@ -16,26 +16,17 @@ from swarm_pz.kernels.fourier import make_targets
 
 @cache
 def interpolation_matrix(points: int, cells: int) -> NDArray[np.float64]:
-    """Weights of linear interpolation from cell centres to the centres of a finer grid, one axis.
-
-    Returns
-    -------
-    float64 array (points, cells), each row summing to 1
-    """
+    """Return weights (points, cells) of linear interpolation from cell centres to those of a finer grid, on one axis."""
     centres = (np.arange(points) + 0.5) / points * cells - 0.5
     return hats(np.clip(centres, 0.0, cells - 1.0), cells)
 
 
 @cache
 def coefficient_matrix(modes: int, cells: int) -> NDArray[np.float64]:
-    """Integrals over [0, 1] of cos(pi k x) times each cell's interpolation weight.
+    """Return the integrals (cells, modes) over [0, 1] of cos(pi k x) times each cell's interpolation weight.
 
-    Gauss-Legendre quadrature on the pieces between cell centres, on which the weights are linear:
-    exact to rounding for the modes that the kernels have room for.
-
-    Returns
-    -------
-    float64 array (cells, modes)
+    Gauss-Legendre quadrature on the pieces between cell centres, on which the weights are linear: exact to rounding for
+    the modes that the kernels have room for.
     """
     nodes, weights = np.polynomial.legendre.leggauss(24)
     knots = np.concatenate([[0.0], (np.arange(cells) + 0.5) / cells, [1.0]])

@@ -75,22 +75,10 @@ def observe(
     rows: NDArray[np.int64],
     time_left: NDArray[np.float64],
 ) -> Observations:
-    """Return fresh observations of games, each from the side of one team.
+    """Return fresh observations of the games `rows` (n,), each from the side of one of `teams` (n,).
 
-    Parameters
-    ----------
-    simulator : Simulator
-    observation : ObservationConfig
-    teams : int64 array (n,)
-        Side from which each game is seen.
-    rows : int64 array (n,)
-        The games.
-    time_left : float64 array (n,)
-        Fraction of the time that is left in each.
-
-    Returns
-    -------
-    uint8 array (n, C, G', G'), float32 array (n, N, 5) or dict of arrays (n, ...), as `observation_space` says
+    `time_left` (n,) is the fraction of the time that is left in each. The observations are as `observation_space` says:
+    uint8 images (n, C, G', G'), float32 rows of drones (n, N, 5), or a dict of arrays (n, ...).
     """
     if observation.kind == "drones":
         return _rows_of_drones(simulator, teams, rows)
