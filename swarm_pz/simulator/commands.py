@@ -16,7 +16,7 @@ from swarm_pz.kernels.fourier import make_targets
 
 @cache
 def interpolation_matrix(points: int, cells: int) -> NDArray[np.float64]:
-    """Return weights (points, cells) of linear interpolation from cell centres to those of a finer grid, on one axis."""
+    """Return weights (points, cells) of linear interpolation from cell centres to those of a finer grid."""
     centres = (np.arange(points) + 0.5) / points * cells - 0.5
     return hats(np.clip(centres, 0.0, cells - 1.0), cells)
 
