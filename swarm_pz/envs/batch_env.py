@@ -305,9 +305,9 @@ class BatchEnv:
     ) -> dict[str, NDArray[Any]]:
         """Return what PettingZoo and Gymnasium call info, by name: numbers alone, the same names always.
 
-        They are of the last step's result (none if there was none yet), for a team (n,) in each of the games (n,): size,
-        captured, lost, recaptured, time_s, and outcome: 1 for a team that has won, -1 for one that has lost, 0 as long as
-        the game goes on and for a draw.
+        They are of the last step's result (none if there was none yet), for a team (n,) in each of the games (n,):
+        size, captured, lost, recaptured, time_s, and outcome: 1 for a team that has won, -1 for one that has lost, 0 as
+        long as the game goes on and for a draw.
         """
         games, (captured, recaptured) = self.simulator.games, np.zeros((2, self.num_games, 2), np.int64)
         if result is not None:

@@ -201,6 +201,16 @@ def test_the_target_is_its_interpolation_over_its_largest_cell(cells, grid):
         np.testing.assert_allclose(image, 255 * blocks / command[0, team].max(), atol=0.51)
 
 
+@pytest.mark.parametrize("team", [0, 1])
+def test_rows_of_drones_are_by_number_and_tell_own_ones_from_others(batch, team):
+    rows = batch.observe(ObservationConfig(kind="drones"), team, [3, 1])
+    simulator = batch.simulator
+    for place, game in enumerate((3, 1)):
+        np.testing.assert_array_equal(rows[place, :, :2], simulator.positions[game])
+        np.testing.assert_array_equal(rows[place, :, 2:4], simulator.velocities[game])
+        np.testing.assert_array_equal(rows[place, :, 4], np.where(simulator.teams[game] == team, 1, -1))
+
+
 def test_many_images_in_threads_are_those_of_one_after_the_other(monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 2)
     observation, seen = ObservationConfig(grid=10), []
