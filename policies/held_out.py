@@ -1,6 +1,6 @@
-"""Opponents and team sizes that nobody trains against: what a tactic is worth beyond what it knows.
+"""Opponents and team sizes that no policy trains against: they show how well a tactic generalises.
 
-They have no registered names, so that no training run meets them by listing who is installed.
+They have no registered names, so that no training run finds them among the installed policies.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ SUITE = (
 
 
 class Generalisation(NamedTuple):
-    """What a policy does against opponents that it may know, and against those that it cannot."""
+    """A policy's matches against opponents that it may know, and against those that it cannot."""
 
     known: list[MatchResult]
     held_out: list[MatchResult]
@@ -168,7 +168,7 @@ def play_suites(
     progress : callable, optional
         Called with (games finished, games in all).
     pool : Executor, optional
-        Who plays, a match a task, as `open_pool` gives it; this process, if not given.
+        Plays, a match a task, as `open_pool` gives it; this process, if not given.
 
     Raises
     ------

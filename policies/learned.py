@@ -215,7 +215,7 @@ class LearnedPolicy:
         """Write the policy into a folder, the card last, so that a card never stands alone."""
         folder.mkdir(parents=True, exist_ok=True)
         weights = {name: values.numpy() for name, values in self._actor.state_dict().items()}
-        # Not its `save_file`, whose files nobody but their owner may read.
+        # Not its `save_file`: only the owner may read such a file.
         with draft_of(folder / WEIGHTS) as draft:
             draft.write_bytes(save(weights))
         card = self.card | {"digest": self.digest}

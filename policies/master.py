@@ -73,9 +73,9 @@ class Master:
     Attributes
     ----------
     plays_as : str
-        The name of the learned tactic that strangers meet: whoever searches for its weaknesses may begin there.
+        The learned tactic that strangers meet; a search for the master's weaknesses may begin there.
     digest : str
-        A hash of whom it knows, of all learned weights that it plays with, and of how it plans.
+        A hash of the policies that it knows, of all learned weights that it plays with, and of how it plans.
     """
 
     answers = "density"
@@ -151,7 +151,7 @@ class Master:
         return densities
 
     def _matches_prediction(self, drones: NDArray[np.float32], row: int) -> bool:
-        """Find out whose flight a game's drones (N, 5) have followed; return whether it is anybody's who is known."""
+        """Find the known policy that a game's drones (N, 5) were flown by; return whether there is one."""
         met = self._met[row]
         future, met.predicted, met.number = met.predicted, None, None
         if future is None:
@@ -170,7 +170,7 @@ class Master:
         return True
 
     def _plan(self, row: int) -> Array:
-        """Return the best log-density (A, A) that is found against whom a game's opponent was found to be."""
+        """Return the best log-density (A, A) that is found against a game's recognised opponent."""
         met = self._met[row]
         assert met.number is not None  # noqa: S101
         game = self._tracker.env.simulator.snapshot([row])
@@ -178,7 +178,7 @@ class Master:
         return met.last
 
     def _predict(self, rows: NDArray[np.int64]) -> None:
-        """Play games on for a command period, against each of those who are known."""
+        """Play games on for a command period, against each known policy."""
         if not len(rows) or not self._known:
             return
         env, future = self._tracker.env, self._future.simulator

@@ -185,7 +185,7 @@ class OnnxPolicy:
     config : GameConfig
         The game that it will play.
     system : ControlSystem, optional
-        What flies its team; only who answers densities can do without.
+        What flies its team; needed unless it answers densities.
 
     Attributes
     ----------

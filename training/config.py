@@ -12,7 +12,7 @@ from swarm_pz.policies import scripted
 
 SCRIPTS = tuple(script.__name__ for script in scripted.SCRIPTS)
 FIELD = (*["uniform"] * 2, *SCRIPTS, "centre", "evade", "evade", "halo", "lasso", "wavefront")
-"""Whom a run meets: all scripts, and more often those that are measured against or hard to beat."""
+"""The opponents of a run: all scripts, more often those that are measured against or hard to beat."""
 
 MAY_CHANGE: dict[str, Any] = {"total_steps": 1, "threads": 1, "evaluate_every": 1, "checkpoint_every": 1}
 """What a resumed run may change, and the values that take their place where settings are compared."""

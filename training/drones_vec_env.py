@@ -25,10 +25,10 @@ class DronesVecEnv(BatchVecEnv):
     """E games at once of N drones each, whose E·N agents are the rows: row e·N + i is drone i of game e.
 
     To a learner of Stable-Baselines3 every row is an environment, and all share its parameters: its PPO is IPPO. Rules,
-    spaces and rewards are those of `swarm_pz.envs.drones_env.DronesEnv`. Rows of drones that sit out go on: the first
+    spaces and rewards are those of `swarm_pz.envs.drones_env.DronesEnv`. Rows of inactive drones go on: the first
     number that they see is -1 in place of 1, the others are 0, and their action means nothing. All rows of a game end
-    together. Infos are empty but for games that have just ended, whose rows carry
-    ``terminal_observation``, ``TimeLimit.truncated`` and the numbers of `DronesEnv`.
+    together. Infos are empty until a game ends; then they hold ``terminal_observation``, ``TimeLimit.truncated`` and
+    the numbers of `DronesEnv`.
 
     Parameters
     ----------
@@ -140,9 +140,9 @@ class DronesVecEnv(BatchVecEnv):
 class PlayingRolloutBuffer(RolloutBuffer):
     """What drones lived through while they played: a `rollout_buffer_class` for PPO on `DronesVecEnv`.
 
-    Rows that sit out are left out of every minibatch, since an action that means nothing teaches nothing. What it is
-    worth to sit out is not left to the critic, who sees nothing then. With ``reward="own"`` it is worth nothing. With
-    ``reward="team"`` a drone gets what those of its game get that play: it is worth the mean of what they are.
+    Every minibatch leaves out rows of inactive drones, since their actions mean nothing. The critic sees nothing of an
+    inactive drone, so its value is set: with ``reward="own"`` to 0, with ``reward="team"``, which all drones of a game
+    share, to the mean value of the active drones of its game.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ class PlayingRolloutBuffer(RolloutBuffer):
         """Estimate advantages, as the base class does."""
         sits_out = self.observations[:, :, 0] == SITS_OUT
         self.values = self._worth(self.values, sits_out)
-        # Who sits out after the last step is not told: those who did before it.
+        # Which drones are inactive after the last step is not known: those before it are taken.
         last = self._worth(last_values.cpu().numpy().reshape(1, -1), sits_out[-1:])
         super().compute_returns_and_advantage(torch.from_numpy(last), dones)
 
@@ -175,7 +175,7 @@ class PlayingRolloutBuffer(RolloutBuffer):
         return np.where(sits_out, instead, values).astype(np.float32)
 
     def get(self, batch_size: int | None = None) -> Iterator[RolloutBufferSamples]:  # type: ignore[override]
-        """Yield minibatches, shorter by those who sat out."""
+        """Yield minibatches without the rows of inactive drones."""
         for samples in super().get(batch_size):
             plays = samples.observations[:, 0] != SITS_OUT
             if plays.sum() > 1:  # advantages of one alone cannot be normalised

@@ -1,4 +1,4 @@
-"""Whom a league's learner meets, and how it has done against each."""
+"""The opponents of a league's learner, and its results against each."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ class League:
     command : str
         What was called to begin the league; it stands on the card of the policy.
     workers : Executor, optional
-        Who trains exploiters and plays for ratings, as `open_pool` gives it; this process, if not given.
+        It trains exploiters and plays for ratings, as `open_pool` gives it; this process, if not given.
 
     Raises
     ------
@@ -167,7 +167,7 @@ class League:
         learner = self.main.policy()
         league = self.config.to_dict()
         training = league.pop("learner")
-        del training["opponents"]  # the league says whom it met
+        del training["opponents"]  # the league names the opponents
         card = learner.card | {"training": training, "league": league}
         policy = LearnedPolicy(card, learner.weights(), self._game, self.folder.name)
         policy.write(self.folder)
@@ -299,7 +299,7 @@ class League:
         )
 
     def _end_exploiter(self, should_stop: Callable[[], bool]) -> None:
-        """Wait for the exploiter; whoever beats its target joins the pool."""
+        """Wait for the exploiter; if it beats its target, it joins the pool."""
         name = self._exploiter
         match, bundle = self._background.fetch(name, should_stop)
         self._end_rating(should_stop)

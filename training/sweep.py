@@ -43,7 +43,7 @@ def sweep(
     folder : Path
         The run of seed 3 is in its folder ``seed-3``.
     pool : Executor
-        Who trains, as `swarm_pz.evaluation.workers.open_pool` gives it; the policies are the same.
+        Trains, as `swarm_pz.evaluation.workers.open_pool` gives it; the policies do not depend on it.
     should_stop : callable, optional
         Called now and then: whether to stop there.
     say : callable, optional

@@ -46,9 +46,8 @@ class BatchVecEnv(VecEnv):
 class SwarmVecEnv(BatchVecEnv):
     """E games at once, a learner in each, opponents answered in one batch.
 
-    Infos are empty but for games that have just ended, which carry ``terminal_observation``,
-    ``TimeLimit.truncated`` and the numbers of the other faces; wrap in SB3's `VecMonitor` for
-    ``episode``.
+    Infos are empty until a game ends; then they hold ``terminal_observation``, ``TimeLimit.truncated`` and the numbers
+    of the other faces. Wrap in SB3's `VecMonitor` for ``episode``.
 
     Parameters
     ----------

@@ -80,11 +80,11 @@ class trained:  # noqa: N801  (reads like the policy's name that it is)
         return LearnedPolicy.read(folder, self._config).for_system(system)
 
     def reset(self, seeds: Sequence[Seed], rows: NDArray[np.int64]) -> None:
-        """Begin new games: not before `for_system` has said who plays them."""
+        """Raise an error: `for_system` returns the policy that plays."""
         raise KindError("the policy 'trained' plays once it is told which system flies its team: load it by `load`")
 
     def act(self, observations: Observations, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Answer observations: not before `for_system` has said who does."""
+        """Raise an error: `for_system` returns the policy that plays."""
         raise KindError("the policy 'trained' plays once it is told which system flies its team: load it by `load`")
 
 

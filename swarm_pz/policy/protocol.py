@@ -14,16 +14,16 @@ from swarm_pz.simulator.spawn import Seed
 from swarm_pz.spaces.observation import Observations
 
 ANY = "any"
-"""What a policy answers that can answer every kind, until it is told which system flies its team."""
+"""The `answers` of a policy that can answer every kind, until it is told which system flies its team."""
 
 
 @runtime_checkable
 class Policy(Protocol):
     """Plays one side of many games at once: observations in, commands out.
 
-    What commands, its attribute `answers` says: the kind that control systems take (`ControlSystem.takes`), and
-    densities if it has none. Who can answer several kinds has a method `for_system`, from the control system that flies
-    its team to the policy that commands it, which `swarm_pz.policy.load` calls.
+    Its attribute `answers` is the kind of its commands, as control systems take it (`ControlSystem.takes`); without one
+    it answers densities. A policy that can answer several kinds has a method `for_system`, from the control system
+    that flies its team to the policy that commands it, which `swarm_pz.policy.load` calls.
 
     An object may keep a state or a random stream for each row, so it belongs to one environment at a
     time: give another environment another object.
