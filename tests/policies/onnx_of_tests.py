@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from onnx import TensorProto, helper, numpy_helper
+from onnx import TensorProto, helper, numpy_helper, parser
 
 
 def weights(name, values, dtype=np.float32):
@@ -44,3 +44,9 @@ def doubler(nodes, initializers=(), games=8, shape=(3,)):
         [("y", TensorProto.FLOAT, [games, *shape])],
         initializers,
     )
+
+
+def parsed(inputs, outputs, weights_, nodes):
+    """Return the bytes of a model written as ONNX's own text, with the games left open as `n`."""
+    text = f'<ir_version: 9, opset_import: ["": 18]> model ({inputs}) => ({outputs}) <{weights_}> {{ {nodes} }}'
+    return parser.parse_model(text).SerializeToString()

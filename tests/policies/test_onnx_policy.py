@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from onnx import TensorProto, helper
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.gymnasium_env import DuelEnv
@@ -18,10 +17,9 @@ from swarm_pz.evaluation.match import play_match
 from swarm_pz.policies import onnx_policy
 from swarm_pz.policies.onnx_policy import CARD, MODEL, OnnxCard, write
 from swarm_pz.policy import load, load_players
-from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
-from tests.policies.onnx_of_tests import build, follower, weights
+from swarm_pz.spaces.densities import named_commands
+from tests.policies.onnx_of_tests import follower, parsed
 
-node = helper.make_node
 GAME = GameConfig(drones_per_team=2, time_limit=4.0)
 SEEN = ObservationConfig(grid=5, channels=("opposing_positions",))
 FOLLOWER = OnnxCard(name="follower", origin="by hand", observation=SEEN, action="command", action_cells=5)
@@ -93,53 +91,43 @@ def test_it_serves_systems_that_take_densities_and_no_others(folder):
     assert load(folder.parent / "m", GAME.replace(controllers="coverage")).answers == "density"
 
 
-FACES = {
-    "bytes": ({}, TensorProto.UINT8, [2, 5, 5]),
-    "fractions, channels last": ({"observation_dtype": "float32", "channels_last": True}, TensorProto.FLOAT, [5, 5, 2]),
-}
+FACES = {"uint8[n,2,5,5] x": {}, "float[n,5,5,2] x": {"observation_dtype": "float32", "channels_last": True}}
 
 
 @pytest.mark.parametrize("face", FACES)
 @pytest.mark.parametrize("flat", [False, True])
 def test_every_face_of_images_and_densities_plays(tmp_path, face, flat):
-    options, dtype, shape = FACES[face]
-    answer = [9] if flat else [3, 3]
-    nodes = [
-        node("Cast", ["x"], ["f"], to=1),
-        node("ReduceMean", ["f", "axes"], ["m"], keepdims=0),
-        node("Reshape", ["m", "column"], ["c"]),
-        node("MatMul", ["c", "w"], ["flat"]),
-        node("Reshape", ["flat", "shape"], ["y"]),
-    ]
-    parts = [
-        weights("axes", [1, 2, 3], np.int64),
-        weights("column", [-1, 1], np.int64),
-        weights("w", np.eye(1, 9) * 9),
-        weights("shape", [-1, *answer], np.int64),
-    ]
-    model = build(nodes, [("x", dtype, ["n", *shape])], [("y", 1, ["n", *answer])], parts)
+    model = parsed(
+        face,
+        "float[n,9] y" if flat else "float[n,3,3] y",
+        f"""int64[3] axes = {{1,2,3}}, int64[2] column = {{-1,1}}, float[1,9] w = {{9,0,0,0,0,0,0,0,0}},
+        int64[{2 if flat else 3}] shape = {{{"-1,9" if flat else "-1,3,3"}}}""",
+        """f = Cast<to = 1>(x) m = ReduceMean<keepdims = 0>(f, axes) c = Reshape(m, column) flat = MatMul(c, w)
+        y = Reshape(flat, shape)""",
+    )
     seen = ObservationConfig(grid=5, channels=("own_positions", "time_left"))
-    card = OnnxCard(name="m", observation=seen, action="normalised", action_cells=3, flatten_actions=flat, **options)
-    write(tmp_path / "m", model.SerializeToString(), card)
+    card = OnnxCard(
+        name="m", observation=seen, action="normalised", action_cells=3, flatten_actions=flat, **FACES[face]
+    )
+    write(tmp_path / "m", model, card)
     answered = load(tmp_path / "m", GAME).act(np.full((2, 2, 5, 5), 255, np.uint8), np.arange(2))
     assert answered[0, 0, 0] == answered.max() == 1.0  # 9 times a mean of 1 or 255 is clipped to 1
     assert answered[0, 9, 9] == pytest.approx(np.exp(-4.0))
 
 
-@pytest.mark.parametrize("kind", ["numbers", "values"])
-def test_discrete_answers_are_numbers_or_values(tmp_path, kind):
-    nodes = [
-        node("Cast", ["x"], ["f"], to=1),
-        node("Flatten", ["f"], ["flat"]),
-        node("MatMul", ["flat", "w"], ["values"]),
-    ]
-    count = len(COMMAND_NAMES)
-    output = ("values", 1, ["n", count])
-    if kind == "numbers":
-        nodes.append(node("ArgMax", ["values"], ["number"], axis=1, keepdims=0))
-        output = ("number", 7, ["n"])
-    model = build(nodes, [("x", 2, ["n", 1, 5, 5])], [output], [weights("w", np.eye(25, count))])
-    write(tmp_path / "m", model.SerializeToString(), OnnxCard(name="m", observation=SEEN, action="discrete"))
+@pytest.mark.parametrize(
+    ("output", "last"),
+    [("float[n,57] values", ""), ("int64[n] number", "number = ArgMax<axis = 1, keepdims = 0>(values)")],
+)
+def test_discrete_answers_are_numbers_or_values(tmp_path, output, last):
+    model = parsed(
+        "uint8[n,1,5,5] x",
+        output,
+        "int64[1] from = {0}, int64[1] to = {57}, int64[1] axis = {1}",
+        f"""f = Cast<to = 1>(x) flat = Flatten(f) wide = Concat<axis = 1>(flat, flat, flat)
+        values = Slice(wide, from, to, axis) {last}""",
+    )
+    write(tmp_path / "m", model, OnnxCard(name="m", observation=SEEN, action="discrete"))
     seen = np.zeros((2, 1, 5, 5), np.uint8)
     seen[0, 0, 0, 3] = seen[1, 0, 0, 1] = 200
     answered = load(tmp_path / "m", GAME).act(seen, np.arange(2))
@@ -147,73 +135,43 @@ def test_discrete_answers_are_numbers_or_values(tmp_path, kind):
 
 
 def test_lists_of_drones_and_commands_of_other_systems_play(tmp_path):
-    lists = build(
-        [
-            node("ReduceMean", ["own_positions", "axis"], ["middle"], keepdims=0),
-            node("MatMul", ["middle", "w"], ["flat"]),
-        ],
-        [("own_positions", 1, ["n", 4, 2])],
-        [("flat", 1, ["n", 4])],
-        [weights("axis", [1], np.int64), weights("w", np.eye(2, 4))],
+    lists = parsed(
+        "float[n,4,2] own_positions",
+        "float[n,4] flat",
+        "int64[1] axis = {1}, float[2,4] w = {1,0,0,0, 0,1,0,0}",
+        "middle = ReduceMean<keepdims = 0>(own_positions, axis) flat = MatMul(middle, w)",
     )
-    seen = ObservationConfig(kind="entities")
+    rows = parsed(
+        "float[n,4,5] x",
+        "float[n,4,2] y",
+        "int64[1] from = {0}, int64[1] to = {2}, int64[1] axis = {2}",
+        "places = Slice(x, from, to, axis) y = Neg(places)",
+    )
+    seen, direct = ObservationConfig(kind="entities"), GAME.replace(controllers="direct")
     card = OnnxCard(name="lists", observation=seen, action="command", action_cells=2, flatten_actions=True)
-    write(tmp_path / "lists", lists.SerializeToString(), card, GAME)
-    rows = build(
-        [node("Slice", ["x", "from", "to", "axis"], ["places"]), node("Neg", ["places"], ["y"])],
-        [("x", 1, ["n", 4, 5])],
-        [("y", 1, ["n", 4, 2])],
-        [weights("from", [0], np.int64), weights("to", [2], np.int64), weights("axis", [2], np.int64)],
-    )
+    write(tmp_path / "lists", lists, card, GAME)
     card = OnnxCard(name="rows", answers="accelerations", system="direct", observation=ObservationConfig(kind="drones"))
-    write(tmp_path / "rows", rows.SerializeToString(), card, GAME.replace(controllers="direct"))
-    for name, game in (("lists", GAME), ("rows", GAME.replace(controllers="direct"))):
-        assert (
-            len(
-                play_match(
-                    *load_players(str(tmp_path / name), str(tmp_path / name), game), games=2, seed=0, config=game
-                ).games
-            )
-            == 2
-        )
+    write(tmp_path / "rows", rows, card, direct)
+    for name, game in (("lists", GAME), ("rows", direct)):
+        players = load_players(str(tmp_path / name), str(tmp_path / name), game)
+        assert len(play_match(*players, games=2, seed=0, config=game).games) == 2
     with pytest.raises(CheckpointError, match=r"it is to be shown observation float32 \(8, 6, 5\), the model takes x"):
-        load(tmp_path / "rows", GAME.replace(controllers="direct", drones_per_team=3))
-
-
-def remembering():
-    """Answer 1 / 10 more at every step of a game."""
-    return build(
-        [
-            node("Cast", ["x"], ["f"], to=1),
-            node("ReduceMax", ["f", "axes"], ["most"], keepdims=0),
-            node("Reshape", ["most", "column"], ["c"]),
-            node("Mul", ["c", "zero"], ["nothing"]),
-            node("Add", ["memory", "tenth"], ["more"]),
-            node("Add", ["more", "nothing"], ["remembered"]),
-            node("MatMul", ["remembered", "w"], ["y"]),
-        ],
-        [("x", 2, ["n", 1, 5, 5]), ("memory", 1, ["n", 1])],
-        [("y", 1, ["n", 4]), ("remembered", 1, ["n", 1])],
-        [
-            weights("axes", [1, 2, 3], np.int64),
-            weights("column", [-1, 1], np.int64),
-            weights("zero", 0.0),
-            weights("tenth", 0.1),
-            weights("w", np.ones((1, 4))),
-        ],
-    )
+        load(tmp_path / "rows", direct.replace(drones_per_team=3))
 
 
 def test_what_a_model_remembers_belongs_to_one_game(tmp_path):
-    card = OnnxCard(
-        name="m",
-        observation=SEEN,
-        action="command",
-        action_cells=2,
-        flatten_actions=True,
-        state={"memory": "remembered"},
+    """The model answers 1 / 10 more at every step of a game."""
+    model = parsed(
+        "uint8[n,1,5,5] x, float[n,1] memory",
+        "float[n,4] y, float[n,1] remembered",
+        """int64[3] axes = {1,2,3}, int64[2] column = {-1,1}, float[1] zero = {0}, float[1] tenth = {0.1},
+        float[1,4] w = {1,1,1,1}""",
+        """f = Cast<to = 1>(x) most = ReduceMax<keepdims = 0>(f, axes) c = Reshape(most, column) nothing = Mul(c, zero)
+        more = Add(memory, tenth) remembered = Add(more, nothing) y = MatMul(remembered, w)""",
     )
-    write(tmp_path / "m", remembering().SerializeToString(), card)
+    state = {"memory": "remembered"}
+    card = OnnxCard(name="m", observation=SEEN, action="command", action_cells=2, flatten_actions=True, state=state)
+    write(tmp_path / "m", model, card)
     policy = load(tmp_path / "m", GAME)
 
     def answers(*rows):
@@ -315,19 +273,13 @@ def test_a_folder_that_lies_is_refused_by_name(folder, lie):
 
 
 def test_nan_in_a_game_is_the_policys_fault(tmp_path):
-    nodes = [
-        node("Cast", ["x"], ["f"], to=1),
-        node("Sub", ["limit", "f"], ["left"]),
-        node("Sqrt", ["left"], ["root"]),
-        node("ReduceMean", ["root", "axis"], ["y"], keepdims=0),
-    ]
-    model = build(
-        nodes,
-        [("x", 2, [1, 1, 5, 5])],
-        [("y", 1, [1, 5, 5])],
-        [weights("limit", 254.5), weights("axis", [1], np.int64)],
+    model = parsed(
+        "uint8[1,1,5,5] x",
+        "float[1,5,5] y",
+        "float[1] limit = {254.5}, int64[1] axis = {1}",
+        "f = Cast<to = 1>(x) left = Sub(limit, f) root = Sqrt(left) y = ReduceMean<keepdims = 0>(root, axis)",
     )
-    write(tmp_path / "m", model.SerializeToString(), FOLLOWER)
+    write(tmp_path / "m", model, FOLLOWER)
     policy = load(tmp_path / "m", GAME)
     policy.act(np.zeros((1, 1, 5, 5), np.uint8), np.zeros(1, int))
     with pytest.raises(PolicyError, match="the model of policy 'follower' answered NaN or infinity by its output 'y'"):
@@ -364,35 +316,33 @@ def test_a_card_that_no_control_system_takes_is_not_written(tmp_path, fields, me
 
 
 def test_densities_below_zero_are_warned_of(tmp_path):
-    nodes = [
-        node("Cast", ["x"], ["f"], to=1),
-        node("Sub", ["f", "half"], ["g"]),
-        node("Div", ["g", "half"], ["h"]),
-        node("ReduceMean", ["h", "axis"], ["y"], keepdims=0),
-    ]
-    parts = [weights("half", 127.5), weights("axis", [1], np.int64)]
-    model = build(nodes, [("x", 2, ["n", 1, 5, 5])], [("y", 1, ["n", 5, 5])], parts).SerializeToString()
+    model = parsed(
+        "uint8[n,1,5,5] x",
+        "float[n,5,5] y",
+        "float[1] half = {127.5}, int64[1] axis = {1}",
+        "f = Cast<to = 1>(x) g = Sub(f, half) h = Div(g, half) y = ReduceMean<keepdims = 0>(h, axis)",
+    )
     with pytest.warns(UserWarning, match=r"'follower' answers -1, .* say action='normalised'"):
         write(tmp_path / "command", model, replace(FOLLOWER, action="command"))
     write(tmp_path / "normalised", model, replace(FOLLOWER, action="normalised"))
 
 
 @pytest.mark.parametrize(
-    ("action", "kind", "message"),
-    [("command", TensorProto.INT64, "is to answer fractions"), ("discrete", TensorProto.FLOAT, "whole numbers")],
+    ("action", "cells", "axes", "output", "message"),
+    [
+        ("command", 5, "int64[1] axes = {1}", "int64[n,5,5] y", "is to answer fractions"),
+        ("discrete", None, "int64[3] axes = {1,2,3}", "float[n] y", "whole numbers"),
+    ],
 )
-def test_answers_of_another_kind_of_numbers_are_refused(tmp_path, action, kind, message):
-    axes = [1] if action == "command" else [1, 2, 3]
-    nodes = [
-        node("Cast", ["x"], ["f"], to=1),
-        node("ReduceMean", ["f", "axes"], ["mean"], keepdims=0),
-        node("Cast", ["mean"], ["y"], to=kind),
-    ]
-    shape = ["n", 5, 5] if action == "command" else ["n"]
-    model = build(nodes, [("x", 2, ["n", 1, 5, 5])], [("y", kind, shape)], [weights("axes", axes, np.int64)])
-    cells = 5 if action == "command" else None
+def test_answers_of_another_kind_of_numbers_are_refused(tmp_path, action, cells, axes, output, message):
+    kind = 7 if output.startswith("int64") else 1
+    nodes = f"f = Cast<to = 1>(x) mean = ReduceMean<keepdims = 0>(f, axes) y = Cast<to = {kind}>(mean)"
     with pytest.raises(CheckpointError, match=message):
-        write(tmp_path / "m", model.SerializeToString(), replace(FOLLOWER, action=action, action_cells=cells))
+        write(
+            tmp_path / "m",
+            parsed("uint8[n,1,5,5] x", output, axes, nodes),
+            replace(FOLLOWER, action=action, action_cells=cells),
+        )
     assert not (tmp_path / "m").exists()
 
 
