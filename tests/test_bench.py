@@ -12,6 +12,8 @@ from swarm_pz.envs.batch_env import BatchEnv
 from swarm_pz.envs.parallel_env import CaptureEnv
 from swarm_pz.simulator import Simulator
 
+SHORT = GameConfig(drones_per_team=2, time_limit=2.0)
+
 
 def test_speeds_follow_from_rates_at_every_size_that_can_be(monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 2)
@@ -20,18 +22,14 @@ def test_speeds_follow_from_rates_at_every_size_that_can_be(monkeypatch):
     def face(name):
         def make(config, games, threads):
             made.append((name, config.num_drones, games, threads, config.observations[0].grid))
-
-            def step():
-                warm.append(name)
-
-            step.number = len(made)
-            return step
+            number = len(made)
+            return lambda: warm.append(number) or number
 
         return make
 
     def rate(step):
-        rates.setdefault(step.number, iter([7.0, 3.0, 5.0]))
-        return step.number * next(rates[step.number])
+        number = step()
+        return number * next(rates.setdefault(number, iter([7.0, 3.0, 5.0])))
 
     monkeypatch.setattr(bench, "rate", rate)
     speeds = bench.measure(
@@ -43,73 +41,40 @@ def test_speeds_follow_from_rates_at_every_size_that_can_be(monkeypatch):
         ("batch", 6, 1000, 1, 10), ("batch", 6, 1000, 2, 10), ("batch", 104, 1, 1, 10),
         ("parallel_env", 104, 1, 1, 10), ("batch", 104, 4, 1, 10), ("batch", 104, 4, 2, 10),
     ]  # fmt: skip
-    assert warm == [name for name, *_ in made]
+    assert all(warm.count(number) == 4 for number in range(1, 11)), "a step that does not count, and three that do"
     assert said[0] == "[1/5] 1 games of 6 drones" and said[-1] == "[5/5] 4 games of 104 drones"
     for number, (speed, (name, drones, games, threads, _)) in enumerate(zip(speeds, made, strict=True), 1):
         steps = np.array([5.0, 3.0, 7.0]) * number * games
         assert (speed.face, speed.drones, speed.games, speed.threads) == (name, drones, games, threads)
-        assert speed.env_steps == steps[0]
-        assert [speed.drone_steps, speed.low, speed.high] == [*(steps * drones * 10)]
-
-
-def test_a_rate_is_of_calls_in_a_time(monkeypatch):
-    now = [0.0]
-    monkeypatch.setattr("swarm_pz.bench.time.perf_counter", lambda: now[0])
-
-    def step():
-        now[0] += 0.125
-
-    assert bench.rate(step) == 8.0
-    assert now[0] == pytest.approx(0.375)
-
-
-SHORT = GameConfig(drones_per_team=2, time_limit=2.0)
+        assert [speed.env_steps, speed.drone_steps, speed.low, speed.high] == [steps[0], *(steps * drones * 10)]
 
 
 @pytest.mark.parametrize(
     ("face", "kind"),
     [(bench.simulator_face, Simulator), (bench.batch_env_face, BatchEnv), (bench.parallel_env_face, CaptureEnv)],
 )
-def test_ended_games_start_afresh_within_the_measured_time(monkeypatch, face, kind):
-    begun, threads, reset = [], set(), kind.reset
+def test_ended_games_start_afresh_and_both_seats_observe_within_the_measured_time(monkeypatch, face, kind):
+    begun, seen, reset, observe = [], [], kind.reset, BatchEnv.observe
     monkeypatch.setattr("os.cpu_count", lambda: 2)
-
-    def note(env, *given, **named):
-        begun.append(env)
-        threads.add(getattr(env, "threads", None))
-        return reset(env, *given, **named)
-
-    monkeypatch.setattr(kind, "reset", note)
+    monkeypatch.setattr(kind, "reset", lambda env, *given, **named: begun.append(env) or reset(env, *given, **named))
+    monkeypatch.setattr(BatchEnv, "observe", lambda env, shown, team: seen.append(team) or observe(env, shown, team))
     step = face(SHORT, 2, 2)
-    before = len(begun)
-    simulator = {Simulator: lambda: begun[0], BatchEnv: lambda: begun[0].simulator}.get(kind, lambda: None)()
+    before, simulator = len(begun), begun[0] if kind is Simulator else getattr(begun[0], "simulator", None)
     for _ in range(3):
         if simulator is not None:
+            assert simulator.threads == 2
             simulator.games.teams[1] = 0  # red has all: decided
         step()
     assert len(begun) > before
-    if simulator is not None:
-        assert simulator.threads == 2
-
-
-def test_the_observations_of_both_seats_are_made(monkeypatch):
-    seen, observe = [], BatchEnv.observe
-    monkeypatch.setattr(
-        BatchEnv,
-        "observe",
-        lambda env, observation, team: seen.append((observation, team)) or observe(env, observation, team),
-    )
-    bench.batch_env_face(SHORT, 2, 1)()
-    assert seen == [(SHORT.observations[0], 0), (SHORT.observations[1], 1)]
+    assert set(seen) == (set() if kind is Simulator else {0, 1})
 
 
 def test_the_parts_of_a_drone_step_add_up(monkeypatch):
     # Rates a second of: coefficients, solve, restoring, a step of ten periods, observations.
     rates = iter(np.repeat([1e5, 5e4, 1e5, 2e3, 1e4], 5))
     monkeypatch.setattr(bench, "rate", lambda step: next(rates))
-    parts = bench.phases(SHORT, games=2)
     each = 1e9 / (2 * 4)
-    assert parts == pytest.approx(
+    assert bench.phases(SHORT, games=2) == pytest.approx(
         {
             "memory, rollout and coefficients": each / 1e5,
             "costate": each / 5e4 - each / 1e5,
@@ -121,28 +86,17 @@ def test_the_parts_of_a_drone_step_add_up(monkeypatch):
 
 def test_the_picture_has_a_panel_a_face_and_a_line_a_size(monkeypatch, tmp_path):
     drawn, save = [], Figure.savefig
-    monkeypatch.setattr(
-        Figure, "savefig", lambda figure, *given, **how: drawn.append(figure) or save(figure, *given, **how)
-    )
+    monkeypatch.setattr(Figure, "savefig", lambda figure, *given, **how: drawn.append(figure) or save(figure, *given))
+    looks = {"low": 0.0, "high": 9e9, "env_steps": 1.0}
+    sizes = [(drones, games, threads) for drones in (10, 20) for games in (1, 4) for threads in (1, 2)]
     speeds = [
-        bench.Speed(
-            face=face, games=games, drones=drones, threads=threads, drone_steps=1e6 * (games + drones + threads),
-            low=0.0, high=9e9, env_steps=1.0,
-        )
+        bench.Speed(face=face, drones=d, games=g, threads=t, drone_steps=1e6 * (g + d + t), **looks)
         for face in ("batch", "parallel_env", "other")
-        for drones in (10, 20)
-        for games in (1, 4)
-        for threads in (1, 2)
-        if games >= threads
-    ]  # fmt: skip
+        for d, g, t in sizes
+    ]
     bench.plot(speeds, tmp_path / "speed.png")
-    axes = drawn[0].axes
-    assert [one.get_title() for one in axes] == ["batch", "other"]
-    lines = {line.get_label(): line.get_xydata().tolist() for line in axes[1].lines}
+    assert [axes.get_title() for axes in drawn[0].axes] == ["batch", "other"]
+    lines = {line.get_label(): line.get_xydata().tolist() for line in drawn[0].axes[1].lines}
     assert lines == {
-        f"{drones} drones, {threads} thread{'s' * (threads > 1)}": [
-            [games, games + drones + threads] for games in (1, 4) if games >= threads
-        ]
-        for drones in (10, 20)
-        for threads in (1, 2)
+        f"{d} drones, {t} thread{'s' * (t > 1)}": [[g, g + d + t] for g in (1, 4)] for d in (10, 20) for t in (1, 2)
     }

@@ -60,15 +60,6 @@ def test_the_container_copies_and_runs_files_that_are_there_and_is_not_root():
     assert all((ROOT / name).stat().st_mode & 0o100 for name in called)
 
 
-def test_behaviour_cloning_learns_what_was_done_then():
-    example = runpy.run_path(str(EXAMPLES / "behaviour_cloning.py"))
-    episodes = [SimpleNamespace(observations=np.arange(n, n + 4), actions=np.arange(n, n + 3)) for n in (0, 10)]
-    seen, done = example["steps_of"](episodes)
-    assert seen.tolist() == done.tolist() == [0, 1, 2, 10, 11, 12]
-    network = SimpleNamespace(actor=lambda images: images)
-    assert example["loss_of"](network, torch.tensor([255, 0]), torch.tensor([1.0, 0.5])) == 0.125
-
-
 def test_behaviour_cloning_makes_a_policy_that_training_starts_from(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     game = GameConfig(drones_per_team=3, time_limit=4.0, observation=ObservationConfig(grid=10))
@@ -77,6 +68,10 @@ def test_behaviour_cloning_makes_a_policy_that_training_starts_from(tmp_path, mo
     monkeypatch.setattr(sys, "argv", ["behaviour_cloning.py", str(folder / "data"), *options])
     runpy.run_path(str(EXAMPLES / "behaviour_cloning.py"), run_name="__main__")
     assert "policy: cloned" in capsys.readouterr().out
+    example = runpy.run_path(str(EXAMPLES / "behaviour_cloning.py"))
+    episodes = [SimpleNamespace(observations=np.arange(n, n + 4), actions=np.arange(n, n + 3)) for n in (0, 10)]
+    seen, done = example["steps_of"](episodes)
+    assert seen.tolist() == done.tolist() == [0, 1, 2, 10, 11, 12], "what was done then, not after"
     figures = json.loads(Path("cloned/figures.json").read_text())
     first, last = figures["losses"]
     assert last["trained"] < first["trained"]
@@ -91,16 +86,9 @@ def test_behaviour_cloning_makes_a_policy_that_training_starts_from(tmp_path, mo
     assert Path("after/policy.json").is_file()
 
 
-@pytest.fixture
-def _few_threads():
-    threads = torch.get_num_threads()
-    yield
-    torch.set_num_threads(threads)
-
-
-@pytest.mark.usefixtures("_few_threads")
 @pytest.mark.parametrize("name", [name for name, one in examples.EXAMPLES.items() if "compat" in one.environment])
 def test_an_example_learns_and_plays_in_its_short_form(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(torch, "set_num_threads", lambda count: None)  # other tests have their own
     monkeypatch.setattr(sys, "argv", [name, "--steps", "4096", "--games", "2", "--out", str(tmp_path)])
     runpy.run_path(str(examples.path_of(name)), run_name="__main__")
     rollout = 4 * 2048 if name == "sb3_ppo" else 4096  # Stable-Baselines3's default, a whole one at least
@@ -125,46 +113,34 @@ def test_the_table_of_the_examples_shows_the_rows_that_are_kept():
     assert '60,"4,096",2.0 (2.5),"0.75 [0.70, 0.80]","0.52 [0.47, 0.57]",sb3_contrib 2.9.2\n' in shown
 
 
-@pytest.fixture
-def asked(tmp_path, monkeypatch):
-    """Call the script's program with words; its runs are rows at once, but for those that are to fail."""
+def test_a_run_of_the_examples_that_was_stopped_goes_on_with_those_without_a_row(tmp_path, monkeypatch, capsys):
+    names, ran, failing = list(examples.EXAMPLES), [], {"cleanrl_ppo"}
     monkeypatch.setattr(examples, "ROOT", tmp_path)
     monkeypatch.setattr(examples, "ROWS", tmp_path / "examples.json")
     monkeypatch.setattr(examples, "TABLE", tmp_path / "examples.csv")
     monkeypatch.setattr(examples, "digest_of", lambda name: name)
-    ran = []
 
-    def call(*words, failing=()):
-        def run(name, options):
-            ran.append(name)
-            if name in failing:
-                raise subprocess.CalledProcessError(1, name)
-            return ROW | {"digest": name}
+    def run(name, options):
+        ran.append(name)
+        if name in failing:
+            raise subprocess.CalledProcessError(1, name)
+        return ROW | {"digest": name}
 
-        monkeypatch.setattr(examples, "run", run)
-        monkeypatch.setattr(sys, "argv", ["examples", *words])
+    def asked(*words):
         ran.clear()
+        monkeypatch.setattr(sys, "argv", ["examples", *words])
         examples.main()
         return list(ran)
 
-    call.ran = ran
-    return call
-
-
-def test_a_run_of_the_examples_that_was_stopped_goes_on_with_those_without_a_row(asked, monkeypatch):
-    names = list(examples.EXAMPLES)
+    monkeypatch.setattr(examples, "run", run)
     with pytest.raises(SystemExit, match="no rows came of cleanrl_ppo"):
-        asked(failing=["cleanrl_ppo"])
-    assert asked.ran == names
+        asked()
+    assert ran == names
     assert list(json.loads(examples.ROWS.read_text())) == [name for name in names if name != "cleanrl_ppo"]
-    assert asked() == ["cleanrl_ppo"]
-    assert asked() == []
-    assert asked("sb3_ppo") == ["sb3_ppo"]
+    failing.clear()
+    assert (asked(), asked(), asked("sb3_ppo")) == (["cleanrl_ppo"], [], ["sb3_ppo"])
     monkeypatch.setattr(examples, "digest_of", lambda name: name.replace("rllib", "changed"))
     assert asked() == ["rllib_selfplay"]
-
-
-def test_an_example_that_the_script_does_not_know_is_refused(asked, capsys):
     with pytest.raises(SystemExit):
         asked("sb3_pop")
     assert "invalid choice: 'sb3_pop'" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Many rooms at once, for long, and how games begin."""
+"""Many rooms at once, and for long."""
 
 from __future__ import annotations
 
@@ -13,14 +13,8 @@ import numpy as np
 
 from benchmarks.table.clients import CHANCE, Client, fill, server, status
 from swarm_pz.play import protocol
-from swarm_pz.play.frames import decode_frame
-from swarm_pz.play.recordings.format import (
-    CommandLine,
-    InForceLine,
-    Recording,
-)
+from swarm_pz.play.recordings.format import Recording
 from swarm_pz.play.server.policy_workers import MOST_PROCESSES
-from swarm_pz.policies import names
 
 
 async def load(seconds: float, learned: str) -> None:
@@ -119,49 +113,3 @@ async def _misbehave(victim: Client) -> None:
         elif what == "oversized":
             await socket.send("x" * 100_000)
         await asyncio.sleep(0.5)
-
-
-async def _begin(address: str, policy: str) -> tuple[float, str]:
-    """Watch a policy against itself for two seconds; return for how long it loaded, and the game's recording."""
-    loading_s = 0.0
-    async with Client(address).connection() as socket:
-        settings = protocol.Settings(time_limit=2.0)
-        for message in (
-            protocol.Hello(),
-            protocol.Create(settings=settings, seat="watch", player=policy, opponent=policy),
-            protocol.Ready(),
-        ):
-            await socket.send(protocol.encode(message))
-        began = time.monotonic()
-        async for data in socket:
-            if isinstance(data, bytes):
-                await socket.send(protocol.encode(protocol.Acknowledge(decode_frame(data).sequence)))
-                continue
-            room = protocol.decode_server(data)
-            if not isinstance(room, protocol.RoomState):
-                continue
-            if "failed" in (room.red.policy_state, room.blue.policy_state):
-                raise SystemExit(f"{policy} was not loaded: {room.red.reason or room.blue.reason}")
-            if room.phase == "starting" and not loading_s:
-                loading_s = time.monotonic() - began
-            if room.recording is not None:
-                return loading_s, room.recording
-    raise SystemExit("the table closed the connection")
-
-
-async def begin() -> None:
-    """Begin a game of every policy, with an empty kernel cache; print when their first commands counted."""
-    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as cache:
-        began = time.monotonic()
-        with server(Path(folder), 3.0, NUMBA_CACHE_DIR=cache) as (address, _):
-            print(f"the server was there after {time.monotonic() - began:.1f} s")
-            for policy in names():
-                loading_s, recording = await _begin(address, policy)
-                read = Recording.read(Path(folder) / recording)
-                sent = {line.team: line.received_ms for line in reversed(read.of(CommandLine))}
-                ticks = {line.team: line.tick for line in reversed(read.of(InForceLine))}
-                print(
-                    f"{policy:12}  both loaded after {loading_s:5.1f} s; first commands given at {sent[0]:6.0f} and "
-                    f"{sent[1]:6.0f} ms of the game's clock, in force at ticks {ticks[0]} and {ticks[1]}",
-                    flush=True,
-                )

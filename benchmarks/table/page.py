@@ -1,4 +1,4 @@
-"""The page in a browser: how fast it answers, how smooth it is, and whether one can win by it."""
+"""The page in a browser: how fast it answers, and how smooth it is."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import contextlib
 import json
 import shutil
 import tempfile
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,10 +13,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks.table.clients import CHANCE, server
-from swarm_pz.play.recordings.format import (
-    Recording,
-)
-from swarm_pz.play.recordings.playback import Playback
 
 BROWSERS = ("chromium", "chromium-headless-shell", "google-chrome")
 CHROMIUM = next(filter(None, map(shutil.which, BROWSERS)), None)
@@ -128,40 +123,3 @@ def smooth(drones: int, seconds: float) -> None:
         opened.wait_for_timeout(3000)
         print("after a stall of 20 s:")
         _print_gaps(opened.evaluate("seen"))
-
-
-OTHERS = """() => {
-    const canvas = document.getElementById("drones"), side = canvas.width;
-    const { data } = canvas.getContext("2d").getImageData(0, 0, side, side);
-    let count = 0, x = 0, y = 0;
-    for (let i = 0; i < data.length; i += 4) {
-        if (data[i + 3] > 200 && data[i + 2] > 180 && data[i] < 90) {
-            count += 1;
-            x += i / 4 % side;
-            y += Math.floor(i / 4 / side);
-        }
-    }
-    return count ? [x / count / side, 1 - y / count / side] : null;
-}"""
-
-
-def rings(games: int) -> None:
-    """Draw rings where the blue pixels were 0.6 s ago, every 2 s or more, against uniform coverage."""
-    standing = {"won": 0, "drawn": 0, "lost": 0}
-    with tempfile.TemporaryDirectory() as folder, server(Path(folder)) as (address, _):
-        for _ in range(games):
-            with page(address, "play=uniform", 700, 500) as opened:
-                opened.wait_for_selector("#send:not([disabled])")
-                while not opened.locator("#recording").is_visible():
-                    began = time.monotonic()
-                    place = opened.evaluate(OTHERS)
-                    opened.wait_for_timeout(600)
-                    if place is not None and opened.locator("#send").is_enabled():
-                        draw_ring(opened, *place, 0.2)  # sent as it is lifted
-                    opened.wait_for_timeout(max(0.0, 2000 - 1000 * (time.monotonic() - began)))
-                text = opened.inner_text("#cover-text")
-                standing["won" if "You won" in text else "lost" if "You lost" in text else "drawn"] += 1
-                print(text, standing, flush=True)
-        paths = sorted(Path(folder).glob("*.jsonl"))
-        verified = sum(Playback(Recording.read(path)).verify().verified for path in paths)
-    print(f"{standing}; {verified} of {len(paths)} recordings verify")

@@ -146,22 +146,19 @@ def diagnose(
     """
     if seconds is not None and (isinstance(seconds, bool) or not 0 < seconds < math.inf):
         raise RenderError(f"seconds must be a number above 0, got {seconds!r}")
-    window = round(WINDOW_S / CONTROL_PERIOD)
-    series: dict[str, list[Any]] = {name: [] for name in _SERIES}
+    moments: list[dict[str, Any]] = []
 
     def note(game: Rollout) -> None:
         simulator = game.simulator
-        values = (
-            float(simulator.time_s[0]),
-            simulator.sizes[0],
-            simulator.games.captures[0].copy(),
-            simulator.games.recaptures[0].copy(),
-            [past.value()[0] for past in pasts],
-            [past.value()[0] for past in latest],
-            [_entropy_bits(target) for target in simulator.targets[0]],
-        )
-        for name, value in zip(_SERIES, values, strict=True):
-            series[name].append(value)
+        moments.append({
+            "times": float(simulator.time_s[0]),
+            "sizes": simulator.sizes[0],
+            "captures": simulator.games.captures[0].copy(),
+            "recaptures": simulator.games.recaptures[0].copy(),
+            "metric": [past.value()[0] for past in pasts],
+            "latest_metric": [past.value()[0] for past in latest],
+            "entropy_bits": [_entropy_bits(target) for target in simulator.targets[0]],
+        })  # fmt: skip
 
     def look(game: Rollout) -> None:
         for past in (*pasts, *latest):
@@ -174,18 +171,15 @@ def diagnose(
 
     with closing(Rollout(policy, opponent, [game_number(pair, side)], seed=seed, config=config)) as game:
         pasts = [ErgodicMetric(game.simulator, team) for team in range(2)]
-        latest = [ErgodicMetric(game.simulator, team, window) for team in range(2)]
+        latest = [ErgodicMetric(game.simulator, team, round(WINDOW_S / CONTROL_PERIOD)) for team in range(2)]
         note(game)
         game.play(seconds, after_control_period=look, after_step=report)
-    curves = {name: np.array(values) for name, values in series.items()}
+    curves = {name: np.array([moment[name] for moment in moments]) for name in moments[0]}
     for name in ("captures", "recaptures"):
         curves[name] = np.diff(curves[name], axis=0, prepend=0)
     return Diagnosis(
         names=game.names(), seed=seed, pair=pair, side=side, result=game.result(), config=game.config, **curves
     )
-
-
-_SERIES = ("times", "sizes", "captures", "recaptures", "metric", "latest_metric", "entropy_bits")
 
 
 def _entropy_bits(target: NDArray[np.float64]) -> float:

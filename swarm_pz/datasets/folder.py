@@ -8,7 +8,7 @@ import re
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -116,26 +116,10 @@ class Writer:
         self.steps = 0
 
     def add(self, episodes: Sequence[Episode]) -> None:
-        """Write episodes.
-
-        Raises
-        ------
-        OutputError
-            If they cannot be written.
-        """
+        """Write episodes."""
         buffer = require_extra("minari.data_collector", "data").EpisodeBuffer
-        buffers = [
-            buffer(
-                seed=one.seed,
-                observations=one.observations,
-                actions=one.actions,
-                rewards=one.rewards,
-                terminations=one.terminations,
-                truncations=one.truncations,
-                infos=one.infos,
-            )
-            for one in episodes
-        ]
+        kept = [field.name for field in fields(Episode) if field.name != "about"]
+        buffers = [buffer(**{name: getattr(one, name) for name in kept}) for one in episodes]
         numbers = range(self.episodes, self.episodes + len(episodes))
         with _in_words(self._folder):
             self._storage.update_episodes(buffers)
@@ -156,19 +140,8 @@ def new_dataset(
 ) -> Iterator[Writer]:
     """Give the writer of a dataset, which is there when the block ends and nowhere if it fails.
 
-    Parameters
-    ----------
-    target : Target
-    form : Format
-        Its spaces.
-    config : GameConfig
-        The rules.
-    face, options : mapping
-        What the Gymnasium face is made with, besides: ``recover_environment`` makes it again.
-    metadata : mapping
-        What the dataset says of itself.
-    command : str
-        What was called.
+    Its spaces are those of a form; ``recover_environment`` makes the Gymnasium face again from the rules, `face` and
+    `options`. `metadata` is what the dataset says of itself, `command` what was called.
 
     Raises
     ------
@@ -204,13 +177,7 @@ def new_dataset(
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[Path]:
-    """Give where a dataset can be drafted, without what a process has left that was killed; gone when the block ends.
-
-    Raises
-    ------
-    OutputError
-        If another process makes the same dataset.
-    """
+    """Give where a dataset is drafted, without what a killed process has left; it is gone when the block ends."""
     # Absolute: Minari mistakes the sizes of files whose folder is not.
     place = folder.parent.absolute() / f".{folder.name}.draft"
     with ExitStack() as stack:

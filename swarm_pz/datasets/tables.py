@@ -7,9 +7,8 @@ done in it is the command that the team followed when it ended.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Unpack
+from typing import NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,8 +129,7 @@ def _named(paths: Sequence[Path]) -> str:
     return ", ".join(map(str, paths)) or "nothing: name a file or a folder"
 
 
-@dataclass(frozen=True, kw_only=True)
-class _View:
+class _View(NamedTuple):
     """A seat whose views are asked for, of a game that was played again."""
 
     path: Path
@@ -176,18 +174,8 @@ def _views(path: Path, player: str) -> list[_View]:
     rows = [row for row in seat_rows(recording) if player in (row.kind, row.player)]
     if rows and not rows[0].left_out:
         _check(recording)
-    told = recording.header
-    return [
-        _View(
-            path=path,
-            link=recording.link,
-            software=told.software,
-            seed=told.seed,
-            config=recording.config.game,
-            row=row,
-        )
-        for row in rows
-    ]
+    told, config = recording.header, recording.config.game
+    return [_View(path, recording.link, told.software, told.seed, config, row) for row in rows]
 
 
 def _check(recording: Recording) -> None:

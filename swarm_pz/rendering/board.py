@@ -35,12 +35,7 @@ _FINE = 2
 
 
 class Canvas:
-    """A picture as three planes, one a colour.
-
-    Parameters
-    ----------
-    planes : sequence of three images (of Pillow, mode L)
-    """
+    """A picture as three planes (of Pillow, mode L), one a colour."""
 
     def __init__(self, planes: Any) -> None:
         self._planes = tuple(planes)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import BLUE, RED, TEAM_NAMES
+from swarm_pz.config import RED, TEAM_NAMES
 from swarm_pz.errors import RenderError, nearest, require_extra
 from swarm_pz.rendering.board import (
     INK,
@@ -22,6 +22,7 @@ from swarm_pz.rendering.board import (
     TEAM_COLOURS,
     Canvas,
     cells_per_unit,
+    font,
     lines,
     mask_of,
     smoothly,
@@ -44,10 +45,20 @@ _BOX = 25
 
 
 @dataclass(frozen=True)
-class Target:
-    """Shades: what a team was asked to cover, as far as the controller's modes tell."""
-
+class _OfTeam:
     team: int
+
+    @property
+    def _name(self) -> str:
+        return TEAM_NAMES[self.team]
+
+    @property
+    def _dark(self) -> tuple[int, int, int]:
+        return SHADE_COLOURS[self.team]
+
+
+class Target(_OfTeam):
+    """Shades: what a team was asked to cover, as far as the controller's modes tell."""
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Shade the target in force."""
@@ -60,21 +71,18 @@ class Target:
         for number, (level, strength) in enumerate(zip(LEVELS, _STRENGTHS, strict=True)):
             fill = (*TEAM_COLOURS[self.team], round(255 * strength))
             _box(pen, x + number * _BOX, y, f"{level:g}", fill=fill)
-        _say(pen, x + len(LEVELS) * _BOX, y, f"{TEAM_NAMES[self.team]}'s target (uniform: 1)")
+        _say(pen, x + len(LEVELS) * _BOX, y, f"{self._name}'s target (uniform: 1)")
 
 
-@dataclass(frozen=True)
-class Coverage:
+class Coverage(_OfTeam):
     """Lines: what a team's drones have covered and will, as its controller sees it, memory and look-ahead."""
-
-    team: int
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Draw a line at each level, the wider the denser."""
         if not len(at_work(simulator, row, self.team)):
             return
         density = reconstruct(shared_coefficients(simulator, row, self.team), _CELLS, smooth=True)
-        arena.lay(SHADE_COLOURS[self.team], mask_of(lines(density, LEVELS, np.add(_WIDTHS, 0.6) / 2), side))
+        arena.lay(self._dark, mask_of(lines(density, LEVELS, np.add(_WIDTHS, 0.6) / 2), side))
 
     def explain(self, picture: Any, x: int, y: int) -> None:
         """Show the lines and their densities."""
@@ -83,15 +91,12 @@ class Coverage:
             left = x + number * _BOX
             _box(pen, left, y - 3, f"{level:g}")
             bottom = y + ENTRY_HEIGHT - 7
-            pen.rectangle((left, bottom - width, left + _BOX - 4, bottom), fill=SHADE_COLOURS[self.team])
-        _say(pen, x + len(LEVELS) * _BOX, y, f"{TEAM_NAMES[self.team]}'s coverage (uniform: 1)")
+            pen.rectangle((left, bottom - width, left + _BOX - 4, bottom), fill=self._dark)
+        _say(pen, x + len(LEVELS) * _BOX, y, f"{self._name}'s coverage (uniform: 1)")
 
 
-@dataclass(frozen=True)
-class Captures:
+class Captures(_OfTeam):
     """A heavy line around the ground where a team captures: where its field exceeds the rule's threshold."""
-
-    team: int
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Draw the line, its corners rounded, and hatch what it surrounds."""
@@ -102,27 +107,21 @@ class Captures:
         # As the board without overlays is hatched: upwards for red, downwards for blue.
         hatch = ((along - across) if self.team == RED else (along + across)) % 8 < 3
         edge = lines(inside, (0.5,), (side / 200,))
-        arena.lay(SHADE_COLOURS[self.team], mask_of(np.maximum(edge, 0.35 * hatch * (inside > 0.5)), side))
+        arena.lay(self._dark, mask_of(np.maximum(edge, 0.35 * hatch * (inside > 0.5)), side))
 
     def explain(self, picture: Any, x: int, y: int) -> None:
         """Show a piece of such ground."""
         pen = _pen(picture)
-        dark = SHADE_COLOURS[self.team]
         box = (x, y + 3, x + 2 * _BOX - 4, y + ENTRY_HEIGHT - 8)
         for left in range(x + 4, x + 2 * _BOX - 18, 8):
-            ends = [(left, box[3]), (left + 14, box[1])]
-            if self.team == BLUE:
-                ends = [(left, box[1]), (left + 14, box[3])]
-            pen.line(ends, fill=(*dark, 110), width=2)
-        pen.rectangle(box, outline=dark, width=3)
-        _say(pen, x + 2 * _BOX, y, f"where {TEAM_NAMES[self.team]} captures")
+            foot, top = (box[3], box[1]) if self.team == RED else (box[1], box[3])
+            pen.line([(left, foot), (left + 14, top)], fill=(*self._dark, 110), width=2)
+        pen.rectangle(box, outline=self._dark, width=3)
+        _say(pen, x + 2 * _BOX, y, f"where {self._name} captures")
 
 
-@dataclass(frozen=True)
-class Potential:
+class Potential(_OfTeam):
     """Grey hills, lines of equal height, and arrows: the way that a team's drones are pushed."""
-
-    team: int
 
     def paint(self, arena: Canvas, simulator: Simulator, row: int, side: int) -> None:
         """Draw the landscape, and arrows along its falling gradient, the longer the steeper."""
@@ -137,7 +136,7 @@ class Potential:
         arena.lay(_GREY, mask_of(0.8 * lines(heights, levels, np.full(_ISOLINES, 0.8)), side))
         _, gradient = potential(simulator, row, self.team, _ARROWS)
         steepness = np.linalg.norm(gradient, axis=-1)
-        with smoothly(arena, SHADE_COLOURS[self.team], side) as (pen, scale):
+        with smoothly(arena, self._dark, side) as (pen, scale):
             step = side * scale / _ARROWS
             for cell in np.argwhere(steepness > 0.02 * steepness.max()):
                 slope = gradient[tuple(cell)]
@@ -154,8 +153,8 @@ class Potential:
             strength = round(127 * (right - place) / (right - x))
             pen.line([(place, y + 3), (place, y + ENTRY_HEIGHT - 8)], fill=(*_GREY, strength))
         middle = y + ENTRY_HEIGHT / 2 - 2.5
-        _arrow(pen, np.array([x + 12, middle]), np.array([right - 8, middle]), SHADE_COLOURS[self.team], 2)
-        _say(pen, x + 2 * _BOX, y, f"the way {TEAM_NAMES[self.team]} is pushed")
+        _arrow(pen, np.array([x + 12, middle]), np.array([right - 8, middle]), self._dark, 2)
+        _say(pen, x + 2 * _BOX, y, f"the way {self._name} is pushed")
 
 
 KINDS: dict[str, Callable[[int], Overlay]] = {
@@ -168,14 +167,7 @@ KINDS: dict[str, Callable[[int], Overlay]] = {
 
 
 def make_overlays(kinds: Sequence[str], teams: Sequence[int]) -> list[Overlay]:
-    """Return overlays of teams, the lowest first.
-
-    Parameters
-    ----------
-    kinds : sequence of str
-        Any of `KINDS`.
-    teams : sequence of int
-        0 red, 1 blue.
+    """Return overlays of teams (0 red, 1 blue), the lowest first; kinds are any of `KINDS`.
 
     Raises
     ------
@@ -217,10 +209,8 @@ def _box(pen: Any, x: int, y: int, text: str, fill: Any = None) -> None:
     box = (x, y + 3, x + _BOX - 3, y + ENTRY_HEIGHT - 8)
     pen.rectangle(box, fill=fill)
     middle = ((box[0] + box[2]) / 2, (box[1] + box[3]) / 2)
-    font = require_extra("PIL.ImageFont", "render").load_default(12)
-    pen.text(middle, text, fill=INK, font=font, anchor="mm")
+    pen.text(middle, text, fill=INK, font=font(12), anchor="mm")
 
 
 def _say(pen: Any, x: int, y: int, text: str) -> None:
-    font = require_extra("PIL.ImageFont", "render").load_default(13.5)
-    pen.text((x + 4, y + ENTRY_HEIGHT / 2 - 2.5), text, fill=INK, font=font, anchor="lm")
+    pen.text((x + 4, y + ENTRY_HEIGHT / 2 - 2.5), text, fill=INK, font=font(13.5), anchor="lm")

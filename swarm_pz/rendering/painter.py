@@ -9,21 +9,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from swarm_pz.config import (
-    BLUE,
-    CONTROL_PERIOD,
-    GRID_CELLS,
-    RED,
-    TEAM_NAMES,
-    TICKS_PER_CONTROL_PERIOD,
-    GameConfig,
-)
+from swarm_pz.config import BLUE, CONTROL_PERIOD, GRID_CELLS, RED, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD
 from swarm_pz.errors import ConfigError, nearest, require_extra
 from swarm_pz.rendering.board import (
     INK,
@@ -50,21 +41,8 @@ METADATA: dict[str, Any] = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class Layout:
-    """Pixels of a picture's parts.
-
-    Attributes
-    ----------
-    arena : int
-        A side of the arena, even.
-    margin : int
-        Left and right of it.
-    header, footer : int
-        Above and below it.
-    text, small : float
-        Sizes of the header's letters and of the legend's.
-    """
+class Layout(NamedTuple):
+    """Pixels of a picture: the arena's side (even), beside, above and below it; letters of header and legend."""
 
     arena: int
     margin: int
@@ -211,24 +189,7 @@ class Painter:
 
 
 def draw(simulator: Simulator, row: int = 0, overlays: Sequence[Overlay] = ()) -> NDArray[np.uint8]:
-    """Draw one game.
-
-    Parameters
-    ----------
-    simulator : Simulator
-    row : int
-    overlays : sequence of Overlay, optional
-        What to show on the ground, the lowest first, in place of the ground where teams capture.
-
-    Returns
-    -------
-    uint8 array (height, width, 3)
-
-    Raises
-    ------
-    MissingExtraError
-        If Pillow is not installed.
-    """
+    """Draw one game, uint8 (height, width, 3), as `Painter` does."""
     return Painter(overlays=overlays).draw(simulator, row)
 
 
@@ -277,9 +238,7 @@ class Screen:
         modes = METADATA["render_modes"]
         if mode is not None and mode not in modes:
             raise ConfigError(f"there is no render mode {mode!r}; {nearest(str(mode), modes)}")
-        self._mode = mode
-        self._simulator = simulator
-        self._row = row
+        self._mode, self._simulator, self._row = mode, simulator, row
         # A step's frames and the one before it: whoever never asks for them must not fill the memory.
         frames_per_step = simulator.config.step_ticks // TICKS_PER_CONTROL_PERIOD
         self._frames: deque[NDArray[np.uint8]] = deque(maxlen=frames_per_step + 1)
@@ -304,9 +263,8 @@ class Screen:
     @property
     def metadata(self) -> dict[str, Any]:
         """The environment's metadata, with the frame rate that this mode really gives."""
-        config: GameConfig = self._simulator.config
-        fps = METADATA["render_fps"] if self._mode in (None, "human", "rgb_array_list") else 1 / config.command_period
-        return METADATA | {"render_fps": fps}
+        is_fast = self._mode in (None, "human", "rgb_array_list")
+        return METADATA | ({} if is_fast else {"render_fps": 1 / self._simulator.config.command_period})
 
     @property
     def after_control_period(self) -> Any:

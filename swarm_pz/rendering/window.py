@@ -43,9 +43,7 @@ class Window:
             self._pygame.display.init()
         except self._pygame.error as error:
             raise RenderError(f"{advice} ({error})") from error
-        self._title = title
-        self._rate = rate
-        self._clock = self._pygame.time.Clock()
+        self._title, self._rate, self._clock = title, rate, self._pygame.time.Clock()
         self._surface: Any = None
 
     def show(self, picture: NDArray[np.uint8]) -> None:

@@ -10,7 +10,6 @@ import pytest
 from benchmarks.paper import coverage, talk
 from benchmarks.paper.claims import (
     flocking_comparison,
-    flocking_flights,
     fluctuation,
     permutation_invariance,
     scale_invariance,
@@ -187,16 +186,16 @@ def reached(count, soonest, latest=None, seeds=20):
 def test_one_drawing_does_what_takes_a_flock_two_attractors_where_all_intervals_say_so(
     monkeypatch, ergodic, sequence, adapter, wider, holds
 ):
-    _, reaches = flocking_flights.asked()
+    _, reaches = flocking_comparison.asked()
     wanted = reaches[0] / reaches[1]
 
     def flight(seconds):
         metric = np.where(np.arange(1, 61) < np.array(seconds, float)[:, None], 0.1, 0.001)
-        places = np.full((20, 600, 12, 2), flocking_flights.MODES[0])
+        places = np.full((20, 600, 12, 2), flocking_comparison.MODES[0])
         maps = np.full((20, 25, 25), 1 / 625)
         return SimpleNamespace(metric=metric, places=places, config=GameConfig(), maps=lambda cells: maps)
 
-    names = (flocking_flights.ERGODIC, flocking_flights.SEQUENCE, flocking_flights.ADAPTER)
+    names = (flocking_comparison.ERGODIC, flocking_comparison.SEQUENCE, flocking_comparison.ADAPTER)
     ways = dict(zip(names, map(flight, (ergodic, sequence, adapter)), strict=True))
     widths = 0.1 * np.linspace(wanted * spread_around(*wider, 20), np.ones(20), 6, axis=1)
     monkeypatch.setattr(flocking_comparison, "fly", lambda seeds: ways)
@@ -216,30 +215,30 @@ def test_flocks_get_the_compact_spot_after_the_diffuse_ones_share_of_the_time(mo
         command(simulator, team, commands)
 
     monkeypatch.setattr(Simulator, "command", note)
-    flocking_flights.fly([0])
+    flocking_comparison.fly([0])
     attractors = [(tick, given.position, given.weight) for tick, given in sent if hasattr(given, "position")]
-    shares, _ = flocking_flights.asked()
+    shares, _ = flocking_comparison.asked()
     second = round(60 * shares[0] / sum(shares))
-    first, other = flocking_flights.MODES
+    first, other = flocking_comparison.MODES
     assert attractors == [(0, first, 50.0), (30 * second, other, 100.0)] and 30 < second < 60
 
 
 def test_what_is_near_a_mode_and_when_a_metric_is_first_low_enough():
-    second = np.array(flocking_flights.MODES[1])
-    squared = flocking_flights.near_modes(np.array([[0.3, 0.4], second, [0.53, 0.53]]))
+    second = np.array(flocking_comparison.MODES[1])
+    squared = flocking_comparison.near_modes(np.array([[0.3, 0.4], second, [0.53, 0.53]]))
     expected = [[0.01, np.nan], [np.nan, 0.0], [np.nan, np.nan]]
     np.testing.assert_allclose(squared, expected, atol=1e-12)
     places = np.array([[0.4, 0.3], [0.3, 0.5], [0.99, 0.01]])
-    np.testing.assert_allclose(flocking_flights.reaches_of(places), [np.sqrt((0.01 + 0.04) / 2), np.nan])
+    np.testing.assert_allclose(flocking_comparison.reaches_of(places), [np.sqrt((0.01 + 0.04) / 2), np.nan])
     metric = np.array([[0.1, 0.004, 0.1], [0.1, 0.1, 0.1]])
-    assert flocking_flights.first_reached(metric).tolist() == [2.0, np.inf]
+    assert flocking_comparison.first_reached(metric).tolist() == [2.0, np.inf]
 
 
 def test_each_spot_of_the_drawing_lies_around_its_middle_and_the_target_is_what_drones_fly_for():
     density, cells = DRAWINGS["two_spots"].density, 200
     target, centres = interpolated(density, cells), (np.arange(cells) + 0.5) / cells
     lower = np.add.outer(centres, centres) < 1.1
-    for mode, part in zip(flocking_flights.MODES, (target * lower, target * ~lower), strict=True):
+    for mode, part in zip(flocking_comparison.MODES, (target * lower, target * ~lower), strict=True):
         middle = (part.sum(axis=0) @ centres / part.sum(), part.sum(axis=1) @ centres / part.sum())
         assert middle == pytest.approx(mode, abs=0.02)
     simulator = Simulator()

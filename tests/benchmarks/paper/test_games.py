@@ -11,7 +11,6 @@ from benchmarks.paper.claims import (
     capture_geometry,
     comebacks,
     drawing_attention,
-    ensemble_moments,
     ensemble_tactic,
     team_sizes,
     wavefront,
@@ -130,8 +129,8 @@ def test_a_tactic_wins_where_it_surely_wins_more_than_half_under_all_rules(monke
         return [game(2 * pair, outcome, sizes=sizes[pair]) for pair, outcome in enumerate(results(won, 50))]
 
     monkeypatch.setattr(ensemble_tactic, "play_games", play)
-    monkeypatch.setattr(ensemble_tactic.ensemble_moments, "frames", lambda *given: [given[2].pair])
-    monkeypatch.setattr(ensemble_tactic.ensemble_moments, "draw", lambda panels, frames: [])
+    monkeypatch.setattr(ensemble_tactic, "frames", lambda *given: [given[2].pair])
+    monkeypatch.setattr(ensemble_tactic, "draw_moments", lambda panels, frames: [])
     found = found_by(ensemble_tactic)
     assert found["parts"] == {"paper": wins[0] == 40, "released": wins[1] == 40}
     assert found["supported"] == (wins == (40, 40))
@@ -145,10 +144,10 @@ def test_a_tactic_wins_where_it_surely_wins_more_than_half_under_all_rules(monke
 
 def test_moments_of_a_game_and_of_its_last_stand():
     sizes = [10] * 25 + [6] * 10 + [5] * 10 + [2] * 5 + [1] * 21 + [0]
-    assert ensemble_moments.moments(sizes) == [20, 35, 60, 71]
-    assert ensemble_moments.moments([4, 2, 0]) == [1, 1, 2, 2]
-    assert ensemble_moments.last_stand([10, 1, 3, 1, 1, 0]) == 2
-    assert ensemble_moments.last_stand([10, 4, 0]) == 0
+    assert ensemble_tactic.moments(sizes) == [20, 35, 60, 71]
+    assert ensemble_tactic.moments([4, 2, 0]) == [1, 1, 2, 2]
+    assert ensemble_tactic.last_stand([10, 1, 3, 1, 1, 0]) == 2
+    assert ensemble_tactic.last_stand([10, 4, 0]) == 0
 
 
 def test_the_tactic_of_two_commands_stays_in_the_centre_until_one_drone_is_left():
