@@ -29,10 +29,7 @@ def saturate_one(acceleration: NDArray[np.float32], limit: np.float32) -> None:
 def mismatches(seed: int, seconds: int, largest_team: int = 40) -> int:
     """Play a game of random commands and team sizes tick by tick beside the slow rules.
 
-    Returns
-    -------
-    int
-        Drones whose team differs in any tick, summed over ticks; must be zero.
+    Returns the drones whose team differs in any tick, summed over ticks: it must be 0.
     """
     generator = np.random.default_rng(seed)
     red, blue = (int(size) for size in generator.integers(1, largest_team + 1, size=2))
@@ -60,11 +57,8 @@ def controller_errors(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Solve random states with the kernel and with the slow float64 controller.
 
-    Returns
-    -------
-    before, after : float64 array (states,)
-        Largest difference of an acceleration over the reference's largest, before and after
-        saturation.
+    Returns the largest difference of an acceleration over the reference's largest (states,), before and after
+    saturation.
     """
     generator = np.random.default_rng(seed)
     simulator = Simulator()

@@ -236,10 +236,8 @@ async def play(python: str, folder: Path) -> dict[str, Any]:
     """Play a game with a Python's roslibpy, and return what was measured."""
     table = await Table.start(folder)
     try:
-        address, port = (
-            await table.said(r"swarm-pz is at http://([^/]+)/"),
-            int(await table.said(r"rosbridge .*:(\d+)$")),
-        )
+        address = await table.said(r"swarm-pz is at http://([^/]+)/")
+        port = int(await table.said(r"rosbridge .*:(\d+)$"))
         wire = Wire(port)
         arguments = [python, str(_TABLET), str(await wire.lay()), "red", str(_DEPLOYS), str(_PAUSE_S), str(port)]
         tablet = await asyncio.create_subprocess_exec(*arguments, stdin=PIPE, stdout=PIPE, limit=2**26)

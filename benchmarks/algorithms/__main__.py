@@ -39,13 +39,7 @@ def settings_of(budget: Budget) -> dict[str, Any]:
 
 
 def check_settings(folder: Path, settings: dict[str, Any]) -> None:
-    """Take a folder for runs of some settings.
-
-    Raises
-    ------
-    ResultsError
-        If it holds runs of others.
-    """
+    """Take a folder for runs of some settings."""
     path = folder / SETTINGS
     if not path.exists():
         with draft_of(path) as draft:
@@ -59,17 +53,7 @@ def check_settings(folder: Path, settings: dict[str, Any]) -> None:
 
 
 class Folder:
-    """The runs that have ended, and their policies.
-
-    Parameters
-    ----------
-    path : Path
-
-    Attributes
-    ----------
-    lines : list of dict
-        Of the runs whose policies are as they were written.
-    """
+    """The runs of a folder that have ended, whose policies are as they were written."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -103,13 +87,7 @@ class Folder:
 
 
 def compare(folder: Path, budget: Budget, seeds: int, processes: int) -> list[Line]:
-    """Do the runs of a folder that have not ended, and return the lines of all.
-
-    Raises
-    ------
-    ResultsError
-        If the folder holds runs of other settings, or another process is at work in it.
-    """
+    """Do the runs of a folder that have not ended, and return the lines of all."""
     with folder_lock(folder):
         check_settings(folder, settings_of(budget))
         runs = Folder(folder)

@@ -26,20 +26,9 @@ REPLAY = 50_000
 
 @dataclass(frozen=True, kw_only=True)
 class Method:
-    """A method that is compared.
+    """A method that is compared: what sets it apart, what makes it of games and seed, what it sees and how it answers.
 
-    Attributes
-    ----------
-    about : str
-        What sets it apart, for the page.
-    learner : callable
-        Makes the algorithm, from games and seed.
-    observation : ObservationConfig
-        What it sees.
-    actions : mapping
-        How it answers: options of `SwarmVecEnv`.
-    meets_itself : bool
-        Whether its opponents are its own past instead of scripts.
+    `actions` are options of `SwarmVecEnv`; one that meets itself has its own past as opponents instead of scripts.
     """
 
     about: str

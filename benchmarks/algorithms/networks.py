@@ -9,15 +9,7 @@ from torch import Tensor, nn
 
 
 class DroneSets(BaseFeaturesExtractor):
-    """Deep sets (Zaheer et al., NeurIPS 2017): each drone by the same layers, then mean and maximum of each side.
-
-    Parameters
-    ----------
-    observation_space : spaces.Dict
-        As of `ObservationConfig(kind="entities")`.
-    width : int
-        Features of each drone.
-    """
+    """Deep sets (Zaheer et al., NeurIPS 2017): each drone by the same layers, then mean and maximum of each side."""
 
     def __init__(self, observation_space: spaces.Dict, width: int = 64) -> None:
         super().__init__(observation_space, 4 * width + 2)

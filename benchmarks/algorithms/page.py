@@ -129,13 +129,8 @@ def to_markdown(rows: Sequence[Row], budget: Budget) -> str:
         f"![Share of points against uniform and against scripts, by commands]({PICTURE})",
         f"*Learning curves: {budget.points} evaluations of each run, each of {budget.games_on_the_way} games against "
         "`uniform` and as many against the scripts. Lines are interquartile means, bands 95 % intervals.*",
-        "\n".join(
-            [
-                "| method | what it is | points |",
-                "|---|---|---|",
-                *(f"| `{row.method}` | {METHODS[row.method].about} | {row.all} |" for row in rows),
-            ]
-        ),
+        "| method | what it is | points |\n|---|---|---|\n"
+        + "\n".join(f"| `{row.method}` | {METHODS[row.method].about} | {row.all} |" for row in rows),
         f"After training, each run plays {budget.games} games against `uniform` and {budget.games // len(SCRIPTS)} "
         f"against each of {', '.join(f'`{name}`' for name in SCRIPTS)} (seed {SEED}). Points are interquartile means "
         "over seeds and these opponents, with intervals as in [the benchmark](benchmark.md). With few seeds they may "
@@ -163,6 +158,6 @@ def draw(rows: Sequence[Row], path: Path) -> None:
             style.mark(axes, 0.5, "even")
             axes.set(title=title, xlabel="commands learned from (thousands)", ylim=(0, 1), xlim=(0, None))
         figure.axes[0].set_ylabel("share of the points")
-        style.legend_below(figure, figure.axes[0].get_legend_handles_labels()[0], columns=6)
+        style.legend_below(figure, figure.axes[0], columns=6)
         with draft_of(path) as draft:
             figure.savefig(draft, format="png")

@@ -45,16 +45,9 @@ _SELVES, _PAST = 30, 8
 
 @dataclass(frozen=True, kw_only=True)
 class Budget(Config):
-    """What every run gets.
+    """What every run gets: commands to learn from, evaluations on the way, the end's included, and games in the end.
 
-    Attributes
-    ----------
-    commands : int
-        That it learns from: a multiple of `UPDATE`.
-    points : int
-        Evaluations on the way, the end's included.
-    games : int
-        In the end, against `uniform`, and as many against the scripts together.
+    There are as many games against `uniform` as against the scripts together.
     """
 
     commands: int = 122_880
@@ -68,9 +61,8 @@ class Budget(Config):
         check_count(self.points, "points", 1, self.commands // UPDATE)
         step = 2 * len(SCRIPTS) * _FEWER
         check_count(self.games, "games", step, 10**6)
-        check(
-            self.games % step == 0, "games", self.games, f"a multiple of {step}: both sides, every script, on the way"
-        )
+        expected = f"a multiple of {step}: both sides, every script, on the way"
+        check(self.games % step == 0, "games", self.games, expected)
 
     @property
     def games_on_the_way(self) -> int:
@@ -159,17 +151,7 @@ class _Curve(BaseCallback):
 
 
 class Run:
-    """A method that learns from a seed.
-
-    Parameters
-    ----------
-    method : str
-        Of `METHODS`.
-    seed : int
-    budget : Budget
-    folder : Path
-        Where what it has learned is written; what is there of an earlier attempt is replaced.
-    """
+    """A method of `METHODS` that learns from a seed, and is written into a folder in place of an earlier attempt."""
 
     def __init__(self, method: str, seed: int, budget: Budget, folder: Path) -> None:
         torch.set_num_threads(1)

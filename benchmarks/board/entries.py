@@ -53,18 +53,7 @@ _COSTS = ("commands", "seconds", "parameters")
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry as its files tell it.
-
-    Attributes
-    ----------
-    folder : Path
-    report : dict
-        Figures, policies and costs.
-    card : dict of str
-        By whom it is, notes, a link: what its sender says.
-    replay : dict
-        One recorded game.
-    """
+    """An entry as its files tell it: its report, its card (what its sender says), and one recorded game."""
 
     folder: Path
     report: dict[str, Any]
@@ -78,13 +67,7 @@ class Entry:
 
 
 def folders(place: Path) -> list[Path]:
-    """Return the folders of all entries, in alphabetical order.
-
-    Raises
-    ------
-    ResultsError
-        If something else lies there.
-    """
+    """Return the folders of all entries, in alphabetical order; anything else there is an error."""
     found = sorted(path for path in place.glob("*") if path.name != ".gitkeep")
     for path in found:
         if path.is_symlink() or not path.is_dir() or not _NAME.fullmatch(path.name):
@@ -95,14 +78,7 @@ def folders(place: Path) -> list[Path]:
 
 
 def read(folder: Path, protocol: Protocol | None = None) -> Entry:
-    """Read an entry, with all checks that play no games and load no policies.
-
-    Raises
-    ------
-    ResultsError
-        If a file is missing, foreign, a link, too large or was changed; if a text is none that can be shown; if it
-        is of another protocol.
-    """
+    """Read an entry, with all checks that play no games and load no policies."""
     protocol = protocol if protocol is not None else Protocol.read()
     _check_files(folder)
     report, lines = reports.read(folder)
@@ -126,13 +102,7 @@ def read(folder: Path, protocol: Protocol | None = None) -> Entry:
 
 
 def check(folder: Path, *, games: int, seed: int | None = None, protocol: Protocol | None = None) -> str:
-    """Check all of an entry: its files, its report as ``swarm-pz benchmark --verify`` does, and its recorded game.
-
-    Returns
-    -------
-    str
-        What was checked, in words.
-    """
+    """Check an entry: files, report (as ``swarm-pz benchmark --verify`` does) and game; return what, in words."""
     protocol = protocol if protocol is not None else Protocol.read()
     entry = read(folder, protocol)
     verdict = verify(folder, games=games, seed=seed, protocol=protocol)
@@ -147,13 +117,7 @@ def check(folder: Path, *, games: int, seed: int | None = None, protocol: Protoc
 def add(
     report: Path, place: Path, name: str, card: dict[str, str], *, games: int, protocol: Protocol | None = None
 ) -> Entry:
-    """Make an entry from a report; it is there when it has been checked.
-
-    Raises
-    ------
-    ResultsError
-        If there is one of that name, or it would be refused.
-    """
+    """Make an entry from a report; it is there when it has been checked."""
     protocol = protocol if protocol is not None else Protocol.read()
     if not _NAME.fullmatch(name):
         raise ResultsError(f"an entry's name must be 1 to 40 of a to z, 0 to 9 and '-', got {name!r}")
@@ -178,13 +142,7 @@ def add(
 
 
 def read_card(path: Path) -> dict[str, str]:
-    """Return what a sender says of an entry.
-
-    Raises
-    ------
-    ResultsError
-        If a field is unknown or missing, too long, or no text on one line; if the link is none by https.
-    """
+    """Return what a sender says of an entry: known fields alone, each a text on one line, a link by https."""
     try:
         told = read_toml(path)
     except ConfigError as error:

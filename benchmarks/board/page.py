@@ -29,13 +29,7 @@ _REPORTS = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src '
 
 
 def build(place: Path, protocol: Protocol | None = None) -> dict[str, str]:
-    """Return the pages by their paths: ``index.html``, and two of each entry.
-
-    Raises
-    ------
-    ResultsError
-        If an entry is none: see `benchmarks.board.entries.read`.
-    """
+    """Return the pages by their paths: ``index.html``, and two of each entry."""
     protocol = protocol if protocol is not None else Protocol.read()
     entries = [read(folder, protocol) for folder in folders(place)]
     entries.sort(key=lambda entry: (-entry.report["figures"]["score"], entry.name))

@@ -34,13 +34,7 @@ _STEPS = 65535
 
 
 def choose(lines: Sequence[Line], protocol: Protocol) -> Line:
-    """Return the game of a report that is shown: the last opponent's where the protocol has no `champion`.
-
-    Raises
-    ------
-    ResultsError
-        If all of them were forfeited: words that follow a name.
-    """
+    """Return the game of a report that is shown: the last opponent's where the protocol has no `champion`."""
     track = next(track for track in protocol.tracks if track.name == "field")
     names = [trial.name for trial in track.trials]
     opponent = AGAINST if AGAINST in names else names[-1]
@@ -122,13 +116,7 @@ def command_of(folder: str, line: Line, report: dict[str, Any], protocol: Protoc
 
 
 def read(folder: Path, protocol: Protocol, lines: Sequence[Line]) -> dict[str, Any]:
-    """Read the game of an entry, and check that it is the one to show, and ends as the report says.
-
-    Raises
-    ------
-    ResultsError
-        If it is corrupt, or another game.
-    """
+    """Read the game of an entry, and check that it is the one to show, and ends as the report says."""
     path = folder / FILE
     try:
         shown = json.loads(path.read_bytes())

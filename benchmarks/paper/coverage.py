@@ -88,12 +88,7 @@ def hand_over(simulator: Simulator, drones: NDArray[np.bool_]) -> None:
 def metric_over_time(simulator: Simulator, seconds: int = SECONDS, then: Callable[[int], Any] | None = None) -> Array:
     """Advance and return the ergodic metric (E, seconds) after each second, over all of the past.
 
-    Parameters
-    ----------
-    simulator : Simulator
-    seconds : int
-    then : callable, optional
-        Called after each control period, with its number from 1 on: what else happens to the team.
+    `then` is called after each control period, with its number from 1 on: what else happens to the team.
     """
     metric, values = ErgodicMetric(simulator, RED), []
 
@@ -109,14 +104,7 @@ def metric_over_time(simulator: Simulator, seconds: int = SECONDS, then: Callabl
 
 
 class Flight:
-    """What a team did in all games.
-
-    Parameters
-    ----------
-    simulator : Simulator
-        Games that have just begun.
-    each_second : callable, optional
-        Called with the second, from 1 on, that is over.
+    """What a team did in games that have just begun; told each second, from 1 on, that is over.
 
     Attributes
     ----------

@@ -16,13 +16,7 @@ Array = NDArray[np.float64]
 
 
 class Fixed:
-    """Give one command, and never change it.
-
-    Parameters
-    ----------
-    density : float64 array (A, A)
-        In [0, 1].
-    """
+    """Give one command (A, A), in [0, 1], and never change it."""
 
     name = "fixed"
     observation = ObservationConfig(grid=2, channels=("time_left",))
@@ -42,12 +36,6 @@ class Held:
     """Ask a player at every step, but give its answer in every few of them alone, and hold it in between.
 
     A player that counts its commands counts seconds as before, so a tactic's own course takes as long as it did.
-
-    Parameters
-    ----------
-    player : Policy
-    steps : int
-        Steps that a command is held; 1 is the player itself.
     """
 
     def __init__(self, player: Policy, steps: int) -> None:
@@ -72,15 +60,9 @@ class Held:
 
 
 class Ensemble:
-    """Make a shape around the centre; once one opposing drone is left, the same around that one.
+    """Make a shape around the centre; once `last` opposing drones are left, the same around them.
 
-    Parameters
-    ----------
-    config : GameConfig
-    shape : callable
-        From distances (n, A, A) of a command's cells from the place, in map widths, to densities.
-    last : int
-        Opposing drones from which on they are tracked; 0 never leaves the centre.
+    A shape makes densities of the distances (n, A, A) of a command's cells from the place, in map widths.
     """
 
     name = "ensemble"

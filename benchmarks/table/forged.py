@@ -37,15 +37,7 @@ Line = dict[str, Any]
 
 
 class Forgery(NamedTuple):
-    """A forged file.
-
-    Attributes
-    ----------
-    kind, name : str
-    data : bytes
-    is_named : bool
-        Whether it must be named: it cannot be a game that came about so.
-    """
+    """A forged file, and whether it must be named: it cannot be a game that came about so."""
 
     kind: str
     name: str
@@ -55,18 +47,8 @@ class Forgery(NamedTuple):
 
 def forgeries(honest: bytes) -> list[Forgery]:
     """Return forged files made of one honest file, 200 in all, spread over the kinds."""
-    by_kind = [
-        list(kind)
-        for kind in (
-            _numbers(honest),
-            _hashed(honest),
-            _headers(honest),
-            _events(honest),
-            _frames(honest),
-            _torn(honest),
-        )
-    ]
-    few, many = by_kind[2:], by_kind[:2]
+    few = [list(make(honest)) for make in (_headers, _events, _frames, _torn)]
+    many = [list(make(honest)) for make in (_numbers, _hashed)]
     found = list(itertools.chain.from_iterable(few))
     for kind in many:
         wanted = -(-(COUNT - sum(map(len, few))) // len(many))

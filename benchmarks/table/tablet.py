@@ -48,31 +48,25 @@ def deploy(ros: roslibpy.Ros, team: str, data: list[float]) -> None:
 
 def main() -> None:
     """Connect, deploy, and listen until the input ends."""
-    port, team, deploys, pause_s, subscriber_port = (
-        int(sys.argv[1]),
-        sys.argv[2],
-        int(sys.argv[3]),
-        float(sys.argv[4]),
-        int(sys.argv[5]),
-    )
+    _, port, team, deploys, pause_s, subscriber_port = sys.argv
     draw, poses = random.Random(1), []  # noqa: S311
-    subscriber = connected(subscriber_port)
+    subscriber = connected(int(subscriber_port))
     listening = roslibpy.Topic(subscriber, f"/swarm/{team}/poses", "geometry_msgs/PoseArray", queue_length=1)
     listening.subscribe(lambda message: poses.append((time.monotonic(), message["header"]["stamp"])))
-    ros = connected(port)
+    ros = connected(int(port))
     service = roslibpy.Topic(ros, f"{team}_connection_service", "std_msgs/Empty")
     service.advertise()
     service.publish(roslibpy.Message({}))
     while not poses:
         time.sleep(0.1)  # the game begins when the opponent is loaded
     tell(version=roslibpy.__version__, began=True)
-    for number in range(deploys):
+    for number in range(int(deploys)):
         while not ros.is_connected:
             time.sleep(0.05)
         data = image(draw)
         deploy(ros, team, data)
         tell(deploy=number, data=data)
-        time.sleep(pause_s)
+        time.sleep(float(pause_s))
     tell(deployed=True)
     sys.stdin.read()
     tell(poses=[(at, 30 * stamp["sec"] + round(stamp["nanosec"] * 30e-9)) for at, stamp in poses])

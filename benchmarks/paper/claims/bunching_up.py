@@ -33,14 +33,10 @@ LEAST = 0.1
 
 
 class Losses:
-    """Watches what blue loses, every control period.
+    """Watches every control period when blue first lost a drone, when it had lost all, and how it stood before.
 
-    Attributes
-    ----------
-    first, last : float64 array (E,)
-        Seconds at which blue first lost a drone and had lost all; infinite if it did not.
-    spread : float64 array (E,)
-        Root mean square distance of blue's drones from their mean just before the first loss; NaN without one.
+    `first` and `last` are seconds (E,), infinite for never; `spread` (E,) is the root mean square distance of blue's
+    drones from their mean just before the first loss, NaN without one.
     """
 
     def __init__(self, rollout: Rollout) -> None:

@@ -45,12 +45,7 @@ SCENES: dict[str, tuple[list[Cell], list[Cell]]] = {
 def probe(drones: list[Cell]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Put a blue drone into each cell in turn, one game a cell, and let one tick pass.
 
-    Returns
-    -------
-    field : float64 array (G, G)
-        Red's capture field, as a share of its maximum.
-    captured : bool array (G, G)
-        Whether the drone in that cell was captured.
+    Returns red's capture field (G, G), as a share of its maximum, and whether the drone in each cell was captured.
     """
     simulator = Simulator(RULES.replace(drones_per_team=(len(drones), 1)), num_games=GRID_CELLS**2)
     rows, columns = np.divmod(np.arange(GRID_CELLS**2), GRID_CELLS)
