@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from benchmarks.algorithms.methods import METHODS, RECIPE
 from benchmarks.algorithms.runs import COMMAND, SCRIPTS, SEED, Budget
+from benchmarks.csv_table import write_csv
 from benchmarks.paper import style
 from benchmarks.paper.curves import COLOURS, DASHES
 from swarm_pz.errors import require_extra
@@ -102,11 +102,9 @@ def write_page(lines: Sequence[Line], budget: Budget, docs: Path) -> Path:
     """Write page and picture into a folder of docs; return the page's path."""
     rows = rows_of(lines)
     draw(rows, docs / PICTURE)
-    (docs / TABLE).parent.mkdir(parents=True, exist_ok=True)
     head = ("method", "all", "uniform", "scripts", "won of uniform", "wall s", "processor s", "commands a second",
             "weights", "ms a command")  # fmt: skip
-    with draft_of(docs / TABLE) as draft, draft.open("w", newline="") as file:
-        csv.writer(file, lineterminator="\n").writerows([head, *(row.cells() for row in rows)])
+    write_csv(docs / TABLE, [head, *(row.cells() for row in rows)])
     with draft_of(docs / PAGE) as draft:
         draft.write_text(to_markdown(rows, budget))
     return docs / PAGE

@@ -7,7 +7,6 @@ scripts/compatibility torchrl rllib  # only some libraries; writes nothing
 from __future__ import annotations
 
 import argparse
-import csv
 import importlib
 import json
 import os
@@ -21,6 +20,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from benchmarks.compatibility.rows import Row, rows_of
+from benchmarks.csv_table import write_csv
 
 ROOT = Path(__file__).parents[2]
 TABLE = ROOT / "docs" / "tables" / "compatibility.csv"
@@ -138,8 +138,7 @@ def main() -> None:
             )
     tried = [one for library in chosen for one in try_library(library)]
     if not options.libraries:
-        with TABLE.open("w", newline="") as file:
-            csv.writer(file, lineterminator="\n").writerows([COLUMNS, *(cells for _, cells in tried)])
+        write_csv(TABLE, [COLUMNS, *(cells for _, cells in tried)])
         print(f"{TABLE} is written")
     if not all(trial.as_told for trial, _ in tried):
         sys.exit("some rows did not go as told; see above")

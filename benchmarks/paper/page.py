@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import math
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import swarm_pz
+from benchmarks.csv_table import write_csv
 from benchmarks.paper.figure import Figure, Finding
 from benchmarks.paper.style import DPI, RC
 from swarm_pz.errors import require_extra
@@ -83,8 +83,7 @@ def write_page(page: Page, names: Iterable[str], out: Path) -> None:
     records = [json.loads(path.read_text()) for name in names if (path := out / f"{name}.json").exists()]
     (out / f"{page.name}.md").write_text(to_markdown(page, records))
     for name, rows in tables(records).items():
-        with (out / f"{page.name}_{name}.csv").open("w", newline="") as file:
-            csv.writer(file, lineterminator="\n").writerows(rows)
+        write_csv(out / f"{page.name}_{name}.csv", rows)
 
 
 def to_markdown(page: Page, records: Sequence[dict[str, Any]]) -> str:

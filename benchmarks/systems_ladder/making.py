@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import functools
 import json
 from collections.abc import Callable, Sequence
@@ -12,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from benchmarks.csv_table import write_csv
 from benchmarks.systems_ladder.contest import ADVERSARY, Contest, best_scripts, choose_systems, pilot, trained_for
 from benchmarks.systems_ladder.findings import compare, payoffs, standings
 from benchmarks.systems_ladder.page import draw_field, draw_times, tables, to_markdown
@@ -138,10 +138,8 @@ def write(results: dict[str, Any], folder: Path, out: Path) -> None:
     draw_times(results, out / PICTURES / "time_to_win.png")
     draw_field(results, out / PICTURES / "field.png")
     (out / "systems.md").write_text(to_markdown(results, PICTURES))
-    (out / "tables").mkdir(exist_ok=True)
     for name, rows in tables(results).items():
-        with (out / "tables" / f"{name}.csv").open("w", newline="") as file:
-            csv.writer(file, lineterminator="\n").writerows(rows)
+        write_csv(out / "tables" / f"{name}.csv", rows)
 
 
 def _measure_all(
