@@ -203,13 +203,23 @@ def test_a_screen_shows_its_own_row_and_its_copy_has_a_window_of_its_own_unless_
     class Window:
         def __init__(self, title, rate):
             opened.append(self)
-            self.is_closed, self.rate = False, rate
+            self.is_closed, self.rate, self.shown = False, rate, []
+
+        def show(self, frame):
+            self.shown.append(frame)
+
+        def refresh(self):
+            self.shown.append("refreshed")
 
         def close(self):
             self.is_closed = True
 
     monkeypatch.setattr("swarm_pz.rendering.window.Window", Window)
     screen = Screen("human", simulator)
+    screen.begin()
+    assert screen.render() is None
+    np.testing.assert_array_equal(opened[0].shown[0], draw(simulator))
+    assert opened[0].shown[1:] == ["refreshed"]
     twin = copy.deepcopy(screen)
     assert [window.rate for window in opened] == [10, 10]
     screen.close()
