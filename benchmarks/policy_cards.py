@@ -48,10 +48,7 @@ def picture(name: str) -> dict[str, object]:
     digits = np.rint(9 * target / target.max()).astype(int)
     places = simulator.positions[0][simulator.teams[0] == BLUE]
     rollout.close()
-    return {
-        "target": ["".join(map(str, row)) for row in digits],
-        "drones": np.rint(100 * places).astype(int).tolist(),
-    }
+    return {"target": ["".join(map(str, row)) for row in digits], "drones": np.rint(100 * places).astype(int).tolist()}
 
 
 def main() -> None:

@@ -15,11 +15,11 @@ import contextlib
 import itertools
 import json
 import re
-import signal
 import sys
 import tempfile
 import time
 from asyncio.subprocess import PIPE, Process
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -29,13 +29,13 @@ from websockets import Subprotocol
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
+from benchmarks.table.clients import server
 from swarm_pz.config import RED, GameConfig
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import FRAME, decode_frame
 from swarm_pz.play.recordings.format import Recording
 from swarm_pz.simulator.commands import make_target
 
-_COMMAND = "from swarm_pz.cli import main; main()"
 _TABLET = Path(__file__).parent / "table" / "tablet.py"
 _DEPLOYS, _PAUSE_S = 20, 2.0
 _HOSTILE = 300
@@ -89,44 +89,6 @@ class Wire:
             event.set()
         for writer in self._clients:
             writer.transport.abort()
-
-
-class Table:
-    """A table with a rosbridge, in a process of its own."""
-
-    def __init__(self, process: Process, folder: Path) -> None:
-        self._process, self.folder = process, folder
-        self.lines: list[str] = []
-        self._came = asyncio.Event()
-        self._reader = asyncio.create_task(self._read())
-
-    @classmethod
-    async def start(cls, folder: Path) -> Table:
-        """Start one."""
-        options = ["--port", "0", "--rosbridge", "0", "--ros-opponent", "uniform", "--countdown", "1"]
-        options += ["--out", str(folder), "--game.time-limit", "75"]
-        arguments = [sys.executable, "-u", "-c", _COMMAND, "play", *options]
-        return cls(await asyncio.create_subprocess_exec(*arguments, stdout=PIPE), folder)
-
-    async def _read(self) -> None:
-        assert self._process.stdout is not None  # noqa: S101
-        async for line in self._process.stdout:
-            self.lines.append(line.decode().rstrip())
-            self._came.set()
-
-    async def said(self, pattern: str) -> str:
-        """Wait for a line, and return the pattern's group."""
-        while True:
-            for line in self.lines:
-                if found := re.search(pattern, line):
-                    return found[1]
-            self._came.clear()
-            await asyncio.wait_for(self._came.wait(), 300)
-
-    async def end(self) -> None:
-        """End it."""
-        self._process.send_signal(signal.SIGTERM)
-        await self._process.wait()
 
 
 class Watcher:
@@ -232,27 +194,28 @@ def compare(recording: Recording, sent: list[list[float]]) -> dict[str, Any]:
     return {"deploys": len(sent), "in_force": len(followed), "largest_difference": max(differences)}
 
 
+def _find(lines: Iterable[str], pattern: str) -> str:
+    """Wait for a line that a table prints, and return the pattern's group."""
+    return next(found[1] for line in lines if (found := re.search(pattern, line)))
+
+
 async def play(python: str, folder: Path) -> dict[str, Any]:
     """Play a game with a Python's roslibpy, and return what was measured."""
-    table = await Table.start(folder)
-    try:
-        address = await table.said(r"swarm-pz is at http://([^/]+)/")
-        port = int(await table.said(r"rosbridge .*:(\d+)$"))
-        wire = Wire(port)
+    options = ["--rosbridge", "0", "--ros-opponent", "uniform", "--game.time-limit", "75"]
+    with server(folder, 1.0, options) as (address, process):
+        said = process.stdout or sys.stdin
+        port = int(await asyncio.to_thread(_find, said, r"rosbridge is at .*:(\d+)$"))
+        wire, watcher = Wire(port), Watcher()
         arguments = [python, str(_TABLET), str(await wire.lay()), "red", str(_DEPLOYS), str(_PAUSE_S), str(port)]
         tablet = await asyncio.create_subprocess_exec(*arguments, stdin=PIPE, stdout=PIPE, limit=2**26)
-        watcher = Watcher()
-        room = await table.said(r"plays in room (\w+)")
+        room = await asyncio.to_thread(_find, said, r"plays in room (\w+)")
         watching = asyncio.create_task(watcher.watch(address, room))
         found = await _follow(tablet, wire, port, watcher)
         await wire.end()
         await asyncio.wait_for(watching, 120)
         recording = Recording.read(next(folder.glob(f"*-{room}-*.jsonl")))
-        found["outcome"] = watcher.outcome
-        found |= compare(recording, found.pop("sent"))
-        return found
-    finally:
-        await table.end()
+        compared = compare(recording, found.pop("sent"))
+        return found | {"outcome": watcher.outcome} | compared
 
 
 async def _follow(tablet: Process, wire: Wire, port: int, watcher: Watcher) -> dict[str, Any]:

@@ -8,12 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.paper import coverage, talk
-from benchmarks.paper.claims import (
-    flocking_comparison,
-    fluctuation,
-    permutation_invariance,
-    scale_invariance,
-)
+from benchmarks.paper.claims import flocking_comparison, fluctuation, permutation_invariance, scale_invariance
 from benchmarks.paper.drawings import DRAWINGS, interpolated
 from benchmarks.paper.ours import communication, dropout, relays, short_memory
 from swarm_pz.config import CaptureConfig, GameConfig
