@@ -41,6 +41,10 @@ ATTACKERS = 5
 WILD = protocol.StrokeMessage("attract", 0.3, [(float(k % 2), round(float(CHANCE.random()), 3)) for k in range(330)])
 DEAR = ",".join(["1e300"] * 10_900)
 """Numbers of 65 kB: some readers take four hundred times as long for them as for others."""
+DEAR_COMMAND = f'{{"type":"command","number":1,"density":[[{DEAR}]]}}'
+PAUSE_S = 0.055
+"""Between two messages: as often as one may speak."""
+ALONE, READY = protocol.Create(settings=protocol.Settings(blue=0, time_limit=None)), protocol.Ready()
 ROS_PORT = 19_090
 PLAN = """
 title = "Attacked"
@@ -93,22 +97,17 @@ async def _attacker(address: str, *first: protocol.ClientMessage) -> AsyncIterat
             listening.cancel()
 
 
-async def _draw(address: str, _: str) -> None:
-    """Send drawings as large as they may be, as often as one may speak."""
-    alone = protocol.Create(settings=protocol.Settings(blue=0, time_limit=None))
-    async with _attacker(address, alone, protocol.Ready()) as socket:
+async def _repeat(address: str, make: Callable[[int], Any], *first: protocol.ClientMessage) -> None:
+    """Say something again and again, as often as one may speak."""
+    async with _attacker(address, *first) as socket:
         for number in itertools.count():
-            strokes = [WILD] if number % 2 else [SLOW]
-            await socket.send(protocol.encode(protocol.CommandMessage(number, strokes=strokes)))
-            await asyncio.sleep(0.055)
+            said = make(number)
+            await socket.send(said if isinstance(said, str) else protocol.encode(said))
+            await asyncio.sleep(PAUSE_S)
 
 
-async def _seek(address: str, recording: str) -> None:
-    """Jump about in a recorded game."""
-    async with _attacker(address, protocol.OpenReplay(recording)) as socket:
-        while True:
-            await socket.send(protocol.encode(protocol.Seek(int(CHANCE.integers(9000)))))
-            await asyncio.sleep(0.055)
+def _drawing(number: int, stroke: protocol.StrokeMessage) -> protocol.CommandMessage:
+    return protocol.CommandMessage(number, strokes=[stroke])
 
 
 async def _take(address: str, recording: str) -> None:
@@ -121,14 +120,6 @@ async def _take(address: str, recording: str) -> None:
                 await asyncio.sleep(0.3)
             await socket.send(protocol.encode(protocol.Ready()))
             await asyncio.sleep(0.5)
-
-
-async def _open(address: str, recording: str) -> None:
-    """Open a recorded game, and another before it is there."""
-    async with _attacker(address) as socket:
-        while True:
-            await socket.send(protocol.encode(protocol.OpenReplay(recording)))
-            await asyncio.sleep(0.055)
 
 
 async def _fill_rooms(address: str, _: str) -> None:
@@ -145,38 +136,13 @@ async def _be_silent(address: str, _: str) -> None:
     async with contextlib.AsyncExitStack() as stack:
         for _ in range(50):
             await stack.enter_async_context(Client(address).connection())
-        alone = protocol.Create(settings=protocol.Settings(blue=0, time_limit=None))
         slow = await stack.enter_async_context(Client(address).connection())
         slow.transport.pause_reading()
-        for message in (protocol.Hello(), alone, protocol.Ready(), *[protocol.Ping(0.0)] * 10):
+        for message in (protocol.Hello(), ALONE, READY, *[protocol.Ping(0.0)] * 10):
             await slow.send(protocol.encode(message))
         while True:
             await slow.send(protocol.encode(protocol.Ping(0.0)))
-            await asyncio.sleep(0.055)
-
-
-async def _flood(address: str, seated: bool) -> None:
-    """Send commands of numbers that take long to read, as fast as they are taken."""
-    alone = protocol.Create(settings=protocol.Settings(blue=0, time_limit=None))
-    async with _attacker(address, *((alone, protocol.Ready()) if seated else ())) as socket:
-        while True:
-            await socket.send(f'{{"type":"command","number":1,"density":[[{DEAR}]]}}')
-            await asyncio.sleep(0.055)
-
-
-async def _post(address: str, _: str) -> None:
-    """Post such numbers as a participant's page."""
-    host, port = address.split(":")
-    body = f'{{"window":[{DEAR * 15}0]}}'
-    head = f"POST /study/other/state HTTP/1.1\r\nHost: {address}\r\nContent-Length: {len(body)}\r\n\r\n"
-    reader, writer = await asyncio.open_connection(host, int(port))
-    try:
-        while True:
-            writer.write((head + body).encode())
-            await writer.drain()
-            await reader.readuntil(b"}")
-    finally:
-        writer.close()
+            await asyncio.sleep(PAUSE_S)
 
 
 def _seat_of_participant(address: str) -> str:
@@ -199,16 +165,17 @@ async def _publish(_: str, __: str) -> None:
     async with connect(f"ws://127.0.0.1:{ROS_PORT}", compression=None, max_size=None) as socket:
         while True:
             await socket.send(message)
-            await asyncio.sleep(0.055)
+            await asyncio.sleep(PAUSE_S)
 
 
-async def _ask(address: str, headers: str) -> None:
-    """Ask for the page again and again."""
+async def _request(address: str, head: str, body: str = "", more: str = "") -> None:
+    """Send a request again and again."""
     host, port = address.split(":")
+    length = f"Content-Length: {len(body)}\r\n" if body else ""
     reader, writer = await asyncio.open_connection(host, int(port))
     try:
         while True:
-            writer.write(f"GET / HTTP/1.1\r\nHost: {address}\r\n{headers}\r\n".encode())
+            writer.write(f"{head} HTTP/1.1\r\nHost: {address}\r\n{more}{length}\r\n{body}".encode())
             await writer.drain()
             if not await reader.read(65536):
                 return
@@ -218,19 +185,22 @@ async def _ask(address: str, headers: str) -> None:
 
 ATTACKS: dict[str, Callable[[str, str], Awaitable[None]] | None] = {
     "nothing": None,
-    "drawings": _draw,
-    "seeks": _seek,
+    "drawings": lambda address, _: _repeat(address, lambda n: _drawing(n, WILD if n % 2 else SLOW), ALONE, READY),
+    "seeks": lambda address, recording: _repeat(
+        address, lambda _: protocol.Seek(int(CHANCE.integers(9000))), protocol.OpenReplay(recording)
+    ),
     "take-overs": _take,
-    "openings": _open,
+    "openings": lambda address, recording: _repeat(address, lambda _: protocol.OpenReplay(recording)),
     "rooms": _fill_rooms,
     "silence": _be_silent,
-    "numbers": lambda address, _: _flood(address, False),
-    "numbers-of-a-player": lambda address, _: _flood(address, True),
-    "posts": _post,
+    "numbers": lambda address, _: _repeat(address, lambda _: DEAR_COMMAND),
+    "numbers-of-a-player": lambda address, _: _repeat(address, lambda _: DEAR_COMMAND, ALONE, READY),
+    "posts": lambda address, _: _request(address, "POST /study/other/state", f'{{"window":[{DEAR * 15}0]}}'),
     "rosbridge": _publish,
-    "pages": lambda address, _: _ask(address, ""),
-    "headers": lambda address, _: _ask(address, "a:b\r\n" * 2500),
+    "pages": lambda address, _: _request(address, "GET /"),
+    "headers": lambda address, _: _request(address, "GET /", more="a:b\r\n" * 2500),
 }
+"""What attackers do: to a table's address, with a recorded game; drawings are as large as they may be."""
 
 
 async def _again(worst: Callable[[str, str], Awaitable[None]], address: str, recording: str) -> None:
@@ -296,8 +266,7 @@ async def attack(seconds: float, drones: int, names: Sequence[str] = ()) -> None
                 stop, victim = asyncio.Event(), Victim(address)
                 if is_study:
                     victim.token = await asyncio.to_thread(_seat_of_participant, address)
-                alone = protocol.Create(settings=protocol.Settings(blue=0, time_limit=None))
-                tasks = [asyncio.create_task(victim.play([alone, protocol.Ready()], stop))]
+                tasks = [asyncio.create_task(victim.play([ALONE, READY], stop))]
                 await asyncio.sleep(2.0)
                 worked = [asyncio.create_task(_again(worst, address, recording)) for _ in range(ATTACKERS) if worst]
                 victim.came.clear()
