@@ -47,11 +47,7 @@ thousandth of a second each second."""
 class Server:
     """What clients ask for: the page, figures, recordings, and the socket that games go through.
 
-    Parameters
-    ----------
-    lobby : Lobby
-    study : StudyHost, optional
-        The study that the table is for: its pages take the place of the start page and the recordings.
+    - `study`: the study that the table is for: its pages take the place of the start page and the recordings.
     """
 
     def __init__(self, lobby: Lobby, study: StudyHost | None = None) -> None:

@@ -124,15 +124,8 @@ class _Metered(Awaitable[T]):
 class Accounts:
     """The processor time that clients may use: little for a connection, more for an address that many share.
 
-    Parameters
-    ----------
-    connection, address : Rate
-        Seconds of processor time.
-
-    Attributes
-    ----------
-    silent : dict
-        The address of each connection that has asked for nothing yet, the oldest first.
+    - `connection`, `address`: seconds of processor time.
+    - `silent`: the address of each connection that has asked for nothing yet, the oldest first.
     """
 
     def __init__(self, connection: Rate, address: Rate) -> None:

@@ -30,10 +30,7 @@ log = logging.getLogger("swarm_pz.play")
 def check_rules(game: GameConfig) -> None:
     """Check that a table's rules are those by which the opponents were rated; players' control systems may differ.
 
-    Raises
-    ------
-    ConfigError
-        If they are not.
+    Raises ConfigError if they are not.
     """
     if game.replace(controllers=RATED).rules_hash != GameConfig().rules_hash:
         raise ConfigError(
@@ -45,13 +42,8 @@ def check_rules(game: GameConfig) -> None:
 class Climbing:
     """The ladder at a table, and the folder of the levels; a thread reads and writes it, so that no game waits.
 
-    Parameters
-    ----------
-    folder : Path
-    table : TableConfig
-        Its first control system is the default.
-    policies : container of str
-        Opponents that may be met.
+    - `table`: its first control system is the default.
+    - `policies`: opponents that may be met.
     """
 
     def __init__(self, folder: Path, table: TableConfig, policies: Container[str]) -> None:
@@ -73,10 +65,7 @@ class Climbing:
     async def level(self, code: str, system: str | None) -> protocol.Level:
         """Return what a player has reached with a control system, and whom they meet next.
 
-        Raises
-        ------
-        ConfigError, RecordingError
-            If it is no code, or its file is corrupt.
+        Raises ConfigError, RecordingError if it is no code, or its file is corrupt.
         """
         return await self._worker.do(self._read, code, system or self._system)
 

@@ -28,12 +28,8 @@ _MOST_REFUSED, _PATIENCE_S = 100, 10.0
 class RefusedError(SwarmError, ValueError):
     """What a client asked for is not done.
 
-    Attributes
-    ----------
-    code : str
-        One of those of the protocol's `Refused`.
-    recording : str or None
-        The recorded game that there is instead.
+    - `code`: one of those of the protocol's `Refused`.
+    - `recording`: the recorded game that there is instead.
     """
 
     def __init__(self, code: protocol.Reason, reason: str, recording: str | None = None) -> None:

@@ -28,10 +28,7 @@ class ControlThread:
     async def fly(self, simulator: Simulator, limit_s: float | None = None) -> None:
         """Let the control systems choose accelerations, where a control period begins.
 
-        Raises
-        ------
-        FlightError
-            If one raises, answers nonsense, cannot keep up with the game, or does not answer.
+        Raises FlightError if one raises, answers nonsense, cannot keep up with the game, or does not answer.
         """
         limit_s = SOLVE_S if limit_s is None else limit_s
         for team, system in enumerate(self._game.team_systems):

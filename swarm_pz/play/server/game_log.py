@@ -31,22 +31,10 @@ class GameLog:
     What happens in the countdown is written once the game has begun; what arrives while control systems choose, once
     they have chosen.
 
-    Parameters
-    ----------
-    recorder : Recorder
-    game : LiveGame
-    seats : (RecordedSeat, RecordedSeat)
-        Who plays.
-    server_ms : callable
-        Returns the server's clock.
-    starts_ms : float
-        When the countdown should be over, by that clock.
-    markers : Markers, optional
-
-    Attributes
-    ----------
-    has_begun : bool
-        Whether the clock runs, or ran.
+    - `seats`: who plays.
+    - `server_ms`: returns the server's clock.
+    - `starts_ms`: when the countdown should be over, by that clock.
+    - `has_begun`: whether the clock runs, or ran.
     """
 
     def __init__(
@@ -79,10 +67,7 @@ class GameLog:
     def begin(self) -> None:
         """Count from now, make the file, and write down what came before.
 
-        Raises
-        ------
-        OSError
-            If the file cannot be made.
+        Raises OSError if the file cannot be made.
         """
         self.recorder.flush()
         planned, self._began_ms = self._began_ms, self.server_ms()

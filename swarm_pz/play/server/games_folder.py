@@ -26,10 +26,7 @@ log = logging.getLogger("swarm_pz.play")
 def check_folder(folder: Path) -> None:
     """Check that games can be recorded in a folder, which is made if it is not there.
 
-    Raises
-    ------
-    OutputError
-        If not, and why.
+    Raises OutputError if not, and why.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -57,10 +54,7 @@ def _open_own(path: str, flags: int) -> int:
 class SeatIndex:
     """The latest game of every seat that was played in a folder; read once, when it is made.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the recordings.
+    - `folder`: of the recordings.
     """
 
     def __init__(self, folder: Path) -> None:

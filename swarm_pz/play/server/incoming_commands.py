@@ -32,20 +32,10 @@ class _Given(NamedTuple):
 class IncomingCommands:
     """The commands of both teams of a game.
 
-    Parameters
-    ----------
-    game : LiveGame
-    factors : (Factors, Factors)
-        Red's and blue's.
-    log : GameLog
-        Where they are written down.
-
-    Attributes
-    ----------
-    sent : list of int
-        Ticks at which red's and blue's players last sent one; of the start, if they have not.
-    measured : (Measured, Measured)
-        How much later red's and blue's were handed in than they came.
+    - `factors`: red's and blue's.
+    - `log`: where they are written down.
+    - `sent`: ticks at which red's and blue's players last sent one; of the start, if they have not.
+    - `measured`: how much later red's and blue's were handed in than they came.
     """
 
     def __init__(self, game: LiveGame, factors: tuple[Factors, Factors], log: GameLog) -> None:

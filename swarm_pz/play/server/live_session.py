@@ -63,43 +63,18 @@ class LiveSession:
     Commands count from the countdown on, and policies are asked for their first ones in it. Those come into force at
     the first tick, which is played when the countdown is over and every policy has answered or failed to.
 
-    Parameters
-    ----------
-    name : str
-        What no other session has; its recording is called so.
-    config : TableConfig
-    seed : int
-        Of the start; each policy's random stream is a child of it.
-    seats : (Seat, Seat)
-    audience : Audience
-    context : ServerContext
-    began : callable
-        Called when the clock runs, and the recording with it.
-    refused : callable
-        Told why the game cannot begin after all; it is to be called off.
-    over : callable
-        Told the outcome, and what ended the game; nothing comes after it.
-    moment : Moment, optional
-        Of a recorded game, to go on from; its start and rules are this game's, then.
-    lesson : bool
-        It is a lesson, not a match.
-    hosted : Hosted, optional
-        It goes on though nobody sees it, and has a recording of another name.
-
-    Attributes
-    ----------
-    game : LiveGame
-    log : GameLog
-    recorder : Recorder
-    commands : IncomingCommands
-    sizes : list of (int, int)
-        Drones of red and blue, once a second since the start.
-    starts_ms : float
-        When the countdown is over, on the server's clock.
-    forfeit : str
-        How a control system failed, so that its side lost; empty if none did.
-    ended : bool
-        Nothing comes after this.
+    - `name`: what no other session has; its recording is called so.
+    - `seed`: of the start; each policy's random stream is a child of it.
+    - `began`: called when the clock runs, and the recording with it.
+    - `refused`: told why the game cannot begin after all; it is to be called off.
+    - `over`: told the outcome, and what ended the game; nothing comes after it.
+    - `moment`: of a recorded game, to go on from; its start and rules are this game's, then.
+    - `lesson`: it is a lesson, not a match.
+    - `hosted`: it goes on though nobody sees it, and has a recording of another name.
+    - `sizes`: drones of red and blue, once a second since the start.
+    - `starts_ms`: when the countdown is over, on the server's clock.
+    - `forfeit`: how a control system failed, so that its side lost; empty if none did.
+    - `ended`: nothing comes after this.
     """
 
     def __init__(

@@ -50,29 +50,14 @@ log = logging.getLogger("swarm_pz.play")
 class Lobby:
     """The rooms, the seats in them, and the recorded games.
 
-    Parameters
-    ----------
-    context : ServerContext
-    policies : mapping of str to str
-        Those that may be given a seat, with a line about each.
-    cards : mapping of str to Card, optional
-        Of those of them that were rated.
-    addresses : sequence of str, optional
-        Of the page, as other devices reach it.
-    embedders : sequence of str, optional
-        Origins of the pages that may hold it in a frame.
-    climbing : Climbing, optional
-        The ladder.
-    is_hosted : bool
-        Only a host opens rooms; clients take the seats that it keeps for them, and play.
-
-    Attributes
-    ----------
-    rooms : dict of str to Room
-        By code.
-    watched : set of ReplaySession
-        Recorded games that somebody watches.
-    commands : CommandWorker
+    - `policies`: those that may be given a seat, with a line about each.
+    - `cards`: of those of them that were rated.
+    - `addresses`: of the page, as other devices reach it.
+    - `embedders`: origins of the pages that may hold it in a frame.
+    - `climbing`: the ladder.
+    - `is_hosted`: only a host opens rooms; clients take the seats that it keeps for them, and play.
+    - `rooms`: by code.
+    - `watched`: recorded games that somebody watches.
     """
 
     def __init__(
@@ -129,10 +114,8 @@ class Lobby:
     def open_room(self, settings: protocol.Settings, moment: Moment | None = None, address: str = "") -> Room:
         """Return a new room, perhaps one in which a recorded game goes on.
 
-        Raises
-        ------
-        RefusedError
-            If there are too many, in all or of its address, there is no such game, or games cannot be recorded.
+        Raises RefusedError if there are too many, in all or of its address, there is no such game, or games cannot be
+        recorded.
         """
         now = time.monotonic()
         budget = self._openings.setdefault(address, Budget(MOST_ROOMS_OF_ADDRESS, 1.0, now))
@@ -247,10 +230,7 @@ class Lobby:
     def find_recording(self, name: str) -> Path:
         """Return the file of a recorded game that is over: others may not see what a player draws.
 
-        Raises
-        ------
-        RecordingError
-            If there is none of that name.
+        Raises RecordingError if there is none of that name.
         """
         path = self.context.folder / checked_name(name)
         if not is_regular(path) or path in self._running():
@@ -269,10 +249,7 @@ class Lobby:
     async def trial(self, name: str) -> list[dict[str, Any]]:
         """Return a recorded game as rows of an experiment, one for each seat.
 
-        Raises
-        ------
-        RecordingError
-            If there is none of that name, or it cannot be read.
+        Raises RecordingError if there is none of that name, or it cannot be read.
         """
         rows: list[dict[str, Any]] = await self._replays.work(self.find_recording(name), _trial_of)
         return rows

@@ -33,17 +33,11 @@ class AccessMiddleware:
     A page elsewhere may make its name point here (DNS rebinding), or open a socket to here. Then its Host or its Origin
     is none of ours. Programs send no Origin.
 
-    Parameters
-    ----------
-    app : ASGI application
-    hosts : sequence of str
-        Names with their port.
-    allowed_hosts : sequence of str
-        Names of a proxy or a tunnel that leads here; pages there may be encrypted.
-    embedders : sequence of str
-        Origins of the pages that may hold this one in a frame.
-    accounts : Accounts
-        The processor time of each request and WebSocket is charged to them; the application finds its in the scope.
+    - `hosts`: names with their port.
+    - `allowed_hosts`: names of a proxy or a tunnel that leads here; pages there may be encrypted.
+    - `embedders`: origins of the pages that may hold this one in a frame.
+    - `accounts`: the processor time of each request and WebSocket is charged to them; the application finds its in the
+      scope.
     """
 
     def __init__(

@@ -112,10 +112,8 @@ def _work(pipe: multiprocessing.connection.Connection, loader: Loader) -> None:
 class _Process:
     """One process of `PolicyWorkers`, started when it is first needed and again after it was ended.
 
-    Attributes
-    ----------
-    known : set of str
-        Policies that were loaded here, or are being: another seat has them soon, since their libraries are there.
+    - `known`: policies that were loaded here, or are being: another seat has them soon, since their libraries are
+      there.
     """
 
     def __init__(self, loader: Loader) -> None:
@@ -214,14 +212,10 @@ class PolicyWorkers:
     A policy is loaded in a process without other seats, if there is one. The last such process is kept for policies
     that no process knows yet: a policy that one of them knows loads there in a moment.
 
-    Parameters
-    ----------
-    loader : callable
-        From a name, a game and the control system that flies the policy's team to a policy; other processes import it.
-    processes : int
-        At most; none is started before it is needed.
-    limit_s : float
-        Seconds that an answer may take.
+    - `loader`: from a name, a game and the control system that flies the policy's team to a policy; other processes
+      import it.
+    - `processes`: at most; none is started before it is needed.
+    - `limit_s`: seconds that an answer may take.
     """
 
     def __init__(self, loader: Loader, processes: int = MOST_PROCESSES, limit_s: float = 2.0) -> None:
@@ -246,10 +240,7 @@ class PolicyWorkers:
     async def load(self, seat: PolicySeat) -> None:
         """Load a policy for its seat, and ask it once.
 
-        Raises
-        ------
-        PolicyError
-            If it cannot be loaded, raises, or answers nonsense.
+        Raises PolicyError if it cannot be loaded, raises, or answers nonsense.
         """
         await self._place(seat).ask(_Question(seat=seat))
 
@@ -258,10 +249,7 @@ class PolicyWorkers:
 
         Where its game begins, the seed is that of its random stream.
 
-        Raises
-        ------
-        PolicyError
-            If the policy cannot be loaded, raises, or answers nonsense or too late.
+        Raises PolicyError if the policy cannot be loaded, raises, or answers nonsense or too late.
         """
         process = self._place(seat)
         self._playing.add(seat.key)

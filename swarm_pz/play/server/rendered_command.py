@@ -50,10 +50,7 @@ def render(
 ) -> RenderedCommand:
     """Render a command for a team; any thread may do it.
 
-    Raises
-    ------
-    CommandError
-        If it cannot be drawn or read, or cannot fly the team.
+    Raises CommandError if it cannot be drawn or read, or cannot fly the team.
     """
     system = reader.systems[team]
     if source.strokes is not None:
@@ -89,10 +86,7 @@ class CommandWorker:
     ) -> RenderedCommand:
         """Render a command as `render` does, after those that were asked for before.
 
-        Raises
-        ------
-        CommandError
-            If it cannot be rendered, or takes too long.
+        Raises CommandError if it cannot be rendered, or takes too long.
         """
         system = reader.systems[team].name
         limit_s = None if is_our_own(system) else RENDER_S

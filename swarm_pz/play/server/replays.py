@@ -45,15 +45,8 @@ log = logging.getLogger("swarm_pz.play")
 class LoadedRecording:
     """A recorded game that was played through.
 
-    Attributes
-    ----------
-    recording : Recording
-    frames : list of Frame
-    sizes : list of (int, int)
-        Drones of red and blue, once a second since the start.
-    playback : Playback
-    is_verified : bool
-        Whether its simulation comes out as recorded.
+    - `sizes`: drones of red and blue, once a second since the start.
+    - `is_verified`: whether its simulation comes out as recorded.
     """
 
     recording: Recording
@@ -66,10 +59,7 @@ class LoadedRecording:
     def read(cls, path: Path) -> LoadedRecording:
         """Read a recorded game and play it through.
 
-        Raises
-        ------
-        RecordingError
-            If it is too long, cannot be read, or shows nothing.
+        Raises RecordingError if it is too long, cannot be read, or shows nothing.
         """
         if path.stat().st_size > MOST_BYTES:
             film = "swarm-pz replay --film makes a film of it"
@@ -230,10 +220,7 @@ class Replays:
     async def read(self, path: Path) -> OpenedRecording:
         """Return a recorded game, played through; one at a time, since it takes a core.
 
-        Raises
-        ------
-        RecordingError
-            If it cannot be read or shown, or ended the process that read it.
+        Raises RecordingError if it cannot be read or shown, or ended the process that read it.
         """
         self.warm()
         state, data = await self.work(path, _load)

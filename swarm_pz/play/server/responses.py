@@ -47,10 +47,7 @@ class Acting(NamedTuple):
 def check_rules(rules: Sequence[protocol.Rule]) -> None:
     """Check that each rule has one condition and one answer, and that they do not name too many policies.
 
-    Raises
-    ------
-    CommandError
-        If not; the rule is named by its place, from 1.
+    Raises CommandError if not; the rule is named by its place, from 1.
     """
     for place, rule in enumerate(rules, 1):
         when, do = rule.when, rule.do
@@ -91,19 +88,9 @@ class TeamView:
 class Responses:
     """The automatic responses of a seat, from game to game.
 
-    Parameters
-    ----------
-    team : int
-    load : callable
-        From a policy's name, and what is called when it is loaded or has failed, to the policy.
-    changed : callable
-        Called when another rule acts, or none any more; see `acting`.
-    failed : callable
-        Told why a rule does not act.
-
-    Attributes
-    ----------
-    acting : Acting
+    - `load`: from a policy's name, and what is called when it is loaded or has failed, to the policy.
+    - `changed`: called when another rule acts, or none any more; see `acting`.
+    - `failed`: told why a rule does not act.
     """
 
     def __init__(

@@ -36,43 +36,18 @@ log = logging.getLogger("swarm_pz.play")
 class Room:
     """A room; see the module.
 
-    Parameters
-    ----------
-    code : str
-    settings : protocol.Settings
-    context : ServerContext
-    moment : Moment, optional
-        Of a recorded game, that the first game here goes on from.
-    address : str
-        Of the client that opened it.
-    hosted : Hosted, optional
-        What a host has decided, in place of the settings and of who is in it.
-
-    Attributes
-    ----------
-    config : TableConfig
-    settings : protocol.Settings
-    cost : float
-        What its games take of the server, as `cost_of` says.
-    seats : (Seat, Seat)
-    audience : Audience
-    reader : CommandReader
-    session : LiveSession or None
-        The game that counts down, is played, or was played last.
-    outcome, ended_by : str or None
-        Of that game, once it is over.
-    seed : int or None
-        Of the next game's start; None takes any. After a countdown that was called off it is the same.
-    once : bool
-        One game is played here, between those who sat down for it, and no more.
-    ranked : bool
-        It counts for a player's level: no policy may command in the player's place.
-    lesson : bool
-        Its games are lessons, and their recordings say so.
-    on_over : callable or None
-        Told the outcome and what ended the game, of each that has begun.
-    last_used : float
-        When anything was last done here.
+    - `moment`: of a recorded game, that the first game here goes on from.
+    - `address`: of the client that opened it.
+    - `hosted`: what a host has decided, in place of the settings and of who is in it.
+    - `cost`: what its games take of the server, as `cost_of` says.
+    - `session`: the game that counts down, is played, or was played last.
+    - `outcome`, `ended_by`: of that game, once it is over.
+    - `seed`: of the next game's start; None takes any. After a countdown that was called off it is the same.
+    - `once`: one game is played here, between those who sat down for it, and no more.
+    - `ranked`: it counts for a player's level: no policy may command in the player's place.
+    - `lesson`: its games are lessons, and their recordings say so.
+    - `on_over`: told the outcome and what ended the game, of each that has begun.
+    - `last_used`: when anything was last done here.
     """
 
     def __init__(

@@ -34,15 +34,9 @@ _UNTIMED = 1e6
 class Hosted:
     """What a host has decided of a room: one game, which begins when all who have a seat are there.
 
-    Attributes
-    ----------
-    config : TableConfig
-    seed : int
-        Of the game's start.
-    path : Path
-        Of its recording.
-    over : callable
-        Told when the game has ended.
+    - `seed`: of the game's start.
+    - `path`: of its recording.
+    - `over`: told when the game has ended.
     """
 
     config: TableConfig
@@ -54,10 +48,7 @@ class Hosted:
 def table_config(settings: protocol.Settings, table: TableConfig) -> TableConfig:
     """Return a table with a room's settings; one side without drones makes a practice arena.
 
-    Raises
-    ------
-    ConfigError
-        If there is no such game.
+    Raises ConfigError if there is no such game.
     """
     sizes = (settings.red, settings.blue)
     rules = table.game

@@ -30,18 +30,9 @@ async def _fault_of(work: Coroutine[Any, Any, None], unexpected: str) -> str:
 class SeatPolicy:
     """Loads a policy, and asks it when it is free; no game waits for either.
 
-    Parameters
-    ----------
-    place : PolicySeat
-    workers : PolicyWorkers
-    changed : callable
-        Called when the policy is loaded, or has failed.
-
-    Attributes
-    ----------
-    state : {"loading", "loaded", "failed"}
-    reason : str
-        Why it could not be loaded.
+    - `changed`: called when the policy is loaded, or has failed.
+    - `state`: one of "loading", "loaded", "failed".
+    - `reason`: why it could not be loaded.
     """
 
     def __init__(self, place: PolicySeat, workers: PolicyWorkers, changed: Callable[[], None]) -> None:

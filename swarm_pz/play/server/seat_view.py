@@ -23,10 +23,7 @@ from swarm_pz.play.server.delays import DelayLine, Measured
 class SeatView:
     """What the client of a seat is shown, at a speed in seconds of game a second; it is sent to as its connection is.
 
-    Attributes
-    ----------
-    measured : Measured or None
-        Where it is noted how much later moments were handed to the connection.
+    - `measured`: where it is noted how much later moments were handed to the connection.
     """
 
     def __init__(self, connection: Connection, team: int, factors: Factors, speed: float) -> None:

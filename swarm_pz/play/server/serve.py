@@ -41,10 +41,7 @@ the interpreter and takes it back each tick, and who waits for longer than that 
 def names_of(host: str, port: int) -> list[str]:
     """Return the names, with port, by which a server that listens at `host` is known.
 
-    Raises
-    ------
-    CommandError
-        If there is no such address.
+    Raises CommandError if there is no such address.
     """
     if host in LOOPBACK:
         names = set(LOOPBACK)
@@ -65,10 +62,7 @@ def names_of(host: str, port: int) -> list[str]:
 def check_allowed(names: Sequence[str]) -> None:
     """Refuse what is no name, perhaps with a port, that a browser sends as Host.
 
-    Raises
-    ------
-    CommandError
-        If one holds anything else.
+    Raises CommandError if one holds anything else.
     """
     for name in names:
         if not re.fullmatch(r"[A-Za-z0-9._-]+(:[0-9]{1,5})?|\[[0-9A-Fa-f:.]+\](:[0-9]{1,5})?", name):
@@ -81,10 +75,7 @@ def check_allowed(names: Sequence[str]) -> None:
 def origin_of(embedder: str) -> str:
     """Return the origin of pages that may hold this one in a frame, as browsers write it.
 
-    Raises
-    ------
-    CommandError
-        If it is none.
+    Raises CommandError if it is none.
     """
     if not re.fullmatch(r"https?://([A-Za-z0-9.-]+|\[[0-9A-Fa-f:.]+\])(:[0-9]{1,5})?/?", embedder):
         raise CommandError(
@@ -161,54 +152,29 @@ def serve(
 ) -> None:
     """Serve the table until the process is told to end.
 
-    Parameters
-    ----------
-    loader : callable
-        From a policy's name and a game to the policy; found again by its name in other processes.
-    policies : mapping of str to str
-        Names that may be given a seat, with a line about each.
-    host : str
-        Where to listen; loopback is this machine alone.
-    port : int
-        0 takes any free one.
-    allowed_hosts : sequence of str
-        Names by which a proxy or a tunnel on this machine is reached that leads here. With one, the address of who
-        comes through it is what it says (X-Forwarded-For).
-    folder : Path
-        Of the recordings.
-    countdown_s : float
-        Seconds for which a start is shown before its game begins.
-    table : TableConfig
-        What rooms start from; their settings replace parts of it.
-    page : str
-        What the printed address leads to, after its ``#``.
-    say : callable
-        Where lines go.
-    draw_code : callable, optional
-        From an address to a picture of it in text, shown if the server is open to a network.
-    cards : mapping of str to Card, optional
-        Of those of the policies that were rated.
-    record_labels : bool
-        Whether recordings hold what players call themselves.
-    study : StudyFolder, optional
-        The table is for this study alone.
-    markers : Markers, optional
-        Where moments of games are told to who records other signals, too.
-    levels : Path, optional
-        Folder of what people reach on the ladder; None has no ladder.
-    embedders : sequence of str
-        Origins of the pages that may hold this one in a frame.
-    beside : callable
-        From host and port by which this machine reaches the table to what is entered while it serves.
-    greeting : str
-        Said first, once it is sure that it can serve.
+    - `loader`: from a policy's name and a game to the policy; found again by its name in other processes.
+    - `policies`: names that may be given a seat, with a line about each.
+    - `host`: where to listen; loopback is this machine alone.
+    - `port`: 0 takes any free one.
+    - `allowed_hosts`: names by which a proxy or a tunnel on this machine is reached that leads here. With one, the
+      address of who comes through it is what it says (X-Forwarded-For).
+    - `folder`: of the recordings.
+    - `countdown_s`: seconds for which a start is shown before its game begins.
+    - `table`: what rooms start from; their settings replace parts of it.
+    - `page`: what the printed address leads to, after its ``#``.
+    - `say`: where lines go.
+    - `draw_code`: from an address to a picture of it in text, shown if the server is open to a network.
+    - `cards`: of those of the policies that were rated.
+    - `record_labels`: whether recordings hold what players call themselves.
+    - `study`: the table is for this study alone.
+    - `markers`: where moments of games are told to who records other signals, too.
+    - `levels`: folder of what people reach on the ladder; None has no ladder.
+    - `embedders`: origins of the pages that may hold this one in a frame.
+    - `beside`: from host and port by which this machine reaches the table to what is entered while it serves.
+    - `greeting`: said first, once it is sure that it can serve.
 
-    Raises
-    ------
-    CommandError
-        If it cannot listen there, or an allowed host or an embedder is none.
-    ConfigError
-        If its rules are not those of the ladder.
+    Raises CommandError if it cannot listen there, or an allowed host or an embedder is none. Raises ConfigError if its
+    rules are not those of the ladder.
     """
     check_allowed(allowed_hosts)
     origins = [origin_of(embedder) for embedder in embedders]

@@ -43,16 +43,10 @@ log = logging.getLogger("swarm_pz.play")
 class Visitor:
     """A participant's page.
 
-    Attributes
-    ----------
-    window : str
-        What no other window of a browser has.
-    loaded : float
-        When the page was loaded there, by its clock: a tab that was copied has the same name.
-    seen : float
-        When it last said something.
-    wants : str
-        The game of two that it is ready for.
+    - `window`: what no other window of a browser has.
+    - `loaded`: when the page was loaded there, by its clock: a tab that was copied has the same name.
+    - `seen`: when it last said something.
+    - `wants`: the game of two that it is ready for.
     """
 
     window: str = ""
@@ -73,17 +67,8 @@ class Visitor:
 class StudyHost:
     """A study as it is served.
 
-    Parameters
-    ----------
-    folder : StudyFolder
-    lobby : Lobby
-        Whose rooms are this study's games.
-
-    Attributes
-    ----------
-    token : str
-        Opens the monitor.
-    games : StudyGames
+    - `lobby`: whose rooms are this study's games.
+    - `token`: opens the monitor.
     """
 
     def __init__(self, folder: StudyFolder, lobby: Lobby) -> None:
@@ -154,10 +139,7 @@ class StudyHost:
         After too many wrong ones an address opens no session, with a right one neither: else it would go on guessing.
         Whoever is known by their window goes on.
 
-        Raises
-        ------
-        HTTPException
-            If it is nobody's, or of somebody who has withdrawn, or may not be said.
+        Raises HTTPException if it is nobody's, or of somebody who has withdrawn, or may not be said.
         """
         try:
             number, fault = self.folder.number_of(code), ""
@@ -338,10 +320,7 @@ def _bytes_of(form: Form) -> int:
 async def _read(request: Request, most: int) -> dict[str, Any]:
     """Return what a page says.
 
-    Raises
-    ------
-    ConfigError
-        If that is no object, too large, or does not come.
+    Raises ConfigError if that is no object, too large, or does not come.
     """
     data = bytearray()
     try:

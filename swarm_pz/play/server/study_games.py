@@ -27,13 +27,8 @@ log = logging.getLogger("swarm_pz.play")
 class StudyGame:
     """A game that is about to be played, is played, or has just been.
 
-    Parameters
-    ----------
-    players : tuple of int
-        Participants, in the order of `seats`.
-    room : Room
-    seats : tuple of int
-        Their teams.
+    - `players`: participants, in the order of `seats`.
+    - `seats`: their teams.
     """
 
     def __init__(self, players: tuple[int, ...], room: Room, seats: tuple[int, ...]) -> None:
@@ -72,13 +67,7 @@ class StudyGame:
 
 
 class StudyGames:
-    """All of them.
-
-    Parameters
-    ----------
-    folder : StudyFolder
-    lobby : Lobby
-    """
+    """All of them."""
 
     def __init__(self, folder: StudyFolder, lobby: Lobby) -> None:
         self._folder, self._lobby = folder, lobby
@@ -97,10 +86,7 @@ class StudyGames:
     def open(self, players: tuple[int, ...], step: Step) -> None:
         """Open a room for a game, with a seat for each of its participants.
 
-        Raises
-        ------
-        SwarmError
-            If it cannot be played.
+        Raises SwarmError if it cannot be played.
         """
         condition, study = step.condition, self._folder.study
         assert condition is not None  # noqa: S101
