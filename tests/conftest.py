@@ -29,7 +29,7 @@ SERVERS = tuple(
     f"tests/play/{name}.py"
     for name in (
         "ros/test_bridge", "ros/test_origins", "ros/test_process", "ros/test_rosbridge", "ros/test_seat",
-        "server/test_app", "server/test_inviting", "server/test_lobby",
+        "server/test_app", "server/test_lobby",
         "server/test_policy_workers", "server/test_room", "server/test_serve", "server/test_sockets",
         "server/test_studies", "server/test_varied_rooms", "test_client", "test_climbers", "test_lsl", "test_soak",
         "test_study_run",

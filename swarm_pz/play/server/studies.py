@@ -36,6 +36,7 @@ _MOST_BYTES = 4096
 _PART_S = 10.0
 """Seconds within which all of it must have come."""
 _HEADINGS = {"consent": "Do you want to take part?", "text": "Please read", "break": "Time for a rest"}
+_GAMES = ("game", "practice")
 log = logging.getLogger("swarm_pz.play")
 
 
@@ -115,21 +116,11 @@ class StudyHost:
                 address = request.client.host if request.client is not None else ""
                 number = self._number_of(request.path_params["code"], said.get("window"), address)
                 return JSONResponse(await self._obey(number, said, act))
-            except ConfigError as error:
-                return JSONResponse({"fault": str(error)}, 400)
             except HTTPException as error:
                 return JSONResponse({"fault": error.detail}, error.status_code)
-            except RecordingError as error:
-                log.error("%s", error)
-                told = "what you have done so far cannot be read here: please tell whoever runs the study"
-                return JSONResponse({"fault": told}, 409)
-            except (OutputError, OSError) as error:
-                log.error("%s", error)
-                told = "this could not be written down: please tell whoever runs the study"
-                return JSONResponse({"fault": told}, 503)
-            except Exception as error:  # a page that hears no words would ask again for ever
-                log.error("a page's message was not obeyed", exc_info=error)
-                return JSONResponse({"fault": "the server could not do that: please tell whoever runs the study"}, 500)
+            except Exception as error:
+                status, told = _fault_of(error)
+                return JSONResponse({"fault": told}, status)
 
         return answer
 
@@ -184,7 +175,7 @@ class StudyHost:
         """Keep what was answered, unless it is known already: an answer of ours may have been lost."""
         progress = await self._progress(number)
         step = progress.next
-        if step is None or said.get("step") != step.id or step.kind in ("game", "practice"):
+        if step is None or said.get("step") != step.id or step.kind in _GAMES:
             return {}
         if step.kind == "break" and self._rest_s(progress) > 0.0:
             return {"refused": "the break is not over yet"}
@@ -204,7 +195,7 @@ class StudyHost:
             self.games.drop(game)
         progress = await self._progress(number)
         step = progress.next
-        if step is None or said.get("step") != step.id or step.kind not in ("game", "practice"):
+        if step is None or said.get("step") != step.id or step.kind not in _GAMES:
             return {}
         self._visitors[number].wants = step.id
         players = self.folder.players(number, step)
@@ -243,12 +234,9 @@ class StudyHost:
     async def _state(self, number: int) -> dict[str, Any]:
         progress = await self._progress(number)
         step, steps = progress.next, progress.steps
-        told: dict[str, Any] = {
-            "code": self.folder.codes[number],
-            "title": self.study.title,
-            "done": len(progress.done),
-            "of": max(len(steps), len(progress.done) + (step is not None)),
-        }
+        done = len(progress.done)
+        told: dict[str, Any] = {"code": self.folder.codes[number], "title": self.study.title, "done": done}
+        told["of"] = max(len(steps), done + (step is not None))
         if step is None:
             return told
         told["step"] = {"id": step.id, "kind": step.kind, "heading": self._heading(step)}
@@ -258,7 +246,7 @@ class StudyHost:
             told["step"]["items"] = step.form.to_dict()["items"]
         if step.kind == "break":
             told["step"]["seconds"] = self._rest_s(progress)
-        if step.kind in ("game", "practice"):
+        if step.kind in _GAMES:
             told["game"] = self._game(number, step)
         return told
 
@@ -306,6 +294,20 @@ class StudyHost:
         where = "in a game" if is_playing else "here" if ago < LEASE_S else "away"
         seen = 0.0 if is_playing else ago if ago < 1e8 else None
         return self.folder.summary(number) | {"where": where, "seen_s": seen}
+
+
+def _fault_of(error: Exception) -> tuple[int, str]:
+    """Return the status and the words by which a page hears of an error: without words it would ask again for ever."""
+    if isinstance(error, ConfigError):
+        return 400, str(error)
+    is_known = isinstance(error, SwarmError | OSError)
+    log.error("a page's message was not obeyed: %s", error, exc_info=None if is_known else error)
+    ask = "please tell whoever runs the study"
+    if isinstance(error, RecordingError):
+        return 409, f"what you have done so far cannot be read here: {ask}"
+    if isinstance(error, OutputError | OSError):
+        return 503, f"this could not be written down: {ask}"
+    return 500, f"the server could not do that: {ask}"
 
 
 def _bytes_of(form: Form) -> int:

@@ -13,6 +13,7 @@ from swarm_pz.play.factors import Factors
 from swarm_pz.play.server.lobby import Lobby
 from swarm_pz.play.server.room import Room
 from swarm_pz.play.server.room_settings import Hosted
+from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.progress import Step
 
@@ -48,15 +49,17 @@ class StudyGame:
         faults = [seat.fault for seat in self.room.seats if seat.fault]
         return f"{faults[0]}. Please tell whoever runs the study" if faults else ""
 
+    def _seat(self, number: int) -> Seat:
+        return self.room.seats[self.seats[self.players.index(number)]]
+
     def seat_of(self, number: int) -> dict[str, str]:
         """Return what leads a participant's browser to their seat."""
-        seat = self.room.seats[self.seats[self.players.index(number)]]
+        seat = self._seat(number)
         return {"room": self.room.code, "seat": seat.side, "token": seat.token}
 
     def has(self, number: int) -> bool:
         """Whether a participant's browser is in it."""
-        seat = self.room.seats[self.seats[self.players.index(number)]]
-        return not self.is_over and seat.connection is not None
+        return not self.is_over and self._seat(number).connection is not None
 
     @property
     def away_s(self) -> float:

@@ -94,6 +94,10 @@ def visiting(folder, script, hall=Hall):
 pytestmark = pytest.mark.anyio
 
 
+def dot(number, width=0.1):
+    return protocol.CommandMessage(number, strokes=[protocol.StrokeMessage("attract", width, [(0.5, 0.5)])])
+
+
 @pytest.fixture
 async def hall(tmp_path):
     """Give a lobby with one recorded game."""
@@ -137,6 +141,43 @@ async def test_what_a_client_says_reaches_its_room_and_its_connection(hall):
     recording = read(room)
     assert [line.number for line in recording.of(PaintedLine)] == [3]
     assert [line.event for line in recording.of(SeatLine)] == ["connected", "connected", "hidden"]
+
+
+@pytest.mark.parametrize(
+    ("message", "code"),
+    [
+        (dot(1), "out_of_turn"),
+        (protocol.Hello(), "out_of_turn"),
+        (protocol.Seek(3), "out_of_turn"),
+        (protocol.Ready(), "out_of_turn"),
+        (protocol.Join("ZZZZ"), "unknown"),
+        (protocol.Create(opponent="nobody"), "unknown"),
+        (protocol.Create(seat="watch", player="nobody"), "unknown"),
+        (protocol.Create(player="ring"), "not_valid"),
+        (protocol.AskLevel("P01"), "unknown"),
+    ],
+)
+async def test_what_is_out_of_turn_or_unknown_is_refused(message, code, hall):
+    guest, dumb = Guest(hall), Guest(hall)
+    guest.say(message)
+    assert (await guest.refused()).code == code and not hall.rooms
+    dumb.handler = ClientHandler(hall, dumb)
+    assert dumb.say(protocol.Ping(0.0)) == "out_of_turn", "the first message is a hello"
+    dumb.handler.hear(None)
+    assert (await dumb.refused(2)).code == "malformed", "bytes are no message"
+
+
+async def test_two_policies_are_watched_again_and_again(hall):
+    guest = Guest(hall)
+    settings = protocol.Settings(red=2, blue=2, time_limit=1.0, speed=2.0)
+    guest.say(protocol.Create(settings=settings, seat="watch", player="ring", opponent="uniform"))
+    room = hall.room()
+    assert [seat.policy for seat in room.seats] == ["ring", "uniform"]
+    for number in (1, 2):
+        guest.say(protocol.Ready())
+        await until(lambda number=number: room.phase == "over" and room._games == number)
+        assert room.outcome == "draw"
+    assert guest.say(dot(1)) == "out_of_turn"
 
 
 async def test_who_is_cut_off_comes_back_by_their_token_and_who_leaves_does_not(hall):
@@ -282,10 +323,6 @@ async def test_who_watches_a_small_game_may_not_open_a_large_one_where_too_many_
 
 
 # --- commands -------------------------------------------------------------------------------------
-
-
-def dot(number, width=0.1):
-    return protocol.CommandMessage(number, strokes=[protocol.StrokeMessage("attract", width, [(0.5, 0.5)])])
 
 
 def even(number):

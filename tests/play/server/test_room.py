@@ -293,7 +293,14 @@ async def test_a_game_begins_when_both_are_ready_and_each_says_so_again_for_the_
         room.ready(red, True)
         room.ready(red, False)
         room.ready(blue, True)
-        assert room.phase == "waiting" and not room.seats[0].ready
+        room.ready(blue, False)
+        room.ready(red, True)
+        room.disconnect(red)
+        state = blue.messages[-1]
+        assert not state.red.connected and not state.red.ready, "no game begins without its players"
+        room.ready(blue, True)
+        assert room.phase == "waiting"
+        room.resume(red, room.seats[0])
         room.ready(red, True)
         await playing(room)
         assert [seat.ready for seat in room.seats] == [False, False]

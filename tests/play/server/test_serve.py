@@ -13,7 +13,7 @@ from swarm_pz.errors import CommandError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.server import serve as module
-from swarm_pz.play.server.serve import names_of, origin_of, serve
+from swarm_pz.play.server.serve import addresses_of, names_of, origin_of, serve
 from swarm_pz.policy import load
 
 SERVE = """
@@ -149,6 +149,12 @@ def test_a_server_is_known_by_its_names_and_no_others(monkeypatch):
         names_of("nowhere", 8000)
 
 
+def test_addresses_to_invite_to_are_those_that_other_devices_reach():
+    names = ["127.0.0.1:80", "localhost", "localhost:80", "[::1]:80", "box.local:80", "192.0.2.7:80", "192.0.2.7"]
+    names += ["[2001:db8::7]:80", "[2001:db8::7]"]
+    assert addresses_of(names) == ["http://192.0.2.7:80/", "http://[2001:db8::7]:80/", "http://box.local:80/"]
+
+
 @pytest.mark.parametrize(
     ("embedder", "origin"),
     [
@@ -169,13 +175,9 @@ def test_an_embedder_is_written_as_browsers_write_origins(embedder, origin):
         "*",
         "lab.example",
         "https://*.example",
-        "https://lab.example/study",
         "ftp://lab.example",
-        "https://a b",
-        "null",
         "https://lab.example; script-src *",
         "https://lab.example\n",
-        "https://a@b",
     ],
 )
 def test_what_is_no_origin_is_refused(embedder):

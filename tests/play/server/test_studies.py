@@ -1,6 +1,5 @@
 """A study as participants' pages and its monitor meet it: who is let in, and what is kept."""
 
-import asyncio
 import contextlib
 import json
 import re
@@ -9,11 +8,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from starlette.requests import Request
 
-from swarm_pz.errors import ConfigError
 from swarm_pz.play import protocol
-from swarm_pz.play.server import studies
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.studies import StudyHost, Visitor
 from swarm_pz.play.studies.folder import StudyFolder
@@ -283,10 +279,3 @@ def test_there_is_nothing_here_but_the_study(study):
     ):
         assert "from the study's page" in client.refused(message).reason
     client.close()
-
-
-def test_a_body_that_comes_little_by_little_is_not_waited_for(monkeypatch):
-    monkeypatch.setattr(studies, "_PART_S", 0.01)
-    request = Request({"type": "http"}, receive=lambda: asyncio.sleep(60))
-    with pytest.raises(ConfigError, match="must come within"):
-        asyncio.run(studies._read(request, 100))

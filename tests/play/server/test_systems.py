@@ -1,7 +1,7 @@
 """Seats that are flown by any control system: what they take, what is refused, and systems that fail."""
 
-import asyncio
 import dataclasses
+import threading
 
 import numpy as np
 import pytest
@@ -13,156 +13,127 @@ from swarm_pz.play.recordings.format import CommandLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.recordings.verification import faults_of
-from swarm_pz.play.server import control_thread as pilot
-from swarm_pz.play.server import rendered_command as painter
+from swarm_pz.play.server import control_thread, rendered_command
 from swarm_pz.play.server.room_settings import settings_of, table_config
-from tests.play.server.test_client_handler import Guest, visiting
-from tests.play.server.test_room import give, opened, playing, read, seated, until
+from tests.play.server.test_client_handler import Guest, Hall
+from tests.play.server.test_room import give, opened, playing, read, running, starting, ticks, until
 from tests.play.systems import Dreaming, Escaping, Fields, Hanging, Magnet, Raising, Unready, install
 
+pytestmark = pytest.mark.anyio
 DOT = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])
 PUSH = [[0.5, 0.0], [-0.5, 0.0], [0.0, 0.0], [0.0, 0.0]]
-SMALL = GameConfig(drones_per_team=2, capture=CaptureConfig(enabled=False))
+SETTINGS = {"red": 2, "blue": 2, "time_limit": 600.0, "speed": 2.0}
 
 
 def table(*controllers):
-    return TableConfig(game=SMALL.replace(controllers=controllers))
+    calm = CaptureConfig(enabled=False)
+    return TableConfig(game=GameConfig(drones_per_team=2, capture=calm, controllers=controllers))
 
 
-def settings(**more):
-    return {"red": 2, "blue": 2, "time_limit": 600.0} | more
+@pytest.fixture
+async def hall(tmp_path):
+    made = Hall(tmp_path)
+    yield made
+    made.close()
 
 
-async def begun(room):
-    red, blue = seated(room, "red", "blue")
-    room.ready(red, True)
-    room.ready(blue, True)
-    await playing(room)
-    return red, blue
-
-
-def test_a_room_chooses_the_systems_of_its_seats_and_the_host_those_that_it_does_not_name():
+def test_a_room_chooses_the_systems_of_its_seats_and_the_host_those_that_it_does_not_name(monkeypatch):
     host = table("direct", "flocking")
     assert table_config(protocol.Settings(), host).game.team_controllers == ("direct", "flocking")
     chosen = table_config(protocol.Settings(blue_system="ergodic"), host)
-    assert chosen.game.team_controllers == ("direct", "ergodic")
-    assert (settings_of(chosen).red_system, settings_of(chosen).blue_system) == ("direct", "ergodic")
-    assert table_config(settings_of(chosen), host) == chosen
+    assert chosen.game.team_controllers == ("direct", "ergodic") and table_config(settings_of(chosen), host) == chosen
 
-
-def test_a_room_that_names_the_hosts_system_has_its_numbers(monkeypatch):
     @dataclasses.dataclass(frozen=True, kw_only=True)
     class Stiff(Magnet):
         name = "stiff"
         gain: float = 1.0
 
     install(monkeypatch, Stiff)
-    host = table(Stiff(gain=3.0), "ergodic")
-    chosen = table_config(protocol.Settings(red_system="ergodic", blue_system="stiff"), host)
-    assert chosen.game.team_systems[1] == Stiff(gain=3.0)
+    settings = protocol.Settings(red_system="ergodic", blue_system="stiff")
+    chosen = table_config(settings, table(Stiff(gain=3.0), "ergodic"))
+    assert chosen.game.team_systems[1] == Stiff(gain=3.0), "with the host's numbers"
 
 
-def test_a_seat_says_what_it_takes_and_its_commands_are_recorded_and_played_again(tmp_path):
-    async def play():
-        with opened(tmp_path, table=table("direct", "ergodic"), **settings()) as room:
-            red, blue = await begun(room)
-            told = red.heard(protocol.Seated)[0].commands
-            assert (told.system, told.takes, told.shape, told.low, told.high) == (
-                "direct",
-                "accelerations",
-                [4, 2],
-                -1.0,
-                1.0,
-            )
-            state = red.heard(protocol.RoomState)[-1]
-            assert (state.red.takes, state.blue.takes) == ("accelerations", "density")
-            assert state.settings.red_system == "direct"
-            give(room, red, protocol.CommandMessage(1, command=PUSH))
-            give(room, blue, protocol.CommandMessage(1, density=np.eye(10).tolist()))
-            await until(lambda: red.heard(protocol.InForceMessage) and blue.heard(protocol.InForceMessage))
-            before = room.session.game.tick
-            await until(lambda: room.session.game.tick > before + 8)
-            room.stop()
-            return room.session.recorder.path
+@pytest.mark.parametrize("team", [0, 1])
+async def test_a_seat_says_what_it_takes_and_its_commands_are_recorded_and_played_again(team, tmp_path, monkeypatch):
+    install(monkeypatch, Magnet)
+    solve, threads = Magnet.solve, set()
 
-    recording = Recording.read(asyncio.run(play()))
+    def noted(self, flight, config):
+        threads.add(threading.current_thread().name)
+        return solve(self, flight, config)
+
+    monkeypatch.setattr(Magnet, "solve", noted)
+    controllers = ("ergodic", "magnet") if team else ("magnet", "ergodic")
+    with opened(tmp_path, table=table(*controllers), **SETTINGS) as room:
+        both = await running(room)
+        flown, other = both[team], both[1 - team]
+        told = flown.heard(protocol.Seated)[0].commands
+        assert (told.system, told.takes, told.shape, told.low, told.high) == ("magnet", "place", [2], 0.0, 1.0)
+        state = flown.heard(protocol.RoomState)[-1]
+        assert ((state.red, state.blue)[team].takes, (state.red, state.blue)[1 - team].takes) == ("place", "density")
+        assert state.settings.red_system == controllers[0]
+        give(room, flown, protocol.CommandMessage(1, command=[0.25, 0.75]))
+        give(room, other, protocol.CommandMessage(1, density=np.eye(10).tolist()))
+        await until(lambda: all(client.heard(protocol.InForceMessage) for client in both))
+        await ticks(room, room.session.game.tick + 8)
+        room.stop()
+        recording = read(room)
     lines = {line.team: line for line in recording.of(CommandLine)}
-    assert lines[0].density is None and lines[0].command == PUSH and lines[1].command is None
-    result = Playback(recording).verify()
-    assert result.verified, result
-    assert [row.system for row in seat_rows(recording)] == ["direct", "ergodic"]
+    assert lines[team].density is None and lines[team].command == [0.25, 0.75] and lines[1 - team].command is None
+    assert Playback(recording).verify().verified and threads >= {"control"}
+    assert [row.system for row in seat_rows(recording)] == [*controllers]
 
 
-def test_strokes_become_what_attracts_and_what_repels_where_a_seat_takes_both(tmp_path, monkeypatch):
+async def test_strokes_become_what_attracts_and_what_repels_where_a_seat_takes_both(tmp_path, monkeypatch):
     install(monkeypatch, Fields)
     strokes = [DOT, protocol.StrokeMessage("repel", 0.2, [(0.9, 0.1)])]
-
-    async def play():
-        with opened(tmp_path, table=table("fields", "ergodic"), **settings()) as room:
-            red, _ = await begun(room)
-            give(room, red, protocol.CommandMessage(1, strokes=strokes))
-            await until(lambda: red.heard(protocol.InForceMessage))
-            tick = room.session.game.tick
-            await until(lambda: room.session.game.tick > tick + 3)
-            room.stop()
-            return read(room)
-
-    recording = asyncio.run(play())
+    with opened(tmp_path, table=table("fields", "ergodic"), **SETTINGS) as room:
+        red, _ = await running(room)
+        give(room, red, protocol.CommandMessage(1, strokes=strokes))
+        await until(lambda: red.heard(protocol.InForceMessage))
+        await ticks(room, room.session.game.tick + 3)
+        room.stop()
+        recording = read(room)
     (line,) = recording.of(CommandLine)
     attracts, repels = np.array(line.command)
     assert line.density is None and attracts.argmax() in (44, 45, 54, 55) and repels.argmax() == 9
-    assert attracts[1, 9] < 0.01 and repels[5, 5] < 0.01
-    result = Playback(recording).verify()
-    assert result.verified, result
+    assert attracts[1, 9] < 0.01 and repels[5, 5] < 0.01 and Playback(recording).verify().verified
     line.command[0][9][9] += 0.01
     changed = Recording("changed.jsonl", recording.header, recording.events)
     assert any("not that of its strokes" in fault for fault in faults_of(changed, None))
 
 
 @pytest.mark.parametrize(
-    ("message", "told"),
+    ("given", "told"),
     [
-        (protocol.CommandMessage(1, density=np.eye(10).tolist()), "'density' cannot fly direct"),
-        (
-            protocol.CommandMessage(1, strokes=[protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])]),
-            "cannot fly direct",
-        ),
-        (protocol.CommandMessage(1, command=PUSH[:3]), r"shape \(3, 2\)"),
-        (protocol.CommandMessage(1, command=[*PUSH[:3], [5.0, 0.0]]), "within"),
-        (protocol.CommandMessage(1, command=[0.0] * 10_000), "shape"),
-        (protocol.CommandMessage(1, command={"shape": "ring"}), "red's command"),
-        (protocol.CommandMessage(1, command=PUSH, density=np.eye(10).tolist()), "either"),
+        ({"density": np.eye(10).tolist()}, "'density' cannot fly direct"),
+        ({"strokes": [DOT]}, "cannot fly direct"),
+        ({"command": PUSH[:3]}, "shape (3, 2)"),
+        ({"command": [*PUSH[:3], [5.0, 0.0]]}, "within"),
+        ({"command": [0.0] * 10_000}, "shape"),
+        ({"command": {"shape": "ring"}}, "red's command"),
+        ({"command": PUSH, "density": np.eye(10).tolist()}, "either"),
     ],
 )
-def test_a_command_that_cannot_fly_the_seat_is_refused_and_the_game_goes_on(message, told, tmp_path):
-    async def script(hall):
-        guest = Guest(hall)
-        guest.say(protocol.Create(settings=protocol.Settings(red=4, blue=0, red_system="direct")))
-        guest.say(protocol.Ready())
-        await playing(hall.room())
-        guest.say(message)
-        await until(lambda: guest.heard(protocol.Refused))
-        (refused,) = guest.heard(protocol.Refused)
-        assert (refused.code, refused.about) == ("not_valid", "command")
-        assert told.replace("\\", "") in refused.reason
-        tick = hall.room().session.game.tick
-        await until(lambda: hall.room().session.game.tick > tick)
-        assert not guest.heard(protocol.Received)
-
-    visiting(tmp_path, script)
+async def test_a_command_that_cannot_fly_the_seat_is_refused_and_the_game_goes_on(given, told, hall):
+    guest = Guest(hall)
+    guest.say(protocol.Create(settings=protocol.Settings(red=4, blue=0, red_system="direct")))
+    guest.say(protocol.Ready())
+    await playing(hall.room())
+    guest.say(protocol.CommandMessage(1, **given))
+    refused = await guest.refused()
+    assert (refused.code, refused.about) == ("not_valid", "command") and told in refused.reason
+    await ticks(hall.room(), hall.room().session.game.tick + 1)
+    assert not guest.heard(protocol.Received)
 
 
-def test_a_room_whose_system_cannot_say_what_it_takes_is_not_opened(tmp_path, monkeypatch):
+async def test_a_room_whose_system_cannot_say_what_it_takes_is_not_opened(hall, monkeypatch):
     install(monkeypatch, Unready)
-
-    async def script(hall):
-        guest = Guest(hall)
-        for name in ("unready", "nobody"):
-            assert guest.say(protocol.Create(settings=protocol.Settings(red_system=name))) == "not_valid"
-            assert not hall.rooms
-        assert "no control system 'nobody'" in guest.heard(protocol.Refused)[-1].reason
-
-    visiting(tmp_path, script)
+    guest = Guest(hall)
+    for name in ("unready", "nobody"):
+        assert guest.say(protocol.Create(settings=protocol.Settings(red_system=name))) == "not_valid"
+    assert "no control system 'nobody'" in guest.heard(protocol.Refused)[-1].reason and not hall.rooms
 
 
 # --- systems that fail ----------------------------------------------------------------------------
@@ -170,86 +141,64 @@ def test_a_room_whose_system_cannot_say_what_it_takes_is_not_opened(tmp_path, mo
 
 @pytest.mark.parametrize(
     ("system", "told"),
-    [
-        (Raising, "lost in a corner"),
-        (Hanging, "did not answer within"),
-        (Escaping, "raised KeyboardInterrupt"),
-    ],
+    [(Raising, "lost in a corner"), (Hanging, "did not answer within"), (Escaping, "raised KeyboardInterrupt")],
 )
-def test_a_system_that_fails_forfeits_its_game_and_others_go_on(system, told, tmp_path, monkeypatch):
+async def test_a_system_that_fails_forfeits_its_game_and_others_go_on(system, told, tmp_path, monkeypatch):
     install(monkeypatch, system)
-    monkeypatch.setattr(pilot, "SOLVE_S", 3.0)
-
-    async def play():
-        own, host = table(system.name, "ergodic"), table("ergodic", "ergodic")
-        with (
-            opened(tmp_path / "one", table=own, **settings()) as room,
-            opened(tmp_path / "two", table=host, **settings()) as other,
-        ):
-            red, _ = await begun(room)
-            await begun(other)
-            give(room, red, protocol.CommandMessage(1, command=[0.0, 0.0]))
-            await until(lambda: system.corners or room.phase == "over")
-            before = other.session.game.tick
-            await until(lambda: room.phase == "over")
-            assert system is not Hanging or other.session.game.tick > before, "others have gone on meanwhile"
-            assert other.phase == "playing"
-            state = red.heard(protocol.RoomState)[-1]
-            assert (state.outcome, state.ended_by) == ("blue", "forfeit")
-            assert told in state.forfeit and f"{system.name}, which flies red" in state.forfeit
-            assert any(told in message.text for message in red.heard(protocol.Notice))
-            await until(lambda: room.session.recorder.written)
-            return read(room)
-
-    recording = asyncio.run(play())
+    monkeypatch.setattr(control_thread, "SOLVE_S", 1.0)
+    own, host = table(system.name, "ergodic"), table("ergodic", "ergodic")
+    with (
+        opened(tmp_path / "one", table=own, **SETTINGS) as room,
+        opened(tmp_path / "two", table=host, **SETTINGS) as other,
+    ):
+        red, _ = await running(room)
+        await running(other)
+        give(room, red, protocol.CommandMessage(1, command=[0.0, 0.0]))
+        await until(lambda: system.corners or room.phase == "over")
+        before = other.session.game.tick
+        await until(lambda: room.phase == "over")
+        assert system is not Hanging or other.session.game.tick > before, "others have gone on meanwhile"
+        assert other.phase == "playing"
+        state = red.heard(protocol.RoomState)[-1]
+        assert (state.outcome, state.ended_by) == ("blue", "forfeit")
+        assert told in state.forfeit and f"{system.name}, which flies red" in state.forfeit
+        assert any(told in text for text in red.notices)
+        recording = read(room)
     assert (recording.end.outcome, recording.end.ended_by) == ("blue", "forfeit")
     assert told in recording.forfeit and recording.of(SeatLine)[-1].event == "forfeit"
-    result = Playback(recording).verify()
-    assert result.verified, result
+    assert Playback(recording).verify().verified
     assert {row.left_out for row in seat_rows(recording)} == {"forfeit"}
 
 
-def test_a_system_that_fails_at_once_forfeits_when_the_game_begins(tmp_path, monkeypatch):
+async def test_a_system_that_fails_at_once_forfeits_when_the_game_begins(tmp_path, monkeypatch):
     install(monkeypatch, Raising)
     monkeypatch.setattr(Raising, "default", lambda self, config: np.zeros(2))
-
-    async def play():
-        with opened(tmp_path, table=table("ergodic", "raising"), **settings()) as room:
-            red, blue = seated(room, "red", "blue")
-            room.ready(red, True)
-            room.ready(blue, True)
-            await until(lambda: room.phase == "over")
-            await until(lambda: room.session.recorder.written)
-            return read(room)
-
-    recording = asyncio.run(play())
+    with opened(tmp_path, table=table("ergodic", "raising"), **SETTINGS) as room:
+        starting(room)
+        await until(lambda: room.phase == "over")
+        recording = read(room)
     assert (recording.end.outcome, recording.end.tick, recording.end.ended_by) == ("red", 0, "forfeit")
     assert Playback(recording).verify().verified
 
 
 @pytest.mark.parametrize("corner", [[0.0, 0.0], [1.0, 1.0]], ids=["reads", "draws"])
-def test_a_system_that_hangs_over_a_command_refuses_it_and_others_are_commanded(corner, tmp_path, monkeypatch):
+async def test_a_system_that_hangs_over_a_command_refuses_it_and_others_are_commanded(corner, hall, monkeypatch):
     install(monkeypatch, Dreaming)
-    monkeypatch.setattr(painter, "RENDER_S", 2.0)
+    monkeypatch.setattr(rendered_command, "RENDER_S", 1.0)
     monkeypatch.setattr(Dreaming, "corners", [])
-    one, two = (protocol.Settings(red=2, blue=0, time_limit=600.0, red_system=name) for name in ("dreaming", "direct"))
-
-    async def script(hall):
-        guests = [Guest(hall) for _ in range(2)]
-        for guest, chosen in zip(guests, (one, two), strict=True):
-            guest.say(protocol.Create(settings=chosen))
-            guest.say(protocol.Ready())
-        dreamer, other = guests
-        rooms = list(hall.rooms.values())
-        await until(lambda: all(room.phase == "playing" for room in rooms))
-        dreamer.say(protocol.CommandMessage(1, command=corner))
-        await until(lambda: Dreaming.corners)
-        other.say(protocol.CommandMessage(1, command=PUSH[:2]))
-        dreamer.say(protocol.CommandMessage(2, command=corner))
-        before = rooms[0].session.game.tick
-        await until(lambda: other.heard(protocol.Received) and len(dreamer.heard(protocol.Refused)) == 2)
-        reasons = [refused.reason for refused in dreamer.heard(protocol.Refused)]
-        assert "did not read that command" in reasons[0] and "still reads another" in reasons[1]
-        assert rooms[0].session.game.tick > before and all(room.phase == "playing" for room in rooms)
-
-    visiting(tmp_path, script)
+    guests = [Guest(hall) for _ in range(2)]
+    for guest, name in zip(guests, ("dreaming", "direct"), strict=True):
+        guest.say(protocol.Create(settings=protocol.Settings(red=2, blue=0, time_limit=600.0, red_system=name)))
+        guest.say(protocol.Ready())
+    dreamer, other = guests
+    rooms = list(hall.rooms.values())
+    await until(lambda: all(room.phase == "playing" for room in rooms))
+    dreamer.say(protocol.CommandMessage(1, command=corner))
+    await until(lambda: Dreaming.corners)
+    other.say(protocol.CommandMessage(1, command=PUSH[:2]))
+    dreamer.say(protocol.CommandMessage(2, command=corner))
+    before = rooms[0].session.game.tick
+    await until(lambda: other.heard(protocol.Received) and len(dreamer.heard(protocol.Refused)) == 2)
+    reasons = [refused.reason for refused in dreamer.heard(protocol.Refused)]
+    assert "did not read that command" in reasons[0] and "still reads another" in reasons[1]
+    assert rooms[0].session.game.tick > before and all(room.phase == "playing" for room in rooms)
