@@ -13,7 +13,6 @@ import itertools
 import logging
 from collections.abc import Callable, Sequence
 
-import msgspec
 import numpy as np
 
 from swarm_pz.config import RED, TEAM_NAMES, TICKS_PER_SECOND
@@ -145,11 +144,8 @@ class LiveSession:
         if seat.view is not None:
             seat.view.measured = self._displays[seat.team]
 
-    def delays(self) -> list[dict[str, dict[str, float | None]]]:
-        """Return the delays of red and of blue so far: of commands and display, what was asked for and what was got."""
-        return [msgspec.to_builtins(delays) for delays in self._delays()]
-
-    def _delays(self) -> tuple[SeatDelays, SeatDelays]:
+    def delays(self) -> tuple[SeatDelays, SeatDelays]:
+        """Return the delays of red and of blue so far, of commands and display."""
         red, blue = (
             SeatDelays(command=commands.told(), display=display.told())
             for commands, display in zip(self.commands.measured, self._displays, strict=True)
@@ -198,7 +194,7 @@ class LiveSession:
         self._halt()
         reason = ended_by or reason_of_end(outcome, self.log.is_somebody_away)
         self.commands.end()
-        self.log.end(outcome, reason, self._delays() if self.config.varies else None)
+        self.log.end(outcome, reason, self.delays() if self.config.varies else None)
         self._over(outcome, reason)
 
     def _lose(self, error: FlightError) -> None:

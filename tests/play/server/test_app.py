@@ -131,23 +131,6 @@ def test_a_lost_connection_comes_back_to_its_seat_and_its_game(table):
     again.close()
 
 
-def test_the_newest_connection_has_the_seat(table):
-    old = table.visit()
-    old.practise()
-    new = table.visit(old.seated.token)
-    new.hear(protocol.Seated)
-    old.hear(protocol.Displaced)
-    assert old.refused(protocol.CommandMessage(1, strokes=[RING])).code == "out_of_turn"
-    frames = len(old.frames)
-    new.say(protocol.CommandMessage(1, strokes=[RING]))
-    new.hear(protocol.InForceMessage)
-    with pytest.raises((TimeoutError, ConnectionClosed)):
-        old.take(0.2)
-    assert len(old.frames) == frames, "nothing more is shown to who was displaced"
-    old.close()
-    new.close()
-
-
 def test_handicaps_practice_and_games_without_limit(table):
     handicap, practice = table.visit(), table.visit()
     assert handicap.play(red=1, blue=19, time_limit=None).settings.time_limit is None
@@ -226,23 +209,6 @@ def test_a_recorded_game_is_watched_and_taken_over(table):
 
 
 # --- refusals -------------------------------------------------------------------------------------
-
-
-def test_bad_commands_are_refused_and_the_game_goes_on(table):
-    client = table.visit()
-    client.practise()
-    for density in ([[1.0]], [[2.0] * 10] * 10, [[0.5] * 10] * 9 + [[0.5]]):
-        assert client.refused(protocol.CommandMessage(1, density=density)).code == "not_valid"
-    wide = protocol.StrokeMessage("attract", 0.9, [(0.5, 0.5)])
-    assert "0.05 to 0.3" in client.refused(protocol.CommandMessage(1, strokes=[wide])).reason
-    assert client.refused(protocol.CommandMessage(1)).code == "not_valid"
-    largest = protocol.CommandMessage(2**32, density=[[0.5] * 10] * 10)
-    assert client.refused(largest).code == "malformed"
-    for text in ('{"type":"command","number":1,"density":[[NaN]]}', "{", b"\x00\x01", '{"type":"obey"}'):
-        assert client.refused(text).code == "malformed"
-    client.say(protocol.CommandMessage(2, strokes=[RING]))
-    client.hear(protocol.InForceMessage)
-    client.close()
 
 
 def test_floods_and_floods_of_bytes_are_for_their_sender_alone(table):

@@ -12,17 +12,7 @@ import pytest
 from swarm_pz.errors import ProtocolError
 from swarm_pz.play import protocol
 from swarm_pz.play.recordings.sandbox import Sandbox
-from swarm_pz.play.server import (
-    app,
-    budget,
-    client_handler,
-    connection,
-    middleware,
-    replays,
-)
-from swarm_pz.play.server import (
-    rendered_command as orders,
-)
+from swarm_pz.play.server import app, budget, client_handler, connection, middleware, rendered_command, replays
 from swarm_pz.play.server.app import Server
 from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.client_handler import HELLO_S, ClientHandler
@@ -81,7 +71,7 @@ def elsewhere(monkeypatch):
 
         monkeypatch.setattr(place, name, noted)
 
-    note(orders, "density_of")
+    note(rendered_command, "density_of")
     do = Sandbox.do
 
     def noted(sandbox, name, work, *given):

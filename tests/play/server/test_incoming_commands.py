@@ -36,9 +36,9 @@ async def test_delayed_commands_count_later_in_order_and_the_recording_verifies(
     assert set(forced) == {(1, 1), (0, 3), (0, 4)}, "of those that wait for one solve the latest counts, as ever"
     assert forced[0, 3].ms - lines[2].received_ms >= 199.0
     assert forced[0, 3].tick >= forced[1, 1].tick + 0.2 * TICKS_PER_SECOND - 3
-    red_delay, blue_delay = (delay["command"] for delay in delays)
-    assert (red_delay["asked_ms"], red_delay["count"]) == (200.0, 3) and red_delay["got_ms"] >= 199.0
-    assert blue_delay == {"asked_ms": 0.0, "got_ms": 0.0, "count": 1}
+    red_delay, blue_delay = (delay.command for delay in delays)
+    assert (red_delay.asked_ms, red_delay.count) == (200.0, 3) and red_delay.got_ms >= 199.0
+    assert (blue_delay.asked_ms, blue_delay.got_ms, blue_delay.count) == (0.0, 0.0, 1)
     assert recording.end.delays[0].command.count == 4 and recording.config.factors[0].command_delay_ms == 200.0
     assert Playback(recording).verify().verified
 

@@ -17,9 +17,35 @@ from swarm_pz.play.server import sockets
 from swarm_pz.play.server.budget import Accounts, Rate
 from swarm_pz.play.server.sockets import BoundedHTTP, BoundedWebSocket
 
-ACCOUNTS = Accounts(Rate(1.0, 1.0), Rate(1.0, 1.0))
+pytestmark = pytest.mark.anyio
 PING, PONG, PART = (bytes([first, 0x80, 0, 0, 0, 0]) for first in (0x89, 0x8A, 0x00))
 """Empty ones, as a client masks them."""
+REQUEST = b"GET / HTTP/1.1\r\nHost: here\r\n\r\n"
+
+
+async def answer(scope, receive, send):
+    """Answer a request, after a while."""
+    await asyncio.sleep(0.3)
+    await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]})
+    await send({"type": "http.response.body", "body": b"ok"})
+
+
+def made(kind, accounts=None, state=None):
+    """Return a connection of some kind."""
+    config = uvicorn.Config(answer, lifespan="off", timeout_keep_alive=60)
+    config.load()
+    accounts = accounts or Accounts(Rate(1.0, 1.0), Rate(1.0, 1.0))
+    return kind(config, state or ServerState(), {"accounts": accounts}, asyncio.get_running_loop())
+
+
+def connected(address, accounts=None):
+    """Return a connection by which nothing was said yet."""
+    one, known = made(BoundedHTTP, accounts), {"peername": (address, 5), "sockname": ("here", 80)}
+    one.connection_made(Mock(get_extra_info=known.get, is_closing=lambda: False))
+    return one
+
+
+# --- WebSockets -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("flood", [PING, PONG, PART], ids=["pings", "pongs", "parts"])
@@ -34,22 +60,20 @@ def test_who_sends_hardly_anything_but_pings_pongs_or_parts_of_messages_is_cut_o
         client.take(timeout=10)
 
 
-def test_nothing_more_is_read_of_a_peer_that_is_cut_off(monkeypatch):
-    socket, read = BoundedWebSocket.__new__(BoundedWebSocket), []
+async def test_nothing_more_is_read_of_a_peer_that_is_cut_off(monkeypatch):
+    read, socket = [], made(BoundedWebSocket)
     monkeypatch.setattr(WebSocketsSansIOProtocol, "data_received", lambda _, data: read.append(data))
-    socket._account = ACCOUNTS.of(None)
-    socket.transport = Mock(is_closing=lambda: len(read) == 2)
+    socket._account, socket.transport = Mock(charged=contextlib.nullcontext), Mock(is_closing=lambda: len(read) == 2)
     socket.data_received(bytes(range(256)) * 16)
     assert b"".join(read) == bytes(range(256)) * 8
 
 
 @pytest.mark.parametrize(("kind", "given"), [("handle_ping", ()), ("handle_pong", ("a",)), ("handle_cont", ("a",))])
-def test_what_is_sent_now_and_then_is_taken_and_never_cuts_off(kind, given, monkeypatch):
-    now = [0.0]
+async def test_what_is_sent_now_and_then_is_taken_and_never_cuts_off(kind, given, monkeypatch):
+    now, taken = [0.0], []
     monkeypatch.setattr(sockets, "time", SimpleNamespace(monotonic=lambda: now[0]))
-    monkeypatch.setattr(WebSocketsSansIOProtocol, "__init__", lambda self: None)
     monkeypatch.setattr(WebSocketsSansIOProtocol, kind, lambda self, *event: taken.append(event))
-    socket, taken = BoundedWebSocket(), []
+    socket = made(BoundedWebSocket)
     socket.transport = Mock()
     for _ in range(1000):
         now[0] += 1.0
@@ -61,26 +85,14 @@ def test_what_is_sent_now_and_then_is_taken_and_never_cuts_off(kind, given, monk
     assert taken == [given] * (1000 + 99), "none once it is cut off"
 
 
-def test_a_peer_that_answers_no_ping_is_let_go_with_all_that_it_has_not_read():
-    async def play():
-        config = uvicorn.Config(lambda *_: None)
-        config.load()
-        socket = BoundedWebSocket(config, ServerState(), {"accounts": ACCOUNTS}, asyncio.get_running_loop())
-        socket.transport = Mock()
-        socket.keepalive_timeout()
-        socket.transport.abort.assert_called_once()
-
-    asyncio.run(play())
+async def test_a_peer_that_answers_no_ping_is_let_go_with_all_that_it_has_not_read():
+    socket = made(BoundedWebSocket)
+    socket.transport = Mock()
+    socket.keepalive_timeout()
+    socket.transport.abort.assert_called_once()
 
 
-REQUEST = b"GET / HTTP/1.1\r\nHost: here\r\n\r\n"
-
-
-async def answer(scope, receive, send):
-    """Answer a request, after a while."""
-    await asyncio.sleep(0.5)
-    await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]})
-    await send({"type": "http.response.body", "body": b"ok"})
+# --- requests -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -88,95 +100,72 @@ async def answer(scope, receive, send):
     [(b"", b""), (b"", REQUEST), (REQUEST, b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 100)],
     ids=["nothing", "little", "one and then little"],
 )
-def test_who_asks_for_nothing_whole_is_let_go_and_whoever_does_is_answered(first, parts, monkeypatch):
-    monkeypatch.setattr(sockets, "REQUEST_S", 0.2)
-    state = ServerState()
-
-    async def play():
-        config = uvicorn.Config(answer, http=BoundedHTTP, lifespan="off", timeout_keep_alive=60)
-        config.load()
-        loop = asyncio.get_running_loop()
-        server = await loop.create_server(lambda: BoundedHTTP(config, state, {"accounts": ACCOUNTS}), "127.0.0.1", 0)
-        reader, writer = await asyncio.open_connection(*server.sockets[0].getsockname()[:2])
-        writer.write(first)
-        if first:
-            heard = await asyncio.wait_for(reader.readuntil(b"ok"), 60)
-            assert heard.startswith(b"HTTP/1.1 200")
-        closing = asyncio.create_task(reader.read())
-        for byte in parts[:-1]:
-            if closing.done():
-                break
-            writer.write(bytes([byte]))
-            await asyncio.sleep(0.05)
-        with contextlib.suppress(ConnectionError):
-            assert await asyncio.wait_for(closing, 60) == b""
-        assert not state.connections
-        writer.transport.abort()
-        server.close()
-        await asyncio.sleep(0)
-
-    asyncio.run(play())
+async def test_who_asks_for_nothing_whole_is_let_go_and_whoever_does_is_answered(first, parts, monkeypatch):
+    monkeypatch.setattr(sockets, "REQUEST_S", 0.15)
+    state, loop = ServerState(), asyncio.get_running_loop()
+    server = await loop.create_server(lambda: made(BoundedHTTP, state=state), "127.0.0.1", 0)
+    reader, writer = await asyncio.open_connection(*server.sockets[0].getsockname()[:2])
+    writer.write(first)
+    if first:
+        assert (await asyncio.wait_for(reader.readuntil(b"ok"), 60)).startswith(b"HTTP/1.1 200")
+    closing = asyncio.create_task(reader.read())
+    for byte in parts[:-1]:
+        if closing.done():
+            break
+        writer.write(bytes([byte]))
+        await asyncio.sleep(0.05)
+    with contextlib.suppress(ConnectionError):
+        assert await asyncio.wait_for(closing, 60) == b""
+    assert not state.connections
+    writer.transport.abort()
+    server.close()
+    await asyncio.sleep(0)
 
 
-def test_of_connections_that_ask_for_nothing_the_oldest_gives_way(monkeypatch):
+async def test_of_connections_that_ask_for_nothing_the_oldest_gives_way(monkeypatch):
     """Five addresses that connected without a word, thousands of times a second, held up every game."""
     monkeypatch.setattr(sockets, "MOST_SILENT", 5)
     monkeypatch.setattr(sockets, "MOST_SILENT_OF_ADDRESS", 3)
+    accounts = Accounts(Rate(1.0, 1.0), Rate(1.0, 1.0))
 
-    async def play():
-        config, accounts = uvicorn.Config(answer, lifespan="off"), Accounts(Rate(1.0, 1.0), Rate(1.0, 1.0))
-        config.load()
+    def closed(*connections):
+        return [one.transport.abort.called for one in connections]
 
-        def connected(address):
-            one = BoundedHTTP(config, ServerState(), {"accounts": accounts}, asyncio.get_running_loop())
-            known = {"peername": (address, 5), "sockname": ("here", 80)}
-            one.connection_made(Mock(get_extra_info=known.get, is_closing=lambda: False))
-            return one
-
-        def closed(*connections):
-            return [one.transport.abort.called for one in connections]
-
-        asks = connected("a")
-        asks.data_received(REQUEST)
-        first, second, third = (connected("a") for _ in range(3))
-        assert not any(closed(asks, first, second, third))
-        fourth, other = connected("a"), connected("b")
-        assert closed(asks, first, second, other) == [False, True, False, False]
-        second.connection_lost(None)
-        connected("b"), connected("b")
-        assert not any(closed(second, third, fourth, other))
-        connected("c")
-        assert closed(asks, third, fourth, other) == [False, True, False, False], "the oldest of all"
-
-    asyncio.run(play())
+    asks = connected("a", accounts)
+    asks.data_received(REQUEST)
+    first, second, third = (connected("a", accounts) for _ in range(3))
+    assert not any(closed(asks, first, second, third))
+    fourth, other = (connected(address, accounts) for address in "ab")
+    assert closed(asks, first, second, other) == [False, True, False, False]
+    second.connection_lost(None)
+    for _ in range(2):
+        connected("b", accounts)
+    assert not any(closed(second, third, fourth, other))
+    connected("c", accounts)
+    assert closed(asks, third, fourth, other) == [False, True, False, False], "the oldest of all"
 
 
-def test_a_request_of_thousands_of_headers_is_not_read(monkeypatch):
-    read = []
+async def test_a_request_of_thousands_of_headers_is_not_read():
+    one = connected("a")
+    one.data_received(REQUEST[:-2])
+    one.data_received(b"a: b\r\n" * 200)
+    one.transport.abort.assert_not_called()
+    one.data_received(b"a: b\r\n" * 200)
+    one.transport.abort.assert_called_once()
+    assert one.conn.their_state is h11.IDLE
+
+
+async def test_nothing_is_read_of_a_connection_in_debt_until_that_is_paid(monkeypatch):
+    read, accounts = [], Accounts(Rate(1.0, 1.0), Rate(1.0, 1.0))
     monkeypatch.setattr(sockets.H11Protocol, "data_received", lambda _, data: read.append(data))
-    socket = BoundedHTTP.__new__(BoundedHTTP)
-    socket._account, socket._lines, socket.transport, socket._silent = ACCOUNTS.of(None), 0, Mock(), {}
-    socket.conn = SimpleNamespace(their_state=h11.IDLE)
-    socket.data_received(REQUEST)
-    socket.data_received(b"a: b\r\n" * 200)
-    socket.transport.abort.assert_not_called()
-    socket.data_received(b"a: b\r\n" * 200)
-    socket.transport.abort.assert_called_once()
-    assert len(read) == 2
-
-
-def test_nothing_is_read_of_a_connection_in_debt_until_that_is_paid(monkeypatch):
-    read = []
-    monkeypatch.setattr(sockets.H11Protocol, "data_received", lambda _, data: read.append(data))
-    socket = BoundedHTTP.__new__(BoundedHTTP)
-    socket._account, socket._lines, socket.transport = Mock(debt_s=lambda: 2.0), 0, Mock(is_closing=lambda: False)
-    socket._silent = {}
-    socket.loop, socket.flow, socket.conn = Mock(), Mock(read_paused=False), SimpleNamespace(their_state=h11.DONE)
-    socket.data_received(REQUEST)
-    socket.transport.pause_reading.assert_called_once()
-    socket.loop.call_later.assert_called_once_with(2.0, socket._read_on, REQUEST)
-    assert not read
-    socket._account = ACCOUNTS.of(None)
-    socket._read_on(REQUEST)
-    socket.transport.resume_reading.assert_called_once()
+    one = connected("a", accounts)
+    one._account.spend(3.0)
+    one.loop = Mock()
+    one.data_received(REQUEST)
+    one.transport.pause_reading.assert_called_once()
+    (debt_s, read_on, data), _ = one.loop.call_later.call_args
+    assert debt_s == pytest.approx(2.0, abs=0.1) and not read
+    one._account = accounts.of(("b", 1))
+    read_on(data)
+    one.transport.resume_reading.assert_called_once()
     assert read == [REQUEST]

@@ -94,7 +94,8 @@ async def test_a_room_without_factors_writes_nothing_of_them(tmp_path):
         red, _ = await running(room)
         room.stop()
         assert red.heard(protocol.Seated)[0].factors is None and read(room).end.delays is None
-        assert room.session.delays()[0]["command"] == {"asked_ms": 0.0, "got_ms": None, "count": 0}
+        told = room.session.delays()[0].command
+        assert (told.asked_ms, told.got_ms, told.count) == (0.0, None, 0)
 
 
 async def test_a_game_goes_by_its_speed_and_is_taken_over_without_the_other_factors(tmp_path):
