@@ -1,7 +1,6 @@
 """Messages: what fits, what is refused, and the schema that is published."""
 
 import json
-import re
 from pathlib import Path
 
 import pytest
@@ -110,9 +109,6 @@ def test_the_published_schema_is_that_of_the_code():
     )
 
 
-def test_the_page_names_every_message_and_field():
+def test_the_page_names_every_message():
     for message in (*protocol.ClientMessage.__args__, *protocol.ServerMessage.__args__):
         assert f"`{message.__struct_config__.tag}`" in PAGE
-    named = set(re.findall(r"`([a-z_]+)`", PAGE)) | set(re.findall(r'"([a-z_]+)":', PAGE))
-    missing = {name: set(one["properties"]) - named for name, one in protocol.schema()["$defs"].items()}
-    assert len(missing) > 25 and {name: fields for name, fields in missing.items() if fields} == {}

@@ -32,10 +32,11 @@ def viewing(team=0, speed=1.0, **factors):
     return client, SeatView(client, team, Factors(**factors), speed)
 
 
-def state(phase, sizes=((2, 2),), **more):
+def state(phase, sizes=None, **more):
     seat = protocol.SeatState()
     return protocol.RoomState(
-        code="ABCD", phase=phase, settings=protocol.Settings(), red=seat, blue=seat, watchers=0, sizes=sizes,
+        code="ABCD", phase=phase, settings=protocol.Settings(), red=seat, blue=seat, watchers=0,
+        sizes=sizes or [(2, 2)],
         min_command_interval=0.5, **more,
     )  # fmt: skip
 
