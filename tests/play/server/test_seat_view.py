@@ -36,8 +36,7 @@ def state(phase, sizes=None, **more):
     seat = protocol.SeatState()
     return protocol.RoomState(
         code="ABCD", phase=phase, settings=protocol.Settings(), red=seat, blue=seat, watchers=0,
-        sizes=sizes or [(2, 2)],
-        min_command_interval=0.5, **more,
+        sizes=sizes or [(2, 2)], min_command_interval=0.5, **more,
     )  # fmt: skip
 
 
