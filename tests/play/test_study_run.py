@@ -1,4 +1,4 @@
-"""The example study, run by eight scripted participants while the power fails three times."""
+"""The example study, run by four scripted participants while the power fails three times."""
 
 import itertools
 import shutil
@@ -16,6 +16,7 @@ from tests.play.studying import PATIENCE_S, Participant, StudyTable, walk_all
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "study"
 SHORT = {  # so that nothing takes long
+    "participants = 8": "participants = 4",
     "games = 4 ": "games = 2 ",
     "break_s = 60.0": "break_s = 0.1",
     "drones_per_team = 10": "drones_per_team = 3",
@@ -63,21 +64,21 @@ def test_a_study_that_is_killed_three_times_ends_with_exactly_what_was_planned(t
         blocks = [line["scores"] for line in done if line["step"].startswith("block") and ".form." in line["step"]]
         assert blocks == [{"tlx_raw": 0.0, "tlx": 0.0}, {"sus": 50.0}] * 2
         assert set(one.done) <= {line["step"] for line in done}
-    assert Counter(study.order_of(number)[0].title for number in range(8)) == {"drawing": 4, "attractors": 4}
+    assert Counter(study.order_of(number)[0].title for number in range(4)) == {"drawing": 2, "attractors": 2}
     titles = [condition.title for condition in study.conditions]
-    assert seeds == dict.fromkeys(itertools.product(titles, map(study.seed_of, range(study.games))), 8)
+    assert seeds == dict.fromkeys(itertools.product(titles, map(study.seed_of, range(study.games))), 4)
     assert {f"games/{path.name}" for path in (tmp_path / "data" / "games").glob("*.jsonl")} == recordings
     published = export(tmp_path / "data", tmp_path / "out").data
     assert all("broken off" in fault for fault in published.faults), "the power may go before a file's first line"
     assert len(published.games) == len(recordings)
-    assert [one.finished for one in published.participants] == [True] * 8
+    assert [one.finished for one in published.participants] == [True] * 4
 
 
 def fail(table, folder):
     """Kill a study three times, in the middle of games, and start it again."""
     chance = np.random.default_rng(21)
-    for least in (20, 55, 90):  # of some 130 steps, most of them games; before the first one nobody plays
-        reached = least + chance.integers(20)
+    for least in (12, 28, 44):  # of some 65 steps, most of them games; before the first one nobody plays
+        reached = least + chance.integers(8)
         end = time.monotonic() + PATIENCE_S
         while not is_in_play(folder, reached) and time.monotonic() < end:
             time.sleep(0.02)

@@ -42,7 +42,7 @@ def read_regular(path: Path) -> bytes:
 
 
 def read_ends(path: Path, count: int) -> tuple[bytes, bytes]:
-    """Return the first and the last bytes of a recording's file, so many of each at most; as `read_regular`."""
+    """Return at most `count` first and `count` last bytes of a recording's file; errors as of `read_regular`."""
     try:
         with opened(path, links=False) as (file, size):
             first = file.read(count)

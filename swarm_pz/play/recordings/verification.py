@@ -1,8 +1,8 @@
 """What in a recorded game cannot have been so, by the rules of the table that wrote it.
 
 The simulation decides frames, captures, sizes and the end; the rules decide when commands came into force, a
-drawing's density and who can have sent what. What remains (names, labels, times of clocks, what a policy would
-have said) only the chain of the lines vouches for, against all who do not make it anew.
+drawing's density and who can have sent what. Names, labels, times of clocks and what a policy would have said are
+protected by the chain of the lines alone, which a forger can make anew.
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ class Bridge(Rosbridge):
         self._present: set[Client] = set()
         """Clients that have said something of the game, and are there."""
         self._doubted: dict[Client, tuple[Client, Callable[[], None]]] = {}
-        """By a client that may be gone, who wants its side, and what that one does if it is."""
+        """For each client that may be gone: the client that wants its side, and what to do for that one if it is."""
         self._ending: asyncio.TimerHandle | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -84,7 +84,7 @@ class Bridge(Rosbridge):
     # --- what clients say -------------------------------------------------------------------------
 
     def heard(self, client: Client, topic: str, message: Message) -> None:
-        """Take a message of one of the topics that mean something here; others are nobody's business."""
+        """Take a message of one of the topics that mean something here, and ignore others."""
         self._present.add(client)
         if self._ending is not None:
             self._ending.cancel()
@@ -113,7 +113,7 @@ class Bridge(Rosbridge):
                     self._command(client, side, reader(message))
 
     def left(self, client: Client) -> None:
-        """Keep the seat of who has gone for a while: it may come back."""
+        """Keep a client's seat for a while: it may come back."""
         self._present.discard(client)
         if not self._present and self._ending is None:
             self._ending = asyncio.get_running_loop().call_later(self._alone_s, self._leave)
@@ -156,7 +156,7 @@ class Bridge(Rosbridge):
     def _doubt(self, owner: Client, other: Client, then: Callable[[], None]) -> None:
         """Ask a client whether it is there; a tablet that comes back may be here before its end was noticed.
 
-        Who wanted the side first gets it, with the latest that it said.
+        The first client that wanted the side gets it, with the latest that it said.
         """
         if owner not in self._doubted:
             self._begin(self._ask(owner))
@@ -199,7 +199,7 @@ class Bridge(Rosbridge):
         self._shown.show_target(target, other if other is not self._owners.get(seat.side) else None)
 
     def told(self, seat: Seat, text: str, is_fault: bool) -> None:
-        """Tell who plays a seat, and everybody who reads the log, what became of it."""
+        """Tell the client of a seat, and all readers of the log, what became of it."""
         line = f"{seat.side}: {text}"
         self._say(f"rosbridge: {line}")
         self.publish(LOG, log(line, time.time(), is_fault))

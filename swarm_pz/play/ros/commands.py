@@ -126,8 +126,11 @@ def _shaped(values: NDArray[np.float64], takes: Commands) -> CommandMessage:
 def _floats(message: Message) -> NDArray[np.float64]:
     """Return the numbers of a message's `data`."""
     data = message.get("data")
-    if not isinstance(data, list) or any(type(value) not in (int, float) for value in data):
+    if not isinstance(data, list):
         raise ProtocolError(f"data must be a list of numbers, got {type(data).__name__}")
+    others = {type(value) for value in data} - {int, float}
+    if others:
+        raise ProtocolError(f"data must be a list of numbers, got one with {others.pop().__name__}")
     try:
         return np.array(data, np.float64)
     except OverflowError as error:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _COMMAND_S = 0.1
 """Seconds between two commands that are sent to the table; of those that come sooner, the latest waits."""
 _NUMBER_BYTES = 32
-"""Room for its number in a command's message. A table ends the connection of who sends more than it takes."""
+"""Room for its number in a command's message; the table ends a connection that sends more than it takes."""
 _ACKNOWLEDGED = 4
 """Frames that one acknowledgement is for."""
 _ENDS = {"red": "red has won", "blue": "blue has won", "draw": "a draw", "stopped": "it was stopped"}

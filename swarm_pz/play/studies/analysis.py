@@ -86,7 +86,7 @@ def conditions(games: Sequence[GameRow]) -> list[ConditionRow]:
 
 
 def win_interval(people: Sequence[Sequence[bool]]) -> tuple[float, float]:
-    """Return the 95 % interval of the share of games won, of participants who won some of their games each.
+    """Return the 95 % interval of the share of games won; `people` are the wins and losses of each participant.
 
     Wilson's, of as many independent games as would be worth these: fewer by as much as the shares of participants
     differ more than chance lets them (Korn and Graubard, Survey Methodology 24, 1998). With one participant all
@@ -111,7 +111,7 @@ def compare(games: Sequence[GameRow]) -> list[Comparison]:
     longest = max((game.seconds for game in games), default=0.0)
     values: dict[str, dict[str, dict[str, list[float]]]] = {"win_rate": {}, "restricted_mean_s": {}}
     for game in games:
-        lasted = game.seconds if game.decided else longest  # who wins nobody plays to the longest time
+        lasted = game.seconds if game.decided else longest  # without a winner it would go on
         for measure, value in zip(values, (float(game.won), lasted), strict=True):
             values[measure].setdefault(game.condition, {}).setdefault(game.participant, []).append(value)
     found = []

@@ -137,8 +137,8 @@ class Study(Config):
     games : int
         In each block: one block a condition.
     order : "balanced" or tuple of tuple of str
-        A balanced Latin square (Williams 1949), or who meets what: a row of conditions' titles for each participant
-        in turn, over again from the first.
+        A balanced Latin square (Williams 1949), or rows of conditions' titles, one for each participant in turn; after
+        the last row the first one comes again.
     rules : mapping
         Fields of `GameConfig` for all conditions.
     practice : Practice
@@ -152,8 +152,8 @@ class Study(Config):
     seed : int
         Of the games' starts.
     codes : tuple of str
-        Of the participants, by number: who types one is that participant. If none are given, they are drawn when the
-        study begins.
+        Of the participants, by number: typing a code opens that participant's session. If none are given, they are
+        drawn when the study begins.
     folder : Path
         Where the texts are.
     """
@@ -204,7 +204,7 @@ class Study(Config):
 
     @property
     def has_guessable_codes(self) -> bool:
-        """Whether codes of its own are short, or count up: who knows one guesses others."""
+        """Whether codes of its own are short, or count up, so that one of them is enough to guess others."""
         stems = {re.sub(r"[0-9]{1,4}(?![0-9])", "", code.upper()) for code in self.codes}
         return len(stems) < len(self.codes) or any(len(code) < _SIGNS_OF_CODE - 2 for code in self.codes)
 

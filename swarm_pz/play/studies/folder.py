@@ -160,11 +160,11 @@ class StudyFolder:
         return isinstance(first, dict) and "withdrawn" in first
 
     def is_alone(self, number: int) -> bool:
-        """Whether who was to play against a participant has withdrawn."""
+        """Whether a participant's partner has withdrawn."""
         return self.study.is_of_pairs and number ^ 1 in self.withdrawn
 
     def summary(self, number: int) -> dict[str, Any]:
-        """Return how far a participant is, for those who look on."""
+        """Return how far a participant is, for the monitor."""
         order = [one.title for one in self.study.order_of(number)]
         told = {"name": self.study.name_of(number), "order": order, "block": "", "played": 0, "won": 0}
         told |= {"done": 0, "of": 0}

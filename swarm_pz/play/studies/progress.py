@@ -28,7 +28,7 @@ _Moment = Annotated[float, msgspec.Meta(ge=0.0, le=1e12)]
 
 
 class _Line(msgspec.Struct):
-    """What a line may say of a step that is done; who reads it need not doubt that again."""
+    """What a line may say of a step that is done: lines are checked once, when they are read."""
 
     step: str
     at: _Moment = 0.0
@@ -99,7 +99,7 @@ def steps_of(
     done : mapping of str to mapping
         Steps that are done, and what is known of them: how practice went decides how much of it there is.
     is_alone : bool
-        Whether who was to play against them has withdrawn: blocks of two have no further steps.
+        Whether their partner has withdrawn: blocks of two have no further steps then.
     """
 
     def asked(when: str, name: str, condition: Condition | None = None) -> list[Step]:
@@ -174,7 +174,7 @@ class Progress:
     only_read : bool
         Another program may be writing the file: it is left as it is.
     is_alone : bool
-        Whether who was to play against them has withdrawn.
+        Whether their partner has withdrawn.
 
     Raises
     ------

@@ -32,23 +32,28 @@ def count(upto, tell):
     return os.getpid()
 
 
+@pytest.fixture(scope="module")
+def sandbox():
+    with Sandbox() as one:
+        yield one
+
+
 @pytest.mark.parametrize(
     ("work", "given", "error", "said"),
     [
-        (die, (signal.SIGSEGV,), RecordingError, r"game\.jsonl .*\(SIGSEGV\)"),
-        (spin, (), RecordingError, r"game\.jsonl was given up"),
-        (bytearray, (2 * module.MEMORY,), RecordingError, r"game\.jsonl .* 4 GiB of memory"),
         (int, ("x",), RecordingError, r"game\.jsonl .* ValueError"),
         (refuse, (), OutputError, "the disk is full"),
+        (bytearray, (2 * module.MEMORY,), RecordingError, r"game\.jsonl .* 4 GiB of memory"),
+        (die, (signal.SIGSEGV,), RecordingError, r"game\.jsonl .*\(SIGSEGV\)"),
+        (spin, (), RecordingError, r"game\.jsonl was given up"),
     ],
 )
 def test_whatever_becomes_of_the_process_is_an_error_that_names_the_file_and_the_next_one_is_well(
-    work, given, error, said
+    work, given, error, said, sandbox
 ):
-    with Sandbox() as sandbox:
-        with pytest.raises(error, match=said):
-            sandbox.do("game.jsonl", work, *given)
-        assert sandbox.do("next.jsonl", len, "abc") == 3
+    with pytest.raises(error, match=said):
+        sandbox.do("game.jsonl", work, *given)
+    assert sandbox.do("next.jsonl", len, "abc") == 3
 
 
 def test_one_process_does_all_work_tells_how_far_it_is_and_ends_with_its_context():
