@@ -18,7 +18,6 @@ from swarm_pz.cli import main
 from swarm_pz.errors import CommandError, MissingExtraError
 from swarm_pz.play.recordings.format import CommandLine, Recording
 from swarm_pz.play.ros import process
-from swarm_pz.play.server import serve as module
 from swarm_pz.simulator.commands import make_target
 from tests.play.conftest import Table
 
@@ -49,18 +48,6 @@ def test_without_the_extra_it_is_said_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "cbor2", None)
     with pytest.raises(MissingExtraError, match=r"cbor2 is not installed.*lab\]"):
         process.listen("127.0.0.1", 0)
-
-
-def test_the_bridge_is_beside_the_table_that_was_asked_for(monkeypatch):
-    calls = []
-    monkeypatch.setattr("swarm_pz.cli.table.known", dict)
-    monkeypatch.setattr(module, "serve", lambda *what, **how: calls.append((what, how)))
-    main(["play", "--port", "0", "--rosbridge", "0", "--ros-opponent", "ring"])
-    ((_, policies), how) = calls[0]
-    assert set(policies) == {"ring"}
-    listening, opponent, table, *_ = how["beside"].args
-    listening.close()
-    assert (opponent, table) == ("ring", how["table"])
 
 
 def served(folder):
