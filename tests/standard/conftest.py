@@ -2,10 +2,26 @@ from dataclasses import replace
 
 import pytest
 
-from swarm_pz.standard import Entry, Protocol, run
+from swarm_pz.standard import Entry, Protocol, aggregate, run
+
+RESAMPLES = aggregate.RESAMPLES
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package", autouse=True)
+def few_resamples():
+    """Take fewer resamples than results do."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(aggregate, "RESAMPLES", 200)
+        yield
+
+
+@pytest.fixture
+def all_resamples(monkeypatch):
+    """Take as many resamples as results do."""
+    monkeypatch.setattr(aggregate, "RESAMPLES", RESAMPLES)
+
+
+@pytest.fixture(scope="package")
 def tiny():
     """The protocol with one short opponent a track, and hardly any budget for attacks; it is no try."""
     whole = Protocol.read()
@@ -19,7 +35,7 @@ def tiny():
     return replace(whole, version="tiny", game=game, tracks=tracks, robust=robust, plain=plain)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def reported(tiny, tmp_path_factory):
     """The folder of a finished report."""
     out = tmp_path_factory.mktemp("report")

@@ -16,6 +16,7 @@ SCORES = np.random.default_rng(1).random((5, 8)).round(2)
 OTHERS = np.random.default_rng(2).random((4, 8)).round(2) * 0.9
 
 
+@pytest.mark.usefixtures("all_resamples")
 def test_numbers_are_those_of_rliable():
     """Of rliable 1.2.0: aggregate_iqm, its interval of 5,000 resamples, improvement and profile."""
     assert interquartile_mean(SCORES) == pytest.approx(0.487, abs=1e-9)

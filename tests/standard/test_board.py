@@ -32,6 +32,7 @@ def copied(place, tmp_path):
 # --- entries --------------------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("all_resamples")
 @pytest.mark.parametrize("folder", entries.folders(ENTRIES), ids=lambda folder: folder.name)
 def test_an_entry_is_what_its_report_says(folder):
     entries.check(folder, games=5, seed=0)
