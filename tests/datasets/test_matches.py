@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from minari.dataset.minari_storage import MinariStorage
 
-from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.config import CaptureConfig, GameConfig, ObservationConfig
 from swarm_pz.datasets import record_match
 from swarm_pz.errors import ConfigError, PolicyError
 from swarm_pz.policy import load
@@ -74,15 +74,17 @@ def test_opponents_are_dealt_in_turn_whatever_is_played_beside(tmp_path, monkeyp
 def test_games_are_of_the_side_and_the_seeds_that_were_asked_for(tmp_path, monkeypatch):
     monkeypatch.setattr("swarm_pz.datasets.matches._BATCH", 2)
     tmp_path.chmod(0o755)  # as folders are that others may read
-    shown, rules = [], {"games": 3, "seed": 5, "side": "blue", "config": SHORT}
+    lost = SHORT.replace(drones_per_team=(19, 1), time_limit=60.0, capture=CaptureConfig(threshold=0.5))
+    shown, rules = [], {"games": 3, "seed": 5, "side": "blue", "config": lost}
     opponents = ["uniform", "ring"]
     folder = record_match("champion", opponents, root=tmp_path, progress=lambda *done: shown.append(done), **rules)
     dataset, told = minari.MinariDataset(folder / "data"), MinariStorage.read_raw_metadata(folder / "data")
     assert told["seeds"] == [5, 7] and told["side"] == "blue" and shown[-1] == (3, 3)
-    assert told["player_digest"] == load("champion", SHORT).digest and not told["privileged"]
+    assert told["player_digest"] == load("champion", lost).digest and not told["privileged"]
     about = list(dataset.storage.get_episode_metadata(range(3)))
     assert [(one["seed"], one["side"]) for one in about] == [(5, "blue"), (6, "blue"), (7, "blue")]
     ends = {"win": 1, "draw": 0, "loss": -1}
+    assert "loss" in [one["outcome"] for one in about]
     assert [ends[one["outcome"]] for one in about] == [int(episode.infos["outcome"][-1]) for episode in dataset]
     env = dataset.recover_environment()
     assert [env.reset(seed=number)[1]["side"] for number in range(5, 13)] == [1] * 8
