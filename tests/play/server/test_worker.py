@@ -62,7 +62,7 @@ def test_what_hangs_is_given_up_and_its_client_waits_until_it_comes_back(stays, 
         hung[0].join(60)
         assert await worker.do(lambda: "done", client="stuck") == "done"
 
-    asyncio.run(script())
+    asyncio.run(asyncio.wait_for(script(), 60))
 
 
 class EscapeError(BaseException):
