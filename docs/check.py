@@ -114,9 +114,8 @@ def test_what_the_players_page_calls_by_a_name_is_on_the_page_and_so_are_its_key
     acts = re.search(r"const acts = {(.*?)};", source, re.S)
     keys = set(re.findall(r'"?([^\s"]+?)"?: \(\) =>', acts[1])) - {"="}  # plus without Shift
     listed = set(re.findall(r"[^\s,|]+", " ".join(re.findall(r"^(\|[^|]*)\|", page.split("| key |")[1], re.M))))
-    listed = {key.lower() if len(key) == 1 else key for key in listed}
-    assert {"g", "+", "u", "Enter"} <= keys
-    assert keys <= {key.replace("\N{MINUS SIGN}", "-") for key in listed}
+    assert {"g", "+", "u", "enter"} <= keys
+    assert keys <= {key.lower().replace("\N{MINUS SIGN}", "-") for key in listed}
 
 
 def test_the_wrappers_that_the_page_of_the_environment_names_can_be_made():
