@@ -41,6 +41,8 @@ def test_a_table_is_served_as_it_was_asked_for(served):
     assert how["table"].game == game and how["table"].min_command_interval == 0.75
     assert "█" in how["draw_code"]("http://127.0.0.2:8000/") and how["say"].func is print
     assert how["greeting"].startswith(f"rules: {game.rules_hash} ")
+    main(["play", "--record-labels"])
+    assert [how["record_labels"] for _, _, how in served] == [False, True], "names are recorded only if that is asked"
 
 
 @pytest.mark.parametrize(
