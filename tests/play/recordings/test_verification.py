@@ -215,6 +215,14 @@ def drawn_otherwise(lines):
     return lines
 
 
+def followed_too_soon(past):
+    """Let a command come into force a second time, before it may."""
+    again = past[place_of(past, "in_force")]
+    again = again | {"tick": again["tick"] + 3}
+    after = next(place for place, line in enumerate(past) if line.get("tick", 0) >= again["tick"])
+    return [*past[:after], again, *past[after:]]
+
+
 def as_another_seat(lines):
     lines[0]["red"], lines[0]["blue"] = lines[0]["blue"], lines[0]["red"]
     return lines
@@ -247,6 +255,7 @@ CAPTURE = {"type": "captured", "tick": 30, "drone": 0, "team": 1}
         (as_taken_over(0), "is of after tick 0"),
         (as_taken_over(30, 0), "is of before tick 30"),
         (taken_over_at(10, drawn_otherwise), "not that of its strokes"),
+        (taken_over_at(10, followed_too_soon), "cannot come into force"),
         (scaled, "1 for its largest value"),
         (taken_over_at(2, lambda past: [*past, AWAY]), "is of after tick"),
         (showing(lambda frame: replace(frame, fields=np.zeros((2, 50, 50), np.uint8))), "differs at 15"),
