@@ -78,7 +78,7 @@ class SlowLink:
     """
 
     def __init__(self, address, ms):
-        self._server, self._delay, self._writers = address.split(":"), ms / 1000.0, []
+        self._server, self._delay, self._writers = address, ms / 1000.0, []
         self._loop, begun = asyncio.new_event_loop(), threading.Event()
         self._thread = threading.Thread(target=self._run, args=(begun,))
         self._thread.start()
@@ -99,13 +99,14 @@ class SlowLink:
         self._loop.close()
 
     async def _meet(self, reader, writer):
-        there = await asyncio.open_connection(*self._server)
+        there = await asyncio.open_connection(*self._server.split(":"))
         self._writers += [writer, there[1]]
         await asyncio.gather(self._pass_on(reader, there[1]), self._pass_on(there[0], writer))
 
     async def _pass_on(self, reader, writer):
         try:
             while data := await reader.read(65_536):
+                data = data.replace(self.address.encode(), self._server.encode())  # a server answers its own name alone
                 self._loop.call_later(self._delay, writer.write, data)
         except ConnectionError:
             pass  # it ends as if it had been closed
