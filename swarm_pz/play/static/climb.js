@@ -22,8 +22,9 @@ export class Climbing {
 
   get who() { return { code: byId("climber-code").value.trim(), system: byId("climber-system").value || null }; }
 
-  // Offer the control systems that there are.
+  // Offer the control systems that there are; before this file had come, the form would have left the page.
   offer({ systems, default_systems: [own] }) {
+    byId("ask-level").disabled = false;
     if (byId("climber-system").options.length) return;
     byId("climber-system").append(...systems.map(systemOption));
     byId("climber-system").value = own;
