@@ -113,7 +113,7 @@ export class Lesson {
     this.step = step;
     const { title, text } = STEPS[step] ?? {
       title: "That is the game",
-      text: "Draw, send, look, and draw anew. Who owns every drone wins; after five minutes it is a draw.",
+      text: "Draw, send, look, and draw anew. Own every drone to win; after five minutes it is a draw.",
     };
     this.hold(this.isLast ? title : `${step + 1} of ${STEPS.length}: ${title}`, text, this.isLast ? "Play a game" : "Try it");
   }
