@@ -62,7 +62,7 @@ class GameState:
         """Time since the start."""
         return self.step * self.config.command_period
 
-    def crowd(self) -> Array:
+    def largest_cluster(self) -> Array:
         """Return the middle (2,) of the largest cluster of opposing drones."""
         if not len(self.opposing):
             return np.full(2, 0.5)
@@ -191,7 +191,7 @@ def hold(state: GameState) -> Any:
 @commander("attraction")
 def besiege(state: GameState) -> Any:
     """Draw everybody to a broad ring around a place between the centre and the largest cluster."""
-    place = 0.5 + 0.3 * (state.crowd() - 0.5)
+    place = 0.5 + 0.3 * (state.largest_cluster() - 0.5)
     ring = state.image(lambda distance: shapes.ring(distance, width=0.15), place)
     return np.stack([ring, np.zeros_like(ring)])
 
@@ -199,19 +199,19 @@ def besiege(state: GameState) -> Any:
 @commander("attraction")
 def strangle(state: GameState) -> Any:
     """Draw everybody to a ring around the largest cluster that closes, again and again; its middle repels."""
-    crowd, radius = state.crowd(), state.closing()
-    ring = state.image(lambda distance: shapes.ring(distance, radius, 0.1), crowd)
-    return np.stack([ring, 0.3 * state.image(lambda distance: shapes.disc(distance, radius / 3), crowd)])
+    cluster, radius = state.largest_cluster(), state.closing()
+    ring = state.image(lambda distance: shapes.ring(distance, radius, 0.1), cluster)
+    return np.stack([ring, 0.3 * state.image(lambda distance: shapes.disc(distance, radius / 3), cluster)])
 
 
 @commander("attraction")
 def shun(state: GameState) -> Any:
     """Let the opposing drones repel, and what is far from them draw."""
-    crowd, refuge = state.crowd(), state.refuge()
+    cluster, refuge = state.largest_cluster(), state.refuge()
     return np.stack(
         [
             state.image(lambda distance: shapes.disc(distance, 0.15), refuge),
-            state.image(lambda distance: shapes.disc(distance, 0.2), crowd),
+            state.image(lambda distance: shapes.disc(distance, 0.2), cluster),
         ]
     )
 
@@ -222,7 +222,7 @@ def shun(state: GameState) -> Any:
 @commander("attractors")
 def pounce(state: GameState) -> Any:
     """Fly to the largest cluster, all together."""
-    return _attractor(state, state.crowd(), 1.0)
+    return _attractor(state, state.largest_cluster(), 1.0)
 
 
 @commander("attractors")
@@ -235,7 +235,7 @@ def pick_off(state: GameState) -> Any:
 def prowl(state: GameState) -> Any:
     """Circle the largest cluster, and come closer."""
     turn = 2.0 * np.pi * state.seconds / 8.0
-    return _attractor(state, state.ring(state.crowd(), state.closing(), 1, turn)[0], 0.5)
+    return _attractor(state, state.ring(state.largest_cluster(), state.closing(), 1, turn)[0], 0.5)
 
 
 @commander("attractors")
@@ -256,13 +256,13 @@ def _attractor(state: GameState, place: Array, share: float) -> list[tuple[float
 @commander("formation")
 def encircle(state: GameState) -> Any:
     """Stand in a ring around the largest cluster that closes, again and again."""
-    return {"shape": "ring", "centre": tuple(state.crowd()), "size": state.closing(), "turn": 0.0}
+    return {"shape": "ring", "centre": tuple(state.largest_cluster()), "size": state.closing(), "turn": 0.0}
 
 
 @commander("formation")
 def corral(state: GameState) -> Any:
     """Stand in a wide ring around a place between the centre and the largest cluster, and let it turn."""
-    place = 0.5 + 0.3 * (state.crowd() - 0.5)
+    place = 0.5 + 0.3 * (state.largest_cluster() - 0.5)
     return {"shape": "ring", "centre": tuple(place), "size": 0.3, "turn": _turn(state)}
 
 
@@ -283,7 +283,7 @@ def _turn(state: GameState) -> float:
 @commander("leaders")
 def pincer(state: GameState) -> Any:
     """Lead to opposite sides of the largest cluster, and close in."""
-    return state.ring(state.crowd(), state.closing(), len(state.system.default(state.config)), _turn(state))
+    return state.ring(state.largest_cluster(), state.closing(), len(state.system.default(state.config)), _turn(state))
 
 
 @commander("leaders")
@@ -304,13 +304,13 @@ def lead_away(state: GameState) -> Any:
 @commander("accelerations")
 def tighten(state: GameState) -> Any:
     """Send each drone to a place of its own on a ring around the largest cluster that closes, again and again."""
-    return _towards(state, _own_places(state, state.crowd(), state.closing(), -np.pi))
+    return _towards(state, _own_places(state, state.largest_cluster(), state.closing(), -np.pi))
 
 
 @commander("accelerations")
 def hem_in(state: GameState) -> Any:
     """Send each drone to a place of its own on a wide ring between the centre and the largest cluster, that turns."""
-    centre = 0.5 + 0.3 * (state.crowd() - 0.5)
+    centre = 0.5 + 0.3 * (state.largest_cluster() - 0.5)
     return _towards(state, _own_places(state, centre, 0.3, -np.pi + 0.3))
 
 

@@ -171,14 +171,14 @@ class LeagueConfig(Config):
         The learner's run. It plays the pool instead of `opponents`, and is rated instead of evaluated.
     scripts : tuple of str
         Policies that are in the pool from the start; none for pure self-play.
-    rivals : tuple of str
-        Initial opponents beside the scripts: learned tactics, by name or folder. They are dealt as snapshots are.
+    initial_opponents : tuple of str
+        Learned tactics, by name or folder, that are in the pool from the start, too. They are dealt as snapshots are.
     seats : int
         Opponents dealt at a time.
     cycle : int
         Steps between two deals.
-    hardness : float
-        PFSP exponent: k of the weight (1 - p)^k of an opponent beaten in a share p of the games.
+    pfsp_exponent : float
+        k of the weight (1 - p)^k of an opponent that is beaten in a share p of the games.
     floor : float
         What is added to every weight.
     script_share : float
@@ -198,10 +198,10 @@ class LeagueConfig(Config):
 
     learner: TrainConfig = field(default=RECIPES["long"])
     scripts: tuple[str, ...] = SCRIPTS
-    rivals: tuple[str, ...] = ()
+    initial_opponents: tuple[str, ...] = ()
     seats: int = 16
     cycle: int = 65_536
-    hardness: float = 2.0
+    pfsp_exponent: float = 2.0
     floor: float = 0.02
     script_share: float = 0.5
     snapshot_score: float = 0.65
@@ -213,11 +213,11 @@ class LeagueConfig(Config):
     def __post_init__(self) -> None:
         super().__post_init__()
         check(isinstance(self.learner, TrainConfig), "learner", self.learner, "a TrainConfig")
-        for name in ("scripts", "rivals"):
+        for name in ("scripts", "initial_opponents"):
             _check_names(getattr(self, name), name)
         _check_each(self, check_count, 1, 65536, "seats")
         _check_each(self, check_count, 1, 10**12, "cycle", "snapshot_every", "exploiter_every")
         _check_each(self, check_count, 0, 10**12, "exploiter_steps", "async_delay")
-        _check_each(self, check_number, 0.0, 100.0, "hardness")
+        _check_each(self, check_number, 0.0, 100.0, "pfsp_exponent")
         _check_each(self, check_number, 1e-6, 1.0, "floor")
         _check_each(self, check_number, 0.0, 1.0, "script_share", "snapshot_score")

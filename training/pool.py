@@ -23,7 +23,7 @@ class Member:
     name : str
     source : str
         Name of the policy, or its folder within the league's.
-    kind : {"script", "rival", "snapshot", "exploiter"}
+    kind : {"script", "initial", "snapshot", "exploiter"}
     games, score : float
         Games of late, and the learner's score in them; a draw is half a win.
     """

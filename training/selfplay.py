@@ -127,7 +127,7 @@ class League:
                 shutil.rmtree(folder / name, ignore_errors=True)
             clear(folder)
             invited = [Member(name, name, "script") for name in config.scripts]
-            invited += [Member(name, name, "rival") for name in config.rivals]
+            invited += [Member(name, name, "initial") for name in config.initial_opponents]
             self.pool = Pool(invited, config_hash=settings.hash)
             self._snapshot()
         with draft_of(folder / SETTINGS) as draft:
@@ -240,7 +240,7 @@ class League:
         logger.record("league/lowest_score", by_score[0].beaten)
 
     def _deal(self) -> None:
-        weights = self.pool.weights(self.config.hardness, self.config.floor, self.config.script_share)
+        weights = self.pool.weights(self.config.pfsp_exponent, self.config.floor, self.config.script_share)
         generator = np.random.default_rng([self.config.learner.seed, self.main.model.num_timesteps])
         # Systematic sampling: as random as needed, with less variance than independent draws.
         places = (generator.random() + np.arange(self.config.seats)) / self.config.seats
@@ -254,7 +254,7 @@ class League:
     def _partner(self, opponent: Opponent, game: GameConfig) -> Player:
         """Return a member of the pool; learned ones with noise."""
         member = next(member for member in self.pool.members if member.name == opponent.name)
-        is_installed = member.kind in ("script", "rival")
+        is_installed = member.kind in ("script", "initial")
         player = policies.load(member.source if is_installed else self.folder / member.source, game)
         if isinstance(player, LearnedPolicy):
             player.noise = opponent.noise

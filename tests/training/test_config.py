@@ -37,7 +37,7 @@ def test_the_recipe_of_the_benchmarks_exploiters_is_the_one_that_it_was_frozen_w
         (TrainConfig, "threads", 1, 1024, 1),
         (LeagueConfig, "seats", 1, 65536, 1),
         (LeagueConfig, "cycle", 1, 10**12, 1),
-        (LeagueConfig, "hardness", 0.0, 100.0, FRACTION * 100),
+        (LeagueConfig, "pfsp_exponent", 0.0, 100.0, FRACTION * 100),
         (LeagueConfig, "floor", 1e-6, 1.0, FRACTION),
         (LeagueConfig, "script_share", 0.0, 1.0, FRACTION),
         (LeagueConfig, "snapshot_score", 0.0, 1.0, FRACTION),
@@ -73,7 +73,11 @@ def test_settings_have_bounds(made, name, low, high, step):
         (TrainConfig, {"sizes": (5, 10), "num_envs": 5}, "num_envs must be a multiple of 2"),
         (TrainConfig, {"learn_rate": 0.1}, "did you mean 'learning_rate'"),
         (LeagueConfig, {"scripts": "ring"}, "scripts must be a tuple of policies' names, got 'ring'"),
-        (LeagueConfig, {"rivals": "ring"}, "rivals must be a tuple of policies' names, got 'ring'"),
+        (
+            LeagueConfig,
+            {"initial_opponents": "ring"},
+            "initial_opponents must be a tuple of policies' names, got 'ring'",
+        ),
         (LeagueConfig, {"learner": None}, "learner must be a TrainConfig"),
     ],
 )

@@ -33,7 +33,7 @@ def test_the_hardest_are_met_most_and_scripts_keep_their_share_however_many_snap
 
 
 def test_a_pool_is_read_as_it_was_written_and_its_newest_snapshot_is_the_last_of_them():
-    kinds = {"ring": "script", "s1": "snapshot", "x1": "exploiter", "s2": "snapshot", "x2": "exploiter", "r": "rival"}
+    kinds = {"ring": "script", "s1": "snapshot", "x1": "exploiter", "s2": "snapshot", "x2": "exploiter", "r": "initial"}
     members = [Member(name, f"pool/{name}", kind, 20.0, 5.0) for name, kind in kinds.items()]
     pool = Pool(members, "abc", snapshot_step=3, target="pool/s2", exploiters=2, exploiter_step=1, until=7)
     again = Pool.from_dict(json.loads(json.dumps(asdict(pool))))

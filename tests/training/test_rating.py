@@ -85,7 +85,7 @@ def test_a_league_that_was_stopped_while_others_worked_for_it_goes_on_as_the_sam
 
 def test_a_snapshot_is_rated_among_all_scripts_the_first_and_the_latest(tmp_path, monkeypatch):
     monkeypatch.setattr(rating, "_RATED", 2)
-    members = [Member(name, name, "script") for name in ("ring", "uniform")] + [Member("halo", "halo", "rival")]
+    members = [Member(name, name, "script") for name in ("ring", "uniform")] + [Member("halo", "halo", "initial")]
     for kind in ("snapshot", "exploiter"):
         members += [Member(f"{kind}_{n}", f"{kind}s/{kind}_{n}", kind) for n in range(4)]
     held = []

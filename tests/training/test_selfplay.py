@@ -71,7 +71,9 @@ def test_a_league_tells_how_far_it_is_and_who_is_hardest(played):
 
 
 def test_opponents_are_dealt_as_often_as_their_weights_say_in_an_order_that_changes(tmp_path, monkeypatch):
-    config = PLAIN.replace(scripts=("uniform", "ring", "noise"), seats=60, hardness=3.0, floor=0.05, script_share=0.4)
+    config = PLAIN.replace(
+        scripts=("uniform", "ring", "noise"), seats=60, pfsp_exponent=3.0, floor=0.05, script_share=0.4
+    )
     league = League(config, tmp_path, say=quiet)
     for member, score in zip(league.pool.members, (9.0, 5.0, 2.0, 4.0), strict=True):
         member.score = score
@@ -174,10 +176,10 @@ def test_exploiters_are_trained_in_turn_of_the_newest_snapshot_and_a_killed_one_
 
 def test_rivals_are_met_from_the_start_among_the_snapshots(played, tmp_path):
     rival = str(played[0].folder)
-    league = League(ONE_DEAL.replace(rivals=(rival,), learner=LEARNER), tmp_path, say=quiet)
+    league = League(ONE_DEAL.replace(initial_opponents=(rival,), learner=LEARNER), tmp_path, say=quiet)
     league.run()
     met = next(member for member in league.pool.members if member.name == rival)
-    assert met.kind == "rival" and met.games > 10
+    assert met.kind == "initial" and met.games > 10
     weights = league.pool.weights(exponent=1.0, floor=0.1, scripts=0.5)
     assert weights[[kind == "script" for kind in kinds_of(league)]].sum() == pytest.approx(0.5)
 
@@ -195,7 +197,7 @@ def test_a_league_goes_on_where_it_was_with_more_steps_and_other_threads_alone(t
     with pytest.raises(CheckpointError, match=r"holds a league, a finished run of 32 steps .*--resume"):
         League(ONE_DEAL, tmp_path, say=quiet)
     with pytest.raises(CheckpointError, match="other settings"):
-        League(ONE_DEAL.replace(hardness=1.0), tmp_path, resume=True, say=quiet)
+        League(ONE_DEAL.replace(pfsp_exponent=1.0), tmp_path, resume=True, say=quiet)
     longer = ONE_DEAL.replace(learner=LEARNER.replace(total_steps=64, threads=2))
     league = League(longer, tmp_path, resume=True, say=quiet)
     assert (league.main.model.num_timesteps, league.main.config.threads) == (32, 2)
