@@ -197,19 +197,17 @@ class FlockingReference:
         velocities: NDArray[np.floating],
         teams: NDArray[np.integer],
         attractors: NDArray[np.floating],
-        failed: Booleans | None = None,
-        heard: Booleans | None = None,
+        heard: Booleans,
     ) -> Floats:
-        """Return the accelerations (N, 2) of all drones, not saturated; of failed drones 0.
+        """Return the accelerations (N, 2) of all drones, not saturated.
 
         `attractors` (2, 3) are x, y and weight of each team's; `heard` (N, N) is `[i, j]` whether i hears j.
         """
         accelerations = np.zeros((len(positions), 2))
         now = np.asarray(velocities, dtype=np.float64)
-        urges = self.urges(positions, velocities, teams, attractors, failed, heard)
-        for i, urge in enumerate(urges):
+        for i, urge in enumerate(self.urges(positions, velocities, teams, attractors, heard)):
             strength = math.hypot(urge[0], urge[1])
-            if (failed is not None and failed[i]) or strength < 1e-6:
+            if strength < 1e-6:
                 continue
             accelerations[i] = (self.speed * self._heading(now[i], urge / strength) - now[i]) / self.period
         return accelerations
@@ -220,19 +218,14 @@ class FlockingReference:
         velocities: NDArray[np.floating],
         teams: NDArray[np.integer],
         attractors: NDArray[np.floating],
-        failed: Booleans | None = None,
-        heard: Booleans | None = None,
+        heard: Booleans,
     ) -> Floats:
         """Where drones want to go, the (N, 2) float64 vectors F; parameters as of `solve`."""
         p, v = np.asarray(positions, dtype=np.float64), np.asarray(velocities, dtype=np.float64)
         drones = len(p)
-        down = np.zeros(drones, dtype=np.bool_) if failed is None else failed
         urges = np.zeros((drones, 2))
         for i in range(drones):
-            # A failed drone says nothing: nobody knows where it is.
-            mates = [j for j in range(drones) if j != i and teams[j] == teams[i] and not down[j]]
-            if heard is not None:
-                mates = [j for j in mates if heard[i, j]]
+            mates = [j for j in range(drones) if j != i and teams[j] == teams[i] and heard[i, j]]
             distance = {j: math.hypot(*(p[i] - p[j])) for j in mates}
             near = [j for j in mates if distance[j] <= self.communication_radius]
             align = sum(v[j] for j in near) / len(near) - v[i] if near else np.zeros(2)

@@ -19,8 +19,7 @@ from tests.systems_of_tests import Magnet
 
 
 class MuteError(Exception):
-    def __repr__(self):
-        raise RuntimeError("nothing to show")
+    __repr__ = None
 
 
 def raises(error):
@@ -36,18 +35,18 @@ def guest(name, **members):
 
 
 REFUSED = {
-    "gone": ("no_such_package:System", "cannot be imported: ModuleNotFoundError"),
+    "gone": ("no_such_package:System", "ModuleNotFoundError"),
     "attribute": ("guests:missing", "nothing called missing"),
     "exits": ("guests:exits", "SystemExit"),
-    "number": (3, "must be a subclass of .*, got 3"),
-    "plain": (GameConfig, "must be a subclass of"),
-    "iron": (Magnet, "must say name = 'iron'"),
-    "silent": (guest("silent", takes=None), "must say by takes"),
-    "undecorated": (type("Undecorated", (Magnet,), {"name": "undecorated"}), "must be a frozen dataclass"),
-    "borrowed": (guest("borrowed", kernel="ergodic"), "must fly by its own solve"),
-    "../evil": (guest("../evil"), "must have a name of letters"),
-    "muted": (guest("muted", __post_init__=raises(MuteError())), "cannot be made: <MuteError that cannot be shown>"),
-    "fragile": (guest("fragile", __post_init__=raises(RuntimeError("no licence"))), "cannot be made: .*no licence"),
+    "number": (3, "got 3"),
+    "plain": (GameConfig, "subclass"),
+    "iron": (Magnet, "name = 'iron'"),
+    "silent": (guest("silent", takes=None), "takes"),
+    "undecorated": (type("Undecorated", (Magnet,), {"name": "undecorated"}), "frozen dataclass"),
+    "borrowed": (guest("borrowed", kernel="ergodic"), "its own solve"),
+    "../evil": (guest("../evil"), "name of letters"),
+    "muted": (guest("muted", __post_init__=raises(MuteError())), "<MuteError that cannot be shown>"),
+    "fragile": (guest("fragile", __post_init__=raises(RuntimeError("no licence"))), "no licence"),
 }
 """Entry points that are no control systems, and what is said of them."""
 SENSELESS = {
@@ -101,15 +100,10 @@ def guests(monkeypatch):
         monkeypatch.setattr(registry, cached.__name__, cached.__wrapped__)
 
 
-@pytest.mark.parametrize("name", REFUSED)
-def test_a_system_that_cannot_fly_is_refused_with_its_package_and_what_is_wrong(name):
-    with pytest.raises(ConfigError, match=rf"'{name}' of guests .*{REFUSED[name][1]}"):
-        Simulator(GameConfig(controllers=name))
-
-
-@pytest.mark.parametrize("name", SENSELESS)
-def test_a_system_whose_commands_make_no_sense_is_refused_when_games_are_made(name):
-    with pytest.raises(ConfigError, match=f"{name} .*{SENSELESS[name][1]}"):
+@pytest.mark.parametrize("name", REFUSED | SENSELESS)
+def test_a_system_that_cannot_fly_or_whose_commands_make_no_sense_is_refused_with_what_is_wrong(name):
+    said = rf"'{name}' of guests .*{REFUSED[name][1]}" if name in REFUSED else f"{name} .*{SENSELESS[name][1]}"
+    with pytest.raises(ConfigError, match=said):
         Simulator(GameConfig(controllers=name))
 
 

@@ -16,23 +16,18 @@ from swarm_pz.envs.reward import drone_rewards
 from swarm_pz.errors import CommandError, ConfigError, GameOverError, PolicyError
 
 VARIANTS = {
-    "default": {"drones_per_team": 3},
     "discrete": {"drones_per_team": 2, "action": "discrete", "side": "blue"},
     "both": {"drones_per_team": 3, "side": "both"},
     "handicap": {"drones_per_team": (1, 4), "side": "blue", "opponent": "ring", "action_period": 0.1, "neighbours": 2},
-    "large": {"action_period": 1.0, "grid": 10, "patch": 3, "controllers": "flocking"},
 }
+PEACE = CaptureConfig(enabled=False)
 
 
-@pytest.fixture(params=VARIANTS)
-def variant(request):
-    return VARIANTS[request.param]
-
-
+@pytest.mark.parametrize("variant", VARIANTS)
 def test_pettingzoos_tests_pass(variant):
-    parallel_api_test(drones_env(**variant), num_cycles=60)
-    parallel_seed_test(lambda: drones_env(**variant))
-    api_test(parallel_to_aec(drones_env(**variant)), num_cycles=30)
+    parallel_api_test(drones_env(**VARIANTS[variant]), num_cycles=30)
+    parallel_seed_test(lambda: drones_env(**VARIANTS[variant], max_cycles=10))
+    api_test(parallel_to_aec(drones_env(**VARIANTS[variant])), num_cycles=10)
 
 
 def test_it_renders():
@@ -61,10 +56,6 @@ def test_agents_are_named_after_the_team_that_they_begin_with_and_stay():
         drones_env(drones_per_team=(2, 1))
 
 
-def teams_of(batch):
-    return batch.batch.simulator.teams[0].copy()
-
-
 def play_by_ticks(batch, reference, accelerations):
     """Play a step in a simulator of its own, tick by tick; return the drones' teams after each tick."""
     sides = batch.sides[0]
@@ -89,25 +80,21 @@ def team_rewards(config, before, after):
 
 @pytest.mark.parametrize("side", ["red", "blue", "both"])
 def test_every_agent_gets_its_teams_reward_to_the_tick_of_its_capture_and_nothing_while_it_sits_out(side):
-    config = GameConfig(
-        drones_per_team=4,
-        time_limit=60.0,
-        reward=RewardConfig(size_change=0.5, outcome=2.0),
-        capture=CaptureConfig(threshold=0.5),
-    )
+    reward, capture = RewardConfig(size_change=0.5, outcome=2.0), CaptureConfig(threshold=0.5)
+    config = GameConfig(drones_per_team=4, time_limit=30.0, reward=reward, capture=capture)
     batch = DronesBatch(config, 1, side=side, reward="own", action_period=1.0)
     reference, generator = Simulator(batch.config), np.random.default_rng(1)
     captured, returned = 0, 0
     for seed in range(6):
         batch.reset([np.random.SeedSequence(seed)], np.array([0]))
         reference.reset([0], swapped=batch.duel is not None and batch.duel.sides[0] == 1)
-        for _ in range(60):
+        while batch.batch.running[0]:
             accelerations = generator.uniform(-1, 1, (8, 2))
-            before, flew, sides = teams_of(batch), batch.flies[0], batch.sides[0]
-            ticks = play_by_ticks(batch, reference, accelerations)
+            before, flew, sides = batch.batch.simulator.teams[0].copy(), batch.flies[0], batch.sides[0]
+            path = np.array([before, *play_by_ticks(batch, reference, accelerations)])
             result = batch.step(accelerations[None])
-            assert (teams_of(batch) == ticks[-1]).all()
-            path = np.array([before, *ticks])
+            teams = batch.batch.simulator.teams[0]
+            assert (teams == path[-1]).all()
             flips = (np.diff(path, axis=0) != 0).sum(axis=0)
             red = [team_rewards(config, old, new) for old, new in itertools.pairwise(path)]
             assert result.result.rewards[0] == pytest.approx([sum(red), -sum(red)])
@@ -118,14 +105,12 @@ def test_every_agent_gets_its_teams_reward_to_the_tick_of_its_capture_and_nothin
                     last = np.flatnonzero(np.diff(path[:, drone]) != 0)
                     got = sum(red[: last[0] + 1]) if len(last) else sum(red)
                     assert result.rewards[0, drone] == pytest.approx(got if sides[drone] == 0 else -got)
-            captured += int((flew & (teams_of(batch) != before)).sum())
+            captured += int((flew & (teams != before)).sum())
             returned += int((~flew & batch.flies[0]).sum())
-            if not batch.batch.running[0]:
-                break
     assert captured > 3 and (returned > 0 or side == "both")
 
 
-@pytest.mark.parametrize("side", ["red", "blue", "both"])
+@pytest.mark.parametrize("side", ["blue", "both"])
 def test_a_captured_drone_pays_for_the_defeat_like_its_team(side):
     """Each agent gets all that its team gets, sitting out or not; else to be captured early is the best way to lose."""
     config = GameConfig(drones_per_team=3, capture=CaptureConfig(threshold=0.5))
@@ -143,23 +128,18 @@ def test_a_captured_drone_pays_for_the_defeat_like_its_team(side):
     assert captured > 3 and ends > 0
 
 
-def test_two_that_are_captured_in_one_step_get_what_each_has_seen_of_it():
-    config = GameConfig(drones_per_team=2)
-    before, after = np.array([[0, 0, 1, 1]], np.int8), np.array([[1, 1, 0, 1]], np.int8)
-    at = np.array([[12, 14, 13, -9]])
-    rewards = np.array([[-0.5, 0.5]])
-    plays = np.ones((1, 4), np.bool_)
-    shares = drone_rewards(config, rewards, plays, before, after, at, np.array([False]))
+def shares(after, at, rewards, decided):
+    """Return what four drones, two of each team, get of a step in which they come to these teams at these ticks."""
+    before, plays = np.array([[0, 0, 1, 1]], np.int8), np.ones((1, 4), np.bool_)
+    config, ended = GameConfig(drones_per_team=2), np.array([decided])
+    after = np.array([after], np.int8)
+    return drone_rewards(config, np.array([rewards]), plays, before, after, np.array([at]), ended)[0].tolist()
+
+
+def test_who_is_captured_in_one_step_gets_what_each_has_seen_of_it_and_only_the_deciding_tick_loses_the_game():
     # Red loses one at 12, gains one at 13, loses one at 14.
-    assert shares.tolist() == [[-0.5, -0.5, 0.0, 0.5]]
-
-
-def test_only_who_is_captured_in_the_deciding_tick_loses_the_game():
-    config = GameConfig(drones_per_team=2)
-    before, after = np.array([[0, 0, 1, 1]], np.int8), np.ones((1, 4), np.int8)
-    at, rewards = np.array([[12, 14, -9, -9]]), np.array([[-2.0, 2.0]])
-    shares = drone_rewards(config, rewards, np.ones((1, 4), np.bool_), before, after, at, np.array([True]))
-    assert shares.tolist() == [[-0.5, -2.0, 2.0, 2.0]]
+    assert shares([1, 1, 0, 1], [12, 14, 13, -9], [-0.5, 0.5], False) == [-0.5, -0.5, 0.0, 0.5]
+    assert shares([1, 1, 1, 1], [12, 14, -9, -9], [-2.0, 2.0], True) == [-0.5, -2.0, 2.0, 2.0]
 
 
 def test_who_sits_out_sees_nothing_and_its_action_does_nothing():
@@ -179,9 +159,8 @@ def test_who_sits_out_sees_nothing_and_its_action_does_nothing():
 
 
 def test_an_agent_flies_its_drone_and_the_opponents_system_the_others():
-    environment = drones_env(drones_per_team=2, side="blue", capture=CaptureConfig(enabled=False))
-    start = {"positions": np.full((4, 2), 0.5), "velocities": np.zeros((4, 2))}
-    environment.reset(seed=0, options=start)
+    environment = drones_env(drones_per_team=2, side="blue", capture=PEACE)
+    environment.reset(seed=0, options={"positions": np.full((4, 2), 0.5), "velocities": np.zeros((4, 2))})
     push = {"red_0_drone_0": [1, 1], "red_0_drone_1": [1, 1], "blue_0_drone_0": [0.5, 0], "blue_0_drone_1": [0, -1]}
     environment.step(push)
     velocities = environment.batch.simulator.velocities[0]
@@ -206,7 +185,7 @@ def test_one_who_comes_over_coasts_until_its_agent_has_seen_something():
 
 def test_failed_drones_sit_out():
     dynamics = DynamicsConfig(failure_rate=5.0, repair_rate=5.0)
-    environment = drones_env(drones_per_team=4, side="red", dynamics=dynamics, capture=CaptureConfig(enabled=False))
+    environment = drones_env(drones_per_team=4, side="red", dynamics=dynamics, capture=PEACE)
     environment.reset(seed=0)
     flew = set()
     for _ in range(10):
@@ -267,11 +246,11 @@ def test_mistakes_are_said_and_change_nothing():
 def test_options_that_make_no_sense_are_refused():
     for options, said in (
         ({"side": "green"}, "side must be 'random' or 'red' or 'blue' or 'both'"),
-        ({"action_period": 0.3}, "action_period must be a whole part of command_period, which is 1 s"),
+        ({"action_period": 0.3}, "a whole part of command_period"),
         ({"action_period": 0.05}, "action_period must be a number in"),
-        ({"action_period": 0.15}, "action_period must be a whole number of control periods"),
-        ({"side": "both", "opponent": "ring"}, "there is no opponent where both sides learn"),
-        ({"reward": "mine"}, "reward must be 'team' or 'own', got 'mine'"),
+        ({"action_period": 0.15}, "whole number of control periods"),
+        ({"side": "both", "opponent": "ring"}, "no opponent"),
+        ({"reward": "mine"}, "reward must be 'team' or 'own'"),
         ({"neighbour": 3}, "did you mean 'neighbours'"),
         ({"render_mode": "3d"}, "there is no render mode"),
     ):

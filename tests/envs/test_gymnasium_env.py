@@ -1,116 +1,47 @@
+"""One learner, in one game or in many at once: what Gymnasium, its wrappers and Stable-Baselines3 ask of both."""
+
 from __future__ import annotations
 
+import itertools
 import threading
 
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 from stable_baselines3.common.env_checker import check_env
 
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.gymnasium_env import DuelEnv
 from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
-from swarm_pz.envs.opponents import DuelBatch
 from swarm_pz.envs.parallel_env import parallel_env
-from swarm_pz.errors import CommandError, GameOverError, PolicyError
-from swarm_pz.simulator.spawn import random_start
+from swarm_pz.errors import CommandError, ConfigError, GameOverError
+
+ID = "swarm_pz/Capture-v0"
+SHORT = {"opponent": "noise", "drones_per_team": 2, "max_cycles": 3, "observation": ObservationConfig(grid=10)}
+"""Games of three steps, some of which end sooner."""
+SEATS = (ObservationConfig(grid=10, channels=("time_left", "own_share")), ObservationConfig(grid=25))
 
 
-class Nonsense:
-    """An opponent that answers what it is told to."""
-
-    observation = ObservationConfig(grid=10)
-
-    def __init__(self, answer):
-        self.answer = answer
-
-    def reset(self, seeds, rows):
-        pass
-
-    def act(self, observations, rows):
-        return self.answer
+def zeros(count):
+    return np.zeros((count, 10, 10), np.float32)
 
 
 def test_sb3_checks_the_normalised_action():
-    check_env(DuelEnv())
+    check_env(DuelEnv(drones_per_team=2, max_cycles=5))
 
 
-def test_gymnasium_makes_it_by_name_and_checks_it():
-    environment = gymnasium.make("swarm_pz/Capture-v0", opponent="noise", max_cycles=5)
+def test_gymnasium_makes_it_by_name_and_a_step_after_the_end_is_refused():
+    environment = gymnasium.make(ID, opponent="noise", max_cycles=3)
     environment.action_space.seed(0)
     environment.reset(seed=0)
-    steps, truncated = 0, False
-    while not truncated:
-        _, _, _, truncated, info = environment.step(environment.action_space.sample())
-        steps += 1
-    assert steps == 5
+    for step in range(1, 4):
+        *_, truncated, info = environment.step(environment.action_space.sample())
+        assert truncated == (step == 3)
     assert info["outcome"] == 0
-
-
-class Seeded:
-    """An opponent that keeps the seeds of its games."""
-
-    observation = ObservationConfig(grid=10)
-
-    def __init__(self):
-        self.seeds = {}
-
-    def reset(self, seeds, rows):
-        self.seeds |= dict(zip(rows.tolist(), seeds, strict=True))
-
-    def act(self, observations, rows):
-        return np.ones((len(rows), 10, 10))
-
-
-def test_the_start_the_side_and_the_opponent_have_streams_of_their_own():
-    count, opponent = 64, Seeded()
-    duel = DuelBatch(GameConfig(), count, opponent=opponent)
-    seeds = np.random.SeedSequence(0).spawn(count)
-    duel.reset(seeds, np.arange(count))
-
-    def draws(streams):
-        return np.array([np.random.default_rng(stream).integers(2) for stream in streams])
-
-    theirs = [opponent.seeds[row] for row in range(count)]
-    # Each of two coins that are the same coin would agree in every game; of two of their own in half of them.
-    for one, other in ((duel.sides, draws(seeds)), (duel.sides, draws(theirs)), (draws(seeds), draws(theirs))):
-        assert 8 < (one == other).sum() < count - 8
-    states = {tuple(stream.generate_state(4)) for stream in [*seeds, *theirs]}
-    assert len(states) == 2 * count
-    positions, _ = random_start(duel.config, np.random.default_rng(seeds[0]))
-    np.testing.assert_allclose(duel.batch.simulator.positions[0], positions, rtol=1e-6)
-
-
-class Constant:
-    """An opponent that asks for one cell, and keeps the rows that it began and answered."""
-
-    observation = ObservationConfig(grid=10)
-
-    def __init__(self, cell):
-        self.cell, self.began, self.answered = cell, [], []
-
-    def reset(self, seeds, rows):
-        self.began += rows.tolist()
-
-    def act(self, observations, rows):
-        self.answered += rows.tolist()
-        return np.broadcast_to(np.arange(100).reshape(10, 10) == self.cell, (len(rows), 10, 10)).astype(float)
-
-
-def test_a_deal_is_for_the_games_that_begin_and_running_ones_keep_their_opponents():
-    first, second, third = (Constant(cell) for cell in range(3))
-    duel, rows = DuelBatch(GameConfig(), 4, opponent=[first, second]), np.arange(4)
-    duel.reset(np.random.SeedSequence(0).spawn(4), rows)
-    duel.deal(third, ["third"])
-    duel.reset(np.random.SeedSequence(1).spawn(1), rows[2:3])
-    duel.step(np.zeros((4, 10, 10)))
-    assert (first.answered, second.answered, third.began, third.answered) == ([0], [1, 3], [2], [2])
-    assert duel.batch.simulator.targets[rows, 1 - duel.sides].reshape(4, -1).argmax(axis=1).tolist() == [0, 1, 2, 1]
-    assert [duel.opponent_names[number] for number in duel.infos()["opponent"]] == [
-        *["Constant"] * 2,
-        "third",
-        "Constant",
-    ]
+    with pytest.raises(GameOverError, match="call reset"):
+        environment.step(environment.action_space.sample())
 
 
 @pytest.mark.parametrize("bad", [np.full((10, 10), np.nan), np.full((10, 10), 1.5), np.zeros((5, 5)), None])
@@ -122,28 +53,6 @@ def test_bad_actions_are_refused_and_leave_the_game_as_it_was(bad):
         environment.step(bad)
     for array, copied in zip(environment.duel.batch.simulator.games, before, strict=True):
         np.testing.assert_array_equal(array, copied)
-
-
-@pytest.mark.parametrize("answer", [None, np.full((1, 10, 10), np.nan), np.ones((10, 10)), -np.ones((1, 10, 10))])
-def test_an_opponent_that_answers_nonsense_is_named_and_the_game_stays_as_it_was(answer):
-    environment = DuelEnv(opponent=Nonsense(answer))
-    environment.reset(seed=0)
-    before = environment.duel.batch.simulator.snapshot()
-    with pytest.raises(PolicyError, match="policy Nonsense's answer must be numbers"):
-        environment.step(np.zeros((10, 10)))
-    for array, copied in zip(environment.duel.batch.simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array, copied)
-
-
-def test_a_step_after_the_end_is_refused():
-    environment = DuelEnv(max_cycles=1)
-    environment.reset(seed=0)
-    environment.step(np.zeros((10, 10)))
-    with pytest.raises(GameOverError, match="call reset"):
-        environment.step(np.zeros((10, 10)))
-
-
-SEATS = (ObservationConfig(grid=10, channels=("time_left", "own_share")), ObservationConfig(grid=25))
 
 
 @pytest.mark.parametrize("many", [False, True])
@@ -172,8 +81,7 @@ def test_all_keywords_at_once_are_kept(many):
     assert np.all(info["side"] == 1) and np.all(info["size"] == 1)
     assert observation.shape[-3:] == (10, 10, 2) and observation.dtype == np.float32
     np.testing.assert_allclose(observation[..., 1], 0.25, atol=0.003)
-    action = np.zeros(9, np.float32)
-    action[6] = 1.0
+    action = np.eye(9, dtype=np.float32)[6]
     assert environment.action_space.contains(np.stack([action] * 2) if many else action)
     environment.step(np.stack([action] * 2) if many else action)
     assert (duel.batch.simulator.targets[:, 1].reshape(-1, 36).argmax(axis=-1) == 30).all()
@@ -182,21 +90,20 @@ def test_all_keywords_at_once_are_kept(many):
     environment.close()
 
 
+# --- pictures ---------------------------------------------------------------------------------------------------------
+
+
 def test_a_window_is_closed_and_threads_are_ended_with_their_environment(monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 2)
-    environments = [
-        parallel_env(render_mode="human"),
-        DuelEnv(render_mode="human"),
-        DuelVectorEnv(2, render_mode="human", threads=2),
-        DuelVectorEnv(2, threads=2),
-    ]
+    small = {"drones_per_team": 2, "render_mode": "human"}
+    environments = [parallel_env(**small), DuelEnv(**small), DuelVectorEnv(2, **small, threads=2)]
     threads, closed = set(), []
     for environment in environments:
         environment.reset(seed=0)
         batch = environment.batch if hasattr(environment, "batch") else environment.duel.batch
         batch.simulator.for_rows(np.arange(batch.num_games), lambda rows: threads.add(threading.current_thread()))
     threads.remove(threading.current_thread())
-    assert [thread.is_alive() for thread in threads] == [True] * 2
+    assert [thread.is_alive() for thread in threads] == [True]
     monkeypatch.setattr("swarm_pz.rendering.window.Window.close", lambda window: closed.append(window))
     for environment in environments:
         environment.close()
@@ -215,3 +122,143 @@ def test_frames_are_of_one_game_from_its_start_on(make):
         assert len(environment.render()) == 3  # the start and two control periods
         environment.step(action)
     assert make(render_mode="rgb_array", command_period=0.5).metadata["render_fps"] == 2
+
+
+def test_rendering_returns_a_frame_for_each_game_on_a_screen_of_its_own():
+    quick = {"command_period": 0.2, "max_cycles": 1, "drones_per_team": 2}
+    images, single = DuelVectorEnv(3, render_mode="rgb_array", **quick), DuelEnv(render_mode="rgb_array", **quick)
+    images.reset(seed=5)
+    frames = images.render()
+    assert isinstance(frames, tuple)
+    for number, frame in enumerate(frames):
+        single.reset(seed=5 + number)
+        np.testing.assert_array_equal(frame, single.render())
+    lists = DuelVectorEnv(3, render_mode="rgb_array_list", **quick)
+    lists.reset(seed=5)
+    lists.step(zeros(3))
+    lists.reset(options={"reset_mask": np.array([False, True, False])})
+    assert [len(game) for game in lists.render()] == [3, 1, 3]  # a start and two control periods, or a start
+    lists.step(zeros(3))
+    assert [len(game) for game in lists.render()] == [1, 2, 1]
+    texts, none = DuelVectorEnv(3, render_mode="ansi", **quick), DuelVectorEnv(2)
+    texts.reset(seed=0)
+    assert [type(frame) for frame in texts.render()] == [str] * 3
+    none.reset(seed=0)
+    assert none.render() is None
+    with pytest.raises(ConfigError, match="did you mean 'rgb_array'"):
+        DuelVectorEnv(2, render_mode="rgb_aray")
+
+
+# --- many at once -----------------------------------------------------------------------------------------------------
+
+
+def assert_same(ours, theirs):
+    assert type(ours) is type(theirs)
+    if isinstance(ours, dict):
+        assert ours.keys() == theirs.keys()
+        for name in ours:
+            assert_same(ours[name], theirs[name])
+    elif isinstance(ours, np.ndarray) and ours.dtype == object:
+        for one, other in zip(ours, theirs, strict=True):
+            assert_same(one, other)
+    elif isinstance(ours, np.ndarray):
+        assert ours.dtype == theirs.dtype
+        np.testing.assert_array_equal(ours, theirs)
+    else:
+        assert ours == theirs
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_it_does_what_gymnasiums_own_vector_env_does_with_single_environments(mode):
+    ours = DuelVectorEnv(3, **SHORT, autoreset_mode=mode)
+    theirs = SyncVectorEnv([lambda: DuelEnv(**SHORT)] * 3, autoreset_mode=mode)
+    assert ours.metadata["autoreset_mode"] == theirs.metadata["autoreset_mode"] == mode
+    assert ours.observation_space == theirs.observation_space
+    assert ours.action_space == theirs.action_space
+    generator, starts = np.random.default_rng(0), []
+    for seed in (4, [7, None, 9], None):
+        for one, other in zip(ours.reset(seed=seed), theirs.reset(seed=seed), strict=True):
+            assert_same(one, other)
+        assert ours.np_random_seed == theirs.np_random_seed
+        over = np.zeros(3, np.bool_)
+        for _ in range(9):
+            if mode == AutoresetMode.DISABLED and over.any():
+                with pytest.raises(GameOverError, match="reset_mask"):
+                    ours.step(zeros(3))
+                # Theirs takes the mask out of the options.
+                one, other = (envs.reset(options={"reset_mask": over.copy()}) for envs in (ours, theirs))
+                assert_same(one[0], other[0])
+                assert_same(one[1], other[1])
+            actions = generator.uniform(-1, 1, (3, 10, 10)).astype(np.float32)
+            one, other = ours.step(actions), theirs.step(actions)
+            for mine, its in zip(one, other, strict=True):
+                assert_same(mine, its)
+            over = one[2] | one[3]
+            simulator = ours.duel.batch.simulator
+            starts += [simulator.positions[row].tobytes() for row in np.flatnonzero(simulator.games.ticks == 0)]
+    assert len(set(starts)) == len(starts), "no two games that began by themselves are the same"
+
+
+def test_the_class_says_how_games_restart_and_so_does_what_is_made():
+    assert DuelVectorEnv.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+    for asked in ("SameStep", "same_step", AutoresetMode.SAME_STEP):
+        made = gymnasium.make_vec(ID, num_envs=2, autoreset_mode=asked)
+        assert made.metadata["autoreset_mode"] == AutoresetMode.SAME_STEP
+        assert DuelVectorEnv.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+    with pytest.raises(ConfigError, match="autoreset_mode must be 'NextStep' or"):
+        DuelVectorEnv(2, autoreset_mode="never")
+
+
+def test_a_mask_starts_some_games_and_leaves_the_others_as_they_are():
+    envs = DuelVectorEnv(3, opponent="noise", drones_per_team=3)
+    envs.reset(seed=0)
+    envs.step(zeros(3))
+    simulator = envs.duel.batch.simulator
+    kept, streams = simulator.snapshot([0, 2]), [generator.bit_generator.state for generator in envs.np_random]
+    options = {"reset_mask": np.array([False, True, False])}
+    observations, infos = envs.reset(seed=11, options=options)
+    assert "reset_mask" in options  # wrappers read it afterwards
+    assert simulator.time_s.tolist() == [1.0, 0.0, 1.0]
+    for one, other in zip(kept, simulator.snapshot([0, 2]), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert envs.np_random_seed == (0, 12, 2)
+    stayed = [old == new.bit_generator.state for old, new in zip(streams, envs.np_random, strict=True)]
+    assert stayed == [True, False, True]
+    assert (infos["_size"].tolist(), infos["size"].tolist()) == ([False, True, False], [0, 3, 0])
+    np.testing.assert_array_equal(observations[1], DuelEnv(drones_per_team=3).reset(seed=12)[0])
+
+
+def test_bad_masks_and_seeds_are_refused():
+    envs = DuelVectorEnv(2)
+    for mask in ([True, False], np.array([1, 0]), np.array([True]), np.zeros(2, np.bool_), "all", np.True_):
+        with pytest.raises(CommandError, match="reset_mask must be a bool array"):
+            envs.reset(options={"reset_mask": mask})
+    for seed in (True, 1.0, "ab", [1], [1, -1], [1, True], -1):
+        with pytest.raises(CommandError, match="seed must be"):
+            envs.reset(seed=seed)
+
+
+def test_gymnasiums_vector_wrappers_take_it():
+    envs = RecordEpisodeStatistics(gymnasium.make_vec(ID, num_envs=2, max_cycles=2))
+    envs.reset(seed=0)
+    for _ in range(2):
+        *_, infos = envs.step(zeros(2))
+    assert infos["episode"]["l"].tolist() == [2, 2]
+    # Conversions to other libraries' arrays, as NumpyToTorch, take numbers alone.
+    assert {values.dtype.kind for name, values in infos.items() if name != "episode"} <= set("bif")
+    _, infos = DictInfoToList(gymnasium.make_vec(ID, num_envs=2)).reset(seed=0)
+    assert [info["size"] for info in infos] == [10, 10]
+
+
+def test_in_the_step_in_which_one_game_ends_the_others_tell_what_they_took():
+    ring = [(row, col) for row, col in itertools.product(range(18, 23), range(28, 33)) if {row, col} & {18, 22, 28, 32}]
+    cells = np.array([*ring, (20, 30), (45, 5), (45, 5)])
+    quick = {"drones_per_team": (16, 3), "command_period": 0.1, "max_cycles": 100, "side": "red"}
+    envs = DuelVectorEnv(2, **quick, autoreset_mode="SameStep")
+    envs.reset(seed=0, options={"positions": (cells[:, ::-1] + 0.5) / 50})
+    envs.duel.batch.simulator.games.ticks[1] = 297
+    *_, truncated, infos = envs.step(zeros(2))
+    assert truncated.tolist() == [False, True]
+    assert (infos["captured"].tolist(), infos["lost"].tolist()) == ([1, 0], [0, 0])
+    assert (infos["final_info"]["captured"].tolist(), infos["final_info"]["time_s"].tolist()) == ([0, 1], [0.0, 10.0])
+    assert (infos["size"].tolist(), infos["final_info"]["size"].tolist()) == ([17, 16], [0, 17])

@@ -6,25 +6,32 @@ import pytest
 from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.envs.opponents import DuelBatch
 from swarm_pz.errors import ConfigError, GameOverError, PolicyError
+from swarm_pz.simulator.spawn import random_start
 
 SMALL = GameConfig(drones_per_team=2)
 
 
 class Diary:
-    """An opponent that keeps all that it is told and asked, and asks for more in each game than in the one before."""
+    """An opponent that keeps all that it is told and asked, and asks for one cell: its own, or its game's."""
 
     observation = ObservationConfig(grid=10, channels=("own_share",))
 
-    def __init__(self, cells=10):
-        self.cells, self.begun, self.asked, self.shown = cells, {}, [], []
+    def __init__(self, cell=None):
+        self.cell, self.begun, self.asked, self.shown = cell, {}, [], []
 
     def reset(self, seeds, rows):
         self.begun |= dict(zip(rows.tolist(), seeds, strict=True))
 
     def act(self, observations, rows):
-        self.asked.append(rows.tolist())
-        self.shown.append(observations[:, 0, 0, 0].tolist())
-        return np.stack([np.arange(self.cells**2).reshape(self.cells, -1) == row for row in rows]).astype(float)
+        self.asked += rows.tolist()
+        self.shown += observations[:, 0, 0, 0].tolist()
+        return np.eye(100)[rows if self.cell is None else [self.cell] * len(rows)].reshape(-1, 10, 10)
+
+
+def begun(config=SMALL, games=2, seed=0, **options):
+    duel = DuelBatch(config, games, **options)
+    begin(duel, seed)
+    return duel
 
 
 def begin(duel, seed=0):
@@ -32,11 +39,18 @@ def begin(duel, seed=0):
     duel.reset([np.random.SeedSequence(seed + row) for row in range(count)], np.arange(count))
 
 
+def step(duel):
+    return duel.step(np.zeros((duel.batch.num_games, 10, 10)))
+
+
+def names_met(duel):
+    return [duel.opponent_names[number] for number in duel.infos()["opponent"]]
+
+
 def test_a_seed_always_gives_the_same_side_and_the_same_stream_to_the_opponent():
     # Whoever published a seed's game may count on it.
     diary = Diary()
-    duel = DuelBatch(SMALL, 16, opponent=diary)
-    begin(duel)
+    duel = begun(games=16, opponent=diary)
     assert duel.sides.tolist() == [1, 0, 1, 1, 1, 1, 0, 0, 0, 0, 0, 1, 0, 1, 1, 0]
     assert diary.begun[3].generate_state(2).tolist() == [487619062, 2305468573]
     duel.reset(np.random.SeedSequence(0, pool_size=8).spawn(2), np.array([5, 1]))
@@ -44,37 +58,49 @@ def test_a_seed_always_gives_the_same_side_and_the_same_stream_to_the_opponent()
     assert diary.begun[5].pool_size == 8
 
 
-def test_each_opponent_gets_the_streams_of_its_own_games():
+def test_the_start_the_side_and_the_opponent_have_streams_of_their_own_and_a_seed_given_is_not_changed():
+    count, diary = 64, Diary()
+    duel, seeds = DuelBatch(GameConfig(), count, opponent=diary), np.random.SeedSequence(0).spawn(count)
+    duel.reset(seeds, np.arange(count))
+    assert [seed.n_children_spawned for seed in seeds] == [0] * count
+
+    def draws(streams):
+        return np.array([np.random.default_rng(stream).integers(2) for stream in streams])
+
+    theirs = [diary.begun[row] for row in range(count)]
+    # Each of two coins that are the same coin would agree in every game; of two of their own in half of them.
+    for one, other in ((duel.sides, draws(seeds)), (duel.sides, draws(theirs)), (draws(seeds), draws(theirs))):
+        assert 8 < (one == other).sum() < count - 8
+    assert len({tuple(stream.generate_state(4)) for stream in [*seeds, *theirs]}) == 2 * count
+    positions, _ = random_start(duel.config, np.random.default_rng(seeds[0]))
+    np.testing.assert_allclose(duel.batch.simulator.positions[0], positions, rtol=1e-6)
+
+
+def test_each_opponent_gets_the_streams_of_its_own_games_and_is_one_object_asked_once():
     alone, first, second = Diary(), Diary(), Diary()
-    begin(DuelBatch(SMALL, 5, opponent=alone))
-    begin(DuelBatch(SMALL, 5, opponent=[first, second]))
+    begun(games=5, opponent=alone)
+    duel = begun(games=5, opponent=[first, second])
     assert (list(first.begun), list(second.begun)) == ([0, 2, 4], [1, 3])
     for row, stream in (first.begun | second.begun).items():
         np.testing.assert_array_equal(stream.generate_state(2), alone.begun[row].generate_state(2))
-
-
-def test_a_seed_given_is_not_changed():
-    seeds = np.random.SeedSequence(0).spawn(3)
-    DuelBatch(SMALL, 3).reset(seeds, np.arange(3))
-    assert [seed.n_children_spawned for seed in seeds] == [0, 0, 0]
+    step(duel)
+    assert (first.asked, second.asked) == ([0, 2, 4], [1, 3])
+    twice = begun(games=4, opponent=[first, "uniform", first])
+    step(twice)
+    assert first.asked[3:] == [0, 2, 3] and twice.opponent_names == ["Diary", "uniform"]
 
 
 @pytest.mark.parametrize("side", [0, 1])
 def test_who_sits_where_sees_commands_is_rewarded_and_told_as_its_own_side(side):
-    diary = Diary()
-    duel = DuelBatch(
-        GameConfig(drones_per_team=(1, 3)), 2, opponent=diary, side=("red", "blue")[side], action="command"
-    )
-    begin(duel)
+    diary, share = Diary(), 0.25
+    config, options = GameConfig(drones_per_team=(1, 3)), {"side": ("red", "blue")[side], "action": "command"}
+    duel = begun(config, opponent=diary, **options)
     assert duel.sides.tolist() == [side] * 2
-    share = 0.25
     assert (duel.observe()[:, 7] == round(255 * share)).all()
     infos = duel.infos()
     assert infos["share"].tolist() == [share] * 2 and infos["side"].tolist() == [side] * 2
-    actions = np.zeros((2, 10, 10))
-    actions[:, 9, 9] = 1.0
-    result = duel.step(actions)
-    assert diary.shown == [[round(255 * (1 - share))] * 2]
+    result = duel.step(np.eye(100)[[99, 99]].reshape(2, 10, 10))
+    assert diary.shown == [round(255 * (1 - share))] * 2
     targets = duel.batch.simulator.targets.reshape(2, 2, 100).argmax(axis=-1)
     assert targets[:, side].tolist() == [99, 99] and targets[:, 1 - side].tolist() == [0, 1]
     np.testing.assert_array_equal(result.rewards, result.result.rewards[:, side])
@@ -82,21 +108,19 @@ def test_who_sits_where_sees_commands_is_rewarded_and_told_as_its_own_side(side)
 
 def test_opponents_are_not_asked_about_games_that_have_ended():
     diary = Diary()
-    duel = DuelBatch(SMALL, 3, opponent=diary)
-    begin(duel)
+    duel = begun(games=3, opponent=diary)
     duel.batch.running[1] = False
-    result = duel.step(np.zeros((3, 10, 10)))
-    assert diary.asked == [[0, 2]]
+    result = step(duel)
+    assert diary.asked == [0, 2]
     assert duel.batch.simulator.time_s.tolist() == [1.0, 0.0, 1.0]
     assert result.rewards[1] == 0.0 and not (result.terminated[1] or result.truncated[1])
     duel.batch.running[:] = False
     with pytest.raises(GameOverError, match="no game is running"):
-        duel.step(np.zeros((3, 10, 10)))
+        step(duel)
 
 
 def test_some_games_are_seen_and_told_of_alone():
-    duel = DuelBatch(GameConfig(drones_per_team=(1, 3)), 6, opponent=["uniform", "ring", "uniform"])
-    begin(duel, seed=4)
+    duel = begun(GameConfig(drones_per_team=(1, 3)), 6, seed=4, opponent=["uniform", "ring", "uniform"])
     assert len(set(duel.sides.tolist())) == 2
     rows = np.array([4, 1])
     np.testing.assert_array_equal(duel.observe(rows), duel.observe()[rows])
@@ -107,13 +131,16 @@ def test_some_games_are_seen_and_told_of_alone():
     np.testing.assert_array_equal(every["size"], 1)
 
 
-def test_one_opponent_of_several_games_is_one_object_asked_once():
-    diary = Diary()
-    duel = DuelBatch(SMALL, 4, opponent=[diary, "uniform", diary])
-    begin(duel)
-    duel.step(np.zeros((4, 10, 10)))
-    assert diary.asked == [[0, 2, 3]]
-    assert duel.opponent_names == ["Diary", "uniform"]
+def test_a_deal_is_for_the_games_that_begin_and_running_ones_keep_their_opponents():
+    first, second, third = (Diary(cell) for cell in range(3))
+    duel = begun(games=4, opponent=[first, second])
+    duel.deal(third, ["third"])
+    duel.reset(np.random.SeedSequence(1).spawn(1), np.array([2]))
+    step(duel)
+    assert (first.asked, second.asked, list(third.begun), third.asked) == ([0], [1, 3], [2], [2])
+    targets = duel.batch.simulator.targets[np.arange(4), 1 - duel.sides]
+    assert targets.reshape(4, -1).argmax(axis=1).tolist() == [0, 1, 2, 1]
+    assert names_met(duel) == ["Diary", "Diary", "third", "Diary"]
 
 
 def test_a_deal_that_cannot_be_leaves_the_old_one():
@@ -122,7 +149,7 @@ def test_a_deal_that_cannot_be_leaves_the_old_one():
         with pytest.raises(kind):
             duel.deal(bad, ["alone"] if bad == ["uniform", "noise"] else None)
         begin(duel)
-        assert [duel.opponent_names[number] for number in duel.infos()["opponent"]] == ["ring"] * 2
+        assert names_met(duel) == ["ring"] * 2
 
 
 def test_names_may_be_said_and_keep_their_numbers():
@@ -134,3 +161,15 @@ def test_names_may_be_said_and_keep_their_numbers():
     assert duel.infos()["opponent"].tolist() == [1, 2, 3]
     begin(duel)
     assert duel.infos()["opponent"].tolist() == [2, 1, 2]
+
+
+@pytest.mark.parametrize("answer", [None, np.full((1, 10, 10), np.nan), np.ones((10, 10)), -np.ones((1, 10, 10))])
+def test_an_opponent_that_answers_nonsense_is_named_and_the_game_stays_as_it_was(answer):
+    diary = Diary()
+    diary.act = lambda *_: answer
+    duel = begun(games=1, opponent=diary)
+    before = duel.batch.simulator.snapshot()
+    with pytest.raises(PolicyError, match="policy Diary's answer must be numbers"):
+        step(duel)
+    for array, copied in zip(duel.batch.simulator.games, before, strict=True):
+        np.testing.assert_array_equal(array, copied)

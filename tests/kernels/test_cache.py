@@ -1,3 +1,5 @@
+"""Machine code on disk: for which processor, until when, and what stands in the stamp of its sources."""
+
 from __future__ import annotations
 
 import ast
@@ -14,18 +16,10 @@ from swarm_pz import kernels
 from swarm_pz.errors import SwarmError
 from swarm_pz.kernels.cache import SOURCES, sources, stamp_of
 from swarm_pz.kernels.compiler import _Files
+from swarm_pz.simulator import Simulator
 
 PACKAGE = Path(swarm_pz.__file__).parent
-ROOT = PACKAGE.parent
 
-PLAY = """
-import hashlib
-from swarm_pz.simulator import Simulator
-simulator = Simulator(num_games=8)
-simulator.reset(range(8))
-simulator.advance(600)
-print(hashlib.sha256(simulator.games.memory.tobytes() + simulator.positions.tobytes()).hexdigest())
-"""
 SMALL = """
 from typing import NamedTuple
 import numpy as np
@@ -59,27 +53,9 @@ def gain():
 
 def run(code: str, folder: Path, **environment: str) -> tuple[list[str], bool]:
     """Return the words that code prints, and whether it says that it compiles."""
-    result = subprocess.run(  # noqa: S603
-        [sys.executable, "-c", code],
-        cwd=folder,
-        env=os.environ | environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return result.stdout.split(), "compiles its kernels" in result.stderr
-
-
-@pytest.fixture
-def package(tmp_path):
-    """A copy of the package with the small entry point, all of it yet to be compiled."""
-    package = tmp_path / "swarm_pz"
-    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__"))
-    (package / "kernels" / "inner").mkdir()
-    (package / "kernels" / "inner" / "__init__.py").touch()
-    (package / "kernels" / "inner" / "gain.py").write_text(GAIN)
-    (package / "kernels" / "small.py").write_text(SMALL)
-    return package
+    command, environment = [sys.executable, "-c", code], os.environ | environment
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True)  # noqa: S603
+    return done.stdout.split(), "compiles its kernels" in done.stderr
 
 
 def edit(path: Path, before: str, after: str) -> None:
@@ -88,29 +64,22 @@ def edit(path: Path, before: str, after: str) -> None:
     path.write_text(text.replace(before, after))
 
 
-RUN_SMALL = "from swarm_pz.kernels.small import main; main()"
-
-
-def test_machine_code_is_kept_for_each_kind_of_processor(package):
-    native = os.environ.get("NUMBA_CPU_NAME", "host")
-    other = "x86-64" if native == "generic" else "generic"
-    assert run(RUN_SMALL, package.parent) == (["0.75", "0"], True)
-    assert run(RUN_SMALL, package.parent) == (["0.75", "1"], False)
-    assert run(RUN_SMALL, package.parent, NUMBA_CPU_NAME=other) == (["0.75", "0"], True)
-    assert run(RUN_SMALL, package.parent, NUMBA_CPU_NAME=other) == (["0.75", "1"], False)
-    assert run(RUN_SMALL, package.parent) == (["0.75", "1"], False)
-
-
-def test_machine_code_is_kept_until_a_source_changes_in_whatever_folder(package):
-    assert run(RUN_SMALL, package.parent) == (["0.75", "0"], True)
-    edit(package / "kernels" / "dynamics.py", "accelerations[i, axis] * tick", "accelerations[i, axis] * 0.0")
-    assert run(RUN_SMALL, package.parent) == (["0.5", "0"], True)
-    edit(package / "kernels" / "inner" / "gain.py", "1.0", "0.0")
-    assert run(RUN_SMALL, package.parent) == (["0.25", "0"], True)
-    assert run(RUN_SMALL, package.parent) == (["0.25", "1"], False)
-    edit(package / "kernels" / "small.py", "Body", "Pair")  # a class that kept code names, and is there no more
-    assert run(RUN_SMALL, package.parent) == (["0.25", "0"], True)
-    kept = sorted(path.suffix for path in (package / "kernels" / "__pycache__").glob("small.push*"))
+def test_machine_code_is_kept_for_each_kind_of_processor_until_a_source_changes(tmp_path):
+    shutil.copytree(PACKAGE, tmp_path / "swarm_pz", ignore=shutil.ignore_patterns("__pycache__", "play"))
+    folder = tmp_path / "swarm_pz" / "kernels"
+    (folder / "inner").mkdir()
+    (folder / "inner" / "__init__.py").touch()
+    (folder / "inner" / "gain.py").write_text(GAIN)
+    (folder / "small.py").write_text(SMALL)
+    small = "from swarm_pz.kernels.small import main; main()"
+    other = "x86-64" if os.environ.get("NUMBA_CPU_NAME", "host") == "generic" else "generic"
+    assert run(small, tmp_path) == (["0.75", "0"], True)
+    assert run(small, tmp_path, NUMBA_CPU_NAME=other) == (["0.75", "0"], True)
+    assert run(small, tmp_path) == (["0.75", "1"], False)
+    edit(folder / "inner" / "gain.py", "1.0", "0.0")
+    edit(folder / "small.py", "Body", "Pair")  # a class that kept code names, and is there no more
+    assert run(small, tmp_path) == (["0.25", "0"], True)
+    kept = sorted(path.suffix for path in (folder / "__pycache__").glob("small.push*"))
     assert kept == [".nbc", ".nbi"], "what is of other sources is removed"
 
 
@@ -130,24 +99,21 @@ def test_processes_that_compile_at_once_for_other_arguments_keep_their_code_apar
     assert files.load("float32") is None, "what is not in the index is compiled again"
 
 
-@pytest.mark.parametrize("constants", ["config.py", "config/constants.py"])
-def test_the_stamp_changes_with_every_source_its_name_and_its_place(tmp_path, constants):
-    files = [tmp_path / name for name in (constants, "kernels/__init__.py", "kernels/game.py", "kernels/inner/gain.py")]
+def test_the_stamp_changes_with_every_source_its_name_and_its_place(tmp_path):
+    names = ("config/constants.py", "kernels/__init__.py", "kernels/game.py", "kernels/inner/gain.py")
+    files, stamps = [tmp_path / name for name in names], set()
     for path in files:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(f"NAME = {path.name!r}\n")
     assert sources(tmp_path) == sorted(files)
-    stamps = {stamp_of(tmp_path)}
     for path in files:
-        text = path.read_text()
-        path.write_text(text + "# more\n")
         stamps.add(stamp_of(tmp_path))
-        path.write_text(text)
+        path.write_text(path.read_text() + "# more\n")
     for place in ("kernels/match.py", "kernels/inner/game.py"):
         stamps.add(stamp_of(tmp_path))
         files[2] = files[2].rename(tmp_path / place)
     stamps.add(stamp_of(tmp_path))
-    assert len(stamps) == 1 + len(files) + 2
+    assert len(stamps) == len(files) + 3
 
 
 def test_kernels_take_nothing_of_ours_that_the_stamp_does_not_cover():
@@ -159,16 +125,30 @@ def test_kernels_take_nothing_of_ours_that_the_stamp_does_not_cover():
 
 
 def test_an_entry_point_elsewhere_is_refused_with_what_to_do():
-    with pytest.raises(SwarmError, match=r"a function of swarm_pz\.kernels.* got run of .*test_cache.*numba\.njit"):
+    with pytest.raises(SwarmError, match=r"run of .*test_cache.*numba\.njit"):
         kernels.entry_point(run)
 
 
+PLAY = """
+from swarm_pz.simulator import Simulator
+simulator = Simulator(num_games=2)
+simulator.reset(range(2))
+simulator.advance(90)
+print((simulator.games.memory.tobytes() + simulator.positions.tobytes()).hex())
+"""
+
+
 def test_other_garbage_in_memory_and_another_layout_of_it_do_not_show():
-    folder = Path(swarm_pz.__file__).parents[1]
-    assert run(PLAY, folder)[0] == run(PLAY, folder, MALLOC_PERTURB_="85", MALLOC_TOP_PAD_="12345")[0]
+    """A kernel that reads what nobody wrote finds other numbers there."""
+    simulator = Simulator(num_games=2)
+    simulator.reset(range(2))
+    simulator.advance(90)
+    here = (simulator.games.memory.tobytes() + simulator.positions.tobytes()).hex()
+    assert run(PLAY, PACKAGE.parent, MALLOC_PERTURB_="85", MALLOC_TOP_PAD_="12345")[0] == [here]
 
 
 def test_kernels_run_as_plain_python_for_debuggers(tmp_path):
-    code = PLAY.replace("num_games=8", "num_games=1").replace("range(8)", "[0]").replace("600", "3")
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
-    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, check=True)  # noqa: S603
+    code = (
+        "from swarm_pz import GameConfig, Simulator; Simulator(GameConfig(drones_per_team=1)).advance(1); print('flew')"
+    )
+    assert run(code, tmp_path, NUMBA_DISABLE_JIT="1") == (["1"], False)

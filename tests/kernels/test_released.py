@@ -1,25 +1,21 @@
-"""The options of the authors' published variant beside slow references; whole games of it: test_released_games."""
+"""The options of the authors' published variant beside slow references: whole games of it, then each alone."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from swarm_pz.config import (
-    CaptureConfig,
-    DynamicsConfig,
-    GameConfig,
-    MemoryConfig,
-    ObservationConfig,
-)
+from benchmarks.mirror_released import Mirrored, play
+from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig, MemoryConfig, ObservationConfig
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.ergodicity import at_work, shared_coefficients
 from swarm_pz.spaces.observation import observe
-from tests.reference import ControllerReference, cell_of
+from tests.reference import cell_of
+from tests.reference_released import ReleasedReference
 from tests.reference_variants import VariantRules, reconstruction_captures, reconstruction_field
 
 RELEASED = GameConfig.preset("released")
-PUBLISHED = ControllerReference(tau=None, q=1.0, r=1.0, speed_factor=0.8, spectrum="exponential", wall_margin=0.01)
+PEACE = CaptureConfig(enabled=False)
 NEAR = 1e-4
 """Values this near the threshold may be decided by rounding."""
 
@@ -29,126 +25,114 @@ def changed(targets: np.ndarray, previous: np.ndarray) -> np.ndarray:
     return (np.abs(targets - previous) > 1e-9).any(axis=(1, 2))
 
 
-def assert_captured_where_the_field_says(fields, simulator, teams_before) -> int:
-    """Check who changed sides in a tick against (2, 50, 50) fields and return how many did."""
-    went = simulator.teams[0] != teams_before
-    for drone, position in enumerate(simulator.positions[0]):
-        value = fields[1 - teams_before[drone]][cell_of(position)]
-        if abs(value - simulator.config.capture.threshold) > NEAR:
-            assert went[drone] == reconstruction_captures(value, simulator.config.capture.threshold)
-    return int(went.sum())
+def test_solves_and_captures_of_whole_games_are_the_references():
+    # At full length: python -m benchmarks.mirror_released
+    found, seed = Mirrored(), 0
+    while found.solves < 80:
+        play(seed, 4, found, largest_team=12)
+        seed += 1
+    assert found.mismatches == 0
+    assert max(found.acceleration, found.flown, found.field) < 1e-4
+    assert found.captures > 3
+    assert 0 < found.resent < found.commands
 
 
-def fields_of(simulator):
-    """Return the fields (2, 50, 50) that a solve would give; of a team without drones at work, zeros."""
-    return [
-        reconstruction_field(shared_coefficients(simulator, 0, team))
-        if len(at_work(simulator, 0, team))
-        else np.zeros((50, 50))
-        for team in range(2)
-    ]
+def test_a_step_holds_what_is_in_force_and_sends_anything_else():
+    simulator = Simulator(RELEASED.replace(capture=CaptureConfig(enabled=False, field="reconstruction")))
+    simulator.reset([0])
+    reference = ReleasedReference(simulator.teams[0])
+    uniform, some, other = np.ones((10, 10)), *np.random.default_rng(0).random((2, 10, 10))
+    steps = [0.7 * uniform, some, 0.3 * some, other, uniform, 0.9 * uniform, some]
+    for second, asked in enumerate(steps):
+        if second == 6:  # sent and asked for at once: it is a sending
+            simulator.command(0, asked[None])
+            reference.command(0, asked)
+        simulator.advance(3, commands=np.stack([asked, uniform])[None])
+        reference.step(0, asked)
+        reference.step(1, uniform)
+        reference.solve(simulator.positions[0], simulator.velocities[0])
+        np.testing.assert_array_equal(simulator.games.memory_weight[0], reference.memory_weight)
+        np.testing.assert_allclose(simulator.games.coefficients[0], reference.phi, atol=1e-5)
+    assert simulator.games.memory_weight[0, [0, 10]].tolist() == [1.0, 7.0]
 
 
-FIELD = GameConfig(capture=CaptureConfig(field="reconstruction"))
+FIELD = CaptureConfig(field="reconstruction", threshold=0.9)
 
 
 @pytest.mark.parametrize(
     "config",
     [
-        FIELD.replace(capture=FIELD.capture.replace(threshold=0.5)),
-        FIELD.replace(capture=FIELD.capture.replace(threshold=0.9)),
-        FIELD.replace(capture=FIELD.capture.replace(threshold=0.9), dynamics=DynamicsConfig(failure_rate=0.5)),
+        GameConfig(capture=FIELD.replace(threshold=0.5)),
+        GameConfig(capture=FIELD, dynamics=DynamicsConfig(failure_rate=0.5)),
         RELEASED.replace(controllers="flocking", time_limit=10.0),
     ],
-    ids=["low", "high", "failures", "flocks"],
+    ids=["low", "failures", "flocks"],
 )
 def test_fields_are_of_the_density_that_a_teams_controller_expects(config):
-    simulator, generator = Simulator(config), np.random.default_rng(1)
+    simulator, generator, captured = Simulator(config), np.random.default_rng(1), 0
     simulator.reset([1])
     for team in range(2):
         simulator.command(team, generator.random((1, 10, 10)) ** 4)
-    captured = 0
-    for tick in range(120):
-        teams, failed, expected = simulator.teams[0].copy(), simulator.failed.copy(), fields_of(simulator)
+    for tick in range(90):
+        teams, failed = simulator.teams[0].copy(), simulator.failed.copy()
+        some = [len(at_work(simulator, 0, team)) > 0 for team in range(2)]
+        expected = [reconstruction_field(shared_coefficients(simulator, 0, team)) if some[team] else np.zeros((50, 50))
+                    for team in range(2)] if tick % 3 == 0 else None  # fmt: skip
         simulator.advance(1)
-        if tick % 3 == 0 and (failed == simulator.failed).all():  # else others were at work in the solve
+        if expected is not None and (failed == simulator.failed).all():  # else others were at work in the solve
             np.testing.assert_allclose(simulator.capture_field[0], expected, atol=NEAR)
-        captured += assert_captured_where_the_field_says(simulator.capture_field[0], simulator, teams)
+        for drone, position in enumerate(simulator.positions[0]):
+            value = simulator.capture_field[0, 1 - teams[drone]][cell_of(position)]
+            went = simulator.teams[0, drone] != teams[drone]
+            captured += went
+            if abs(value - config.capture.threshold) > NEAR:
+                assert went == reconstruction_captures(value, config.capture.threshold)
         if simulator.decided[0]:
             break
     assert captured > 0 or config.team_controllers[0] == "flocking"
-
-
-def test_an_observation_shows_192_exactly_where_a_field_captures():
-    simulator = Simulator(RELEASED)
-    simulator.reset([0])
-    for _ in range(5):
-        simulator.advance(10)
-        seen = observe(
-            simulator,
-            ObservationConfig(channels=("own_capture_field", "opposing_capture_field")),
-            np.array([0]),
-            np.array([0]),
-            np.ones(1),
-        )
-        np.testing.assert_array_equal(seen[0] >= 192, simulator.captures_here[0])
+    seen = ObservationConfig(channels=("own_capture_field", "opposing_capture_field"))
+    shown = observe(simulator, seen, np.array([0]), np.array([0]), np.ones(1))[0]
+    np.testing.assert_array_equal(shown >= 192, simulator.captures_here[0])
 
 
 # --- each option alone ------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    "memory",
-    [
-        {"trail_forgotten_on": ("capture",)},
-        {"trail_forgotten_on": ("command",)},
-        {"trail_forgotten_on": ("capture", "command")},
-        {"trail": None},
-        {"trail": None, "trail_forgotten_on": ("capture",)},
-        {"trail": 1.0, "trail_forgotten_on": ("command",)},
-    ],
-    ids=str,
+    ("trail", "forgotten_on"), [(None, ()), (5.0, ("capture",)), (1.0, ("command",))], ids=["endless", "capture", "new"]
 )
-def test_trails_are_forgotten_as_asked(memory):
-    config = GameConfig(time_limit=15.0, memory=MemoryConfig(**memory))
-    forgotten_on = config.memory.trail_forgotten_on
-    seconds = {"trail": 5.0} | memory
-    ticks = None if seconds["trail"] is None else round(30 * seconds["trail"])
-    captured = 0
-    for seed in range(2):
-        simulator, generator = Simulator(config), np.random.default_rng(seed)
-        simulator.reset([seed])
-        rules = VariantRules(simulator.teams[0], ticks, forgotten_on_capture="capture" in forgotten_on)
-        previous = simulator.targets[0].copy()
-        for tick in range(450):
-            if tick % 20 == 0:
-                team = int(generator.integers(2))
-                # Twice the same image is the same command.
-                command = simulator.targets[:, team] if tick % 40 else generator.random((1, 10, 10)) ** 4
-                simulator.command(team, command / command.max())
-            if tick % 3 == 0:
-                if "command" in forgotten_on:
-                    for team in np.flatnonzero(changed(simulator.targets[0], previous)):
-                        rules.command(team)
-                previous = simulator.targets[0].copy()
-            simulator.advance(1)
-            captured += len(rules.tick(simulator.positions[0]))
-            np.testing.assert_array_equal(simulator.teams[0], rules.teams)
-            np.testing.assert_array_equal(simulator.occupancy[0], rules.occupancy)
-            if simulator.decided[0]:
-                break
+def test_trails_are_forgotten_as_asked(trail, forgotten_on):
+    config = GameConfig(time_limit=10.0, memory=MemoryConfig(trail=trail, trail_forgotten_on=forgotten_on))
+    simulator, generator, captured = Simulator(config), np.random.default_rng(0), 0
+    simulator.reset([0])
+    ticks = None if trail is None else round(30 * trail)
+    rules = VariantRules(simulator.teams[0], ticks, forgotten_on_capture="capture" in forgotten_on)
+    previous = simulator.targets[0].copy()
+    for tick in range(200):
+        if tick % 20 == 0:
+            team = int(generator.integers(2))
+            # Twice the same image is the same command.
+            command = simulator.targets[:, team] if tick % 40 else generator.random((1, 10, 10)) ** 4
+            simulator.command(team, command / command.max())
+        if tick % 3 == 0:
+            if "command" in forgotten_on:
+                for team in np.flatnonzero(changed(simulator.targets[0], previous)):
+                    rules.command(team)
+            previous = simulator.targets[0].copy()
+        simulator.advance(1)
+        captured += len(rules.tick(simulator.positions[0]))
+        np.testing.assert_array_equal(simulator.teams[0], rules.teams)
+        np.testing.assert_array_equal(simulator.occupancy[0], rules.occupancy)
+        if simulator.decided[0]:
+            break
     assert captured > 0
 
 
 @pytest.mark.parametrize("second_thoughts", [False, True])
 def test_a_command_is_a_new_one_if_it_is_new_at_the_solve(second_thoughts):
-    memory = MemoryConfig(
-        trail=None,
-        controller=None,
-        trail_forgotten_on=("capture", "command"),
-        controller_forgotten_on=("capture", "command"),
-    )
-    simulator = Simulator(GameConfig(memory=memory, capture=CaptureConfig(enabled=False)))
+    both = ("capture", "command")
+    memory = MemoryConfig(trail=None, controller=None, trail_forgotten_on=both, controller_forgotten_on=both)
+    simulator = Simulator(GameConfig(memory=memory, capture=PEACE))
     simulator.reset([0])
     first, other = np.random.default_rng(0).random((2, 1, 10, 10))
     simulator.command(0, first)
@@ -157,21 +141,19 @@ def test_a_command_is_a_new_one_if_it_is_new_at_the_solve(second_thoughts):
     if second_thoughts:
         simulator.command(0, first / 2)
     simulator.advance(1)
-    kept = 11.0 if second_thoughts else 1.0
-    np.testing.assert_array_equal(simulator.games.memory_weight[0], [kept] * 10 + [11.0] * 10)
-    kept = 31 if second_thoughts else 1
-    np.testing.assert_array_equal(simulator.occupancy[0].sum(axis=(1, 2)), [10 * kept, 310])
+    solves, ticks = (11, 31) if second_thoughts else (1, 1)
+    np.testing.assert_array_equal(simulator.games.memory_weight[0], [solves] * 10 + [11] * 10)
+    np.testing.assert_array_equal(simulator.occupancy[0].sum(axis=(1, 2)), [10 * ticks, 310])
 
 
-@pytest.mark.parametrize("tau", [4.0, None])
-@pytest.mark.parametrize("forgotten_on", [(), ("capture",), ("command",), ("capture", "command")])
+@pytest.mark.parametrize(("tau", "forgotten_on"), [(4.0, ()), (None, ("capture",)), (4.0, ("capture", "command"))])
 def test_the_controllers_memory_is_forgotten_as_asked(tau, forgotten_on):
     config = GameConfig(memory=MemoryConfig(controller=tau, controller_forgotten_on=forgotten_on))
     simulator, generator = Simulator(config), np.random.default_rng(5)
     simulator.reset([5])
     weight, previous, captured = np.zeros(20), simulator.targets[0].copy(), 0
     decay = 1.0 if tau is None else np.exp(-0.1 / tau)
-    for tick in range(450):
+    for tick in range(200):
         if tick % 20 == 0:
             simulator.command(tick // 20 % 2, generator.random((1, 10, 10)) ** 4)
         teams = simulator.teams[0].copy()

@@ -17,6 +17,7 @@ from swarm_pz.simulator import Simulator
 from tests.systems_of_tests import Magnet, install
 
 MIXED = {"controllers": ("magnet", "ergodic"), "drones_per_team": 4}
+DENSITY = np.ones((10, 10))
 
 
 @pytest.fixture(autouse=True)
@@ -43,19 +44,19 @@ class Faulty(Magnet):
 
     def solve(self, flight, config):
         right = super().solve(flight, config)
+        wrong = {
+            "shape": right[:, 1:],
+            "words": [["fly"]],
+            "masked": np.ma.masked_all(right.shape),
+            "vast": np.full(right.shape, -1e300),
+            "huge": np.where(flight.positions[:, :, :1] > 0.5, 1e30, right),
+            "nan": np.where(flight.positions[:, :, :1] > 0.5, np.nan, right),
+        }
         if self.fault == "raises":
             raise ZeroDivisionError("no place like home")
         if self.fault == "exits":
             raise SystemExit(3)
-        if self.fault == "shape":
-            return right[:, 1:]
-        if self.fault == "words":
-            return [["fly"]]
-        if self.fault == "masked":
-            return np.ma.masked_all(right.shape)
-        if self.fault == "vast":
-            return np.full(right.shape, -1e300)
-        return np.where(flight.positions[:, :, :1] > 0.5, 1e30 if self.fault == "huge" else np.nan, right)
+        return wrong[self.fault]
 
 
 def games(swapped=(False, True), **options) -> Simulator:
@@ -75,12 +76,10 @@ def test_each_row_takes_the_command_of_who_flies_there():
     simulator.command(0, [[0.2, 0.3], ring])
     simulator.command(1, [ring, [0.9, 0.7]])
     held = simulator.games.commands
-    np.testing.assert_array_equal(held[0, 0, :3], [0.2, 0.3, 0.0])
-    np.testing.assert_array_equal(held[1, 1, :3], [0.9, 0.7, 0.0])
-    np.testing.assert_allclose(simulator.targets[0, 1], ring / ring.sum())
-    np.testing.assert_allclose(simulator.targets[1, 0], ring / ring.sum())
+    np.testing.assert_array_equal(held[[0, 1], [0, 1], :3], [[0.2, 0.3, 0.0], [0.9, 0.7, 0.0]])
+    np.testing.assert_allclose(simulator.targets[[0, 1], [1, 0]], [ring / ring.sum()] * 2)
     assert np.argwhere(simulator.targets[0, 0]).tolist() == [[3, 2]], "those who watch see where a team is sent"
-    simulator.advance(600)
+    simulator.advance(300)
     for row, team in ((0, 0), (1, 1)):
         places = simulator.positions[row][simulator.teams[row] == team]
         np.testing.assert_allclose(places, np.broadcast_to(held[row, team, :2], places.shape), atol=0.02)
@@ -89,28 +88,28 @@ def test_each_row_takes_the_command_of_who_flies_there():
 @pytest.mark.parametrize("team", [0, 1])
 def test_a_command_remembers_what_it_took_the_place_of_and_since_when(team):
     simulator = games(swapped=(team == 1,))
+
+    def told():
+        flight = shown(simulator, team=team)
+        return flight.former[0].tolist(), flight.commands[0].tolist(), float(flight.age[0])
+
     simulator.advance(30)
     simulator.command(team, [[0.2, 0.3]])
-    flight = shown(simulator, team=team)
-    assert (flight.former.tolist(), flight.commands.tolist(), flight.age.tolist()) == (
-        [[0.5, 0.5]],
-        [[0.2, 0.3]],
-        [0.0],
-    )
+    assert told() == ([0.5, 0.5], [0.2, 0.3], 0.0)
     simulator.advance(15)
-    held = np.zeros((1, 2, 100))
-    held[0, team, :2], held[0, 1 - team] = (0.2, 0.3), 1.0
+    held = np.ones((1, 2, 100))
+    held[0, team] = 0.0
+    held[0, team, :2] = 0.2, 0.3
     simulator.advance(15, held)
-    flight = shown(simulator, team=team)
-    assert (flight.former.tolist(), flight.age.tolist()) == ([[0.5, 0.5]], [1.0]), "a step holds what is in force"
+    assert told() == ([0.5, 0.5], [0.2, 0.3], 1.0), "a step holds what is in force"
     simulator.command(team, [[0.2, 0.3]])
-    flight = shown(simulator, team=team)
-    assert (flight.former.tolist(), flight.age.tolist()) == ([[0.2, 0.3]], [0.0]), "who sends it again sends it"
+    assert told() == ([0.2, 0.3], [0.2, 0.3], 0.0), "who sends it again sends it"
 
 
-def test_a_system_is_told_of_its_own_drones_at_work_alone():
-    simulator = games()
-    simulator.advance(3)
+def test_a_system_is_told_of_its_own_drones_at_work_alone_and_who_hears_whom():
+    simulator = games(controller=GameConfig().controller.replace(communication_radius=0.25))
+    line = np.stack([np.linspace(0.1, 0.8, 8), np.full(8, 0.5)], axis=1)
+    simulator.reset([0, 1], scenario={"positions": line}, swapped=[False, True])
     simulator.games.failed[0, 1] = simulator.games.failed[1, 5] = True
     for row, team in ((0, 0), (1, 1)):
         flight = shown(simulator, row, team)
@@ -119,17 +118,11 @@ def test_a_system_is_told_of_its_own_drones_at_work_alone():
         np.testing.assert_array_equal(np.isnan(flight.positions[0]).all(axis=1), ~own)
         np.testing.assert_array_equal(np.isnan(flight.velocities[0]).all(axis=1), ~own)
         np.testing.assert_array_equal(flight.positions[0][own], simulator.positions[row][own])
-        np.testing.assert_array_equal(flight.heard[0], own[:, None] & own[None, :])
-
-
-def test_who_hears_whom_follows_the_talk_radius():
-    simulator = games(swapped=(False,), controller=GameConfig().controller.replace(communication_radius=0.25))
-    line = np.stack([np.linspace(0.1, 0.8, 8), np.full(8, 0.5)], axis=1)
-    simulator.reset([0], scenario={"positions": line})
-    flight = shown(simulator)
-    near = np.abs(line[:4, None, 0] - line[None, :4, 0]) < 0.25
-    np.testing.assert_array_equal(flight.heard[0, :4, :4], near)
-    assert not flight.heard[0, 4:].any() and not flight.heard[0, :, 4:].any()
+        near = np.abs(line[:, None, 0] - line[None, :, 0]) < 0.25
+        np.testing.assert_array_equal(flight.heard[0], near & own[:, None] & own[None, :])
+    simulator = games()
+    own = shown(simulator).own[0]
+    np.testing.assert_array_equal(shown(simulator).heard[0], own[:, None] & own[None, :])
 
 
 def test_a_captured_drone_is_flown_by_its_new_team_from_the_next_solve_on():
@@ -142,14 +135,17 @@ def test_a_captured_drone_is_flown_by_its_new_team_from_the_next_solve_on():
     assert not simulator.games.accelerations[0, 6:].any()
 
 
-def test_a_command_must_suit_the_drones_of_the_game_that_it_is_for():
+def test_a_command_must_suit_the_drones_of_the_game_that_it_is_for(monkeypatch):
     simulator = games(swapped=(True, False), controllers=("formation", "ergodic"))
-    commands = [np.ones((10, 10)), {"points": [(-1, -1), (1, -1), (1, 1), (-1, 1)]}]
+    commands = [DENSITY, {"points": [(-1, -1), (1, -1), (1, 1), (-1, 1)]}]
     simulator.games.teams[0, 4:6] = 0  # red has six drones where the ergodic controller flies them
     simulator.command(0, commands)
     simulator.games.teams[0, 3:6], simulator.games.teams[1, 4] = 1, 0
     with pytest.raises(CommandError, match="that is 5, got 4"):
         simulator.command(0, commands)
+    monkeypatch.setattr(Magnet, "check_sizes", lambda *_: 1 / 0)
+    with pytest.raises(CommandError, match="cannot be read by the control system magnet: ZeroDivisionError"):
+        games(swapped=(False,)).command(0, [[0.5, 0.5]])
 
 
 def test_systems_solve_at_control_periods_however_a_game_is_advanced():
@@ -166,17 +162,17 @@ def test_systems_solve_at_control_periods_however_a_game_is_advanced():
     ("commands", "said"),
     [
         ([[0.2, 0.3], np.ones((9, 9))], "shape"),
-        ([[0.2, 0.9], np.ones((10, 10))], r"within \[0.25, 0.75\] at index \(1,\), got 0.9"),
-        ([[0.2, np.nan], np.ones((10, 10))], "nan at index"),
+        ([[0.2, 0.9], DENSITY], r"within \[0.25, 0.75\] at index \(1,\), got 0.9"),
+        ([[0.2, np.nan], DENSITY], "nan at index"),
         ([[0.2, 0.3]], "one for each of 2 games"),
         ([[0.2, 0.3], np.ma.masked_all((10, 10))], "got a masked array"),
-        ([[0.2 + 0j, 0.3], np.ones((10, 10))], "got numbers of type complex128"),
+        ([[0.2 + 0j, 0.3], DENSITY], "got numbers of type complex128"),
         (7, "one for each of 2 games"),
     ],
 )
 def test_a_bad_command_changes_no_game(commands, said):
     simulator = games()
-    before = [array.copy() for array in simulator.games]
+    before = simulator.snapshot()
     with pytest.raises(CommandError, match=said):
         simulator.command(0, commands)
     for array, former in zip(simulator.games, before, strict=True):
@@ -202,7 +198,7 @@ def test_a_pair_of_commands_steps_a_batch():
     batch.reset([0, 1])
     batch.step(([[0.2, 0.3]] * 2, np.ones((2, 10, 10))))
     np.testing.assert_array_equal(batch.simulator.games.commands[:, 0, :2], [[0.2, 0.3]] * 2)
-    with pytest.raises(CommandError, match="a pair: red's and blue's"):
+    with pytest.raises(CommandError, match="pair"):
         batch.step(np.ones((2, 2, 10, 10)))
 
 
@@ -210,12 +206,12 @@ def test_a_pair_of_commands_steps_a_batch():
     ("fault", "said"),
     [
         ("raises", r"faulty, which flies red, raised ZeroDivisionError.* \(test_control.py:\d+\)"),
-        ("exits", r"raised SystemExit\(3\)"),
-        ("shape", r"answered accelerations of shape \(1, 7, 2\), not \(1, 8, 2\)"),
-        ("words", r"must answer accelerations as numbers, got list \[\['fly'\]\]"),
-        ("masked", "must answer accelerations as numbers, got a masked array"),
+        ("exits", r"SystemExit\(3\)"),
+        ("shape", r"shape \(1, 7, 2\), not \(1, 8, 2\)"),
+        ("words", r"got list \[\['fly'\]\]"),
+        ("masked", "got a masked array"),
         ("vast", r"answered \[-1e\+300, -1e\+300\] for drone"),
-        ("nan", r"answered \[nan, nan\] for drone \d: accelerations must be finite"),
+        ("nan", r"answered \[nan, nan\] for drone \d"),
         ("huge", r"for drone \d: accelerations must be finite, in \[-1e\+18, 1e\+18\]"),
     ],
 )
@@ -235,36 +231,35 @@ def test_only_games_whose_answers_are_broken_are_named():
     assert caught.value.rows == (1,), "the others may go on"
 
 
-def clocks(monkeypatch, waits, works):
-    """Let solves wait and work for so many seconds, in turn."""
+@pytest.mark.parametrize(
+    ("waits", "works", "swapped", "ends_at"),
+    [
+        ([0.15] * 50, [0.0] * 50, (False,), (27, 30)),
+        ([0.15, 0.0] * 25, [0.15] * 50, (False,), (27, 30)),
+        ([3.0, 0.01] * 50, [0.05] * 100, (False,), None),
+        ([0.15] * 50, [0.15] * 50, (False, False), None),
+    ],
+    ids=["every solve waits", "too much work", "a busy machine", "two games together may take twice as long"],
+)
+def test_a_system_that_cannot_keep_up_is_named(waits, works, swapped, ends_at, monkeypatch):
     for name, spans in (("perf_counter", waits), ("thread_time", works)):
         clock = iter(np.cumsum([0.0] + [span for one in spans for span in (one, 0.0)]).tolist())
         monkeypatch.setattr(f"swarm_pz.simulator.control.time.{name}", lambda clock=clock: next(clock))
-
-
-@pytest.mark.parametrize(("waits", "works"), [([0.15] * 50, [0.0] * 50), ([0.15, 0.0] * 25, [0.15] * 50)])
-def test_a_system_that_cannot_keep_up_is_named(waits, works, monkeypatch):
-    clocks(monkeypatch, waits, works)
-    simulator = games(swapped=(False,))
-    with pytest.raises(
-        FlightError, match=r"magnet, which flies red, took 0\.1\d s for a solve of a game, for which it"
-    ):
+    simulator = games(swapped=swapped)
+    if ends_at is None:
         simulator.advance(90)
-    assert simulator.games.ticks[0] in (27, 30), "its first solve may compile"
-
-
-def test_who_waits_for_a_busy_machine_can_keep_up(monkeypatch):
-    clocks(monkeypatch, [3.0, 0.01] * 50, [0.05] * 100)
-    simulator = games(swapped=(False,))
-    simulator.advance(90)
-    assert simulator.games.ticks[0] == 90
+        assert (simulator.games.ticks == 90).all()
+        return
+    with pytest.raises(FlightError, match=r"magnet, which flies red, took 0\.1\d s"):
+        simulator.advance(90)
+    assert simulator.games.ticks[0] in ends_at, "its first solve may compile"
 
 
 def test_threads_that_fly_games_of_their_own_count_their_solves_together():
     simulator, usual = games(swapped=(False,) * 4), sys.getswitchinterval()
 
     def fly(row):
-        for _ in range(500):
+        for _ in range(200):
             simulator.control.fly(simulator.games, np.array([row]), 0)
 
     sys.setswitchinterval(1e-6)
@@ -275,26 +270,16 @@ def test_threads_that_fly_games_of_their_own_count_their_solves_together():
         sys.setswitchinterval(usual)
 
 
-def test_games_flown_together_may_take_as_long_as_all_of_them_one_by_one(monkeypatch):
-    clocks(monkeypatch, [0.15] * 50, [0.15] * 50)
-    simulator = games(swapped=(False, False))
-    simulator.advance(90)
-    assert (simulator.games.ticks == 90).all()
-
-
 @pytest.mark.parametrize("system", ["ergodic", "coverage", "potential_field"])
-@pytest.mark.parametrize("value", [1e-299, 3e-309, 5e-324])
-def test_the_faintest_images_fly(system, value):
-    simulator = games(swapped=(False,), controllers=(system, "ergodic"))
-    image = np.zeros(simulator.control.command_shape)
-    image.flat[3] = value
-    for team, shape in (
-        (0, image.reshape(simulator.control.systems[simulator.control.numbers[0]].space(simulator.config).shape)),
-        (1, np.full((10, 10), value)),
-    ):
-        simulator.command(team, [shape])
-    simulator.advance(6)
-    assert np.isfinite(simulator.positions).all() and np.isfinite(simulator.games.coefficients).all()
+def test_the_faintest_images_fly(system):
+    for value in (1e-299, 3e-309, 5e-324):
+        simulator = games(swapped=(False,), controllers=(system, "ergodic"))
+        image = np.zeros(simulator.control.systems[simulator.control.numbers[0]].space(simulator.config).shape)
+        image.flat[3] = value
+        simulator.command(0, [image])
+        simulator.command(1, [np.full((10, 10), value)])
+        simulator.advance(6)
+        assert np.isfinite(simulator.positions).all() and np.isfinite(simulator.games.coefficients).all()
 
 
 @pytest.mark.parametrize("claimed", [True, False])
@@ -306,14 +291,8 @@ def test_a_system_that_writes_into_its_flight_flies_its_own_drones_alone(claimed
     monkeypatch.setattr(Magnet, "solve", claim)
     simulator = games(swapped=(False,))
     if not claimed:
-        with pytest.raises(FlightError, match="accelerations must be finite"):
+        with pytest.raises(FlightError, match="finite"):
             simulator.solve(0)
     else:
         simulator.solve(0)
         np.testing.assert_array_equal(simulator.games.given[0].any(axis=1), simulator.teams[0] == 0)
-
-
-def test_a_system_that_fails_to_check_a_size_refuses_the_command(monkeypatch):
-    monkeypatch.setattr(Magnet, "check_sizes", lambda *_: 1 / 0)
-    with pytest.raises(CommandError, match="cannot be read by the control system magnet: ZeroDivisionError"):
-        games(swapped=(False,)).command(0, [[0.5, 0.5]])

@@ -5,17 +5,22 @@ import copy
 import itertools
 import os
 import pickle
+import sys
 import threading
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+import torch
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from swarm_pz.config import BLUE, RED, CaptureConfig, ControllerConfig, DynamicsConfig, GameConfig, MemoryConfig
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.simulator import Simulator
+from swarm_pz.simulator.openmp import limit_spinning
+from swarm_pz.simulator.parameters import rule_parameters
 from swarm_pz.systems import FlockingCommand
 
 
@@ -24,8 +29,8 @@ def play(simulator: Simulator, seconds: int, streams: list[int]) -> None:
     generators = [np.random.default_rng(stream) for stream in streams]
     for _ in range(seconds):
         commands = np.stack([generator.random((2, 10, 10)) ** 8 for generator in generators])
-        simulator.command(0, commands[:, 0])
-        simulator.command(1, commands[:, 1])
+        for team in (RED, BLUE):
+            simulator.command(team, commands[:, team])
         simulator.advance(30)
 
 
@@ -50,14 +55,14 @@ UNLUCKY = GameConfig(
 
 @pytest.mark.parametrize("config", [GameConfig(), UNLUCKY], ids=["paper", "luck"])
 def test_a_row_of_a_batch_is_the_game_alone_and_threads_change_nothing(config):
-    seeds = list(range(8))
-    batch = Simulator(config, num_games=8, threads=2)
+    seeds = list(range(4))
+    batch = Simulator(config, num_games=4, threads=2)
     batch.reset(seeds)
-    play(batch, 30, seeds)
-    for row in (0, 3, 7):
+    play(batch, 10, seeds)
+    for row in (0, 3):
         alone = Simulator(config)
         alone.reset([row])
-        play(alone, 30, [row])
+        play(alone, 10, [row])
         assert_same_game(batch, row, alone, 0)
 
 
@@ -83,6 +88,7 @@ def test_a_command_is_the_same_in_any_memory_order():
     assert_same_game(simulators[0], 0, simulators[1], 0)
 
 
+@settings(max_examples=15)
 @given(seed=st.integers(0, 2**32), red=st.integers(1, 12), blue=st.integers(1, 12))
 def test_drones_are_conserved_stay_inside_and_push_no_harder_than_allowed(seed, red, blue):
     simulator = Simulator(GameConfig(drones_per_team=(red, blue)))
@@ -106,8 +112,10 @@ EVERYTHING = GameConfig.preset("released").replace(
 """Rules with which every array of a game changes, but for the fields of trails."""
 
 
+# --- what is sent, and what is held -----------------------------------------------------------------------------------
+
 PEACE = {"drones_per_team": 3, "capture": CaptureConfig(enabled=False)}
-RESENT = GameConfig(memory=MemoryConfig(controller_forgotten_on=("capture", "sending")), **PEACE)
+RESENT = GameConfig(memory=MemoryConfig(controller=None, controller_forgotten_on=("capture", "sending")), **PEACE)
 UNIFORM, RAMP = np.ones((1, 10, 10)), np.arange(1.0, 101.0).reshape(1, 10, 10) / 100
 
 
@@ -121,7 +129,7 @@ def asked(red, blue):
 
 
 def test_a_command_that_is_sent_empties_the_memory_be_it_the_same_again():
-    simulator = Simulator(RESENT.replace(memory=RESENT.memory.replace(controller=None)), num_games=2)
+    simulator = Simulator(RESENT, num_games=2)
     simulator.reset([0, 1])
     simulator.advance(30)
     simulator.command(RED, np.repeat(UNIFORM, 2, axis=0))  # which was in force
@@ -157,13 +165,11 @@ def test_a_target_that_was_sent_has_its_mass_and_that_of_the_start_has_one():
     for one in (simulator, plain):
         one.reset([0])
         one.advance(30, asked(UNIFORM, RAMP))
-    # Red holds what nobody sent.
-    np.testing.assert_array_equal(simulator.games.coefficients[0, RED], plain.games.coefficients[0, RED])
-    np.testing.assert_allclose(
-        simulator.games.coefficients[0, BLUE], 10.0 * plain.games.coefficients[0, BLUE], rtol=1e-6
-    )
+    coefficients, of_mass_one = simulator.games.coefficients[0], plain.games.coefficients[0]
+    np.testing.assert_array_equal(coefficients[RED], of_mass_one[RED])  # which holds what nobody sent
+    np.testing.assert_allclose(coefficients[BLUE], 10.0 * of_mass_one[BLUE], rtol=1e-6)
     simulator.command(RED, UNIFORM)
-    assert simulator.games.coefficients[0, RED, 0, 0] == np.float32(10.0)
+    assert coefficients[RED, 0, 0] == np.float32(10.0)
     # What was asked for, as a density, is the same.
     np.testing.assert_array_equal(simulator.targets, plain.targets)
     np.testing.assert_allclose(simulator.target_coefficients, plain.target_coefficients, atol=1e-7)
@@ -172,7 +178,7 @@ def test_a_target_that_was_sent_has_its_mass_and_that_of_the_start_has_one():
 
 
 def test_where_nothing_tells_sending_from_holding_games_are_the_same():
-    sent, held = Simulator(GameConfig(), num_games=2), Simulator(GameConfig(), num_games=2)
+    sent, held = Simulator(num_games=2), Simulator(num_games=2)
     for simulator in (sent, held):
         simulator.reset([0, 1])
     for density in (RAMP, RAMP, UNIFORM):
@@ -180,8 +186,8 @@ def test_where_nothing_tells_sending_from_holding_games_are_the_same():
             sent.command(team, np.repeat(density, 2, axis=0))
         sent.advance(30)
         held.advance(30, np.repeat(asked(density, density), 2, axis=0))
-    assert_same_game(sent, 0, held, 0)
-    assert_same_game(sent, 1, held, 1)
+    for row in range(2):
+        assert_same_game(sent, row, held, row)
 
 
 def test_games_without_seeds_are_all_different():
@@ -193,19 +199,17 @@ def test_games_without_seeds_are_all_different():
     assert len({start.tobytes() for start in [*starts, *simulator.positions]}) == 6
 
 
-@pytest.fixture
-def two_processors(monkeypatch):
-    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+# --- threads ----------------------------------------------------------------------------------------------------------
 
 
-def workers(simulator) -> set[int]:
+def workers(simulator) -> set[threading.Thread]:
     """Share seven rows out among threads; return who they were, once each row had its turn."""
     at_once, seen, done = threading.Barrier(simulator.threads, timeout=20.0), set(), []
 
     def work(rows):
         if simulator.threads > 1 and len(rows) < 7:
             at_once.wait()
-        seen.add(threading.get_ident())
+        seen.add(threading.current_thread())
         done.extend(rows.tolist())
 
     simulator.for_rows(np.arange(7), work)
@@ -213,15 +217,20 @@ def workers(simulator) -> set[int]:
     return seen
 
 
-@pytest.mark.usefixtures("two_processors")
-def test_threads_share_all_rows_and_copies_have_threads_of_their_own_unless_they_were_ended():
-    simulator = Simulator(GameConfig(drones_per_team=1), num_games=7, threads=2)
+def test_threads_share_all_rows_and_copies_have_threads_of_their_own_unless_they_were_ended(monkeypatch):
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    small = GameConfig(drones_per_team=1)
+    for games, threads, expected in ((7, 4, 2), (1, 2, 1), (7, 1, 1)):
+        assert Simulator(small, games, threads).threads == expected
+    simulator, me = Simulator(small, num_games=7, threads=2), threading.current_thread()
     twins = [copy.deepcopy(simulator), pickle.loads(pickle.dumps(simulator))]  # noqa: S301
-    assert [len(workers(one)) for one in (simulator, *twins)] == [2, 2, 2]
+    seen = [workers(one) for one in (simulator, *twins)]
+    assert [len(one) for one in seen] == [2, 2, 2] and set.intersection(*seen) == {me}
     simulator.close()
-    assert workers(simulator) == workers(copy.deepcopy(simulator)) == {threading.get_ident()}
+    assert workers(simulator) == workers(copy.deepcopy(simulator)) == {me}
     for one in twins:
         one.close()
+    assert not any(thread.is_alive() for thread in set.union(*seen) - {me})
 
 
 def test_no_thread_goes_on_once_the_caller_has_an_exception(monkeypatch):
@@ -249,6 +258,38 @@ def test_no_thread_goes_on_once_the_caller_has_an_exception(monkeypatch):
         is_waited_for.set()
         simulator.close()
 
+
+def openmp_threads():
+    return len(list(Path("/proc/self/task").iterdir())) if sys.platform == "linux" else 0
+
+
+@pytest.mark.parametrize("imported", [True, False])
+def test_pytorchs_idle_threads_leave_the_cores_to_the_game(imported, monkeypatch):
+    """Where it was imported first, GNU's OpenMP has read the environment, and only more threads make it sleep."""
+    for name in ("GOMP_SPINCOUNT", "OMP_WAIT_POLICY"):
+        monkeypatch.setenv(name, "")  # so that what is set later is undone
+        monkeypatch.delenv(name)
+    if not imported:
+        monkeypatch.delitem(sys.modules, "torch")
+    before, largest = openmp_threads(), torch.get_num_threads()
+    Simulator().reset([0])
+    more = openmp_threads() - before
+    assert more > len(os.sched_getaffinity(0)) if imported and sys.platform == "linux" else more == 0
+    assert (os.environ["GOMP_SPINCOUNT"], torch.get_num_threads()) == ("1000", largest)
+
+
+@pytest.mark.parametrize("name", ["GOMP_SPINCOUNT", "OMP_WAIT_POLICY"])
+def test_waits_that_the_user_has_chosen_stay(name, monkeypatch):
+    for other in ("GOMP_SPINCOUNT", "OMP_WAIT_POLICY"):
+        monkeypatch.setenv(other, "7")
+        if other != name:
+            monkeypatch.delenv(other)
+    limit_spinning()
+    chosen = {other: os.environ[other] for other in ("GOMP_SPINCOUNT", "OMP_WAIT_POLICY") if other in os.environ}
+    assert chosen == {name: "7"}
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
 
 MIXED = GameConfig(controllers=("ergodic", "flocking"))
 FLOCK, ONES = FlockingCommand(position=(0.2, 0.3), weight=60.0), np.ones((2, 10, 10))
@@ -278,34 +319,65 @@ DOUBTFUL = {
     "of other teams": (lambda s: s.restore(Simulator(GameConfig(drones_per_team=3), 2).snapshot()), "1 or 2 games"),
     "of three games": (lambda s: s.restore(Simulator(num_games=3).snapshot()), "1 or 2 games"),
     "of other types": (lambda s: s.restore(s.snapshot()._replace(ticks=np.zeros(2, np.int32))), "must be int64"),
+    "of other systems": (
+        lambda s: s.restore(s.snapshot()._replace(flown_by=np.full((2, 2), 127, np.int8))),
+        "flown_by",
+    ),
 }
 
 
-@pytest.mark.parametrize("name", DOUBTFUL)
-def test_what_does_not_fit_changes_no_game(name):
+@pytest.fixture(scope="module")
+def two_games():
     simulator = Simulator(num_games=2)
     simulator.reset([7, 8])
+    return simulator
+
+
+@pytest.mark.parametrize("name", DOUBTFUL)
+def test_what_does_not_fit_changes_no_game(name, two_games):
     call, said = DOUBTFUL[name]
-    with unchanged(simulator), pytest.raises(CommandError, match=said):
-        call(simulator)
+    with unchanged(two_games), pytest.raises(CommandError, match=said):
+        call(two_games)
 
 
-def test_no_snapshot_sends_the_kernels_beyond_their_arrays():
-    simulator = Simulator(num_games=2)
+def test_no_snapshot_sends_the_kernels_beyond_their_arrays(two_games):
     broken = [("teams", 2), ("teams", -1), ("trails", 2500), ("trails", -2), ("ticks", -1), ("positions", 1.5)]
-    with unchanged(simulator):
-        before = simulator.snapshot()
-        for name, value in (*broken, *itertools.product(("positions", "velocities"), (np.nan, np.inf, -1e30))):
+    broken += itertools.product(("positions", "velocities"), (np.nan, np.inf, -1e30))
+    before = two_games.snapshot()
+    with unchanged(two_games):
+        for name, value in broken:
             with pytest.raises(CommandError, match=f"snapshot's {name}"):
-                simulator.restore(before._replace(**{name: np.full_like(getattr(before, name), value)}))
-        with pytest.raises(CommandError, match="flown_by"):
-            simulator.restore(before._replace(flown_by=np.full((2, 2), 127, np.int8)))
+                two_games.restore(before._replace(**{name: np.full_like(getattr(before, name), value)}))
 
 
-def test_a_simulator_has_games_and_threads():
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_a_simulator_has_games_and_threads_and_numbers_that_are_finite_for_the_kernels():
     for wrong in ({"num_games": 0}, {"threads": 0}):
         with pytest.raises(ConfigError, match=rf"{next(iter(wrong))} must be .* got 0"):
             Simulator(**wrong)
+    config = GameConfig()
+    object.__setattr__(config.controller, "control_weight", 1e-40)  # should a range allow it
+    with pytest.raises(ConfigError, match="inverse_control_weight must be finite for the kernels, got inf"):
+        Simulator(config)
+
+
+@pytest.mark.parametrize(
+    ("config", "dtype"),
+    [
+        (GameConfig(drones_per_team=600), np.int32),
+        (GameConfig(drones_per_team=700), np.int64),
+        (GameConfig(memory=MemoryConfig(trail=600.0)), np.int64),
+        (GameConfig(memory=MemoryConfig(trail=None), time_limit=1.0), np.int64),
+    ],
+)
+def test_fields_have_room_for_all_trails_in_one_cell(config, dtype):
+    weights = rule_parameters(config).ring_weights
+    assert weights.dtype == dtype
+    if config.memory.trail is not None:
+        assert config.num_drones * config.trail_ticks * int(weights.max()) <= np.iinfo(dtype).max
+
+
+# --- which games, and until when --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("config", [GameConfig(drones_per_team=3), EVERYTHING], ids=["paper", "everything"])
@@ -355,11 +427,9 @@ def test_a_command_is_for_the_games_and_the_team_that_it_names():
     shown = simulator.targets[2, 1]  # to those who watch
     assert [shown.sum(axis=0) @ centres, shown.sum(axis=1) @ centres] == pytest.approx([0.2, 0.3])
     for row in range(4):
-        team = 0 if row % 2 else 1  # which flocks there
+        flocks = 0 if row % 2 else 1
         with pytest.raises(CommandError, match="for ergodic, which takes density"):
-            simulator.command(1 - team, [FLOCK], rows=[row])
-    with unchanged(simulator), pytest.raises(CommandError, match="for ergodic, which takes density"):
-        simulator.command(0, [FLOCK] * 4)
+            simulator.command(1 - flocks, [FLOCK], rows=[row])
 
 
 def test_what_can_be_seen_cannot_be_changed_and_is_what_the_games_hold():
@@ -375,15 +445,3 @@ def test_what_can_be_seen_cannot_be_changed_and_is_what_the_games_hold():
     assert simulator.velocities.any() and np.isfinite(simulator.positions).all()
     assert simulator.sizes.tolist() == [[4, 0]] * 2
     assert simulator.decided.tolist() == [False, False], "without captures nothing is decided"
-
-
-@pytest.mark.usefixtures("two_processors")
-def test_there_are_no_more_threads_than_games_and_processors_and_closing_ends_them():
-    for games, threads, expected in ((5, 4, 2), (1, 2, 1), (5, 1, 1)):
-        simulator, seen = Simulator(GameConfig(drones_per_team=1), games, threads), []
-        assert simulator.threads == expected
-        simulator.for_rows(np.arange(games), lambda rows, seen=seen: seen.append(threading.current_thread()))
-        others = [thread for thread in seen if thread is not threading.current_thread()]
-        assert len(others) == expected - 1 and all(thread.is_alive() for thread in others)
-        simulator.close()
-        assert not any(thread.is_alive() for thread in others)

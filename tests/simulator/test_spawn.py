@@ -19,7 +19,7 @@ def test_drones_start_evenly_within_a_radius_of_corner_points(inset, radius):
     steps = places - corners
     distance = np.linalg.norm(steps, axis=1)
     assert distance.max() <= radius + 1e-6
-    # As much of a disc lies within half of its radius as everybody knows, and as much on each side of its centre.
+    # A quarter of a disc lies within half of its radius, and as much on each side of its centre.
     assert (distance < radius / 2).mean() == pytest.approx(0.25, abs=0.04)
     assert (steps > 0).mean(axis=0) == pytest.approx([0.5, 0.5], abs=0.04)
     for corner in np.unique(corners, axis=0):
@@ -48,79 +48,6 @@ def test_drones_may_start_moving_from_the_same_places(layout):
         assert abs(np.corrcoef(along.T)[0, 1]) < 0.15
 
 
-def test_altitudes_are_all_levels_up_to_one_in_another_order_in_every_game():
-    simulator = Simulator(GameConfig(drones_per_team=(3, 5)), num_games=8)
-    simulator.reset(range(8))
-    np.testing.assert_allclose(np.sort(simulator.altitudes, axis=1), np.tile(np.arange(1, 9) / 8, (8, 1)))
-    assert len({altitudes.tobytes() for altitudes in simulator.altitudes}) == 8
-
-
-def test_a_seed_is_a_whole_number_or_what_numpy_makes_of_it():
-    for seed in (0, 5, 2**70):
-        for same in (seed, np.random.SeedSequence(seed)):
-            assert check_seed(same).entropy == seed
-    assert check_seed(np.int64(5)).entropy == 5
-    for bad in (-1, np.int64(-1), 0.0, True, None, "0", np.random.default_rng(0)):
-        with pytest.raises(CommandError, match=r"a seed must be a whole number of at least 0 or a SeedSequence"):
-            check_seed(bad)
-
-
-def test_the_seeds_of_a_sequence_are_the_children_of_its_seed_in_turn():
-    generator = np.random.default_rng(7)
-    drawn = [next_seed(generator).generate_state(2).tolist() for _ in range(3)]
-    assert drawn == [child.generate_state(2).tolist() for child in np.random.SeedSequence(7).spawn(3)]
-
-
-def test_a_generator_from_which_no_seeds_can_be_drawn_is_refused():
-    class Odd(np.random.PCG64):
-        seed_seq = None
-
-    with pytest.raises(CommandError, match="must be a Generator made from a SeedSequence"):
-        next_seed(np.random.Generator(Odd()))
-
-
-def test_a_scenario_takes_the_place_of_what_it_names_and_of_nothing_else():
-    simulator = Simulator(GameConfig(drones_per_team=2), num_games=2)
-    simulator.reset([3, 4])
-    drawn = simulator.snapshot()
-    velocities = [[-10.0, 10.0], [0.0, -0.5], [0.25, 0.0], [1.0, 2.0]]
-    for scenario, changed in (
-        ({"velocities": velocities}, {"velocities": velocities}),
-        ({"teams": [1, 0, 0, 1]}, {"teams": [1, 0, 0, 1]}),
-        ({"teams": np.array([True, False, True, True])}, {"teams": [1, 0, 1, 1]}),
-        ({"positions": np.tile([0.0, 1.0], (4, 1))}, {"positions": np.tile([0.0, 1.0], (4, 1))}),
-    ):
-        simulator.reset([3, 4], scenario=scenario)
-        for name, array, then in zip(drawn._fields, simulator.games, drawn, strict=True):
-            expected = np.broadcast_to(changed[name], then.shape) if name in changed else then
-            np.testing.assert_array_equal(array, expected, err_msg=name)
-
-
-@pytest.mark.parametrize(
-    ("scenario", "message"),
-    [
-        (
-            {"velocities": np.full((4, 2), 10.1)},
-            r"scenario velocities must be numbers in \[-10, 10\] of shape \(4, 2\)",
-        ),
-        ({"velocities": np.full((4, 2), -10.1)}, "scenario velocities"),
-        ({"positions": np.full((4, 2), -0.1)}, r"scenario positions must be numbers in \[0, 1\]"),
-        ({"teams": [0, 1, 0.5, 1]}, r"scenario teams must be 4 numbers that are 0 \(red\) or 1 \(blue\), got"),
-        ({"teams": [0, 1, 0]}, "scenario teams must be 4 numbers"),
-        ({"teams": [1, 1, 1, 1]}, "with at least one of each"),
-    ],
-)
-def test_what_no_drone_can_have_is_refused(scenario, message):
-    with pytest.raises(CommandError, match=message):
-        Simulator(GameConfig(drones_per_team=2)).reset([0], scenario=scenario)
-
-
-def test_without_captures_all_drones_may_be_of_one_team():
-    simulator = Simulator(GameConfig(drones_per_team=2, capture=CaptureConfig(enabled=False)))
-    simulator.reset([0], scenario={"teams": [1, 1, 1, 1]})
-    assert simulator.sizes.tolist() == [[0, 4]]
-
-
 @pytest.mark.parametrize(
     ("layout", "places", "luck"),
     [
@@ -133,3 +60,69 @@ def test_a_seed_always_gives_the_same_start_and_the_same_luck(layout, places, lu
     simulator.reset([1, 0])
     np.testing.assert_allclose(simulator.positions[1], places, atol=1e-6)
     assert simulator.games.seeds[1] == luck != simulator.games.seeds[0]
+
+
+def test_altitudes_are_all_levels_up_to_one_in_another_order_in_every_game():
+    simulator = Simulator(GameConfig(drones_per_team=(3, 5)), num_games=8)
+    simulator.reset(range(8))
+    np.testing.assert_allclose(np.sort(simulator.altitudes, axis=1), np.tile(np.arange(1, 9) / 8, (8, 1)))
+    assert len({altitudes.tobytes() for altitudes in simulator.altitudes}) == 8
+
+
+def test_a_seed_is_a_whole_number_or_what_numpy_makes_of_it():
+    for seed in (0, 5, 2**70, np.int64(5)):
+        assert check_seed(seed).entropy == seed
+    assert check_seed(np.random.SeedSequence(5)).entropy == 5
+    for bad in (-1, np.int64(-1), 0.0, True, None, "0", np.random.default_rng(0)):
+        with pytest.raises(CommandError, match=r"a seed must be a whole number of at least 0 or a SeedSequence"):
+            check_seed(bad)
+
+
+def test_the_seeds_of_a_sequence_are_the_children_of_its_seed_in_turn_and_a_generator_needs_one():
+    generator = np.random.default_rng(7)
+    drawn = [next_seed(generator).generate_state(2).tolist() for _ in range(3)]
+    assert drawn == [child.generate_state(2).tolist() for child in np.random.SeedSequence(7).spawn(3)]
+
+    class Odd(np.random.PCG64):
+        seed_seq = None
+
+    with pytest.raises(CommandError, match="SeedSequence"):
+        next_seed(np.random.Generator(Odd()))
+
+
+def test_a_scenario_takes_the_place_of_what_it_names_and_of_nothing_else():
+    simulator = Simulator(GameConfig(drones_per_team=2), num_games=2)
+    simulator.reset([3, 4])
+    drawn = simulator.snapshot()
+    for name, values in (
+        ("velocities", [[-10.0, 10.0], [0.0, -0.5], [0.25, 0.0], [1.0, 2.0]]),
+        ("teams", [1, 0, 0, 1]),
+        ("teams", np.array([True, False, True, True])),
+        ("positions", np.tile([0.0, 1.0], (4, 1))),
+    ):
+        simulator.reset([3, 4], scenario={name: values})
+        expected = drawn._replace(**{name: np.broadcast_to(values, getattr(drawn, name).shape)})
+        for field, array, then in zip(drawn._fields, simulator.games, expected, strict=True):
+            np.testing.assert_array_equal(array, then, err_msg=field)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "message"),
+    [
+        ({"velocities": np.full((4, 2), 10.1)}, r"velocities must be numbers in \[-10, 10\] of shape \(4, 2\)"),
+        ({"velocities": np.full((4, 2), -10.1)}, "scenario velocities"),
+        ({"positions": np.full((4, 2), -0.1)}, r"scenario positions must be numbers in \[0, 1\]"),
+        ({"teams": [0, 1, 0.5, 1]}, r"scenario teams must be 4 numbers that are 0 \(red\) or 1 \(blue\), got"),
+        ({"teams": [0, 1, 0]}, "scenario teams"),
+        ({"teams": [1, 1, 1, 1]}, "with at least one of each"),
+    ],
+)
+def test_what_no_drone_can_have_is_refused(scenario, message):
+    with pytest.raises(CommandError, match=message):
+        Simulator(GameConfig(drones_per_team=2)).reset([0], scenario=scenario)
+
+
+def test_without_captures_all_drones_may_be_of_one_team():
+    simulator = Simulator(GameConfig(drones_per_team=2, capture=CaptureConfig(enabled=False)))
+    simulator.reset([0], scenario={"teams": [1, 1, 1, 1]})
+    assert simulator.sizes.tolist() == [[0, 4]]

@@ -11,17 +11,6 @@ from swarm_pz.spaces import DIRECTIONS
 from swarm_pz.spaces.drones import GROUND, DroneActions, DroneView
 from swarm_pz.spaces.observation import observe
 
-GAME = GameConfig(drones_per_team=(2, 2), controllers=("direct", "ergodic"))
-
-
-def test_the_parts_stand_one_after_the_other_and_fill_the_vector():
-    view = DroneView(GAME, neighbours=3, grid=10, patch=5)
-    ends = [0]
-    for where, shape in view.parts.values():
-        assert where.start == ends[-1] and where.stop - where.start == np.prod(shape)
-        ends.append(where.stop)
-    assert view.space.shape == (ends[-1],) == (10 + 3 * 5 + 3 * 5 + 4 * 25,)
-
 
 def slowly(view, grid, simulator, game, team):
     """What the drones of a game see, part by part in NumPy's float32; `team` plays, or both where it is -1."""
@@ -49,8 +38,9 @@ def slowly(view, grid, simulator, game, team):
         framed = np.pad(image, ((0, 0), (patch // 2,) * 2, (patch // 2,) * 2))
         column, row = np.minimum((here[drone].astype(float) * 50).astype(int), 49) // (50 // grid)
         parts["ground"] = framed[:, row : row + patch, column : column + patch] / np.float32(255)
-        for name, (where, _) in view.parts.items():
-            seen[drone, where] = parts[name].ravel()
+        filled = np.concatenate([part.ravel() for part in parts.values()])  # one after the other, and nothing between
+        assert all(np.array_equal(filled[where], parts[name].ravel()) for name, (where, _) in view.parts.items())
+        seen[drone] = filled
     return seen
 
 
@@ -70,17 +60,12 @@ def test_drones_see_to_the_last_bit_what_a_slow_version_says(neighbours, grid, p
             np.testing.assert_array_equal(together[game], slowly(view, grid, simulator, game, team))
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        ({"neighbours": 0}, "neighbours must be a whole number in"),
-        ({"grid": 7}, "grid must be a divisor of 50, got 7"),
-        ({"patch": 4}, "patch must be odd"),
-    ],
-)
-def test_views_that_make_no_sense_are_refused(options, said):
-    with pytest.raises(ConfigError, match=said):
-        DroneView(GAME, **options)
+def test_views_and_actions_that_make_no_sense_are_refused():
+    for options, said in (({"neighbours": 0}, "neighbours"), ({"grid": 7}, "divisor of 50"), ({"patch": 4}, "odd")):
+        with pytest.raises(ConfigError, match=said):
+            DroneView(GameConfig(), **options)
+    with pytest.raises(ConfigError, match="action must be 'acceleration' or 'discrete', got 'thrust'"):
+        DroneActions("thrust")
 
 
 def test_discrete_actions_are_the_nine_directions_at_full_acceleration():
@@ -93,18 +78,12 @@ def test_discrete_actions_are_the_nine_directions_at_full_acceleration():
     assert actions.read(np.int64(3), (), "one").tolist() == [0, 1]
 
 
-@pytest.mark.parametrize("given", [9, -1, 1.0, [1], None, "north", np.nan, [[1, 2], [3]]])
-def test_numbers_that_are_no_direction_are_refused_with_the_directions(given):
-    with pytest.raises(CommandError, match=r"drone's action must be whole numbers in \[0, 9\).*north-west"):
-        DroneActions("discrete").read(given, (), "drone's action")
-
-
-@pytest.mark.parametrize("given", [[np.nan, 0], [2, 0], [0], "north", None])
-def test_accelerations_outside_the_space_are_refused(given):
-    with pytest.raises(CommandError, match="drone's action"):
-        DroneActions().read(given, (), "drone's action")
-
-
-def test_unknown_kinds_of_actions_are_refused():
-    with pytest.raises(ConfigError, match="action must be 'acceleration' or 'discrete', got 'thrust'"):
-        DroneActions("thrust")
+@pytest.mark.parametrize(
+    ("kind", "given"),
+    [*(("discrete", bad) for bad in (9, -1, 1.0, [1], None, "north", np.nan, [[1, 2], [3]])),
+     *(("acceleration", bad) for bad in ([np.nan, 0], [2, 0], [0], "north", None))],
+)  # fmt: skip
+def test_what_is_no_action_is_refused_with_the_directions(kind, given):
+    said = r"\[0, 9\).*north-west" if kind == "discrete" else r"of shape \(2,\)"
+    with pytest.raises(CommandError, match=f"drone's action .*{said}"):
+        DroneActions(kind).read(given, (), "drone's action")

@@ -1,3 +1,5 @@
+"""How actions are written and read, as densities and as commands of other kinds, and how images are shown."""
+
 from __future__ import annotations
 
 import numpy as np
@@ -8,38 +10,45 @@ from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.errors import CommandError, ConfigError
 from swarm_pz.spaces.densities import COMMAND_NAMES, named_commands
 from swarm_pz.spaces.formats import Format
+from tests.systems_of_tests import Magnet, install
 
 SEAT = ObservationConfig(grid=25)
 
 
-def made(**options):
-    return Format(GameConfig(), SEAT, **options)
+def made(controllers="ergodic", **options):
+    return Format(GameConfig(controllers=controllers, drones_per_team=2), SEAT, **options)
 
 
-def test_flat_actions_are_the_same_commands_row_after_row():
-    square, flat = made(action_cells=5), made(action_cells=5, flatten_actions=True)
-    actions = np.random.default_rng(0).uniform(-1, 1, (3, 5, 5)).astype(np.float32)
-    assert flat.action_space.shape == (25,)
-    np.testing.assert_array_equal(flat.read(actions.reshape(3, 25), 3), square.read(actions, 3))
-    np.testing.assert_array_equal(flat.read_one(actions[1].ravel(), "x"), square.read(actions, 3)[1])
+# --- densities --------------------------------------------------------------------------------------------------------
 
 
-def test_a_discrete_action_asks_for_a_named_density():
-    form = made(action="discrete")
-    assert form.action_space.n == len(form.command_names) == len(COMMAND_NAMES) == len(set(COMMAND_NAMES))
-    numbers = np.arange(len(COMMAND_NAMES))
-    densities = form.read(numbers, len(numbers))
-    np.testing.assert_array_equal(densities, named_commands(10))
-    assert densities.max(axis=(1, 2)).tolist() == [1.0] * len(numbers)
-    assert len(np.unique(densities.reshape(len(numbers), -1), axis=0)) == len(numbers)
-    np.testing.assert_array_equal(form.read_one(np.int64(3), "x"), densities[3])
-    assert made().command_names == ()
+def test_every_action_reaches_the_game_as_its_space_says():
+    action = np.random.default_rng(0).random((2, 10, 10))
+    logs = 2 * action - 1
+    softmax = np.exp(4 * (logs - logs.max(axis=(1, 2), keepdims=True)))
+    for form, given, expected, below in ((made(action="command"), action, action, -0.1), (made(), logs, softmax, -1.1)):
+        np.testing.assert_allclose(form.read(given, 2), expected)
+        np.testing.assert_allclose(form.read_one(given[1], "x"), expected[1])
+        assert form.action_space.low.min() == np.ceil(below)
+        for bad in (np.full((10, 10), below), np.full((10, 10), 1.1), given):
+            with pytest.raises(CommandError, match="red's command must be numbers"):
+                form.read_one(bad, "red's command")
+        with pytest.raises(CommandError, match=r"of shape \(3, 10, 10\), got shape \(2, 10, 10\)"):
+            form.read(given, 3)
 
 
-@pytest.mark.parametrize("bad", [[0], [0, 57], [0, -1], [0, 1.0], [True, False], "ab", None, [[0, 1]], [0, 10**400]])
-def test_bad_discrete_actions_are_refused(bad):
-    with pytest.raises(CommandError, match=r"actions must be whole numbers in \[0, 57\)"):
-        made(action="discrete").read(bad, 2)
+def test_coarse_actions_are_interpolated_before_they_are_taken_for_densities_and_may_be_flat():
+    logs = np.random.default_rng(0).uniform(-1, 1, (1, 4, 4))
+    centres, fine = (np.arange(4) + 0.5) / 4, (np.arange(10) + 0.5) / 10
+    along_x = np.array([np.interp(fine, centres, row) for row in logs[0]])
+    full = np.array([np.interp(fine, centres, column) for column in along_x.T]).T
+    np.testing.assert_allclose(made(action_cells=4).read(logs, 1)[0], np.exp(4 * (full - full.max())))
+    np.testing.assert_allclose(made(action_cells=4, action="command").read((logs + 1) / 2, 1)[0], (full + 1) / 2)
+    flat = made(action_cells=4, flatten_actions=True)
+    assert flat.action_space.shape == (16,)
+    np.testing.assert_array_equal(flat.read(logs.reshape(1, 16), 1), made(action_cells=4).read(logs, 1))
+    for cells in (2, 10):
+        assert made(action_cells=cells).action_space.shape == (cells, cells)
 
 
 @pytest.mark.parametrize(
@@ -48,9 +57,14 @@ def test_bad_discrete_actions_are_refused(bad):
         ({"action": "logits"}, "action must be"),
         ({"observation_dtype": "float64"}, "observation_dtype must be"),
         ({"flatten_actions": 1}, "flatten_actions must be True or False"),
-        ({"action_cells": 20}, "action_cells"),
-        ({"action": "discrete", "flatten_actions": True}, "have no meaning with it"),
-        ({"action": "discrete", "action_cells": 5}, "have no meaning with it"),
+        ({"action_cells": 1}, r"action_cells must be a whole number in \[2, 10\]"),
+        ({"action_cells": 11}, r"action_cells must be a whole number in \[2, 10\]"),
+        ({"action": "discrete", "flatten_actions": True}, "no meaning"),
+        ({"action": "discrete", "action_cells": 5}, "no meaning"),
+        ({"action": "modes", "action_cells": 5}, "short vector"),
+        ({"controllers": "flocking", "action_cells": 5}, "is for densities, .* flocking takes .* 'attractors'"),
+        ({"controllers": "flocking", "action": "modes"}, "is for densities"),
+        ({"controllers": "direct", "action": "discrete"}, "direct has none"),
     ],
 )
 def test_options_that_do_not_fit_are_refused(options, message):
@@ -58,16 +72,47 @@ def test_options_that_do_not_fit_are_refused(options, message):
         made(**options)
 
 
-@pytest.mark.parametrize("kind", ["entities", "drones"])
-def test_lists_of_drones_have_no_channels_and_are_floats_and_bounded_anyway(kind):
-    """Who asked for float32 was refused what is float32, and libraries that scale by bounds had none."""
-    seen = ObservationConfig(kind=kind)
-    plain, asked = Format(GameConfig(), seen), Format(GameConfig(), seen, observation_dtype="float32")
-    assert plain.observation_space == asked.observation_space
-    parts = plain.observation_space.values() if kind == "entities" else [plain.observation_space]
-    assert all(part.is_bounded() for part in parts if isinstance(part, spaces.Box))
-    with pytest.raises(ConfigError, match="channels_last is for images"):
-        Format(GameConfig(), ObservationConfig(kind=kind), channels_last=True)
+@pytest.mark.parametrize("cells", [2, 10])
+def test_modes_are_densities_about_uniform_and_are_written_again_as_they_are(cells):
+    """Catches cosines that are mixed up, turned, or divided by zero where a command has two cells a side."""
+    form = Format(GameConfig(command_cells=cells), SEAT, action="modes")
+    size = form.action_space.shape[0]
+    assert (form.read(np.zeros((1, size)), 1) == 1.0).all()
+    actions = np.random.default_rng(0).uniform(-2.0, 2.0, (3, size)).astype(np.float32)
+    np.testing.assert_allclose(form.write(form.read(actions, 3)), actions, atol=1e-5)
+    leftwards = form.read_one(np.eye(size)[0], "action")  # the first cosine along x
+    assert (np.diff(leftwards, axis=1) < 0.0).all() and (np.diff(leftwards, axis=0) == 0.0).all()
+
+
+@pytest.mark.parametrize("options", [{"action": "command"}, {}, {"flatten_actions": True}])
+def test_commands_are_written_as_the_actions_that_give_them_again(options):
+    form, commands = made(**options), np.random.default_rng(0).uniform(0.01, 1.0, (3, 10, 10))
+    actions = form.write(commands)
+    assert all(form.action_space.contains(action) for action in actions)
+    for given, command in zip(form.read(actions, 3), commands, strict=True):
+        np.testing.assert_allclose(given / given.max(), command / command.max(), rtol=1e-5)
+
+
+@pytest.mark.parametrize("action", ["command", "normalised"])
+def test_coarse_actions_and_commands_of_other_kinds_are_written_again_as_they_are(action):
+    form = made(action=action, action_cells=5)
+    actions = np.random.default_rng(0).uniform(0.0, 0.9, (3, 5, 5))
+    actions[:, 0, 0] = 1.0  # the brightest cell stands in a corner, where interpolation leaves it
+    np.testing.assert_allclose(form.write(form.read(actions.astype(np.float32), 3)), actions, atol=1e-5)
+    form = made("direct", action=action)
+    actions = np.stack([form.action_space.sample() for _ in range(3)])
+    np.testing.assert_allclose(form.write(form.read(actions, 3)), actions, atol=1e-5)
+
+
+def test_zeros_are_written_as_uniform_and_what_is_dark_as_the_faintest():
+    command = np.zeros((2, 10, 10))
+    command[1, 3, 4] = 0.5
+    written = made().write(command)
+    assert (written[0] == 1.0).all()
+    assert written[1, 3, 4] == 1.0 and np.sort(written[1].ravel())[-2] == -1.0
+
+
+# --- densities by name ------------------------------------------------------------------------------------------------
 
 
 def expected_densities() -> dict[str, np.ndarray]:
@@ -97,47 +142,58 @@ def expected_densities() -> dict[str, np.ndarray]:
     return expected
 
 
-def test_every_named_density_is_what_its_name_says_and_has_the_number_that_models_were_trained_on():
-    expected = expected_densities()
-    assert tuple(expected) == COMMAND_NAMES
-    for density, wanted in zip(named_commands(10), expected.values(), strict=True):
+def test_a_discrete_action_asks_for_the_density_of_its_name_and_has_the_number_that_models_were_trained_on():
+    expected, form = expected_densities(), made(action="discrete")
+    assert tuple(expected) == COMMAND_NAMES == form.command_names and made().command_names == ()
+    numbers = np.arange(form.action_space.n)
+    densities = form.read(numbers, 57)
+    for density, wanted in zip(densities, expected.values(), strict=True):
         np.testing.assert_allclose(density, wanted / wanted.max(), atol=1e-12)
+    np.testing.assert_array_equal(form.read_one(np.int64(3), "x"), densities[3])
+    np.testing.assert_array_equal(form.write(0.5 * densities), numbers)
     assert not named_commands(10).flags.writeable
     assert named_commands(5).shape == (57, 5, 5)
 
 
-@pytest.mark.parametrize("cells", [2, 10])
-def test_an_action_may_be_as_coarse_as_two_cells_and_as_fine_as_a_command(cells):
-    assert made(action_cells=cells).action_space.shape == (cells, cells)
-    for wrong in (1, 11):
-        with pytest.raises(ConfigError, match=r"action_cells must be a whole number in \[2, 10\]"):
-            made(action_cells=wrong)
+@pytest.mark.parametrize("bad", [[0], [0, 57], [0, -1], [0, 1.0], [True, False], "ab", None, [[0, 1]], [0, 10**400]])
+def test_bad_discrete_actions_are_refused(bad):
+    with pytest.raises(CommandError, match=r"actions must be whole numbers in \[0, 57\)"):
+        made(action="discrete").read(bad, 2)
 
 
-def test_every_action_reaches_the_game_as_its_space_says():
-    action = np.random.default_rng(0).random((2, 10, 10))
-    np.testing.assert_allclose(made(action="command").read(action, 2), action)
-    np.testing.assert_allclose(made(action="command").read_one(action[1], "x"), action[1])
-    logs = 2 * action - 1
-    expected = np.exp(4 * (logs - logs.max(axis=(1, 2), keepdims=True)))
-    np.testing.assert_allclose(made().read(logs, 2), expected)
-    np.testing.assert_allclose(made().read_one(logs[1], "x"), expected[1])
-    for form, below in ((made(action="command"), -0.1), (made(), -1.1)):
-        assert form.action_space.low.min() == np.ceil(below)
-        for bad in (np.full((10, 10), below), np.full((10, 10), 1.1), action):
-            with pytest.raises(CommandError, match="red's command must be numbers"):
-                form.read_one(bad, "red's command")
-        with pytest.raises(CommandError, match=r"of shape \(3, 10, 10\), got shape \(2, 10, 10\)"):
-            form.read(action, 3)
+# --- commands of other kinds ------------------------------------------------------------------------------------------
 
 
-def test_coarse_log_densities_are_interpolated_before_they_are_taken_for_densities():
-    logs = np.random.default_rng(0).uniform(-1, 1, (1, 4, 4))
-    centres, fine = (np.arange(4) + 0.5) / 4, (np.arange(10) + 0.5) / 10
-    along_x = np.array([np.interp(fine, centres, row) for row in logs[0]])
-    full = np.array([np.interp(fine, centres, column) for column in along_x.T]).T
-    np.testing.assert_allclose(made(action_cells=4).read(logs, 1)[0], np.exp(4 * (full - full.max())))
-    np.testing.assert_allclose(made(action_cells=4, action="command").read((logs + 1) / 2, 1)[0], (full + 1) / 2)
+def test_commands_of_a_system_are_written_in_its_units_or_normalised_or_by_its_names(monkeypatch):
+    install(monkeypatch, Magnet)
+    normalised, own, names = (made("magnet", action=action) for action in ("normalised", "command", "discrete"))
+    assert normalised.action_space == spaces.Box(-1.0, 1.0, (2,), np.float32)
+    commands = normalised.read([[-1, -1], [0, 0], [1, 1]], 3)
+    np.testing.assert_allclose(commands, [[0.0, 0.25], [0.5, 0.5], [1.0, 0.75]])
+    assert own.action_space == Magnet().space(GameConfig())
+    np.testing.assert_allclose(own.read_one([0.2, 0.3], "red's command"), [0.2, 0.3])
+    with pytest.raises(CommandError, match=r"red's command .* within \[0.25, 0.75\] at index \(0, 1\), got 0.2"):
+        own.read_one([0.2, 0.2], "red's command")
+    assert (names.action_space, names.command_names) == (spaces.Discrete(2), ("left", "right"))
+    np.testing.assert_allclose(names.read([1, 0], 2), [[0.9, 0.5], [0.1, 0.5]])
+    flat = made("direct", flatten_actions=True)
+    assert flat.action_space.shape == (8,)
+    np.testing.assert_array_equal(flat.read_one(np.arange(8) / 8, "x"), np.arange(8).reshape(4, 2) / 8)
+
+
+# --- observations -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["entities", "drones"])
+def test_lists_of_drones_have_no_channels_and_are_floats_and_bounded_anyway(kind):
+    """Who asked for float32 was refused what is float32, and libraries that scale by bounds had none."""
+    seen = ObservationConfig(kind=kind)
+    plain, asked = Format(GameConfig(), seen), Format(GameConfig(), seen, observation_dtype="float32")
+    assert plain.observation_space == asked.observation_space
+    parts = plain.observation_space.values() if kind == "entities" else [plain.observation_space]
+    assert all(part.is_bounded() for part in parts if isinstance(part, spaces.Box))
+    with pytest.raises(ConfigError, match="channels_last is for images"):
+        Format(GameConfig(), seen, channels_last=True)
 
 
 @pytest.mark.parametrize(("dtype", "top"), [("uint8", 255), ("float32", 1)])
@@ -152,53 +208,3 @@ def test_images_are_of_the_shape_and_brightness_that_their_space_says(dtype, top
     image[7, 3, 20] = 255
     shown = form.show(image)
     assert shown.dtype == dtype and np.argwhere(shown == top).tolist() == [[3, 20, 7] if last else [7, 3, 20]]
-
-
-@pytest.mark.parametrize("options", [{"action": "command"}, {"action": "normalised"}, {"flatten_actions": True}])
-def test_commands_are_written_as_the_actions_that_give_them_again(options):
-    form, commands = made(**options), np.random.default_rng(0).uniform(0.01, 1.0, (3, 10, 10))
-    actions = form.write(commands)
-    assert all(form.action_space.contains(action) for action in actions)
-    for given, command in zip(form.read(actions, 3), commands, strict=True):
-        np.testing.assert_allclose(given / given.max(), command / command.max(), rtol=1e-5)
-
-
-@pytest.mark.parametrize("action", ["command", "normalised"])
-def test_coarse_actions_are_written_again_as_they_are(action):
-    form = made(action=action, action_cells=5)
-    actions = np.random.default_rng(0).uniform(0.0, 0.9, (3, 5, 5))
-    actions[:, 0, 0] = 1.0  # the brightest cell stands in a corner, where interpolation leaves it
-    np.testing.assert_allclose(form.write(form.read(actions.astype(np.float32), 3)), actions, atol=1e-5)
-
-
-@pytest.mark.parametrize("cells", [2, 10])
-def test_modes_are_densities_about_uniform_and_are_written_again_as_they_are(cells):
-    """Catches cosines that are mixed up, turned, or divided by zero where a command has two cells a side."""
-    form = Format(GameConfig(command_cells=cells), SEAT, action="modes")
-    size = form.action_space.shape[0]
-    assert (form.read(np.zeros((1, size)), 1) == 1.0).all()
-    actions = np.random.default_rng(0).uniform(-2.0, 2.0, (3, size)).astype(np.float32)
-    np.testing.assert_allclose(form.write(form.read(actions, 3)), actions, atol=1e-5)
-    leftwards = form.read_one(np.eye(size)[0], "action")  # the first cosine along x
-    assert (np.diff(leftwards, axis=1) < 0.0).all() and (np.diff(leftwards, axis=0) == 0.0).all()
-
-
-def test_zeros_are_written_as_uniform_and_what_is_dark_as_the_faintest():
-    command = np.zeros((2, 10, 10))
-    command[1, 3, 4] = 0.5
-    written = made().write(command)
-    assert (written[0] == 1.0).all()
-    assert written[1, 3, 4] == 1.0 and np.sort(written[1].ravel())[-2] == -1.0
-
-
-def test_numbers_are_written_for_the_nearest_named_command():
-    form, named = made(action="discrete"), np.asarray(named_commands(10), np.float64)
-    np.testing.assert_array_equal(form.write(0.5 * named), np.arange(len(named)))
-
-
-@pytest.mark.parametrize("action", ["command", "normalised"])
-def test_commands_of_other_kinds_are_written_and_read_again(action):
-    game = GameConfig(controllers="direct")
-    form = Format(game, ObservationConfig(kind="drones"), action=action)
-    actions = np.stack([form.action_space.sample() for _ in range(3)])
-    np.testing.assert_allclose(form.write(form.read(actions, 3)), actions, atol=1e-5)

@@ -17,6 +17,7 @@ from swarm_pz.envs.batch_env import BatchEnv
 from tests.reference import captures_where, cell_of, ring_sums
 
 SUMMED, OLDEST, STRONGEST = CHANNELS[0:2], CHANNELS[2:4], CHANNELS[4:6]
+TEAMS = pytest.mark.parametrize("team", [0, 1])
 
 
 @pytest.fixture(scope="module")
@@ -36,15 +37,15 @@ def seen(batch, team, grid=50):
     return dict(zip(CHANNELS, images.swapaxes(0, 1), strict=True))
 
 
-@pytest.mark.parametrize("team", [0, 1])
+@TEAMS
 def test_positions_show_64_a_drone(batch, team):
     expected = np.zeros((2, 4, 50, 50), int)
     for game in range(4):
         for position, owner in zip(batch.simulator.positions[game], batch.simulator.teams[game], strict=True):
             expected[(int(int(owner) != team), game, *cell_of(position))] += 64
     images = seen(batch, team)
-    np.testing.assert_array_equal(images["own_positions"], np.minimum(expected[0], 255))
-    np.testing.assert_array_equal(images["opposing_positions"], np.minimum(expected[1], 255))
+    for side, name in enumerate(SUMMED):
+        np.testing.assert_array_equal(images[name], np.minimum(expected[side], 255))
 
 
 def bilinear(places, grid):
@@ -57,8 +58,8 @@ def bilinear(places, grid):
     return np.minimum(image, 255)
 
 
-@pytest.mark.parametrize("grid", [1, 10, 25, 50])
-@pytest.mark.parametrize("team", [0, 1])
+@pytest.mark.parametrize("grid", [1, 10, 50])
+@TEAMS
 def test_drones_are_shown_between_cells_and_where_they_are_going(batch, team, grid):
     games = batch.simulator.games
     images = batch.observe(ObservationConfig(grid=grid, channels=MOTION_CHANNELS), team)
@@ -72,31 +73,51 @@ def test_drones_are_shown_between_cells_and_where_they_are_going(batch, team, gr
             assert image.any() == members.any()
 
 
-def test_a_crowd_is_as_bright_as_a_cell_can_be():
-    batch = BatchEnv(GameConfig(drones_per_team=40))
+def expected_ages(batch, team):
+    """Brightness (2, 50, 50) of both sides' trails in the first game, 255 now and fading to 0."""
+    games, length = batch.simulator.games, batch.config.trail_ticks
+    expected = np.zeros((2, 2500))
+    for age in range(min(length, int(games.ticks[0])) - 1, -1, -1):
+        cells = games.trails[0, (games.ticks[0] - 1 - age) % length]
+        for side, members in enumerate((team, 1 - team)):
+            mine = cells[(games.teams[0] == members) & (cells >= 0)]
+            expected[side, mine] = 255 * (length - age) / length
+    return expected.reshape(2, 50, 50)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"dynamics": DynamicsConfig(failure_rate=2.0, repair_rate=2.0)},
+        {"memory": MemoryConfig(trail=1.1, trail_forgotten_on=("command",))},
+        {"memory": MemoryConfig(trail=None), "time_limit": 8.0},
+    ],
+    ids=["usual", "failing", "forgetful", "endless"],
+)
+def test_trails_are_shown_as_long_as_they_are_and_with_their_gaps(options):
+    batch, generator = BatchEnv(GameConfig(drones_per_team=5, **options)), np.random.default_rng(0)
     batch.reset([0])
-    batch.simulator.games.positions[:] = 0.5
-    image = batch.observe(ObservationConfig(grid=1, channels=("own_now",)), 0)
-    assert image.tolist() == [[[[255]]]]
+    for _ in range(6):
+        batch.step(generator.random((1, 2, 10, 10)) ** 3)
+    batch.simulator.advance(2)  # between two solves
+    assert (batch.simulator.games.trails[0] < 0).any() == bool(options)
+    for team in range(2):
+        images = batch.observe(ObservationConfig(channels=OLDEST), team)[0]
+        np.testing.assert_allclose(images, expected_ages(batch, team), atol=0.51)
 
 
-@pytest.mark.parametrize("team", [0, 1])
-def test_trail_age_is_255_now_and_fades_to_0(batch, team):
-    images = seen(batch, team)
-    games = batch.simulator.games
-    for game in range(4):
-        expected = np.zeros((2, 50, 50))
-        now = int(games.ticks[game])
-        for drone, owner in enumerate(games.teams[game]):
-            for age in range(min(150, now)):
-                cell = games.trails[game, (now - 1 - age) % 150, drone]
-                place = (int(owner != team), cell // 50, cell % 50)
-                expected[place] = max(expected[place], 255 * (150 - age) / 150)
-        for side, name in enumerate(OLDEST):
-            np.testing.assert_allclose(images[name][game], expected[side], atol=0.51)
+def test_a_clock_that_was_set_forward_shows_the_trails_that_there_are():
+    batch = BatchEnv(GameConfig(drones_per_team=3))
+    batch.reset([0])
+    batch.step(np.ones((1, 2, 10, 10)))
+    # As of a trail's length ago: the places between hold no cell, which is no address.
+    batch.simulator.games.ticks[0] = batch.config.trail_ticks + 30
+    images = batch.observe(ObservationConfig(channels=OLDEST), 0)[0]
+    np.testing.assert_allclose(images, expected_ages(batch, 0), atol=0.51)
 
 
-@pytest.mark.parametrize("team", [0, 1])
+@TEAMS
 def test_capture_field_is_at_least_192_exactly_where_it_captures(batch, team):
     images = seen(batch, team)
     for side, name in enumerate(STRONGEST):
@@ -106,71 +127,6 @@ def test_capture_field_is_at_least_192_exactly_where_it_captures(batch, team):
             sums, counts = ring_sums(occupancy)
             field = sums / counts
             np.testing.assert_allclose(images[name][game], 255 * field / field.max(), atol=1.01)
-
-
-@pytest.mark.parametrize("grid", [10, 25])
-def test_coarse_grids_sum_maximise_and_average(batch, grid):
-    fine, coarse = seen(batch, 1), seen(batch, 1, grid)
-    block = 50 // grid
-    for name in CHANNELS:
-        blocks = fine[name].reshape(4, grid, block, grid, block).astype(float)
-        if name in SUMMED:
-            expected = np.minimum(blocks.sum(axis=(2, 4)), 255)
-        elif name in OLDEST + STRONGEST:
-            expected = blocks.max(axis=(2, 4))
-        else:
-            expected = blocks.mean(axis=(2, 4))
-        np.testing.assert_allclose(coarse[name], expected, atol=1.0, err_msg=name)
-
-
-def test_each_side_sees_the_same_board_mirrored(batch):
-    red, blue = seen(batch, 0), seen(batch, 1)
-    for name in ("positions", "trail_age", "capture_field"):
-        np.testing.assert_array_equal(red[f"own_{name}"], blue[f"opposing_{name}"])
-
-
-@pytest.mark.parametrize("team", [0, 1])
-def test_every_list_is_of_its_own_side_and_in_the_order_of_the_drones(batch, team):
-    lists = batch.observe(ObservationConfig(kind="entities"), team, [3, 1])
-    assert {part.dtype for name, part in lists.items() if "mask" not in name} == {np.dtype(np.float32)}
-    for place, row in enumerate((3, 1)):
-        for side, members in (("own", team), ("opposing", 1 - team)):
-            listed = np.flatnonzero(batch.simulator.teams[row] == members)
-            assert lists[f"{side}_mask"][place].tolist() == [1] * len(listed) + [0] * (20 - len(listed))
-            for name in ("positions", "velocities"):
-                expected = np.zeros((20, 2))
-                expected[: len(listed)] = getattr(batch.simulator, name)[row, listed]
-                np.testing.assert_array_equal(lists[f"{side}_{name}"][place], expected)
-        np.testing.assert_allclose(lists["own_share"][place], [batch.simulator.sizes[row, team] / 20])
-        np.testing.assert_allclose(lists["time_left"][place], [1 - batch.simulator.time_s[row] / 300])
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"dynamics": DynamicsConfig(failure_rate=2.0, repair_rate=2.0)},
-        {"memory": MemoryConfig(trail=1.1, trail_forgotten_on=("command",))},
-        {"memory": MemoryConfig(trail=None)},
-    ],
-    ids=["failing", "forgetful", "endless"],
-)
-def test_trails_are_shown_as_long_as_they_are_and_with_their_gaps(options):
-    batch = BatchEnv(GameConfig(drones_per_team=5, time_limit=8.0, **options))
-    batch.reset([0])
-    generator = np.random.default_rng(0)
-    for _ in range(6):
-        batch.step(generator.random((1, 2, 10, 10)) ** 3)
-    games, length = batch.simulator.games, batch.config.trail_ticks
-    batch.simulator.advance(2)  # between two solves
-    assert (games.trails[0] < 0).any()
-    images = batch.observe(ObservationConfig(channels=OLDEST), 0)[0]
-    for side in range(2):
-        expected = np.zeros(2500)
-        for tick in range(max(0, int(games.ticks[0]) - length), int(games.ticks[0])):
-            for cell in games.trails[0, tick % length][games.teams[0] == side]:
-                if cell >= 0:
-                    expected[cell] = 255 * (length - (games.ticks[0] - 1 - tick)) / length
-        np.testing.assert_allclose(images[side].ravel(), expected, atol=0.51)
 
 
 @pytest.mark.parametrize("grid", [50, 10])
@@ -186,7 +142,28 @@ def test_fields_are_bright_where_they_capture_whatever_the_threshold(grid):
         np.testing.assert_array_equal(image >= 192, captures.reshape(grid, block, grid, block).any(axis=(1, 3)))
 
 
-@pytest.mark.parametrize(("cells", "grid"), [(10, 50), (7, 25), (50, 10), (2, 5)])
+@pytest.mark.parametrize("grid", [10, 25])
+def test_coarse_grids_sum_maximise_and_average(batch, grid):
+    fine, coarse = seen(batch, 1), seen(batch, 1, grid)
+    block = 50 // grid
+    for name in CHANNELS:
+        blocks = fine[name].reshape(4, grid, block, grid, block).astype(float)
+        if name in SUMMED:
+            expected = np.minimum(blocks.sum(axis=(2, 4)), 255)
+        else:
+            expected = blocks.max(axis=(2, 4)) if name in OLDEST + STRONGEST else blocks.mean(axis=(2, 4))
+        np.testing.assert_allclose(coarse[name], expected, atol=1.0, err_msg=name)
+
+
+def test_a_crowd_is_as_bright_as_a_cell_can_be():
+    batch = BatchEnv(GameConfig(drones_per_team=40))
+    batch.reset([0])
+    batch.simulator.games.positions[:] = 0.5
+    for channel in ("own_now", "own_positions"):
+        assert (batch.observe(ObservationConfig(grid=1, channels=(channel,)), 0) == 255).all()
+
+
+@pytest.mark.parametrize(("cells", "grid"), [(10, 50), (7, 25), (2, 5)])
 def test_the_target_is_its_interpolation_over_its_largest_cell(cells, grid):
     batch = BatchEnv(GameConfig(command_cells=cells, drones_per_team=1))
     batch.reset([0])
@@ -201,50 +178,34 @@ def test_the_target_is_its_interpolation_over_its_largest_cell(cells, grid):
         np.testing.assert_allclose(image, 255 * blocks / command[0, team].max(), atol=0.51)
 
 
-@pytest.mark.parametrize("team", [0, 1])
-def test_rows_of_drones_are_by_number_and_tell_own_ones_from_others(batch, team):
-    rows = batch.observe(ObservationConfig(kind="drones"), team, [3, 1])
+@TEAMS
+def test_lists_and_rows_are_of_their_own_side_and_in_the_order_of_the_drones(batch, team):
+    lists, rows = (batch.observe(ObservationConfig(kind=kind), team, [3, 1]) for kind in ("entities", "drones"))
+    assert {part.dtype for name, part in lists.items() if "mask" not in name} == {np.dtype(np.float32)}
     simulator = batch.simulator
-    for place, game in enumerate((3, 1)):
-        np.testing.assert_array_equal(rows[place, :, :2], simulator.positions[game])
-        np.testing.assert_array_equal(rows[place, :, 2:4], simulator.velocities[game])
-        np.testing.assert_array_equal(rows[place, :, 4], np.where(simulator.teams[game] == team, 1, -1))
+    for place, row in enumerate((3, 1)):
+        for side, members in (("own", team), ("opposing", 1 - team)):
+            listed = np.flatnonzero(simulator.teams[row] == members)
+            assert lists[f"{side}_mask"][place].tolist() == [1] * len(listed) + [0] * (20 - len(listed))
+            for name in ("positions", "velocities"):
+                expected = np.zeros((20, 2))
+                expected[: len(listed)] = getattr(simulator, name)[row, listed]
+                np.testing.assert_array_equal(lists[f"{side}_{name}"][place], expected)
+        np.testing.assert_allclose(lists["own_share"][place], [simulator.sizes[row, team] / 20])
+        np.testing.assert_allclose(lists["time_left"][place], [1 - simulator.time_s[row] / 300])
+        moving = np.concatenate([simulator.positions[row], simulator.velocities[row]], axis=1)
+        np.testing.assert_array_equal(rows[place, :, :4], moving)
+        np.testing.assert_array_equal(rows[place, :, 4], np.where(simulator.teams[row] == team, 1, -1))
 
 
 def test_many_images_in_threads_are_those_of_one_after_the_other(monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 2)
-    observation, seen = ObservationConfig(grid=10), []
-    rows = np.random.default_rng(0).permutation(40)[:35]
-    teams = rows % 2
-    for threads in (1, 2):
-        batch = BatchEnv(GameConfig(drones_per_team=2), 40, threads=threads)
-        batch.reset(range(40))
-        batch.step(np.random.default_rng(1).random((40, 2, 10, 10)))
-        seen.append(batch.observe(observation, teams, rows))
-        seen.append(np.concatenate([batch.observe(observation, int(teams[n]), [rows[n]]) for n in range(35)]))
-        batch.close()
-    assert seen[0].size // 100 > 256  # images, enough to be shared out
-    for other in seen[1:]:
-        np.testing.assert_array_equal(seen[0], other)
-
-
-def test_observations_do_not_depend_on_the_batch(batch):
-    together = batch.observe(ObservationConfig(grid=25), [1, 0, 1, 0])
-    for game, team in enumerate([1, 0, 1, 0]):
-        np.testing.assert_array_equal(batch.observe(ObservationConfig(grid=25), team, [game])[0], together[game])
-
-
-def test_a_clock_that_was_set_forward_shows_the_trails_that_there_are():
-    batch = BatchEnv(GameConfig(drones_per_team=3))
-    batch.reset([0])
-    batch.step(np.ones((1, 2, 10, 10)))
-    games, length = batch.simulator.games, batch.config.trail_ticks
-    games.ticks[0] = length + 30  # as of a trail's length ago: the places between hold no cell, which is no address
-    images = batch.observe(ObservationConfig(channels=OLDEST), 0)[0]
-    for side in range(2):
-        expected = np.zeros(2500)
-        for age in range(length - 1, -1, -1):
-            for cell in games.trails[0, (games.ticks[0] - 1 - age) % length][games.teams[0] == side]:
-                if cell >= 0:
-                    expected[cell] = 255 * (length - age) / length
-        np.testing.assert_allclose(images[side].ravel(), expected, atol=0.51)
+    observation, rows = ObservationConfig(grid=10), np.random.default_rng(0).permutation(40)[:35]
+    batch, teams = BatchEnv(GameConfig(drones_per_team=2), 40, threads=2), rows % 2
+    batch.reset(range(40))
+    batch.step(np.random.default_rng(1).random((40, 2, 10, 10)))
+    together = batch.observe(observation, teams, rows)
+    assert together.size // 100 > 256  # images, enough to be shared out
+    alone = [batch.observe(observation, int(teams[n]), [rows[n]]) for n in range(35)]
+    np.testing.assert_array_equal(together, np.concatenate(alone))
+    batch.close()

@@ -11,10 +11,6 @@ from swarm_pz.config import CaptureConfig, ControllerConfig, GameConfig
 from swarm_pz.config.registry import system_of
 from swarm_pz.simulator import Simulator
 
-PEACE = CaptureConfig(enabled=False)
-SOFT = ControllerConfig(control_weight=20.0, max_acceleration=100.0)
-"""Hardly an acceleration is saturated: nothing is hidden."""
-
 
 class State(NamedTuple):
     """Games before a solve."""
@@ -29,11 +25,10 @@ class State(NamedTuple):
 
 def random_states(generator: np.random.Generator, games: int, drones: int) -> State:
     """Draw states such as games come to."""
-    teams = np.arange(drones) % 2
     return State(
         (0.05 + 0.9 * generator.random((games, drones, 2))).astype(np.float32),
         (0.2 * generator.normal(size=(games, drones, 2))).astype(np.float32),
-        np.broadcast_to(teams.astype(np.int8), (games, drones)).copy(),
+        np.tile((np.arange(drones) % 2).astype(np.int8), (games, 1)),
     )
 
 
@@ -63,29 +58,24 @@ def sampled(name: str, config: GameConfig, generator: np.random.Generator, count
 
 def game_of(name: str | tuple[str, str], drones: int, **options: Any) -> GameConfig:
     """Return rules without captures for so many drones in all, flown by a system."""
-    return GameConfig(**({"drones_per_team": (drones, 0), "capture": PEACE, "controllers": name} | options))
-
-
-def put(simulator: Simulator, state: State) -> None:
-    """Start all games of a simulator from states."""
-    simulator.reset(range(simulator.num_games))
-    for name, values in state._asdict().items():
-        getattr(simulator.games, name)[:] = values
+    peace = CaptureConfig(enabled=False)
+    return GameConfig(**({"drones_per_team": (drones, 0), "capture": peace, "controllers": name} | options))
 
 
 def solve(
-    name: str, state: State, commands: list[NDArray[np.float64]] | None = None, seconds: float = 0.0, **options: Any
+    config: GameConfig, state: State, commands: list[NDArray[np.float64] | None], seconds: float = 0.0
 ) -> NDArray[np.float32]:
-    """Return the accelerations (n, N, 2) that a system chooses for both teams, some seconds into its commands.
+    """Return the accelerations (n, N, 2) that systems choose for both teams, some seconds into their commands.
 
-    `commands` are red's and blue's, (n, ...) each; the system's default if not given.
+    `commands` are red's and blue's, (n, ...) each; None for the system's default.
     """
-    games, drones = state.teams.shape
-    simulator = Simulator(game_of(name, drones, **options), games)
-    put(simulator, state)
-    for team in range(2):
-        if commands is not None:
-            simulator.command(team, commands[team])
+    simulator = Simulator(config, len(state.teams))
+    simulator.reset(range(simulator.num_games))
+    for name, values in state._asdict().items():
+        getattr(simulator.games, name)[:] = values
+    for team, command in enumerate(commands):
+        if command is not None:
+            simulator.command(team, command)
     simulator.games.commanded[:] = -int(30 * seconds)
     simulator.advance(1)
     return simulator.games.accelerations.copy()
@@ -93,22 +83,12 @@ def solve(
 
 def find_not_finite(name: str, states: int, seed: int) -> int:
     """Let a system solve for so many extreme states; return in how many an acceleration is not finite, or too large."""
-    generator, found, left = np.random.default_rng(seed), 0, states
-    while left > 0:
-        drones = int(generator.choice([1, 2, 5, 12]))
-        talk = generator.choice([None, 0.0, 0.2])
-        options: dict[str, Any] = {"communication_radius": talk, "message_loss": float(generator.choice([0.0, 0.3]))}
-        config = game_of(name, drones, controller=ControllerConfig(**options))
-        simulator = Simulator(config, min(200, left))
-        for _ in range(5):
-            count = min(simulator.num_games, left)
-            if count < simulator.num_games or not count:
-                break
-            put(simulator, extreme_states(generator, count, drones))
-            for team in range(2):
-                simulator.command(team, sampled(name, config, generator, count))
-            simulator.advance(1)
-            lengths = np.linalg.norm(simulator.games.accelerations, axis=2)
-            found += int((~(lengths <= 1.0 + 1e-5)).any(axis=1).sum())
-            left -= count
+    generator, found = np.random.default_rng(seed), 0
+    for first in range(0, states, 100):
+        count, drones = min(100, states - first), int(generator.choice([1, 2, 5, 12]))
+        radius, loss = generator.choice([None, 0.0, 0.2]), float(generator.choice([0.0, 0.3]))
+        config = game_of(name, drones, controller=ControllerConfig(communication_radius=radius, message_loss=loss))
+        commands = [sampled(name, config, generator, count) for _ in range(2)]
+        lengths = np.linalg.norm(solve(config, extreme_states(generator, count, drones), commands), axis=2)
+        found += int((~(lengths <= 1.0 + 1e-5)).any(axis=1).sum())
     return found

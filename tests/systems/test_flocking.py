@@ -1,4 +1,4 @@
-"""What a flock can be told, and in which forms."""
+"""What a flock can be told, in which forms, and what a flock does in scenes of its own."""
 
 from __future__ import annotations
 
@@ -10,28 +10,18 @@ from swarm_pz.errors import CommandError
 from swarm_pz.simulator import Simulator
 from swarm_pz.systems import FlockingCommand
 from swarm_pz.systems.flocking import Flocking
-from tests.systems.flights import game_of, put, random_states, solve
+from tests.reference_variants import strongest_mode
+from tests.systems.flights import game_of
 
 FLOCKING, CONFIG = Flocking(), GameConfig(controllers="flocking")
 HERE, THERE = (0.2, 0.7, 60.0), (0.9, 0.1, 80.0)
-
-
-def attractor(row):
-    return FlockingCommand(position=row[:2], weight=row[2])
+ATTRACTOR = FlockingCommand(position=HERE[:2], weight=HERE[2])
 
 
 @pytest.mark.parametrize(
-    "written",
-    [
-        attractor(HERE),
-        [attractor(HERE)],
-        HERE,
-        [HERE],
-        np.array([HERE] * 4),
-        [attractor(HERE), HERE],
-    ],
+    "written", [ATTRACTOR, [ATTRACTOR], HERE, [HERE], np.array([HERE] * 4), [ATTRACTOR, HERE]],
     ids=["object", "objects", "row", "rows", "all", "mixed"],
-)
+)  # fmt: skip
 def test_an_attractor_has_many_forms(written):
     np.testing.assert_array_equal(FLOCKING.parse(written, CONFIG), [HERE] * 4)
 
@@ -43,10 +33,12 @@ def test_the_last_of_fewer_attractors_fills_the_rest():
 
 
 def test_a_density_is_served_where_it_is_strongest():
-    density = np.zeros((10, 10))
-    density[0, 0] = 0.3
-    np.testing.assert_allclose(FLOCKING.parse(density, CONFIG), [(0.05, 0.05, 100.0)] * 4)
-    np.testing.assert_array_equal(FLOCKING.parse(np.ones((10, 10)), CONFIG), FLOCKING.default(CONFIG))
+    generator = np.random.default_rng(0)
+    densities = [generator.random((10, 10)) ** power for power in (1, 3, 20) for _ in range(4)]
+    densities += [np.ones((10, 10)), np.eye(100)[0].reshape(10, 10), np.fliplr(np.diag([0, 1.0, *[0] * 6, 1, 0]))]
+    for density in densities:
+        np.testing.assert_allclose(FLOCKING.parse(density, CONFIG), [strongest_mode(density)] * 4, rtol=1e-6)
+    np.testing.assert_array_equal(FLOCKING.parse(np.zeros((10, 10)), CONFIG), FLOCKING.default(CONFIG))
 
 
 @pytest.mark.parametrize(
@@ -56,11 +48,11 @@ def test_a_density_is_served_where_it_is_strongest():
         ([HERE] * 5, "1 to 4 attractors"),
         ("left", "1 to 4 attractors"),
         ([HERE, (0.1, 0.2)], "1 to 4 attractors"),
-        ([(0.1, 0.2)], r"of shape \(1, 3\), got shape \(1, 2\)"),
+        ([(0.1, 0.2)], r"got shape \(1, 2\)"),
         ([HERE, (0.1, 1.2, 60.0)], r"within \[0, 1\] at index \(1, 1\), got 1.2"),
         ((0.1, 0.2, 49.0), r"within \[50, 100\] at index \(0, 2\), got 49"),
-        (FlockingCommand(position=3.0, weight=60.0), "has a position"),
-        (2 * np.ones((10, 10)), r"in \[0, 1\] of shape \(10, 10\)"),
+        (FlockingCommand(position=3.0, weight=60.0), "position"),
+        (2 * np.ones((10, 10)), r"of shape \(10, 10\)"),
     ],
 )
 def test_what_is_no_attractor_is_refused(command, said):
@@ -73,6 +65,8 @@ def test_weights_may_be_as_exact_as_the_range_or_as_a_learners_numbers():
     space = FLOCKING.space(config)
     for rows in (space.low, space.high, [(0.0, 0.0, 0.1)], [(1.0, 1.0, 1e5 + 0.123)]):
         assert FLOCKING.parse(rows, config).shape == (4, 3)
+    # The nearest float32 to the least weight, the least that commands may have, can be above it.
+    Simulator(GameConfig(controllers="flocking", flocking=FlockingConfig(migration=(605480.98, 1e6))))
 
 
 def test_watchers_see_all_attractors_of_a_command():
@@ -80,10 +74,19 @@ def test_watchers_see_all_attractors_of_a_command():
     assert shown[3, 2] == 0.25 and shown[9, 9] == 0.75 and shown.sum() == 1.0
 
 
+def flock(positions, velocities=(0.0, 0.0), attractor=(0.5, 0.5, 50.0), ticks=1, failed=(), **options) -> Simulator:
+    """Let one flock fly towards an attractor."""
+    simulator = Simulator(game_of("flocking", len(positions), **options))
+    start = {"positions": positions, "velocities": np.broadcast_to(velocities, (len(positions), 2))}
+    simulator.reset([0], scenario=start)
+    simulator.games.failed[0, list(failed)] = True
+    simulator.command(0, [attractor])
+    simulator.advance(ticks)
+    return simulator
+
+
 def test_each_attractor_is_in_force_for_its_time_and_the_last_one_stays():
-    config = game_of("flocking", 1, flocking=FlockingConfig(dwell=2.0))
-    simulator = Simulator(config)
-    simulator.reset([0], scenario={"positions": [(0.5, 0.5)]})
+    simulator = flock([(0.5, 0.5)], ticks=0, flocking=FlockingConfig(dwell=2.0))
     simulator.command(0, [[(0.9, 0.5, 60.0), (0.5, 0.9, 60.0), (0.1, 0.5, 60.0)]])
     wanted = []
     for _ in range(80):
@@ -96,25 +99,19 @@ def test_each_attractor_is_in_force_for_its_time_and_the_last_one_stays():
     assert simulator.games.accelerations[0, 0, 1] < 0.0
 
 
-def test_team_mates_that_are_not_heard_are_no_neighbours():
-    # So near to each other that they part, if they know of each other.
-    positions = np.array([[(0.49, 0.5), (0.51, 0.5)]], np.float32)
-    state = random_states(np.random.default_rng(0), 1, 2)._replace(positions=positions)
-    state.velocities[:], state.teams[:] = 0.0, 0
-    apart = solve("flocking", state)[0, :, 0]
+@pytest.mark.parametrize("side", [-1, 1])
+def test_a_flock_turns_eighteen_degrees_a_control_period_and_keeps_its_speed(side):
+    simulator = flock([(0.5, 0.5)], (0.25, 0.0), attractor=(0.1, 0.5 + 0.05 * side, 100.0), ticks=3)
+    turned = 0.25 * np.array([np.cos(np.pi / 10), side * np.sin(np.pi / 10)])
+    np.testing.assert_allclose(simulator.velocities[0, 0], turned, atol=1e-5)
+
+
+def test_drones_that_are_too_close_fly_apart_if_they_hear_each_other_and_two_in_one_place_stay_finite():
+    pair, deaf = [(0.49, 0.5), (0.51, 0.5)], ControllerConfig(communication_radius=0.01)
+    apart = flock(pair).games.accelerations[0, :, 0]
     assert apart[0] < -0.9 and apart[1] > 0.9
-    for deaf in ({"communication_radius": 0.01}, {"message_loss": 1.0}):
-        together = solve("flocking", state, controller=ControllerConfig(**deaf))[0, :, 0]
-        assert together[0] > 0.9 and together[1] < -0.9
-    failing = Simulator(game_of("flocking", 2, dynamics=DynamicsConfig(failure_rate=1e-9)))
-    put(failing, state)
-    failing.games.failed[0, 1] = True
-    failing.advance(1)
-    assert failing.games.accelerations[0, 0, 0] > 0.9 and not failing.games.accelerations[0, 1].any()
-
-
-def test_any_least_weight_begins_a_game():
-    """Its nearest float32, the least that commands may have, can be above it."""
-    least = 605480.98
-    assert float(np.float32(least)) > least + 1e-6
-    Simulator(GameConfig(controllers="flocking", flocking=FlockingConfig(migration=(least, 1e6))))
+    together = flock(pair, controller=deaf).games.accelerations[0, :, 0]
+    assert together[0] > 0.9 and together[1] < -0.9
+    failing = flock(pair, failed=[1], dynamics=DynamicsConfig(failure_rate=1e-9)).games.accelerations[0]
+    assert failing[0, 0] > 0.9 and not failing[1].any()
+    assert np.isfinite(flock([(0.25, 0.25)] * 2, ticks=90).positions).all()

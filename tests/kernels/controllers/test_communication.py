@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from swarm_pz.config import CaptureConfig, ControllerConfig, DynamicsConfig, GameConfig
+from swarm_pz.config import CaptureConfig, DynamicsConfig, GameConfig
 from swarm_pz.kernels.controllers.communication import communication_parameters, who_hears_whom
 from swarm_pz.kernels.game import swarm_of
 from swarm_pz.simulator import Simulator
@@ -20,41 +20,31 @@ REFERENCE = ControllerReference(r=20.0)
 """The slow controller with the gains of SOFT."""
 
 
-def communication(**options) -> ControllerConfig:
-    """Return soft gains with these fields."""
-    return SOFT.replace(**options)
-
-
 def clear_radius(generator, positions) -> float:
     """Draw a radius that no two drones are apart by, to 1e-6."""
     distances = np.linalg.norm(positions[:, None].astype(float) - positions[None], axis=-1)
-    while True:
-        radius = float(generator.uniform(0.02, 0.8))
-        if np.abs(distances - radius).min() > 1e-6:
-            return radius
+    while np.abs(distances - (radius := float(generator.uniform(0.02, 0.8)))).min() <= 1e-6:
+        pass
+    return radius
 
 
 @pytest.mark.parametrize("fails", [False, True])
 @pytest.mark.parametrize("how", ["near", "relays", "lost", "all"])
 def test_it_does_what_its_slow_mirror_does(how, fails):
     generator, farther = np.random.default_rng(0), 0
-    for _ in range(10):
+    for _ in range(6):
         state = random_state(generator, int(generator.integers(1, 31)))
         failed = generator.random(len(state.teams)) < 0.3 * fails
         radius = clear_radius(generator, state.positions) if how in ("near", "relays") else None
         talk = {"communication_radius": radius, "message_loss": float(how == "lost"), "relay": how == "relays"}
-        dynamics = DynamicsConfig(failure_rate=1e-9 if fails or how == "all" else 0.0)
+        dynamics = DynamicsConfig(failure_rate=1e-9 if fails else 0.0)
         simulator = solved(state, failed, controller=SOFT.replace(**talk), dynamics=dynamics)
-        near = (
-            np.eye(len(state.teams), dtype=bool) if how == "lost" else heard_within(state.positions, radius or math.inf)
-        )
+        alone = np.eye(len(state.teams), dtype=bool)
+        near = alone if how == "lost" else heard_within(state.positions, radius or math.inf)
         heard = relayed(near, state.teams, failed) if how == "relays" else near
         assert_mirrored(simulator, state, REFERENCE, heard=heard, failed=failed)
         farther += int((heard & ~near).sum())
     assert farther > 0 or how != "relays"
-
-
-# --- messages that are passed on --------------------------------------------------------------------------------------
 
 
 @njit
@@ -65,42 +55,34 @@ def heard_in_game(games, parameters, luck):
 @pytest.mark.parametrize("loss", [0.0, 0.6])
 def test_a_relayed_message_is_one_that_a_chain_of_messages_carries(loss):
     generator = np.random.default_rng(10)
-    for seed in range(10):
+    for seed in range(4):
         state = random_state(generator, 20)
         simulator = Simulator(GameConfig(drones_per_team=(20, 0), capture=PEACE))
         put(simulator, state)
-        luck = np.uint64(seed)
-        options = communication(communication_radius=0.3, message_loss=loss)
+        options = SOFT.replace(communication_radius=0.3, message_loss=loss)
         one_hop, closed = (
-            heard_in_game(simulator.games, communication_parameters(GameConfig(controller=controller)), luck)
-            for controller in (options, options.replace(relay=True))
+            heard_in_game(simulator.games, communication_parameters(GameConfig(controller=one)), np.uint64(seed))
+            for one in (options, options.replace(relay=True))
         )
         np.testing.assert_array_equal(closed, relayed(one_hop, state.teams))
         if loss == 0.0:  # else who hears me may not be heard by me
             np.testing.assert_array_equal(closed, closed.T)
 
 
-# --- messages that get lost -------------------------------------------------------------------------------------------
-
-
 def heard_by_two(simulator, state) -> np.ndarray:
     """Return which of two team-mates heard the other in each game's last solve, (E, 2) bool."""
     lone, *_ = REFERENCE.solve(*state[:5], simulator.games.coefficients[0], heard=np.eye(2, dtype=bool))
     both, *_ = REFERENCE.solve(*state[:5], simulator.games.coefficients[0])
-    accelerations = simulator.games.accelerations
-    to_lone = np.linalg.norm(accelerations - lone, axis=-1)
-    to_both = np.linalg.norm(accelerations - both, axis=-1)
+    to_lone, to_both = (np.linalg.norm(simulator.games.accelerations - one, axis=-1) for one in (lone, both))
     assert np.minimum(to_lone, to_both).max() < 0.01 * np.linalg.norm(lone - both, axis=-1).min()
     return to_both < to_lone
 
 
-@pytest.mark.parametrize("loss", [0.2, 0.5])
-def test_each_message_is_lost_by_itself_and_anew_at_every_solve(loss):
-    games = 1000
+def test_each_message_is_lost_by_itself_and_anew_at_every_solve():
+    games, loss = 1000, 0.3
     state = random_state(np.random.default_rng(3), 2)._replace(teams=np.zeros(2, np.int8))
-    simulator = Simulator(
-        GameConfig(drones_per_team=(2, 0), capture=PEACE, controller=communication(message_loss=loss)), num_games=games
-    )
+    controller = SOFT.replace(message_loss=loss)
+    simulator = Simulator(GameConfig(drones_per_team=(2, 0), capture=PEACE, controller=controller), num_games=games)
     put(simulator, state)
     simulator.advance(1)
     first = heard_by_two(simulator, state)
@@ -119,48 +101,15 @@ def test_each_message_is_lost_by_itself_and_anew_at_every_solve(loss):
         assert abs((one & other).mean() - share**2) < 4 * math.sqrt(share**2 * (1 - share**2) / games)
 
 
-UNLUCKY = GameConfig(
-    controller=ControllerConfig(communication_radius=0.4, message_loss=0.5),
-    dynamics=DynamicsConfig(failure_rate=0.2, repair_rate=1.0),
-)
-
-
-# --- failures ---------------------------------------------------------------------------------------------------------
-
-
-def test_drones_fail_and_return_at_their_rates_each_by_itself():
-    games = 200
-    config = GameConfig(capture=PEACE, dynamics=DynamicsConfig(failure_rate=3.0, repair_rate=6.0))
-    simulator = Simulator(config, num_games=games)
-    simulator.reset(range(games))
-    fails, returns = 1 - math.exp(-0.3), 1 - math.exp(-0.6)
-    before = simulator.games.failed.copy()
-    assert not before.any()
-    for _ in range(4):
-        simulator.advance(1)
-        after = simulator.games.failed.copy()
-        for share, chance in ((after[~before], fails), (~after[before], returns)):
-            if share.size:
-                assert abs(share.mean() - chance) < 4 * math.sqrt(chance * (1 - chance) / share.size)
-        simulator.advance(2)
-        np.testing.assert_array_equal(simulator.games.failed, after)
-        before = after
-    # Games and drones have luck of their own.
-    assert len({row.tobytes() for row in after}) > games // 2
-    assert len({row.tobytes() for row in after.T}) == 20
-
-
 def test_a_failed_drone_stands_still_writes_no_trail_and_returns_with_an_empty_memory():
-    config = GameConfig(
-        capture=CaptureConfig(threshold=0.5), dynamics=DynamicsConfig(failure_rate=0.5, repair_rate=2.0)
-    )
+    dynamics = DynamicsConfig(failure_rate=0.5, repair_rate=2.0)
+    config = GameConfig(capture=CaptureConfig(threshold=0.5), dynamics=dynamics)
     returned, captured, captured_failed = 0, 0, 0
-    for seed in range(4):
+    for seed in range(2):
         simulator, generator = Simulator(config), np.random.default_rng(seed)
         simulator.reset([seed])
-        games = simulator.games
-        rules = VariantRules(simulator.teams[0], threshold=0.5)
-        for tick in range(300):
+        games, rules = simulator.games, VariantRules(simulator.teams[0], threshold=0.5)
+        for tick in range(200):
             if tick % 30 == 0:
                 for team in range(2):
                     simulator.command(team, generator.random((1, 10, 10)) ** 4)
@@ -168,16 +117,14 @@ def test_a_failed_drone_stands_still_writes_no_trail_and_returns_with_an_empty_m
             simulator.advance(1)
             failed = games.failed[0].copy()
             np.testing.assert_array_equal(simulator.positions[0, failed], before.positions[0, failed])
-            assert not simulator.velocities[0, failed].any()
-            assert not games.accelerations[0, failed].any()
+            assert not simulator.velocities[0, failed].any() and not games.accelerations[0, failed].any()
 
             back = before.failed[0] & ~failed
             assert tick % 3 == 0 or not back.any()
             for drone in np.flatnonzero(back & (simulator.teams[0] == before.teams[0])):
                 assert games.memory_weight[0, drone] == 1.0
-                np.testing.assert_allclose(
-                    games.memory[0, :, :, drone], basis(before.positions[0, drone].astype(float)), atol=1e-5
-                )
+                place = before.positions[0, drone].astype(float)
+                np.testing.assert_allclose(games.memory[0, :, :, drone], basis(place), atol=1e-5)
                 returned += 1
 
             lost = rules.tick(simulator.positions[0], failed=failed)
@@ -186,20 +133,21 @@ def test_a_failed_drone_stands_still_writes_no_trail_and_returns_with_an_empty_m
             captured, captured_failed = captured + len(lost), captured_failed + int(failed[lost].sum())
             if simulator.decided[0]:
                 break
-    assert returned > 20
+    assert returned > 10
     assert captured > captured_failed > 0
 
 
-@pytest.mark.parametrize("config", [GameConfig(), GameConfig.preset("released")], ids=["paper", "released"])
-def test_a_team_of_which_every_drone_has_failed_stands(config):
-    dynamics = config.dynamics.replace(failure_rate=1e-9)
-    simulator = Simulator(config.replace(dynamics=dynamics, capture=config.capture.replace(enabled=False)))
+@pytest.mark.parametrize("preset", ["paper", "released"])
+def test_a_team_of_which_every_drone_has_failed_stands(preset):
+    config = GameConfig.preset(preset)
+    capture, dynamics = config.capture.replace(enabled=False), config.dynamics.replace(failure_rate=1e-9)
+    simulator = Simulator(config.replace(dynamics=dynamics, capture=capture))
     simulator.reset([0])
-    simulator.advance(60)
+    simulator.advance(30)
     games = simulator.games
     games.failed[0, 10:], games.velocities[0, 10:], games.accelerations[0, 10:] = True, 0.0, 0.0
     there = simulator.positions[0, 10:].copy()
-    simulator.advance(90)
+    simulator.advance(30)
     np.testing.assert_array_equal(games.failed[0], simulator.teams[0] == 1)
     np.testing.assert_array_equal(simulator.positions[0, 10:], there)
     for array in (simulator.positions, simulator.capture_field, games.memory):

@@ -1,0 +1,83 @@
+"""Coverage and potential fields: where teams come to rest, what watchers see, and the slow coverage itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from swarm_pz.config import GameConfig
+from swarm_pz.simulator import Simulator
+from swarm_pz.spaces.densities import named_commands
+from swarm_pz.systems.potential_field import PotentialField
+from tests.systems.flights import game_of
+from tests.systems.references import Cells, spread
+
+EMPTY, FULL, LEFT = np.zeros((10, 10)), np.ones((10, 10)), named_commands(10)[3]
+FIELD, CONFIG = PotentialField(), GameConfig()
+
+
+def spot(row, column):
+    return np.eye(100)[10 * row + column].reshape(10, 10)
+
+
+def flown(name, command, seconds=30, games=2):
+    """Return games of one team of ten without captures, some seconds after a command."""
+    simulator = Simulator(game_of(name, 10), num_games=games)
+    simulator.reset(range(games))
+    simulator.command(0, np.stack([command] * games))
+    simulator.advance(30 * seconds)
+    return simulator
+
+
+def cost_of(places, density):
+    """Return the locational cost: the mean squared distance from what is asked for to the drone nearest to it."""
+    x, y = np.meshgrid(*[(np.arange(50) + 0.5) / 50] * 2)
+    squared = (x - places[:, 0, None, None]) ** 2 + (y - places[:, 1, None, None]) ** 2
+    return float((spread(density / density.mean(), 50) * squared.min(axis=0)).mean())
+
+
+@pytest.mark.parametrize("density", [FULL, LEFT], ids=["uniform", "left"])
+def test_coverages_locational_cost_falls_until_drones_rest_at_their_centroids(density):
+    begin, end = (flown("coverage", density, seconds) for seconds in (0, 45))
+    fine = spread(0.98 * density / density.mean() + 0.02, 50)
+    for before, after in zip(begin.positions.astype(float), end.positions.astype(float), strict=True):
+        assert cost_of(after, density) < 0.3 * cost_of(before, density)
+        cells = Cells(after, fine, np.zeros_like(fine), 1.0)
+        np.testing.assert_allclose(cells.centroids, cells.places, atol=0.02)
+
+
+def test_the_slow_coverages_motion_of_neighbours_is_the_derivative_of_the_centroids():
+    image, places, step = named_commands(10)[1] + 0.5, np.random.default_rng(8).random((8, 2)), 0.005
+    fine = spread(image, 300)
+    cells = Cells(places, fine, np.zeros_like(fine), 1.0)
+    there, back = (Cells(places + sign * step * cells.first, fine, np.zeros_like(fine), 1.0) for sign in (1, -1))
+    change = (there.centroids - back.centroids) / (2 * step)
+    found = [cells.follow(i, image, 0.0) for i in range(len(places))]
+    np.testing.assert_allclose(found, change, atol=0.1 * np.abs(change).max())
+
+
+@pytest.mark.parametrize("image", [EMPTY, FULL], ids=["empty", "uniform"])
+def test_fields_of_images_that_are_empty_or_uniform_spread_drones_evenly(image):
+    end = flown("potential_field", np.stack([image, image]), seconds=45)
+    for places in end.positions.astype(float):
+        assert cost_of(places, FULL) < 1.6 / 60  # 1 / (6 n) is what n squares side by side cost
+    assert np.linalg.norm(end.velocities, axis=-1).max() < 0.02
+
+
+def test_fields_draw_drones_to_where_they_attract_and_away_from_where_they_repel():
+    gathered = flown("potential_field", np.stack([spot(2, 7), EMPTY])).positions
+    np.testing.assert_allclose(gathered.mean(axis=1), [[0.75, 0.25]] * 2, atol=0.1)
+    chased, free = (flown("potential_field", np.stack([EMPTY, one])).positions for one in (spot(5, 5), EMPTY))
+    hole, usual = (np.linalg.norm(one - 0.55, axis=-1).min(axis=1).mean() for one in (chased, free))
+    assert hole > usual + 0.05
+
+
+def test_a_density_attracts_and_watchers_see_it_but_nothing_where_it_repels():
+    densities = np.random.default_rng(8).random((3, 10, 10))
+    commands = FIELD.from_densities(densities, CONFIG)
+    assert commands.shape == (3, *FIELD.space(CONFIG).shape) and not commands[:, 1].any()
+    seen = FIELD.to_densities(commands, CONFIG)
+    np.testing.assert_allclose(seen, densities / densities.max(axis=(1, 2), keepdims=True))
+    pictures = FIELD.to_densities(np.stack([[EMPTY, EMPTY], [FULL, FULL], [EMPTY, spot(3, 4)]]), CONFIG)
+    np.testing.assert_array_equal(pictures, [FULL, FULL, FULL - spot(3, 4)])
+    assert FIELD.to_densities(np.zeros((0, 2, 10, 10)), CONFIG).shape == (0, 10, 10)
