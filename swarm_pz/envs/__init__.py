@@ -7,11 +7,4 @@ from swarm_pz.envs.gymnasium_vector_env import DuelVectorEnv
 from swarm_pz.envs.one_game import STATE_CHANNELS
 from swarm_pz.envs.parallel_env import CaptureEnv
 
-__all__ = [
-    "STATE_CHANNELS",
-    "BatchEnv",
-    "CaptureEnv",
-    "DronesEnv",
-    "DuelEnv",
-    "DuelVectorEnv",
-]
+__all__ = ["STATE_CHANNELS", "BatchEnv", "CaptureEnv", "DronesEnv", "DuelEnv", "DuelVectorEnv"]

@@ -79,12 +79,7 @@ class BatchEnv:
     """
 
     def __init__(
-        self,
-        config: GameConfig | None = None,
-        num_games: int = 1,
-        *,
-        threads: int = 1,
-        max_cycles: int | None = None,
+        self, config: GameConfig | None = None, num_games: int = 1, *, threads: int = 1, max_cycles: int | None = None
     ) -> None:
         self.config = config if config is not None else GameConfig()
         self.simulator = Simulator(self.config, num_games, threads)
@@ -130,11 +125,7 @@ class BatchEnv:
         self.simulator.reset(seeds, rows, scenario, swapped, with_sizes=with_sizes)
         self.running[self.simulator.rows(rows)] = True
 
-    def step(
-        self,
-        commands: ArrayLike,
-        after_control_period: Callable[[], None] | None = None,
-    ) -> StepResult:
+    def step(self, commands: ArrayLike, after_control_period: Callable[[], None] | None = None) -> StepResult:
         """Hold one command of each team for a command period, or until the game ends.
 
         Parameters

@@ -50,22 +50,9 @@ class DronesBatch:
         Pairs are (learner, opponent), and (red, blue) where both sides learn. Of its `controllers` one flies for the
         opponent, or of a pair ("direct", other) the second; `command_period` is how long its commands hold.
     num_games : int
-    side : {"random", "red", "blue", "both"}
-        Whose drones learn; drawn anew for every game if random.
-    opponent : str, Policy or sequence of these, optional
-        Dealt to the games in turn, `uniform` if not given; there is none where both sides learn.
-    reward : {"team", "own"}
-        What a drone gets of a step: all that the team gets for which it plays, or would play if it did not sit out;
-        or its own part, see `swarm_pz.envs.reward.drone_rewards`.
-    action : {"acceleration", "discrete"}
-        As of `swarm_pz.spaces.drones.DroneActions`.
-    action_period : float
-        Seconds that one step holds the actions: whole control periods, and a whole part of `command_period`.
-    neighbours, grid, patch : int
-        As of `swarm_pz.spaces.drones.DroneView`.
+    side, opponent, reward, action, action_period, neighbours, grid, patch, max_cycles
+        As of `swarm_pz.envs.drones_env.DronesEnv`; opponents may be several, dealt to the games in turn.
     threads : int
-    max_cycles : int, optional
-        Steps until a draw; follows from the time limit if not given.
 
     Attributes
     ----------

@@ -76,7 +76,7 @@ class DronesEnv(OneGameEnv):
     reward : {"team", "own"}
     action : {"acceleration", "discrete"}
     action_period : float
-        Seconds of a step; whole control periods of 0.1 s.
+        Seconds of a step: whole control periods of 0.1 s, and a whole part of `command_period`.
     neighbours, grid, patch : int
         How many others of each side a drone sees; how many coarse cells a side the square has, and what the drone sees
         of it; see `swarm_pz.spaces.drones.DroneView`.

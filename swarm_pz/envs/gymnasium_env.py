@@ -6,19 +6,18 @@ from typing import Any, Literal, Unpack
 
 import gymnasium
 import numpy as np
-from gymnasium.envs.registration import EnvSpec
 from numpy.typing import ArrayLike
 
 from swarm_pz.config import GameConfig
 from swarm_pz.envs.batch_env import by_game
-from swarm_pz.envs.opponents import DuelBatch, Opponent
+from swarm_pz.envs.opponents import DuelBatch, OneLearner, Opponent
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_scenario, check_seed, next_seed
 from swarm_pz.spaces.formats import WrapperOptions, read_options
 from swarm_pz.spaces.observation import Observations, of_game
 
 
-class DuelEnv(gymnasium.Env[Any, Any]):
+class DuelEnv(OneLearner, gymnasium.Env[Any, Any]):
     """One learner against an opponent, as a Gymnasium environment.
 
     Rules, observations and rewards are those of `swarm_pz.envs.parallel_env.CaptureEnv`, seen from the
@@ -58,7 +57,6 @@ class DuelEnv(gymnasium.Env[Any, Any]):
     ((9, 50, 50), 1.0, 'uniform')
     """
 
-    _spec: EnvSpec | None = None
     metadata = METADATA
 
     def __init__(
@@ -72,40 +70,12 @@ class DuelEnv(gymnasium.Env[Any, Any]):
         **options: Unpack[WrapperOptions],
     ) -> None:
         rules, written = read_options(config, options, type(self))
-        self.duel = DuelBatch(
-            rules,
-            1,
-            opponent=opponent,
-            side=side,
-            max_cycles=max_cycles,
-            **written,
-        )
+        self.duel = DuelBatch(rules, 1, opponent=opponent, side=side, max_cycles=max_cycles, **written)
         self.render_mode = render_mode
         self.screen = Screen(render_mode, self.duel.batch.simulator)
         self.metadata = self.screen.metadata
         self.observation_space = self.duel.format.observation_space
         self.action_space = self.duel.format.action_space
-
-    @property
-    def spec(self) -> EnvSpec | None:
-        """What Gymnasium made this of, with the steps until a draw; a `TimeLimit` would not know `max_cycles`."""
-        return self._spec
-
-    @spec.setter
-    def spec(self, spec: EnvSpec | None) -> None:
-        self._spec = spec
-        if spec is not None:
-            spec.max_episode_steps = self.duel.batch.max_cycles
-
-    @property
-    def opponent_names(self) -> list[str]:
-        """Names of opponents, by the numbers in infos."""
-        return self.duel.opponent_names
-
-    @property
-    def command_names(self) -> tuple[str, ...]:
-        """What each discrete action asks for; nothing for actions of other kinds."""
-        return self.duel.format.command_names
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, Unpack
 
 import numpy as np
-from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import GameConfig
-from swarm_pz.envs.opponents import DuelBatch, DuelResult, Opponents
+from swarm_pz.envs.opponents import DuelBatch, DuelResult, OneLearner, Opponents
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.rendering.painter import METADATA, Screen
 from swarm_pz.simulator.spawn import check_scenario, check_seed, next_seed, seeds_of
@@ -21,7 +20,7 @@ from swarm_pz.spaces.formats import WrapperOptions, read_options
 from swarm_pz.spaces.observation import Observations, of_game
 
 
-class DuelVectorEnv(VectorEnv[Any, Any, Any]):
+class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
     """Many games at once, one learner in each; what ``gymnasium.make_vec`` gives.
 
     Parameters
@@ -48,7 +47,6 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
     ((4, 9, 50, 50), (4,))
     """
 
-    _spec: EnvSpec | None = None
     metadata = METADATA | {"autoreset_mode": AutoresetMode.NEXT_STEP}
 
     def __init__(
@@ -68,13 +66,7 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         self.num_envs = num_envs
         rules, written = read_options(config, options, type(self))
         self.duel = DuelBatch(
-            rules,
-            num_envs,
-            opponent=opponent,
-            side=side,
-            threads=threads,
-            max_cycles=max_cycles,
-            **written,
+            rules, num_envs, opponent=opponent, side=side, threads=threads, max_cycles=max_cycles, **written
         )
         self.render_mode = render_mode
         shown = 1 if render_mode in (None, "human") else num_envs
@@ -85,27 +77,6 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
-
-    @property
-    def spec(self) -> EnvSpec | None:
-        """What Gymnasium made this of, with the steps until a draw; a `TimeLimit` would not know `max_cycles`."""
-        return self._spec
-
-    @spec.setter
-    def spec(self, spec: EnvSpec | None) -> None:
-        self._spec = spec
-        if spec is not None:
-            spec.max_episode_steps = self.duel.batch.max_cycles
-
-    @property
-    def opponent_names(self) -> list[str]:
-        """Names of opponents, by the numbers in infos."""
-        return self.duel.opponent_names
-
-    @property
-    def command_names(self) -> tuple[str, ...]:
-        """What each discrete action asks for; nothing for actions of other kinds."""
-        return self.duel.format.command_names
 
     @property  # type: ignore[misc]  # as of SyncVectorEnv
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
@@ -143,31 +114,27 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         """
         options = dict(options or {})
         mask = _check_mask(options.pop("reset_mask", None), self.num_envs)
-        rows = np.flatnonzero(mask)
+        rows, games = np.flatnonzero(mask), []
         seeds, scenario = self._check_seeds(seed), check_scenario(options, self.duel.config)
         for row in rows.tolist():
-            if seeds[row] is not None:
-                self._generators[row] = seeding.np_random(seeds[row])[0]
-        given = [seeds[row] for row in rows.tolist()]
-        games = [
-            next_seed(self._generators[row]) if number is None else np.random.SeedSequence(number)
-            for row, number in zip(rows.tolist(), given, strict=True)
-        ]
+            if (number := seeds[row]) is not None:
+                self._generators[row] = seeding.np_random(number)[0]
+            games.append(next_seed(self._generators[row]) if number is None else np.random.SeedSequence(number))
         self._start(games, rows, scenario)
         return self.duel.observe(), _masked(self.duel.infos(), mask)
 
     def _check_seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None:
             return [None] * self.num_envs
-        if not isinstance(seed, (Sequence, np.ndarray)):
-            check_seed(seed)
-            return [int(seed) + i for i in range(self.num_envs)]
-        seeds = list(seed)
-        if len(seeds) != self.num_envs:
-            raise CommandError(f"seed must be one number or {self.num_envs}, got {len(seeds)}")
+        several = isinstance(seed, (Sequence, np.ndarray))
+        seeds = list(seed) if several else [seed]  # type: ignore[arg-type]
         for number in seeds:
             if number is not None:
                 check_seed(number)
+        if not several:
+            seeds = [int(seed) + i for i in range(self.num_envs)]  # type: ignore[arg-type]
+        if len(seeds) != self.num_envs:
+            raise CommandError(f"seed must be one number or {self.num_envs}, got {len(seeds)}")
         return [None if number is None else int(number) for number in seeds]
 
     def step(
@@ -183,7 +150,7 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         if len(waiting) == self.num_envs:
             self._restart(waiting)
             nothing, never = np.zeros(self.num_envs), np.zeros(self.num_envs, np.bool_)
-            return self.duel.observe(), nothing, never, never.copy(), self._all(self.duel.infos())
+            return self.duel.observe(), nothing, never, never.copy(), _masked(self.duel.infos())
         shows = self.screens[0].after_control_period is not None
         result = self.duel.step(actions, self._show if shows else None)
         if len(waiting):
@@ -195,7 +162,7 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         if final:
             for name in ("captured", "lost", "recaptured"):
                 infos[name][over] = 0
-        return self.duel.observe(), result.rewards, result.terminated, result.truncated, self._all(infos) | final
+        return self.duel.observe(), result.rewards, result.terminated, result.truncated, _masked(infos) | final
 
     def _finish(self, result: DuelResult, over: NDArray[np.bool_]) -> dict[str, Any]:
         """Start the games that are over afresh, and return how they ended as Gymnasium wants it."""
@@ -222,9 +189,6 @@ class DuelVectorEnv(VectorEnv[Any, Any, Any]):
         if self.render_mode is not None:
             for row in rows[rows < len(self.screens)].tolist():
                 self.screens[row].begin()
-
-    def _all(self, infos: dict[str, NDArray[Any]]) -> dict[str, Any]:
-        return _masked(infos, np.ones(self.num_envs, np.bool_))
 
     def _show(self) -> None:
         for screen in self.screens:
@@ -259,11 +223,10 @@ def _check_mask(mask: Any, count: int) -> NDArray[np.bool_]:
     return mask.copy()
 
 
-def _masked(infos: dict[str, NDArray[Any]], mask: NDArray[np.bool_]) -> dict[str, Any]:
-    """Put beside each info, as Gymnasium does, the games that it is of; zero elsewhere."""
+def _masked(infos: dict[str, NDArray[Any]], mask: NDArray[np.bool_] | None = None) -> dict[str, Any]:
+    """Put beside each info, as Gymnasium does, the games that it is of, all if not said; zero elsewhere."""
     masked: dict[str, Any] = {}
-    is_whole = bool(mask.all())
     for name, values in infos.items():
-        masked[name] = values if is_whole else np.where(mask, values, np.zeros_like(values))
-        masked[f"_{name}"] = mask.copy()
+        chosen = np.ones(len(values), np.bool_) if mask is None else mask.copy()
+        masked[name], masked[f"_{name}"] = np.where(chosen, values, np.zeros_like(values)), chosen
     return masked

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple, Unpack
 
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import BLUE, TEAM_NAMES, GameConfig
@@ -47,16 +48,10 @@ class DuelBatch:
         Every pair in it is (learner, opponent), on either side: `drones_per_team`, `controllers` and `observation`.
         Opponents say for themselves what they see; for a model, its side's `observation` says which channels it knows.
     num_games : int
-    opponent : str, Policy or sequence of these
-        Dealt to the games in turn.
-    side : {"random", "red", "blue"}
-        Where the learner sits; drawn anew for every game if random.
-    threads : int
-    max_cycles : int, optional
+    opponent, side, threads, max_cycles, **options
+        As of `swarm_pz.envs.gymnasium_vector_env.DuelVectorEnv`.
     answer_ticks : int, optional
         Ticks for which opponents' answers hold; a step if not given.
-    **options
-        How the learner sees and acts: those of `swarm_pz.spaces.formats.Format`.
 
     Attributes
     ----------
@@ -204,3 +199,31 @@ def _child_seeds(seed: np.random.SeedSequence) -> list[np.random.SeedSequence]:
         np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, purpose), pool_size=seed.pool_size)
         for purpose in (1_000_001, 1_000_002)
     ]
+
+
+class OneLearner:
+    """What Gymnasium's wrappers of a `DuelBatch`, of one game or of many, say of themselves."""
+
+    duel: DuelBatch
+    _spec: EnvSpec | None = None
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What Gymnasium made this of, with the steps until a draw; a `TimeLimit` would not know `max_cycles`."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        self._spec = spec
+        if spec is not None:
+            spec.max_episode_steps = self.duel.batch.max_cycles
+
+    @property
+    def opponent_names(self) -> list[str]:
+        """Names of opponents, by the numbers in infos."""
+        return self.duel.opponent_names
+
+    @property
+    def command_names(self) -> tuple[str, ...]:
+        """What each discrete action asks for; nothing for actions of other kinds."""
+        return self.duel.format.command_names

@@ -117,12 +117,7 @@ class CaptureEnv(OneGameEnv):
         super().__init__(BatchEnv(self.config, max_cycles=max_cycles), render_mode)
         self.possible_agents = list(AGENTS)
         self.formats = {
-            agent: Format(
-                self.config,
-                observation,
-                system,
-                **written,
-            )
+            agent: Format(self.config, observation, system, **written)
             for agent, observation, system in zip(
                 AGENTS, self.config.observations, self.config.team_systems, strict=True
             )

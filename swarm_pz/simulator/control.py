@@ -152,7 +152,7 @@ class Control:
             commands = np.zeros((count, *self.command_shape))
             for number, chosen in self._by_system(flown_by):
                 system, team = self.systems[number], int(sides[chosen[0]])
-                with flight_errors(team, system.name, rows[chosen][sides[chosen] == team]):
+                with flight_errors(team, system, rows[chosen][sides[chosen] == team]):
                     served = serve(system, densities[chosen], self.config)
                 if served is None:
                     raise _mismatch(system, "density", name)
@@ -218,7 +218,7 @@ class Control:
                 if system.takes == "density":
                     densities[chosen, place] = own
                     continue
-                with flight_errors(team, system.name, mine):
+                with flight_errors(team, system, mine):
                     densities[chosen, place] = check_densities(
                         system.to_densities(own, self.config),
                         (len(mine), *self._densities),
@@ -245,11 +245,11 @@ class Control:
         flight = self.flight_of(games, rows, team, number)
         own = flight.own.copy()  # a system that writes there flies no more drones for it
         began, busy = time.perf_counter(), time.thread_time()
-        with flight_errors(team, system.name, rows):
+        with flight_errors(team, system, rows):
             answer = as_floats(system.solve(flight, self.config), "must answer accelerations as numbers")
         expected = (len(rows), *games.positions.shape[1:])
         if answer.shape != expected:
-            self._fault(team, system, rows, f"answered accelerations of shape {answer.shape}, not {expected}")
+            raise flight_error(team, system, rows, f"answered accelerations of shape {answer.shape}, not {expected}")
         broken = own & ~(np.abs(answer) <= _HARDEST).all(axis=2)  # in this form, since no comparison holds for NaN
         if broken.any():
             row, drone = np.argwhere(broken)[0]
@@ -257,7 +257,7 @@ class Control:
                 f"answered {answer[row, drone].tolist()} for drone {drone}: accelerations must be finite, "
                 f"in [-{_HARDEST:g}, {_HARDEST:g}]"
             )
-            self._fault(team, system, rows[broken.any(axis=1)], said)
+            raise flight_error(team, system, rows[broken.any(axis=1)], said)
         games.given[rows] = np.where(own[:, :, None], answer, games.given[rows])
         self._time(team, system, rows, number, time.perf_counter() - began, time.thread_time() - busy)
 
@@ -297,12 +297,7 @@ class Control:
             took = max(min(waited for waited, _ in spent), sum(worked for _, worked in spent) / _SOLVES)
         if took > 1.0:
             said = f"took {took * CONTROL_PERIOD:.2f} s for a solve of a game, for which it has {CONTROL_PERIOD:g} s"
-            self._fault(team, system, rows, said)
-
-    @staticmethod
-    def _fault(team: int, system: ControlSystem, rows: NDArray[np.int64], said: str) -> None:
-        told = f"{system.name}, which flies {TEAM_NAMES[team]}, {said}"
-        raise FlightError(team, system.name, tuple(rows.tolist()), told)
+            raise flight_error(team, system, rows, said)
 
 
 @contextmanager
@@ -368,23 +363,22 @@ def _check_densities_of(system: ControlSystem, default: NDArray[np.float64], con
     serves_densities(system, config)
 
 
-class flight_errors:  # noqa: N801  (reads like the function that it is)
+@contextmanager
+def flight_errors(team: int, system: ControlSystem, rows: NDArray[np.int64]) -> Iterator[None]:
     """Turn whatever a control system raises in here into a FlightError that says where."""
-
-    def __init__(self, team: int, system: str, rows: NDArray[np.int64]) -> None:
-        self._team, self._system, self._rows = team, system, rows
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
-        if error is None or not isinstance(error, FAULTS):
-            return
+    try:
+        yield
+    except FAULTS as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(last.filename).name}:{last.lineno}"
         said = str(error) if isinstance(error, SwarmError) else f"raised {repr_of(error)} ({where})"
-        told = f"{self._system}, which flies {TEAM_NAMES[self._team]}, {said}"
-        raise FlightError(self._team, self._system, tuple(self._rows.tolist()), told) from error
+        raise flight_error(team, system, rows, said) from error
+
+
+def flight_error(team: int, system: ControlSystem, rows: NDArray[np.int64], said: str) -> FlightError:
+    """Return what to raise of a system that flies a team of some games, with what is said of it."""
+    told = f"{system.name}, which flies {TEAM_NAMES[team]}, {said}"
+    return FlightError(team, system.name, tuple(rows.tolist()), told)
 
 
 def serve_densities(

@@ -10,14 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from swarm_pz.config import (
-    BLUE,
-    GRID_CELLS,
-    RED,
-    TEAM_NAMES,
-    TICKS_PER_SECOND,
-    GameConfig,
-)
+from swarm_pz.config import BLUE, GRID_CELLS, RED, TEAM_NAMES, TICKS_PER_SECOND, GameConfig
 from swarm_pz.config.base import check_count
 from swarm_pz.config.values import describe
 from swarm_pz.errors import CommandError
@@ -342,12 +335,7 @@ class Simulator:
         self.for_rows(rows, work)
 
     def retrace(
-        self,
-        ticks: int,
-        positions: ArrayLike,
-        velocities: ArrayLike,
-        teams: ArrayLike,
-        rows: ArrayLike | None = None,
+        self, ticks: int, positions: ArrayLike, velocities: ArrayLike, teams: ArrayLike, rows: ArrayLike | None = None
     ) -> None:
         """Bring games to where their drones were seen some ticks later, whatever flew them there.
 
