@@ -148,7 +148,5 @@ def test_other_garbage_in_memory_and_another_layout_of_it_do_not_show():
 
 
 def test_kernels_run_as_plain_python_for_debuggers(tmp_path):
-    code = (
-        "from swarm_pz import GameConfig, Simulator; Simulator(GameConfig(drones_per_team=1)).advance(1); print('flew')"
-    )
+    code = "from swarm_pz import GameConfig, Simulator; Simulator(GameConfig(drones_per_team=1)).advance(1); print(1)"
     assert run(code, tmp_path, NUMBA_DISABLE_JIT="1") == (["1"], False)

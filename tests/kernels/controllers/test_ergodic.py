@@ -33,7 +33,10 @@ MIRRORS = {
     "fast": ({"controller": SOFT, "dynamics": DynamicsConfig(speed_factor=1.7)}, {"speed_factor": 1.7}),
     "for ever": ({"controller": SOFT, "memory": MemoryConfig(controller=None)}, {"tau": None}),
     "heavy targets": ({"controller": SOFT.replace(target_mass=10.0, wall_margin=0.2)}, {"wall_margin": 0.2}),
-    "other sizes": ({"controller": SOFT.replace(horizon=7, wall_weight=30.0)}, {"horizon": 7, "wall_weight": 30.0}),
+    "other weights": (
+        {"controller": SOFT.replace(ergodic_weight=50.0, wall_weight=30.0)},
+        {"q": 50.0, "wall_weight": 30.0},
+    ),
     "published gains": (
         {"controller": GameConfig.preset("released").controller},
         {"q": 1.0, "r": 1.0, "spectrum": "exponential", "wall_margin": 0.01},
