@@ -126,15 +126,16 @@ class DuelVectorEnv(OneLearner, VectorEnv[Any, Any, Any]):
     def _check_seeds(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
         if seed is None:
             return [None] * self.num_envs
-        several = isinstance(seed, (Sequence, np.ndarray))
-        seeds = list(seed) if several else [seed]  # type: ignore[arg-type]
+        if isinstance(seed, (Sequence, np.ndarray)):
+            seeds: list[int | None] = list(seed)
+        else:
+            check_seed(seed)
+            seeds = [int(seed) + i for i in range(self.num_envs)]
+        if len(seeds) != self.num_envs:
+            raise CommandError(f"seed must be one number or {self.num_envs}, got {len(seeds)}")
         for number in seeds:
             if number is not None:
                 check_seed(number)
-        if not several:
-            seeds = [int(seed) + i for i in range(self.num_envs)]  # type: ignore[arg-type]
-        if len(seeds) != self.num_envs:
-            raise CommandError(f"seed must be one number or {self.num_envs}, got {len(seeds)}")
         return [None if number is None else int(number) for number in seeds]
 
     def step(
