@@ -161,15 +161,3 @@ def test_names_may_be_said_and_keep_their_numbers():
     assert duel.infos()["opponent"].tolist() == [1, 2, 3]
     begin(duel)
     assert duel.infos()["opponent"].tolist() == [2, 1, 2]
-
-
-@pytest.mark.parametrize("answer", [None, np.full((1, 10, 10), np.nan), np.ones((10, 10)), -np.ones((1, 10, 10))])
-def test_an_opponent_that_answers_nonsense_is_named_and_the_game_stays_as_it_was(answer):
-    diary = Diary()
-    diary.act = lambda *_: answer
-    duel = begun(games=1, opponent=diary)
-    before = duel.batch.simulator.snapshot()
-    with pytest.raises(PolicyError, match="policy Diary's answer must be numbers"):
-        step(duel)
-    for array, copied in zip(duel.batch.simulator.games, before, strict=True):
-        np.testing.assert_array_equal(array, copied)
