@@ -27,44 +27,29 @@ from swarm_pz.spaces.formats import FormatOptions, WrapperOptions
 from swarm_pz.systems.formation import Formation
 from swarm_pz.training.config import RECIPES, LeagueConfig, TrainConfig
 
-COUNTS = [
-    (ControllerConfig, "controller.modes", 2, 16),
-    (ControllerConfig, "controller.horizon", 2, 100),
-    (ObservationConfig, "observation.grid", 1, 50),
-    (GameConfig, "command_cells", 2, 50),
-    (GameConfig, "drones_per_team", 1, 10_000),
-]
-NUMBERS = [
-    (SpawnConfig, "spawn.radius", 0.0, 0.1),
-    (SpawnConfig, "spawn.side", 0.0, 0.9),
-    (SpawnConfig, "spawn.speed", 0.0, 10.0),
-    (MemoryConfig, "memory.trail", 1 / 30, 600.0),
-    (MemoryConfig, "memory.controller", 0.01, 1e6),
-    (CaptureConfig, "capture.threshold", 0.001, 0.999),
-    (ControllerConfig, "controller.ergodic_weight", 0.0, 1e6),
-    (ControllerConfig, "controller.control_weight", 1e-4, 1e6),
-    (ControllerConfig, "controller.wall_weight", 0.0, 1e6),
-    (ControllerConfig, "controller.wall_margin", 0.0, 0.5),
-    (ControllerConfig, "controller.max_acceleration", 1e-9, 100.0),
-    (ControllerConfig, "controller.communication_radius", 0.0, 2.0),
-    (ControllerConfig, "controller.message_loss", 0.0, 1.0),
-    (ControllerConfig, "controller.target_mass", 1e-3, 1e3),
-    (FlockingConfig, "flocking.alignment", 0.0, 1e6),
-    (FlockingConfig, "flocking.cohesion", 0.0, 1e6),
-    (FlockingConfig, "flocking.separation", 0.0, 1e6),
-    (FlockingConfig, "flocking.communication_radius", 0.0, 2.0),
-    (FlockingConfig, "flocking.separation_radius", 0.0, 2.0),
-    (FlockingConfig, "flocking.max_turn", 1e-3, math.pi),
-    (FlockingConfig, "flocking.speed", 1e-3, 10.0),
-    (FlockingConfig, "flocking.dwell", 0.1, 1e6),
-    (DynamicsConfig, "dynamics.speed_factor", 1e-3, 10.0),
-    (DynamicsConfig, "dynamics.failure_rate", 0.0, 1e3),
-    (DynamicsConfig, "dynamics.repair_rate", 0.0, 1e3),
-    (RewardConfig, "reward.size_change", -1e6, 1e6),
-    (RewardConfig, "reward.outcome", -1e6, 1e6),
-    (GameConfig, "time_limit", 0.1, 1e6),
-    (GameConfig, "command_period", 0.1, 1e6),
-]
+COUNTS = {
+    (ControllerConfig, "controller."): {"modes": (2, 16), "horizon": (2, 100)},
+    (ObservationConfig, "observation."): {"grid": (1, 50)},
+    (GameConfig, ""): {"command_cells": (2, 50), "drones_per_team": (1, 10_000)},
+}
+MILLION = (0.0, 1e6)
+NUMBERS = {
+    (SpawnConfig, "spawn."): {"radius": (0.0, 0.1), "side": (0.0, 0.9), "speed": (0.0, 10.0)},
+    (MemoryConfig, "memory."): {"trail": (1 / 30, 600.0), "controller": (0.01, 1e6)},
+    (CaptureConfig, "capture."): {"threshold": (0.001, 0.999)},
+    (ControllerConfig, "controller."): {
+        "ergodic_weight": MILLION, "control_weight": (1e-4, 1e6), "wall_weight": MILLION, "wall_margin": (0.0, 0.5),
+        "max_acceleration": (1e-9, 100.0), "communication_radius": (0.0, 2.0), "message_loss": (0.0, 1.0),
+        "target_mass": (1e-3, 1e3),
+    },
+    (FlockingConfig, "flocking."): {
+        "alignment": MILLION, "cohesion": MILLION, "separation": MILLION, "communication_radius": (0.0, 2.0),
+        "separation_radius": (0.0, 2.0), "max_turn": (1e-3, math.pi), "speed": (1e-3, 10.0), "dwell": (0.1, 1e6),
+    },
+    (DynamicsConfig, "dynamics."): {"speed_factor": (1e-3, 10), "failure_rate": (0.0, 1e3), "repair_rate": (0.0, 1e3)},
+    (RewardConfig, "reward."): {"size_change": (-1e6, 1e6), "outcome": (-1e6, 1e6)},
+    (GameConfig, ""): {"time_limit": (0.1, 1e6), "command_period": (0.1, 1e6)},
+}  # fmt: skip
 OPTIONS = [
     GameConfig.preset("released"),
     GameConfig(controllers="flocking"),
@@ -86,15 +71,16 @@ OPTIONS = [
 SEAT = ObservationConfig(grid=10)
 
 
-@pytest.mark.parametrize(("section", "name", "low", "high"), COUNTS + NUMBERS)
-def test_a_number_is_taken_up_to_the_ends_of_its_range_and_no_further(section, name, low, high):
-    field, is_count = name.rpartition(".")[2], isinstance(low, int)
-    for number in (low, high):
-        assert getattr(section(**{field: number}), field) == number
-    beyond = (low - 1, high + 1, float(low)) if is_count else (np.nextafter(low, -9e9), np.nextafter(high, 9e9), "1")
-    for number in (*beyond, math.nan, True, 10**400):
-        with pytest.raises(ConfigError, match=rf"^{name} must be .*, got"):
-            section(**{field: number})
+@pytest.mark.parametrize(("section", "name"), COUNTS | NUMBERS, ids=str)
+def test_a_number_is_taken_up_to_the_ends_of_its_range_and_no_further(section, name):
+    for ranges, is_count in ((COUNTS, True), (NUMBERS, False)):
+        for field, (low, high) in ranges.get((section, name), {}).items():
+            for number in (low, high):
+                assert getattr(section(**{field: number}), field) == number
+            ends = (low - 1, high + 1, float(low)) if is_count else (*map(np.nextafter, (low, high), (-9e9, 9e9)), "1")
+            for number in (*ends, math.nan, True, 10**400):
+                with pytest.raises(ConfigError, match=rf"^{name}{field} must be .*, got"):
+                    section(**{field: number})
 
 
 PEACE = CaptureConfig(enabled=False)
@@ -136,6 +122,8 @@ PEACE = CaptureConfig(enabled=False)
         (lambda: GameConfig(observation=(SEAT, 5)), "observation"),
         (lambda: GameConfig(controllers="herding"), "no control system 'herding'; did you mean"),
         (lambda: GameConfig(controllers=("ergodic",) * 3), "controllers"),
+        (lambda: GameConfig(controllers={}), "has a name"),
+        (lambda: GameConfig(controllers=5), "controllers must be the name .*got 5"),
         (lambda: GameConfig(drones_per_team=(1, 2, 3)), "drones_per_team"),
         (lambda: GameConfig(drones_per_team=(3, 10_001)), r"drones_per_team .*\[1, 10000\]"),
         (lambda: GameConfig(drones_per_team=(3, 0)), "drones_per_team"),

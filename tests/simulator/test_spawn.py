@@ -8,58 +8,44 @@ from swarm_pz.errors import CommandError
 from swarm_pz.simulator import Simulator
 from swarm_pz.simulator.spawn import check_seed, next_seed
 
-
-@pytest.mark.parametrize(("inset", "radius"), [(0.1, 0.08), (0.3, 0.2)])
-def test_drones_start_evenly_within_a_radius_of_corner_points(inset, radius):
-    config = GameConfig(drones_per_team=(4, 16), spawn=SpawnConfig(inset=inset, radius=radius))
-    simulator = Simulator(config, num_games=100)
-    simulator.reset(range(100))
-    places = simulator.positions.reshape(-1, 2).astype(float)
-    corners = np.where(places > 0.5, 1.0 - inset, inset)
-    steps = places - corners
-    distance = np.linalg.norm(steps, axis=1)
-    assert distance.max() <= radius + 1e-6
-    # A quarter of a disc lies within half of its radius, and as much on each side of its centre.
-    assert (distance < radius / 2).mean() == pytest.approx(0.25, abs=0.04)
-    assert (steps > 0).mean(axis=0) == pytest.approx([0.5, 0.5], abs=0.04)
-    for corner in np.unique(corners, axis=0):
-        assert (corners == corner).all(axis=1).mean() == pytest.approx(0.25, abs=0.04)
-    # Of both teams alike: 0.5 is the chance of either half.
-    assert (simulator.positions[:, :4] > 0.5).mean() == pytest.approx(0.5, abs=0.06)
-
-
-@pytest.mark.parametrize("layout", ["corners", "squares"])
-def test_drones_may_start_moving_from_the_same_places(layout):
-    started = {}
-    for speed in (0.0, 0.2, 0.4):
-        config = GameConfig(drones_per_team=(8, 12), spawn=SpawnConfig(layout=layout, speed=speed))
-        started[speed] = Simulator(config, num_games=100)
-        started[speed].reset(range(100))
-        for name in ("positions", "altitudes", "seeds"):
-            np.testing.assert_array_equal(getattr(started[speed].games, name), getattr(started[0.0].games, name))
-    assert started[0.0].velocities.tobytes() == bytes(started[0.0].velocities.nbytes), "at rest"
-    velocities = started[0.2].velocities
-    np.testing.assert_allclose(started[0.4].velocities, 2.0 * velocities)
-    for along in (velocities[:, :8].reshape(-1, 2), -velocities[:, 8:].reshape(-1, 2)):
-        # Uniform: ends, mean and standard deviation on both axes, each axis by itself.
-        assert along.min() >= 0.0 and along.max() <= 0.2
-        np.testing.assert_allclose(along.mean(axis=0), 0.1, atol=0.01)
-        np.testing.assert_allclose(along.std(axis=0), 0.2 / np.sqrt(12), rtol=0.1)
-        assert abs(np.corrcoef(along.T)[0, 1]) < 0.15
+AT_REST = np.zeros((2, 2))
 
 
 @pytest.mark.parametrize(
-    ("layout", "places", "luck"),
+    ("sizes", "spawn", "places", "velocities", "luck"),
     [
-        ("corners", [[0.96976757, 0.91836888], [0.97601885, 0.10792277]], 13456836363123071557),
-        ("squares", [[0.16369617, 0.12697867], [0.89590263, 0.89834726]], 16837368535893154894),
+        (1, {}, [[0.969768, 0.918369], [0.976019, 0.107923]], AT_REST, 13456836363123071557),
+        ((1, 2), {"inset": 0.3, "radius": 0.2, "speed": 0.2},
+         [[0.854934, 0.716147], [0.766133, 0.1425], [0.425855, 0.223153]],
+         [[0.000548, 0.171481], [-0.006717, -0.145931], [-0.035131, -0.172636]], 15049841714506250060),
+        (1, {"layout": "squares"}, [[0.163696, 0.126979], [0.895903, 0.898347]], AT_REST, 16837368535893154894),
+        ((1, 2), {"layout": "squares", "inset": 0.2, "side": 0.4, "speed": 0.4},
+         [[0.454785, 0.307915], [0.783611, 0.793389], [0.474692, 0.434898]],
+         [[0.374029, 0.326341], [-0.001095, -0.342962], [-0.013434, -0.291862]], 10028111089635196863),
     ],
-)
-def test_a_seed_always_gives_the_same_start_and_the_same_luck(layout, places, luck):
-    simulator = Simulator(GameConfig(drones_per_team=1, spawn=SpawnConfig(layout=layout)), num_games=2)
+    ids=["corners", "other corners", "squares", "other squares"],
+)  # fmt: skip
+def test_a_seed_always_gives_the_same_start_and_the_same_luck(sizes, spawn, places, velocities, luck):
+    simulator = Simulator(GameConfig(drones_per_team=sizes, spawn=SpawnConfig(**spawn)), num_games=2)
     simulator.reset([1, 0])
     np.testing.assert_allclose(simulator.positions[1], places, atol=1e-6)
+    np.testing.assert_allclose(simulator.velocities[1], velocities, atol=1e-6)
     assert simulator.games.seeds[1] == luck != simulator.games.seeds[0]
+    still = Simulator(simulator.config.replace(spawn=SpawnConfig(**(spawn | {"speed": 0.0}))), num_games=2)
+    still.reset([1, 0])
+    for name in ("positions", "altitudes", "seeds"):  # which do not depend on the speed
+        np.testing.assert_array_equal(getattr(still.games, name), getattr(simulator.games, name))
+
+
+def test_drones_start_near_any_corner_and_evenly_within_the_radius():
+    simulator = Simulator(num_games=100)
+    simulator.reset(range(100))
+    places = simulator.positions.reshape(-1, 2).astype(float)
+    corners = np.where(places > 0.5, 0.9, 0.1)
+    distance = np.linalg.norm(places - corners, axis=1)
+    assert distance.max() <= 0.08 + 1e-6 and (distance < 0.04).mean() == pytest.approx(0.25, abs=0.04)
+    for corner in np.unique(corners, axis=0):
+        assert (corners == corner).all(axis=1).mean() == pytest.approx(0.25, abs=0.04)
 
 
 def test_altitudes_are_all_levels_up_to_one_in_another_order_in_every_game():

@@ -1,11 +1,11 @@
-"""What a flock can be told, in which forms, and what a flock does in scenes of its own."""
+"""What a flock can be told, in which forms, and for how long it is in force."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from swarm_pz.config import ControllerConfig, DynamicsConfig, FlockingConfig, GameConfig
+from swarm_pz.config import FlockingConfig, GameConfig
 from swarm_pz.errors import CommandError
 from swarm_pz.simulator import Simulator
 from swarm_pz.systems import FlockingCommand
@@ -74,19 +74,8 @@ def test_watchers_see_all_attractors_of_a_command():
     assert shown[3, 2] == 0.25 and shown[9, 9] == 0.75 and shown.sum() == 1.0
 
 
-def flock(positions, velocities=(0.0, 0.0), attractor=(0.5, 0.5, 50.0), ticks=1, failed=(), **options) -> Simulator:
-    """Let one flock fly towards an attractor."""
-    simulator = Simulator(game_of("flocking", len(positions), **options))
-    start = {"positions": positions, "velocities": np.broadcast_to(velocities, (len(positions), 2))}
-    simulator.reset([0], scenario=start)
-    simulator.games.failed[0, list(failed)] = True
-    simulator.command(0, [attractor])
-    simulator.advance(ticks)
-    return simulator
-
-
 def test_each_attractor_is_in_force_for_its_time_and_the_last_one_stays():
-    simulator = flock([(0.5, 0.5)], ticks=0, flocking=FlockingConfig(dwell=2.0))
+    simulator = Simulator(game_of("flocking", 1, flocking=FlockingConfig(dwell=2.0)))
     simulator.command(0, [[(0.9, 0.5, 60.0), (0.5, 0.9, 60.0), (0.1, 0.5, 60.0)]])
     wanted = []
     for _ in range(80):
@@ -97,21 +86,3 @@ def test_each_attractor_is_in_force_for_its_time_and_the_last_one_stays():
     simulator.command(0, [(0.5, 0.1, 60.0)])
     simulator.advance(3)
     assert simulator.games.accelerations[0, 0, 1] < 0.0
-
-
-@pytest.mark.parametrize("side", [-1, 1])
-def test_a_flock_turns_eighteen_degrees_a_control_period_and_keeps_its_speed(side):
-    simulator = flock([(0.5, 0.5)], (0.25, 0.0), attractor=(0.1, 0.5 + 0.05 * side, 100.0), ticks=3)
-    turned = 0.25 * np.array([np.cos(np.pi / 10), side * np.sin(np.pi / 10)])
-    np.testing.assert_allclose(simulator.velocities[0, 0], turned, atol=1e-5)
-
-
-def test_drones_that_are_too_close_fly_apart_if_they_hear_each_other_and_two_in_one_place_stay_finite():
-    pair, deaf = [(0.49, 0.5), (0.51, 0.5)], ControllerConfig(communication_radius=0.01)
-    apart = flock(pair).games.accelerations[0, :, 0]
-    assert apart[0] < -0.9 and apart[1] > 0.9
-    together = flock(pair, controller=deaf).games.accelerations[0, :, 0]
-    assert together[0] > 0.9 and together[1] < -0.9
-    failing = flock(pair, failed=[1], dynamics=DynamicsConfig(failure_rate=1e-9)).games.accelerations[0]
-    assert failing[0, 0] > 0.9 and not failing[1].any()
-    assert np.isfinite(flock([(0.25, 0.25)] * 2, ticks=90).positions).all()

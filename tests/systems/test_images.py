@@ -56,22 +56,6 @@ def test_the_slow_coverages_motion_of_neighbours_is_the_derivative_of_the_centro
     np.testing.assert_allclose(found, change, atol=0.1 * np.abs(change).max())
 
 
-@pytest.mark.parametrize("image", [EMPTY, FULL], ids=["empty", "uniform"])
-def test_fields_of_images_that_are_empty_or_uniform_spread_drones_evenly(image):
-    end = flown("potential_field", np.stack([image, image]), seconds=45)
-    for places in end.positions.astype(float):
-        assert cost_of(places, FULL) < 1.6 / 60  # 1 / (6 n) is what n squares side by side cost
-    assert np.linalg.norm(end.velocities, axis=-1).max() < 0.02
-
-
-def test_fields_draw_drones_to_where_they_attract_and_away_from_where_they_repel():
-    gathered = flown("potential_field", np.stack([spot(2, 7), EMPTY])).positions
-    np.testing.assert_allclose(gathered.mean(axis=1), [[0.75, 0.25]] * 2, atol=0.1)
-    chased, free = (flown("potential_field", np.stack([EMPTY, one])).positions for one in (spot(5, 5), EMPTY))
-    hole, usual = (np.linalg.norm(one - 0.55, axis=-1).min(axis=1).mean() for one in (chased, free))
-    assert hole > usual + 0.05
-
-
 def test_a_density_attracts_and_watchers_see_it_but_nothing_where_it_repels():
     densities = np.random.default_rng(8).random((3, 10, 10))
     commands = FIELD.from_densities(densities, CONFIG)

@@ -1,48 +1,16 @@
-"""Leaders and followers: who leads, who follows, and commands in all their forms."""
+"""Leaders and followers: their commands in all forms."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from swarm_pz.config import CaptureConfig, GameConfig
+from swarm_pz.config import GameConfig
 from swarm_pz.errors import CommandError
-from swarm_pz.simulator import Simulator
 from swarm_pz.spaces.formats import Format
 from swarm_pz.systems.leader_follower import LeaderFollower
 
-CONFIG = GameConfig(controllers="leader_follower", capture=CaptureConfig(enabled=False))
-
-
-def flown(system, places, seconds):
-    """Return red's places after some seconds of one command, without captures."""
-    simulator = Simulator(CONFIG.replace(controllers=system))
-    simulator.reset([3])
-    simulator.command(0, [places])
-    simulator.advance(30 * seconds)
-    return simulator.positions[0, simulator.teams[0] == 0].astype(float), simulator
-
-
-@pytest.mark.parametrize("appoint", ["nearest", "lowest"])
-def test_followers_gather_around_a_leader_and_a_captured_one_has_a_successor_at_once(appoint):
-    goal = (0.7, 0.3)
-    places, simulator = flown(LeaderFollower(leaders=1, appoint=appoint), [goal], 10)
-    away = np.linalg.norm(places - goal, axis=1)
-    assert away.max() < 0.25 and away.min() < 0.01
-    gaps = np.linalg.norm(places[:, None] - places, axis=-1)[~np.eye(10, dtype=bool)]
-    assert gaps.min() > 0.03, "they do not sit on one point"
-    leader = np.flatnonzero(simulator.teams[0] == 0)[away.argmin()]
-    assert appoint == "nearest" or leader == 0
-    simulator.games.teams[0, leader] = 1
-    simulator.advance(150)
-    left = simulator.positions[0, simulator.teams[0] == 0]
-    assert len(left) == 9 and np.linalg.norm(left - goal, axis=1).min() < 0.01
-
-
-def test_leaders_keep_off_the_walls_and_from_each_other():
-    places, _ = flown(LeaderFollower(margin=0.1), [(0.0, 0.0), (0.0, 0.0)], 8)
-    nearest = np.sort(np.linalg.norm(places - 0.1, axis=1))[:2]
-    assert nearest.max() < 0.05 and nearest[1] > 0.01
+CONFIG = GameConfig(controllers="leader_follower")
 
 
 def test_a_place_for_each_leader_may_be_written_by_number():
