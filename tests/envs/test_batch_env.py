@@ -26,12 +26,14 @@ def test_rewards_are_zero_sum_and_add_up_to_the_change_of_size_and_the_outcome()
     reward = RewardConfig(size_change=0.5, outcome=2.0)
     batch = begun(GameConfig(drones_per_team=(2, 4), reward=reward, time_limit=60.0), 8)
     generator, returns, won = np.random.default_rng(0), np.zeros((8, 2)), np.zeros(8)
-    while batch.running.any():
+    for _ in range(60):
+        if not batch.running.any():
+            break
         result = batch.step(generator.random((8, 2, 10, 10)) ** 6)
         np.testing.assert_array_equal(result.rewards.sum(axis=1), 0.0)
         returns += result.rewards
         won += np.where(result.terminated, np.where(batch.simulator.sizes[:, 0] > 0, 1.0, -1.0), 0.0)
-    assert won.any()
+    assert won.any() and not batch.running.any()
     expected = 0.5 * (batch.simulator.sizes[:, 0] - 2) / 3 + 2.0 * won
     np.testing.assert_allclose(returns[:, 0], expected, atol=1e-9)
 

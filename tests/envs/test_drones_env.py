@@ -88,7 +88,9 @@ def test_every_agent_gets_its_teams_reward_to_the_tick_of_its_capture_and_nothin
     for seed in range(6):
         batch.reset([np.random.SeedSequence(seed)], np.array([0]))
         reference.reset([0], swapped=batch.duel is not None and batch.duel.sides[0] == 1)
-        while batch.batch.running[0]:
+        for _ in range(300):
+            if not batch.batch.running[0]:
+                break
             accelerations = generator.uniform(-1, 1, (8, 2))
             before, flew, sides = batch.batch.simulator.teams[0].copy(), batch.flies[0], batch.sides[0]
             path = np.array([before, *play_by_ticks(batch, reference, accelerations)])
@@ -118,7 +120,9 @@ def test_a_captured_drone_pays_for_the_defeat_like_its_team(side):
     captured = ends = 0
     for seed in range(4):
         batch.reset([np.random.SeedSequence(seed)], np.array([0]))
-        while batch.batch.running[0]:
+        for _ in range(300):
+            if not batch.batch.running[0]:
+                break
             sides, flew = batch.sides[0], batch.flies[0]
             result = batch.step(generator.uniform(-1, 1, (1, 6, 2)))
             assert result.rewards[0].tolist() == result.result.rewards[0, sides].tolist()

@@ -236,7 +236,11 @@ def random_images(generator: Generator, shape: tuple[int, ...]) -> Floats:
     return images
 
 
-COVERAGES = (Coverage(), Coverage(neighbours=False), Coverage(gain=2.0, floor=0.1, speed=0.2, response=0.5, grid=30))
+COVERAGES = (
+    Coverage(),
+    Coverage(neighbours=False),
+    Coverage(gain=2.0, floor=0.1, speed=0.2, response=0.5, grid=30, blend=2.0),
+)
 
 
 def compare_coverage(generator: Generator, number: int) -> float:

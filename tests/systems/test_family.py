@@ -38,7 +38,7 @@ def name(request):
 @pytest.mark.parametrize("name", [name for name in SYSTEMS if name in COMPARED or is_our_own(name)], indirect=True)
 def test_it_is_its_slow_mirror(name):
     generator = np.random.default_rng(0)
-    assert max(COMPARED[name](generator, number) for number in range(0, 60, 1 if name != "coverage" else 3)) < 1e-4
+    assert max(COMPARED[name](generator, number) for number in range(0, 60, 1 if name != "coverage" else 4)) < 1e-4
 
 
 # --- commands ---------------------------------------------------------------------------------------------------------
@@ -240,7 +240,11 @@ def test_a_game_is_the_same_alone_in_any_row_with_any_threads_and_from_a_snapsho
     alone.reset([3])
     play(alone, [3])
     assert_same_game(batch, 3, alone, 0)
-    copy.restore(batch.snapshot([3]))
+    saved = batch.snapshot([3])
+    for _ in range(2):  # again, although it has solved at that tick
+        copy.restore(saved)
+        copy.advance(1)
+    copy.restore(saved)
     for one in (batch, copy):
         one.advance(47)
     assert_same_game(batch, 3, copy, 0)
