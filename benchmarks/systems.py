@@ -25,10 +25,11 @@ def drone_steps(name: str, games: int, seconds: float, rounds: int = 5) -> float
     densities = np.random.default_rng(0).random((games, *(config.command_cells,) * 2)) ** 4
     for team in range(2):
         try:
-            commands = simulator.control.read(densities, simulator.games.flown_by[:, team], "density", "densities")
+            rows = np.arange(games)
+            commands = simulator.control.read(densities, simulator.games, rows, team, "density", "densities")
         except ValueError:  # it cannot serve them: its first command stays
             continue
-        simulator.command_checked(team, commands, np.arange(games))
+        simulator.command_checked(team, commands, rows)
     simulator.advance(30)  # compiles
     found = []
     for _ in range(rounds):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -11,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from swarm_pz.config import BLUE, CONTROL_PERIOD, RED, TEAM_NAMES, GameConfig
 from swarm_pz.config.base import check, check_choice, check_number
-from swarm_pz.envs.batch_env import BatchEnv, StepResult, by_game
-from swarm_pz.envs.opponents import DuelBatch, Opponents
+from swarm_pz.envs.batch_env import BatchEnv, by_game
+from swarm_pz.envs.opponents import DuelBatch, DuelResult, Opponents
 from swarm_pz.envs.reward import drone_rewards
 from swarm_pz.errors import ConfigError
 from swarm_pz.kernels.sight import BOTH
@@ -20,25 +19,6 @@ from swarm_pz.spaces.drones import DroneAction, DroneActions, DroneView
 
 Side = Literal["random", "red", "blue", "both"]
 Reward = Literal["team", "own"]
-
-
-@dataclass(frozen=True)
-class DronesResult:
-    """What a step gave the drones.
-
-    Attributes
-    ----------
-    rewards : float64 array (E, N)
-    terminated, truncated : bool array (E,)
-        Of the games.
-    result : StepResult
-        The batch's own.
-    """
-
-    rewards: NDArray[np.float64]
-    terminated: NDArray[np.bool_]
-    truncated: NDArray[np.bool_]
-    result: StepResult
 
 
 class DronesBatch:
@@ -151,7 +131,7 @@ class DronesBatch:
 
     def step(
         self, accelerations: NDArray[np.float64], after_control_period: Callable[[], None] | None = None
-    ) -> DronesResult:
+    ) -> DuelResult:
         """Hold accelerations (E, N, 2), as `DroneActions.read` returns them, for a step; of those who sit out, none.
 
         Raises
@@ -176,9 +156,9 @@ class DronesBatch:
             rewards = drone_rewards(
                 self.config, result.rewards, flew, teams, games.teams, games.capture_ticks, result.terminated
             )
-        return DronesResult(rewards, result.terminated, result.truncated, result)
+        return DuelResult(rewards, result.terminated, result.truncated, result)
 
-    def infos(self, result: DronesResult | None, row: int) -> list[dict[str, Any]]:
+    def infos(self, result: DuelResult | None, row: int) -> list[dict[str, Any]]:
         """Return the infos of each of one game's drones, plain numbers by name.
 
         They are those of `BatchEnv.infos` for the team that the drone plays for; that team, `side` (0 red, 1 blue);

@@ -10,9 +10,9 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from swarm_pz.config import AGENTS, GameConfig, resolve
-from swarm_pz.envs.drones_batch import DronesBatch, DronesResult, Reward, Side
+from swarm_pz.envs.drones_batch import DronesBatch, Reward, Side
 from swarm_pz.envs.one_game import OneGameEnv
-from swarm_pz.envs.opponents import Opponent
+from swarm_pz.envs.opponents import DuelResult, Opponent
 from swarm_pz.errors import CommandError, ConfigError, GameOverError
 from swarm_pz.spaces.drones import DroneAction, DroneActions
 
@@ -209,7 +209,7 @@ class DronesEnv(OneGameEnv):
     def _observations(self) -> dict[str, NDArray[np.float32]]:
         return dict(zip(self.possible_agents, self.drones.observe()[0], strict=True))
 
-    def _infos(self, result: DronesResult | None) -> dict[str, dict[str, Any]]:
+    def _infos(self, result: DuelResult | None) -> dict[str, dict[str, Any]]:
         return dict(zip(self.possible_agents, self.drones.infos(result, 0), strict=True))
 
 

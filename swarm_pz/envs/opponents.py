@@ -26,7 +26,7 @@ Opponents = Opponent | Sequence[Opponent]
 
 @dataclass(frozen=True)
 class DuelResult:
-    """What a step gave the learners: float64 and bool arrays (E,), and the batch's own result."""
+    """What a step gave the learners: bool arrays (E,), rewards (E,), or (E, N) of drones; and the batch's result."""
 
     rewards: NDArray[np.float64]
     terminated: NDArray[np.bool_]

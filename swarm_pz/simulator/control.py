@@ -212,18 +212,14 @@ class Control:
         for place, team in enumerate(teams.tolist()):
             for number, chosen in self._by_system(games.flown_by[rows, team]):
                 system = self.systems[number]
-                if type(system).to_densities is ControlSystem.to_densities and system.takes != "density":
-                    continue  # it asks for no place
-                own, mine = self.unpack(commands[chosen, place], number), rows[chosen]
-                if system.takes == "density":
-                    densities[chosen, place] = own
-                    continue
-                with flight_errors(team, system, mine):
-                    densities[chosen, place] = check_densities(
-                        system.to_densities(own, self.config),
-                        (len(mine), *self._densities),
-                        "cannot show its commands as densities: they",
-                    )
+                shown = self.unpack(commands[chosen, place], number)
+                if system.takes != "density":
+                    if type(system).to_densities is ControlSystem.to_densities:
+                        continue  # it asks for no place
+                    said, shape = "cannot show its commands as densities: they", (len(chosen), *self._densities)
+                    with flight_errors(team, system, rows[chosen]):
+                        shown = check_densities(system.to_densities(shown, self.config), shape, said)
+                densities[chosen, place] = shown
         return densities
 
     # --- flying -------------------------------------------------------------------------------
@@ -325,12 +321,8 @@ def command_shape(system: ControlSystem, config: GameConfig) -> tuple[int, ...]:
     ConfigError
         If what it takes is not told by a Box, or the command that it begins with is none of these.
     """
-    try:
+    with _refusing(system, "cannot say what it takes"):
         space, begins = system.space(config), np.asarray(system.default(config), np.float64)
-    except SwarmError:
-        raise
-    except FAULTS as error:
-        raise ConfigError(f"controllers: {system.name} cannot say what it takes: {repr_of(error)}") from error
     if not isinstance(space, spaces.Box) or not (space.shape and np.prod(space.shape) and space.is_bounded()):
         raise ConfigError(f"controllers: {system.name} must take commands of a bounded Box, got {repr_of(space)}")
     densities = (config.command_cells, config.command_cells)
@@ -339,28 +331,27 @@ def command_shape(system: ControlSystem, config: GameConfig) -> tuple[int, ...]:
             f"controllers: {system.name} says that it takes densities, which are of shape {densities}, got a space of "
             f"shape {space.shape}"
         )
-    if (
-        begins.shape != space.shape
-        or not ((begins >= space.low - TOLERANCE) & (begins <= space.high + TOLERANCE)).all()
-    ):
+    is_inside = begins.shape == space.shape and (space.low - TOLERANCE <= begins).all()
+    if not (is_inside and (begins <= space.high + TOLERANCE).all()):
         raise ConfigError(
             f"controllers: {system.name} must begin with a command of its space, {repr_of(space)}, got shape "
             f"{begins.shape} with {repr_of(begins.tolist())[:200]}"
         )
     if system.takes != "density":
-        _check_densities_of(system, begins, config)
+        with _refusing(system, "cannot show its commands by to_densities"):
+            check_densities(system.to_densities(begins[None], config), (1, *densities), "densities")
+        serves_densities(system, config)
     return tuple(space.shape)
 
 
-def _check_densities_of(system: ControlSystem, default: NDArray[np.float64], config: GameConfig) -> None:
-    """Let a system show what it begins with, and serve even coverage if it serves densities."""
-    cells = (1, config.command_cells, config.command_cells)
+@contextmanager
+def _refusing(system: ControlSystem, said: str) -> Iterator[None]:
+    """Refuse a configuration with a system that raises in here, with what is said of it."""
     try:
-        check_densities(system.to_densities(default[None], config), cells, "densities")
+        yield
     except FAULTS as error:
-        said = repr_of(error) if not isinstance(error, CommandError) else error
-        raise ConfigError(f"controllers: {system.name} cannot show its commands by to_densities: {said}") from error
-    serves_densities(system, config)
+        why = error if isinstance(error, SwarmError) else repr_of(error)
+        raise ConfigError(f"controllers: {system.name} {said}: {why}") from error
 
 
 @contextmanager
