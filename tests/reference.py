@@ -215,17 +215,8 @@ def exponential_weights(modes: int = 10) -> Floats:
     return weights
 
 
-def wall_penalty(position: NDArray[np.floating], weight: float = 100.0, margin: float = 0.05) -> float:
-    """Phi at one (2,) position: weight * (distance beyond [margin, 1 - margin])^2, summed over the axes."""
-    total = 0.0
-    for coordinate in position:
-        beyond = max(margin - float(coordinate), 0.0) + max(float(coordinate) - (1.0 - margin), 0.0)
-        total += weight * beyond**2
-    return total
-
-
 def wall_gradient(position: NDArray[np.floating], weight: float = 100.0, margin: float = 0.05) -> Floats:
-    """Gradient of `wall_penalty` at one (2,) position, a (2,) float64 array."""
+    """Gradient (2,) of weight * (distance beyond [margin, 1 - margin])^2, summed over the axes, at one (2,) position."""
     gradient = np.zeros(2)
     for axis in (0, 1):
         coordinate = float(position[axis])
