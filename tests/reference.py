@@ -216,7 +216,7 @@ def exponential_weights(modes: int = 10) -> Floats:
 
 
 def wall_gradient(position: NDArray[np.floating], weight: float = 100.0, margin: float = 0.05) -> Floats:
-    """Gradient (2,) of weight * (distance beyond [margin, 1 - margin])^2, summed over the axes, at one (2,) position."""
+    """Gradient (2,) at one (2,) position of weight * (distance beyond [margin, 1 - margin])^2, summed over axes."""
     gradient = np.zeros(2)
     for axis in (0, 1):
         coordinate = float(position[axis])
