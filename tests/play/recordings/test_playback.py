@@ -1,7 +1,6 @@
 """A recorded game played again: to any moment, as it was recorded, and as a film."""
 
 import contextlib
-import itertools
 from dataclasses import replace
 
 import imageio_ffmpeg
@@ -11,7 +10,6 @@ import pytest
 
 from swarm_pz.cli import main
 from swarm_pz.config import CaptureConfig
-from swarm_pz.errors import RenderError
 from swarm_pz.play.frames import FASTEST, encode_frame
 from swarm_pz.play.recordings import playback as module
 from swarm_pz.play.recordings.format import CapturedLine, FrameLine, Origin, Recording, frame_line
@@ -28,6 +26,7 @@ def recorded(tmp_path):
     """Give what records a game, and reads it."""
 
     def read(ticks, config=CALM):
+        (tmp_path / "a.jsonl").unlink(missing_ok=True)
         record(tmp_path / "a.jsonl", ticks=ticks, config=config)
         return Recording.read(tmp_path / "a.jsonl")
 
@@ -37,25 +36,9 @@ def recorded(tmp_path):
 # --- moments --------------------------------------------------------------------------------------
 
 
-def test_a_recorded_game_is_simulated_to_any_moment(tmp_path):
-    game = record(tmp_path / "a.jsonl", ticks=200)
-    playback = Playback(Recording.read(tmp_path / "a.jsonl"))
-    assert playback.verify().verified
-    playback.seek(10_000)
-    np.testing.assert_array_equal(playback.game.simulator.positions, game.simulator.positions)
-    playback.seek(31)
-    early = playback.game.simulator.positions.copy()
-    playback.seek(150)
-    assert playback.verify().verified, "from its start, wherever it is"
-    playback.seek(31)
-    np.testing.assert_array_equal(playback.game.simulator.positions, early)
-    playback.seek(-5)
-    assert playback.game.tick == 0
-
-
 @pytest.mark.parametrize("tick", [0, 59, 60, 61])
 def test_what_had_happened_before_a_moment_leads_to_it(tick, recorded):
-    recording = recorded(300, CONFIG)  # commands come into force at 0, 60, 120, ...
+    recording = recorded(90, CONFIG)  # commands come into force at 0 and 60
     kept = recording.until(tick)
     told = msgspec.structs.replace(recording.header, origin=Origin(recording="a.jsonl", tick=tick, lines=len(kept)))
     past = Recording("past.jsonl", told, kept)
@@ -65,12 +48,21 @@ def test_what_had_happened_before_a_moment_leads_to_it(tick, recorded):
     assert again.game.tick <= tick and (tick == 0 or Playback(past).verify().verified)
 
 
-def test_a_seek_begins_at_the_nearest_moment_that_is_kept_and_their_memory_is_bounded(recorded, monkeypatch):
-    recording = recorded(600)
+def test_a_seek_leads_to_the_recorded_moment_from_the_nearest_that_is_kept_and_their_memory_is_bounded(
+    tmp_path, monkeypatch
+):
+    game = record(tmp_path / "a.jsonl", ticks=600, config=CALM)
+    recording = Recording.read(tmp_path / "a.jsonl")
     straight, places = Playback(recording), {}
+    assert straight.verify().verified
+    straight.seek(10_000)
+    np.testing.assert_array_equal(straight.game.simulator.positions, game.simulator.positions)
+    straight.seek(-5)
+    assert straight.game.tick == 0
     for tick in range(0, 600, 50):
         straight.seek(tick)
         places[tick] = straight.game.simulator.snapshot()
+    assert straight.verify().verified, "from its start, wherever it is"
     advanced, advance = [], Simulator.advance
     monkeypatch.setattr(Simulator, "advance", lambda s, ticks, *a: (advanced.append(ticks), advance(s, ticks, *a)))
     one = sum(array.nbytes for array in places[0])
@@ -86,9 +78,9 @@ def test_a_seek_begins_at_the_nearest_moment_that_is_kept_and_their_memory_is_bo
             playback.seek(tick)
             for array, then in zip(playback.game.simulator.games, places[tick], strict=True):
                 np.testing.assert_array_equal(array, then)
-        fork.game.submit(0, 99, np.eye(10))
         straight_on = straight.fork(500).game
-        straight_on.submit(0, 99, np.eye(10))
+        for same in (fork.game, straight_on):
+            same.submit(0, 99, np.eye(10))
         assert fork.game.advance(30) == straight_on.advance(30), "a command waits for the one before it"
 
 
@@ -114,10 +106,12 @@ def nudged(values, by):
         lambda frame: {"positions": nudged(frame.positions, 2 / 65535)},
         lambda frame: {"velocities": nudged(frame.velocities, 2 * FASTEST / 32767)},
         lambda frame: {"teams": 1 - frame.teams},
+        lambda frame: {"fields": np.zeros((2, 50, 50), np.uint8)},
+        lambda frame: {"altitudes": np.zeros(8)},
     ],
 )
 def test_a_frame_that_shows_anything_else_is_the_first_difference(change, recorded):
-    recording = recorded(90)
+    recording = recorded(75)
     frame = next(frame for frame in recording.frames() if frame.tick == 60)
     other = frame_line(encode_frame(replace(frame, **change(frame))), 60)
     is_it = [isinstance(line, FrameLine) and line.tick == 60 for line in recording.events]
@@ -126,15 +120,7 @@ def test_a_frame_that_shows_anything_else_is_the_first_difference(change, record
     assert not verification.verified and (verification.first_difference, verification.frames) == (60, 21)
 
 
-@pytest.mark.parametrize("team", [0, 1])
-def test_a_capture_that_did_not_happen_is_a_difference(team, recorded):
-    recording = recorded(90)
-    place = next(i for i, line in enumerate(recording.events) if isinstance(line, FrameLine) and line.tick == 33)
-    recording.events.insert(place, CapturedLine(tick=31, drone=1, team=team))
-    assert Playback(recording).verify().first_difference == 31
-
-
-def test_captures_are_those_of_their_team(recorded):
+def test_captures_are_those_of_their_team_and_none_that_did_not_happen(recorded):
     recording = recorded(600, CONFIG)
     captured = recording.of(CapturedLine)
     assert captured and Playback(recording).verify().verified
@@ -148,6 +134,10 @@ def test_captures_are_those_of_their_team(recorded):
     ):
         recording.events[:] = [line for one in kept for line in (change if one is first else [one])]
         assert Playback(recording).verify().first_difference == first.tick
+    calm = recorded(60)
+    place = next(i for i, line in enumerate(calm.events) if isinstance(line, FrameLine) and line.tick == 33)
+    calm.events.insert(place, CapturedLine(tick=31, drone=1, team=0))  # red's own
+    assert Playback(calm).verify().first_difference == 31
 
 
 def test_a_game_without_frames_says_nothing_of_itself(recorded):
@@ -157,10 +147,9 @@ def test_a_game_without_frames_says_nothing_of_itself(recorded):
     assert (verification.frames, verification.first_difference, verification.verified) == (0, 0, False)
 
 
-def test_drones_too_fast_for_a_frame_are_shown_at_its_fastest_and_verify(tmp_path):
+def test_drones_too_fast_for_a_frame_are_shown_at_its_fastest_and_verify(recorded):
     controller = CALM.game.controller.replace(max_acceleration=40.0)
-    record(tmp_path / "a.jsonl", ticks=60, config=CALM.replace(game=CALM.game.replace(controller=controller)))
-    recording = Recording.read(tmp_path / "a.jsonl")
+    recording = recorded(60, CALM.replace(game=CALM.game.replace(controller=controller)))
     assert max(np.abs(frame.velocities).max() for frame in recording.frames()) == FASTEST
     assert Playback(recording).verify().verified
 
@@ -168,8 +157,8 @@ def test_drones_too_fast_for_a_frame_are_shown_at_its_fastest_and_verify(tmp_pat
 # --- films ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("speed", [1.0, 5.0])
-def test_a_film_shows_every_moment_to_the_last_with_targets_and_names(speed, tmp_path, recorded, monkeypatch):
+@pytest.mark.parametrize(("speed", "every"), [(1.0, 3), (5.0, 6)])
+def test_a_film_shows_every_moment_to_the_last_with_targets_and_names(speed, every, tmp_path, recorded, monkeypatch):
     shown, told, seen = [], [], {}
 
     class Spy:
@@ -189,9 +178,7 @@ def test_a_film_shows_every_moment_to_the_last_with_targets_and_names(speed, tmp
     monkeypatch.setattr(module, "Painter", Spy)
     monkeypatch.setattr(module, "open_film", film)
     Playback(recorded(61)).film(tmp_path / "a.gif", speed, lambda *so_far: told.append(so_far))
-    every = {1.0: 3, 5.0: 6}[speed]
     assert shown == [*range(0, 61, every), 61]
-    assert all(after > before for before, after in itertools.pairwise(shown))
     assert told == [(tick / 30, 61 / 30) for tick in shown]
     assert seen["rate"] == speed * 30 / every, "so many pictures a second that time goes as was asked"
     assert (seen["path"], seen["size"]) == (tmp_path / "a.gif", (4, 2))
@@ -199,9 +186,7 @@ def test_a_film_shows_every_moment_to_the_last_with_targets_and_names(speed, tmp
 
 
 def test_a_film_of_a_recording_runs_as_fast_as_the_command_was_told(tmp_path, recorded):
-    playback = Playback(recorded(60))
+    recorded(30)
     main(["replay", str(tmp_path / "a.jsonl"), "--film", str(tmp_path / "a.mp4"), "--speed", "5.0"])
     pictures, seconds = imageio_ffmpeg.count_frames_and_secs(tmp_path / "a.mp4")
-    assert seconds * (pictures - 1) / pictures == pytest.approx(2.0 / 5.0, abs=0.02)
-    with pytest.raises(RenderError):
-        playback.film(tmp_path / "a.avi")
+    assert seconds * (pictures - 1) / pictures == pytest.approx(1.0 / 5.0, abs=0.02)

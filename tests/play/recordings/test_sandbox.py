@@ -1,7 +1,5 @@
 """A process of its own for files of strangers: its death is an error, and nobody else's."""
 
-from __future__ import annotations
-
 import os
 import signal
 
@@ -32,33 +30,19 @@ def count(upto, tell):
     return os.getpid()
 
 
-@pytest.fixture(scope="module")
-def sandbox():
-    with Sandbox() as one:
-        yield one
-
-
-@pytest.mark.parametrize(
-    ("work", "given", "error", "said"),
-    [
-        (int, ("x",), RecordingError, r"game\.jsonl .* ValueError"),
-        (refuse, (), OutputError, "the disk is full"),
-        (bytearray, (2 * module.MEMORY,), RecordingError, r"game\.jsonl .* 4 GiB of memory"),
-        (die, (signal.SIGSEGV,), RecordingError, r"game\.jsonl .*\(SIGSEGV\)"),
-        (spin, (), RecordingError, r"game\.jsonl was given up"),
-    ],
-)
-def test_whatever_becomes_of_the_process_is_an_error_that_names_the_file_and_the_next_one_is_well(
-    work, given, error, said, sandbox
-):
-    with pytest.raises(error, match=said):
-        sandbox.do("game.jsonl", work, *given)
-    assert sandbox.do("next.jsonl", len, "abc") == 3
-
-
-def test_one_process_does_all_work_tells_how_far_it_is_and_ends_with_its_context():
+def test_whatever_becomes_of_the_process_is_an_error_that_names_the_file_and_the_next_one_is_well():
     told = []
     with Sandbox() as sandbox:
+        for work, given, error, said in (
+            (int, ("x",), RecordingError, r"game\.jsonl .* ValueError"),
+            (refuse, (), OutputError, "the disk is full"),
+            (bytearray, (2 * module.MEMORY,), RecordingError, r"game\.jsonl .* 4 GiB of memory"),
+            (die, (signal.SIGSEGV,), RecordingError, r"game\.jsonl .*\(SIGSEGV\)"),
+            (spin, (), RecordingError, r"game\.jsonl was given up"),
+        ):
+            with pytest.raises(error, match=said):
+                sandbox.do("game.jsonl", work, *given)
+            assert sandbox.do("next.jsonl", len, "abc") == 3
         process = sandbox.do("a.jsonl", count, 3, progress=told.append)
         assert told == [0, 1, 2] and process == sandbox.do("b.jsonl", os.getpid) != os.getpid()
     with pytest.raises(ProcessLookupError):

@@ -27,7 +27,6 @@ from swarm_pz.play.recordings.format import (
     Recording,
     SeatLine,
 )
-from swarm_pz.play.recordings.recorder import Recorder
 from swarm_pz.play.recordings.seats import seat_rows, trial_rows
 from swarm_pz.play.recordings.tables import left_out, read_folder, summarise, write_tables
 from tests.play.recordings.test_format import header as header_of
@@ -217,93 +216,69 @@ def test_tables_hold_every_row_and_no_spreadsheet_takes_a_label_for_a_formula(pa
                 assert text == ("" if value is None else str(value)), name
 
 
-# --- a folder counted by hand ---------------------------------------------------------------------
+# --- games counted by hand ------------------------------------------------------------------------
 
 FAIR, SLOW, LARGE = TableConfig(), TableConfig(speed=0.5), TableConfig(game=GameConfig(drones_per_team=(12, 5)))
-END = {"red": "capture", "blue": "capture", "draw": "time", "stopped": "server"}
+ENDED_BY = {"red": "capture", "blue": "capture", "draw": "time", "stopped": "server"}
 AWAY = [seat(0, "disconnected", 3000.0)]
 
 
-def write_game(folder, name, label, outcome, seconds, *, config=FAIR, commands=1, lines=(), ended_by=None, **more):
-    """Write a game of a person against ring; what it shows does not matter."""
-    recorder = Recorder(folder / f"{name}.jsonl", header(config, red=RecordedSeat(kind="person", label=label), **more))
-    recorder.write(seat(0, "connected", 0.0))
+def game(label, outcome, seconds, *, config=FAIR, commands=1, lines=(), ended_by=None, **more):
+    """Return the rows of a game of a person against ring; what it shows does not matter."""
     given = [command(0, number + 1, 0, 100.0 * number) for number in range(commands)]
-    for line in (*given, command(1, 1, 0, 50.0), *lines):
-        recorder.write(line)
+    events = [seat(0, "connected", 0.0), *given, command(1, 1, 0, 50.0), *lines]
     if outcome is not None:
-        reason = ended_by or END[outcome]
-        recorder.write(EndLine(outcome=outcome, tick=30 * seconds, sizes=(1, 1), ms=1000.0 * seconds, ended_by=reason))
-    recorder.close()
-
-
-@pytest.fixture
-def folder(tmp_path):
-    """Give a folder of 19 games and of five other things."""
-    folder = tmp_path / "games"
-    # P1 at the usual table: 2 won, 1 drawn, 1 lost; once away, and back.
-    write_game(folder, "01", "P1", "red", 40)
-    write_game(folder, "02", "P1", "red", 60, commands=6)
-    write_game(folder, "03", "P1", "draw", 300, lines=[*AWAY, seat(0, "connected", 5500.0)])
-    write_game(folder, "04", "P1", "blue", 20)
-    # At half the speed 1 won, with other sizes 1 lost.
-    write_game(folder, "05", "P1", "red", 80, config=SLOW)
-    write_game(folder, "06", "P1", "blue", 50, config=LARGE)
-    # Odd labels, a game each.
-    for number, label in enumerate(("[/p1]", "\x1b[31mred", "\t=1+1"), 7):
-        write_game(folder, f"{number:02}", label, "red", 30)
-    # What nobody played to its end, or not in earnest.
-    write_game(folder, "10", "P1", "red", 10, lesson=True)
-    write_game(folder, "11", "P1", "draw", 300, lesson=True, commands=0)
-    write_game(folder, "12", "P1", "draw", 300, lines=AWAY, ended_by="left")
-    write_game(folder, "13", "P1", "blue", 90, lines=AWAY, ended_by="left")
-    write_game(folder, "14", "P1", "stopped", 5, lines=AWAY, ended_by="left")
-    write_game(folder, "15", "P1", "stopped", 7)
-    write_game(folder, "16", "P1", "blue", 15, commands=0)
-    write_game(folder, "17", "P1", None, 0)
-    write_game(folder, "18", "P1", "red", 30, origin=Origin(recording="01.jsonl", tick=0, lines=0))
-    write_game(folder, "19", "P1", "stopped", 30, blue=FREE)
-    # And what is no game.
-    write_game(folder, "20", "P1", "red", 30, lines=[captured(20, 0, 9)])
-    (folder / "21.jsonl").write_bytes((folder / "01.jsonl").read_bytes().replace(b'"red"', b'"blue"', 2))
-    (folder / "22.jsonl").symlink_to(folder / "01.jsonl")
-    os.mkfifo(folder / "23.jsonl")
-    (folder / "24.jsonl").mkdir()
-    (folder / "notes.txt").write_text("not a game")
-    return folder
+        told, ms = ended_by or ENDED_BY[outcome], 1000.0 * seconds
+        events.append(EndLine(outcome=outcome, tick=30 * seconds, sizes=(1, 1), ms=ms, ended_by=told))
+    told = header(config, red=RecordedSeat(kind="person", label=label), **more)
+    return seat_rows(Recording("a.jsonl", told, events))
 
 
 def counts(row):
     return row.games, row.wins, row.draws, row.losses
 
 
-def test_the_table_of_a_folder_is_that_of_a_careful_hand_count(folder):
-    rows, faults = read_folder(folder)
-    assert list(dict.fromkeys(row.recording for row in rows)) == [f"{number:02}.jsonl" for number in range(1, 20)]
-    assert len(rows) == 37 and [f"{number}.jsonl" in fault for number, fault in enumerate(faults, 20)] == [True] * 5
+def test_the_summary_is_that_of_a_careful_hand_count():
+    games = [
+        # P1 at the usual table: 2 won, 1 drawn, 1 lost; once away, and back.
+        game("P1", "red", 40),
+        game("P1", "red", 60, commands=6),
+        game("P1", "draw", 300, lines=[*AWAY, seat(0, "connected", 5500.0)]),
+        game("P1", "blue", 20),
+        # At half the speed 1 won, with other sizes 1 lost.
+        game("P1", "red", 80, config=SLOW),
+        game("P1", "blue", 50, config=LARGE),
+        # What nobody played to its end, or not in earnest.
+        game("P1", "red", 10, lesson=True),
+        game("P1", "draw", 300, lesson=True, commands=0),
+        game("P1", "draw", 300, lines=AWAY, ended_by="left"),
+        game("P1", "blue", 90, lines=AWAY, ended_by="left"),
+        game("P1", "stopped", 5, lines=AWAY, ended_by="left"),
+        game("P1", "stopped", 7),
+        game("P1", "blue", 15, commands=0),
+        game("P1", None, 0),
+        game("P1", "red", 30, origin=Origin(recording="01.jsonl", tick=0, lines=0)),
+        game("P1", "stopped", 30, blue=FREE),
+    ]
+    rows = [replace(row, recording=f"{number}.jsonl") for number, seats in enumerate(games) for row in seats]
 
     def result(**how):
-        people = [row for row in summarise(rows, **how) if row.kind == "person"]
-        return {(row.player, row.config_hash): counts(row) for row in people}
+        return {row.config_hash: counts(row) for row in summarise(rows, **how) if row.kind == "person"}
 
-    others = {(label, FAIR.hash): (1, 1, 0, 0) for label in ("[/p1]", "\x1b[31mred", "\t=1+1")}
-    others |= {("P1", SLOW.hash): (1, 1, 0, 0), ("P1", LARGE.hash): (1, 0, 0, 1)}
-    assert result() == {("P1", FAIR.hash): (4, 2, 1, 1), **others}
+    others = {SLOW.hash: (1, 1, 0, 0), LARGE.hash: (1, 0, 0, 1)}
+    assert result() == {FAIR.hash: (4, 2, 1, 1), **others}
     # With the lessons (1 won, 1 drawn), two of three that were left (1 drawn, 1 lost) and one without a command (lost).
-    assert result(every_game=True) == {("P1", FAIR.hash): (9, 3, 3, 3), **others}
+    assert result(every_game=True) == {FAIR.hash: (9, 3, 3, 3), **others}
     nobody = {"stopped": 1, "unfinished": 1, "taken over": 1, "no opponent": 1}
     assert left_out(rows) == nobody | {"lesson": 2, "left": 3, "no command": 1}
     assert left_out(rows, every_game=True) == nobody | {"left": 1}
-    ring = [row for row in summarise(rows) if row.kind == "policy" and row.opponent == "P1"]
+    ring = [row for row in summarise(rows) if row.kind == "policy"]
     assert sorted(map(counts, ring)) == [(1, 0, 0, 1), (1, 1, 0, 0), (4, 1, 1, 2)]
-    (usual,) = [row for row in summarise(rows) if (row.player, row.config_hash) == ("P1", FAIR.hash)]
+    (usual,) = [row for row in summarise(rows) if (row.kind, row.config_hash) == ("person", FAIR.hash)]
     assert (usual.rules, usual.median_s, usual.win_rate) == ("paper", 40.0, 0.5)
     assert usual.restricted_mean_s == pytest.approx((20 + 40 + 60 + 300) / 4)
     assert (usual.win_rate_low, usual.win_rate_high) == wilson(2, 4)
-    by_name = {row.recording: row for row in rows if row.side == "red"}
-    assert by_name["03.jsonl"].away_s == 2.5 and by_name["13.jsonl"].away_s == 87.0
-    with pytest.raises(RecordingError, match="no recorded games"):
-        read_folder(folder.parent)
+    assert games[2][0].away_s == 2.5 and games[9][0].away_s == 87.0
 
 
 def test_games_are_summed_up_by_who_played_whom_by_which_rules():
@@ -317,15 +292,14 @@ def test_games_are_summed_up_by_who_played_whom_by_which_rules():
     assert (row.final_share, row.commands_per_minute, row.rules_hash) == (0.75, 3.5, CONFIG.game.rules_hash)
 
 
-def test_a_game_of_two_equals_is_one_game(tmp_path):
+def test_a_game_of_two_equals_is_one_game():
     """Red won 2, blue 1, and 1 is drawn: counted by seats there would be 8 games, 3 of them won."""
-    for name, outcome, seconds, commands in (("1", "red", 60, 2), ("2", "red", 120, 1), ("3", "blue", 30, 1)):
-        write_game(tmp_path, name, "", outcome, seconds, blue=PERSON, commands=commands)
-    write_game(tmp_path, "4", "", "draw", 300, blue=PERSON)
+    equals = [("red", 60, 2), ("red", 120, 1), ("blue", 30, 1), ("draw", 300, 1)]
+    games = [game("", outcome, seconds, blue=PERSON, commands=count) for outcome, seconds, count in equals]
     # People who have labels are told apart, and each has a row of the same game.
-    for name, outcome, label in (("5", "red", "P2"), ("6", "blue", "P2"), ("7", "red", "P1")):
-        write_game(tmp_path, name, "P1", outcome, 40, blue=RecordedSeat(kind="person", label=label))
-    rows = summarise(read_folder(tmp_path)[0])
+    for outcome, label in (("red", "P2"), ("blue", "P2"), ("red", "P1")):
+        games.append(game("P1", outcome, 40, blue=RecordedSeat(kind="person", label=label)))
+    rows = summarise([row for rows in games for row in rows])
     assert {(row.player, row.opponent): (*counts(row), row.both_seats) for row in rows} == {
         ("", ""): (4, 2, 1, 1, True),
         ("P1", "P2"): (2, 1, 0, 1, False),
@@ -339,30 +313,28 @@ def test_a_game_of_two_equals_is_one_game(tmp_path):
     assert equals.commands_per_minute == pytest.approx((2 + 0.5 + 2 + 0.2 + 1 + 0.5 + 2 + 0.2) / 8)
 
 
-def test_odd_labels_reach_neither_the_terminal_nor_a_spreadsheet(folder, tmp_path, capsys):
-    main(["study", "tables", str(folder), "--out", str(tmp_path / "tables")])
-    said = capsys.readouterr()
-    assert "[/p1]" in said.out and "\\x1b[31mred" in said.out and "\\t=1+1" in said.out
-    assert not {sign for sign in said.out + said.err if not sign.isprintable()} - {"\n"}
-    assert "3 left, 2 lesson, 1 no command" in said.out and "--all" in said.out
-    assert FAIR.hash[:6] in said.out and SLOW.hash[:6] in said.out
-    assert "'\t=1+1" in (tmp_path / "tables" / "summary.csv").read_bytes().decode()
-    main(["study", "tables", str(folder), "--out", str(tmp_path / "tables"), "--all"])
-    said = capsys.readouterr().out
-    assert "3-3-3" in said and "lesson" not in said
-    assert json.loads((tmp_path / "tables" / "schema.json").read_text())["every_game"] is True
-
-
-def test_games_whose_rules_are_nonsense_are_left_out_and_a_name_that_is_no_text_is_written_as_one(tmp_path):
-    record(tmp_path / "a.jsonl", ticks=3)
-    first, *rest = plain_lines(tmp_path / "a.jsonl")
-    deep = []
-    for _ in range(600):
-        deep = [deep]
-    for name, nonsense in (("b", {}), ("c", deep)):
-        write_chained(tmp_path / f"{name}.jsonl", [first | {"table": first["table"] | {"mapping": nonsense}}, *rest])
-    (tmp_path / "a.jsonl").rename(tmp_path / "\udcff.jsonl")
+def test_a_folder_is_read_in_order_and_what_is_no_game_is_said(tmp_path, capsys):
+    for name in ("3", "1"):
+        record(tmp_path / f"{name}.jsonl", ticks=3, outcome="red")
+    first, *rest = plain_lines(tmp_path / "1.jsonl")
+    odd = {"lesson": True, "red": {"kind": "person", "label": "[/p1]\x1b[31m"}}
+    write_chained(tmp_path / "2.jsonl", [first | odd, *rest])
+    (tmp_path / "4.jsonl").symlink_to(tmp_path / "1.jsonl")
+    os.mkfifo(tmp_path / "5.jsonl")
+    (tmp_path / "6.jsonl").mkdir()
+    (tmp_path / "notes.txt").write_text("not a game")
+    (tmp_path / "3.jsonl").rename(tmp_path / "\udcff.jsonl")
     rows, faults = read_folder(tmp_path)
-    assert len(faults) == 2 and all("not known here" in fault for fault in faults)
-    seats, *_ = write_tables(rows, tmp_path / "out")
-    assert "\\udcff.jsonl" in seats.read_text()
+    assert [row.recording for row in rows[::2]] == ["1.jsonl", "2.jsonl", "\\udcff.jsonl"] and len(rows) == 6
+    assert [f"{number}.jsonl" in fault for number, fault in enumerate(faults, 4)] == [True] * 3
+    with pytest.raises(RecordingError, match="no recorded games"):
+        read_folder(tmp_path / "6.jsonl")
+    main(["study", "tables", str(tmp_path), "--out", str(tmp_path / "tables")])
+    said = capsys.readouterr().out
+    assert "1 lesson" in said and "--all" in said and "2-0-0" in said and "/p1" not in said
+    main(["study", "tables", str(tmp_path), "--out", str(tmp_path / "tables"), "--all"])
+    said = capsys.readouterr()
+    assert "[/p1]\\x1b[31m" in said.out and "lesson" not in said.out
+    assert not {sign for sign in said.out + said.err if not sign.isprintable()} - {"\n"}, "labels reach no terminal"
+    assert "\\udcff.jsonl" in (tmp_path / "tables" / "seats.csv").read_text()
+    assert json.loads((tmp_path / "tables" / "schema.json").read_text())["every_game"] is True

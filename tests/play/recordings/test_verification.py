@@ -1,60 +1,32 @@
 """Forged and damaged recordings: none verifies, and each is named; with the chain as it was, and made anew."""
 
-import asyncio
-import base64
 import copy
 import itertools
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from benchmarks.table.forged import COUNT, forgeries, run
+from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
-from swarm_pz.play.frames import decode_frame, encode_frame
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import Origin, Recording
 from swarm_pz.play.recordings.moment import Moment
 from swarm_pz.play.recordings.playback import Playback
 from tests.play.recordings.test_format import plain_lines, record, write_chained
-from tests.play.recordings.test_playback import CALM as CALM_GAME
-from tests.play.server.test_room import CALM, Client, Workers, give, opened, playing, read, until
 
+CALM = TableConfig(game=GameConfig(drones_per_team=3, time_limit=2.0, capture=CaptureConfig(enabled=False)))
 STROKE = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.25), (0.7, 0.75)])
-
-
-def played_in(folder):
-    """Return the file of a whole game: a person who draws, against a policy."""
-
-    async def play():
-        with opened(folder, Workers(), CALM, speed=2.0, time_limit=3.0, red=3, blue=3) as room:
-            red = Client()
-            red.client = protocol.ClientInfo(viewport=(360, 640))
-            room.sit(red, "red", "P1")
-            room.place_policy("blue", "ring")
-            room.ready(red, True)
-            await playing(room)
-            for number, second in enumerate((0.1, 0.2, 1.2), 1):
-                await until(lambda second=second: room.session.game.tick > 30 * second)
-                timing = protocol.Timing(input_ms=1.0, sent_ms=2.0, drawing_ms=300.0)
-                give(room, red, protocol.CommandMessage(number, strokes=[STROKE] * number, timing=timing))
-                room.painted(red, protocol.Painted(number, 1234.0))
-            room.visibility(red, True)
-            room.visibility(red, False)
-            await until(lambda: room.phase == "over")
-            return read(room)
-
-    recording = asyncio.run(play())
-    assert recording.end.outcome == "draw"
-    return folder / recording.name
 
 
 @pytest.fixture(scope="module")
 def played(tmp_path_factory):
-    """Give the file of a whole game."""
-    return played_in(tmp_path_factory.mktemp("games"))
+    """Give the file of a whole game: a person who draws three times, against a policy."""
+    path = tmp_path_factory.mktemp("games") / "honest.jsonl"
+    record(path, config=CALM, both=True, every=20, strokes=[STROKE])
+    return path
 
 
 def fault_of(path):
@@ -77,8 +49,7 @@ def place_of(lines, kind, nth=0, **fields):
 
 def test_an_honest_game_verifies(played):
     assert fault_of(played) == ""
-    lines = plain_lines(played)
-    assert sum(line["type"] == "command" and line["team"] == 0 for line in lines) == 3
+    assert sum(line["type"] == "command" and line["team"] == 0 for line in plain_lines(played)) == 3
 
 
 # --- with the chain as it was ---------------------------------------------------------------------
@@ -157,18 +128,6 @@ def with_line(line, kind, nth=0, **of):
     return forge
 
 
-def showing(change):
-    """Return a forger who changes a frame."""
-
-    def forge(lines):
-        line = lines[place_of(lines, "frame", 5)]
-        frame = change(decode_frame(base64.b64decode(line["data"])))
-        line["data"] = base64.b64encode(encode_frame(frame)).decode()
-        return lines
-
-    return forge
-
-
 def in_force_dropped(lines):
     del lines[place_of(lines, "in_force", -1, team=0)]
     return lines
@@ -242,8 +201,8 @@ CAPTURE = {"type": "captured", "tick": 30, "drone": 0, "team": 1}
         (given("end", ended_by="left"), "ended by 'time', not by 'left'"),
         (given("end", ended_by=None), "at `$.ended_by`"),
         (given("end", sizes=[6, 0]), "3 to 3"),
-        (given("end", tick=91), "tick must be at most 90"),
-        (given("game", seed=1), "differs at 0"),
+        (given("end", tick=61), "tick must be at most 60"),
+        (given("game", seed=2), "differs at 0"),
         (given("game", config_hash="0" * 16), "hash"),
         (given("game", rules_hash="0" * 16), "hash"),
         (given("game", red={"kind": "policy", "policy": "uniform"}), "draws nothing"),
@@ -258,9 +217,6 @@ CAPTURE = {"type": "captured", "tick": 30, "drone": 0, "team": 1}
         (taken_over_at(10, followed_too_soon), "cannot come into force"),
         (scaled, "1 for its largest value"),
         (taken_over_at(2, lambda past: [*past, AWAY]), "is of after tick"),
-        (showing(lambda frame: replace(frame, fields=np.zeros((2, 50, 50), np.uint8))), "differs at 15"),
-        (showing(lambda frame: replace(frame, altitudes=np.zeros(6))), "differs at 15"),
-        (showing(lambda frame: replace(frame, positions=1.0 - frame.positions)), "differs at 15"),
         (keeping("frame", lambda number: False), "differs at 0"),
         (keeping("frame", lambda number: number < 1), "differs at 3"),
         (keeping("frame", lambda number: number % 10 == 0), "differs at 3"),
@@ -300,7 +256,7 @@ def test_other_rules_with_their_own_hashes_play_another_game(played, tmp_path):
     table = TableConfig.from_dict(lines[0]["table"])
     for forged in (
         table.replace(game=table.game.replace(controller=table.game.controller.replace(max_acceleration=0.5))),
-        table.replace(game=table.game.replace(time_limit=2.0)),
+        table.replace(game=table.game.replace(time_limit=1.0)),
         table.replace(game=table.game.replace(time_limit=4.0)),
         table.replace(min_command_interval=2.0),
         table.replace(mapping="paper"),
@@ -312,41 +268,27 @@ def test_other_rules_with_their_own_hashes_play_another_game(played, tmp_path):
 
 @pytest.mark.parametrize("tick", [9, 10, 45])
 def test_a_game_that_was_taken_over_verifies_with_its_past(tick, tmp_path):
-    record(tmp_path / "a.jsonl", ticks=60, config=TableConfig(game=CALM.game))
+    record(tmp_path / "a.jsonl", ticks=50, config=CALM)
     lines = plain_lines(tmp_path / "a.jsonl")
     # A command that still waits when the game is taken over is forgotten.
     waiting = lines[place_of(lines, "command")] | {"number": 7, "tick": 5}
     lines.insert(place_of(lines, "frame", 2), waiting)
     write_chained(tmp_path / "a.jsonl", lines)
-
-    async def play():
-        moment = Playback(Recording.read(tmp_path / "a.jsonl"))
-        moment.seek(tick)
-        past = moment.recording.until(tick)
-        origin = Origin(recording="a.jsonl", tick=tick, lines=len(past))
-        seed = moment.recording.header.seed
-        taken = Moment(game=moment.game, seed=seed, sizes=[(4, 4)], origin=origin, past=past)
-        with opened(tmp_path / "new", table=CALM, moment=taken) as room:
-            red = Client()
-            room.sit(red, "red", "P1")
-            room.place_policy("blue", "ring")
-            room.ready(red, True)
-            await playing(room)
-            give(room, red, protocol.CommandMessage(1, density=np.eye(10).tolist()))
-            await until(lambda: room.session.game.tick > tick + 25)
-            room.stop()
-            return read(room)
-
-    verification = Playback(asyncio.run(play())).verify()
-    assert verification.verified and verification.finished, verification
+    moment = Playback(Recording.read(tmp_path / "a.jsonl"))
+    moment.seek(tick)
+    past = moment.recording.until(tick)
+    origin = Origin(recording="a.jsonl", tick=tick, lines=len(past))
+    taken = Moment(game=moment.game, seed=1, sizes=[(3, 3)], origin=origin, past=past)
+    record(tmp_path / "b.jsonl", config=CALM, moment=taken, both=True, every=20)
+    assert fault_of(tmp_path / "b.jsonl") == ""
 
 
-def test_every_forgery_of_a_stranger_is_named_and_ends_no_process(tmp_path):
+def test_forgeries_of_a_stranger_are_named_and_end_no_process(tmp_path):
     """A few of each kind; `benchmarks.table.forged` judges all 200."""
-    record(tmp_path / "a.jsonl", ticks=90, config=CALM_GAME)
+    record(tmp_path / "a.jsonl", ticks=30, config=CALM)
     honest = (tmp_path / "a.jsonl").read_bytes()
     found = forgeries(honest)
     assert len(found) >= COUNT
     of = {kind: [one for one in found if one.kind == kind] for kind in ("rules", "header", "event", "frame", "file")}
-    chosen = [one for of_kind in of.values() for one in of_kind[:: -(-len(of_kind) // 8)]]
-    assert len(chosen) >= 30 and run(honest, chosen, tmp_path) == []
+    chosen = [one for of_kind in of.values() for one in of_kind[:: -(-len(of_kind) // 3)]]
+    assert len(chosen) >= 12 and run(honest, chosen, tmp_path) == []

@@ -1,18 +1,17 @@
-"""Folders of studies as they are when they have run, with real recordings of short games."""
+"""A study's plan, and its folder as it is when participants have done some of it, with recordings of short games."""
 
-import json
-
-import numpy as np
+import contextlib
 
 from swarm_pz.config import TEAM_NAMES
 from swarm_pz.play.game import TableConfig
+from swarm_pz.play.recordings.format import Delay, SeatDelays
 from swarm_pz.play.studies.design import Study
-from swarm_pz.play.studies.progress import Progress
+from swarm_pz.play.studies.folder import StudyFolder
 from tests.play.recordings.test_format import record
 
-TEXT = """
-title = "Two interfaces, tried"
-participants = 2
+PLAIN = """
+title = "Two interfaces"
+participants = 4
 games = 2
 seed = 7
 consent = "consent.md"
@@ -21,13 +20,13 @@ rules = { time_limit = 6.0, drones_per_team = 3, capture = { threshold = 0.5 } }
 
 [practice]
 wins = 1
-most = 1
+most = 3
 
 [[conditions]]
 title = "drawing"
 
 [[conditions]]
-title = "late (300 ms)"
+title = "late"
 command_delay_ms = 300
 display_delay_ms = 100
 side = "blue"
@@ -51,58 +50,39 @@ ANSWERS = {
 }
 
 
-def begin(folder, text=TEXT):
-    """Write a study's files as they are kept in its folder, and return the study."""
-    (folder / "study").mkdir(parents=True)
-    (folder / "study" / "consent.md").write_text("# Will you?")
-    (folder / "study" / "study.toml").write_text(text)
-    study = Study.read(folder / "study" / "study.toml")
-    (folder / "codes.txt").write_text("".join(f"{study.name_of(n)} CODE{n}\n" for n in range(study.participants)))
-    return study
+def written(folder, text=PLAIN):
+    """Write a study's file and its text, and return the study."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "consent.md").write_text("# Will you?")
+    (folder / "study.toml").write_text(text)
+    return Study.read(folder / "study.toml")
 
 
-def run(folder, study, number, until=None):
-    """Let a participant do all steps of a study, or all up to one."""
-    own = study.name_of(number)
-    progress = Progress(study, folder / "participants" / f"{own}.jsonl", number)
+def begun(folder, text=PLAIN):
+    """Begin a study in the folder `data`, or go on with it."""
+    written(folder / "plan", text)
+    return contextlib.closing(StudyFolder.begin(folder / "plan" / "study.toml", folder / "data"))
+
+
+def told(step):
+    """Return what a participant tells in a step that is no game."""
+    return {"answers": ANSWERS[step.form.name]} if step.form is not None else {}
+
+
+def walk(folder, number, until=None, ticks=30, outcome="red"):
+    """Let a participant do what is asked, up to a step; games last for some ticks, and have an outcome."""
+    progress = folder.progress(number)
     while (step := progress.next) is not None and step.id != until:
-        told = {}
-        if step.form is not None:
-            told["answers"] = ANSWERS[step.form.name]
-        elif step.is_game:
-            side, name = step.played.side, f"games/{own}.{step.id}.jsonl"
-            config = TableConfig(game=step.played.game(study.rules), speed=step.played.speed)
-            seed = study.seed_of(step.game, practice=step.kind == "practice")
-            team = TEAM_NAMES.index(side)
-            game = record(folder / name, 1000, seed, player="uniform", config=config, own=team, both=True)
-            told = {
-                "condition": step.played.title,
-                "system": step.played.system,
-                "opponent": "uniform",
-                "side": side,
-                "seed": seed,
-                "outcome": "draw" if game.outcome == "draw" else "win" if game.outcome == side else "loss",
-                "won": game.outcome == side,
-                "seconds": game.tick / 30,
-                "recording": name,
-                "delays": {"command": {"asked_ms": step.played.command_delay_ms, "got_ms": 301.5, "count": 3}},
-            }
-        progress.finish(step, **told)
-
-
-def simulate(folder, study, gain, seed):
-    """Write the progress of participants who win more often in the first condition, by `gain`; without recordings."""
-    chance = np.random.default_rng(seed)
-    first = study.conditions[0].title
-    (folder / "participants").mkdir(exist_ok=True)
-    for number in range(study.participants):
-        skill = chance.uniform(0.2, 0.6)
-        lines = [{"type": "participant", "number": number, "study": study.title, "seed": study.seed}]
-        for block, condition in enumerate(study.order_of(number), 1):
-            for game in range(1, study.games + 1):
-                won = bool(chance.random() < skill + gain * (condition.title == first))
-                seconds = float(np.clip(chance.exponential(60.0 if won else 200.0), 1.0, 300.0))
-                outcome = "draw" if seconds == 300.0 else "win" if won else "loss"
-                lines.append({"step": f"block{block}.game{game}", "outcome": outcome, "seconds": seconds})
-        path = folder / "participants" / f"{study.name_of(number)}.jsonl"
-        path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+        if not step.is_game:
+            progress.finish(step, **told(step))
+            continue
+        config = TableConfig(game=step.played.game(folder.study.rules), speed=step.played.speed)
+        own, path = TEAM_NAMES.index(folder.side_of(number, step)), folder.recording(number, step)
+        command = Delay(step.played.command_delay_ms, got_ms=301.5, count=3)
+        shown = [Delay(step.played.display_delay_ms, got_ms=None, count=team) for team in range(2)]
+        delays = tuple(SeatDelays(command, one) for one in shown)
+        if not path.exists():
+            seed = folder.seed_of(step)
+            record(path, ticks, seed, outcome, config=config, own=own, both=True, player="uniform", delays=delays)
+        folder.settle(number)
+    return step

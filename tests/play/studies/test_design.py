@@ -8,49 +8,16 @@ import pytest
 
 from swarm_pz.errors import ConfigError
 from swarm_pz.play.studies.design import Condition, Study, balanced_order, check_code, draw_codes
+from tests.play.studies.playing import PLAIN, written
 
-PLAIN = """
-title = "Two interfaces"
-participants = 4
-games = 2
-seed = 7
-consent = "consent.md"
-rules = { time_limit = 30.0, drones_per_team = 4 }
-
-[practice]
-wins = 1
-most = 3
-
-[[conditions]]
-title = "drawing"
-
-[[conditions]]
-title = "late"
-command_delay_ms = 300
-rules = { drones_per_team = [6, 4] }
-
-[[forms]]
-name = "sus"
-
-[[forms]]
-name = "background"
-when = "start"
-items = [{ id = "age", text = "Your age?", kind = "number", least = 18, most = 99 }]
-"""
 ONE = 'title = "t"\nparticipants = 1\n[[conditions]]\ntitle = "a"\n'
-
-
-def written(folder, text=PLAIN):
-    (folder / "consent.md").write_text("# Will you?")
-    (folder / "study.toml").write_text(text)
-    return Study.read(folder / "study.toml")
 
 
 def orders(study, count):
     return [[one.title for one in study.order_of(person)] for person in range(count)]
 
 
-@pytest.mark.parametrize("count", range(1, 8))
+@pytest.mark.parametrize("count", range(1, 6))
 def test_a_balanced_order_has_all_at_each_place_and_after_each_other_equally_often(count):
     rows = balanced_order(count)
     assert len(rows) == (count if count % 2 == 0 or count == 1 else 2 * count)
@@ -62,26 +29,21 @@ def test_a_balanced_order_has_all_at_each_place_and_after_each_other_equally_oft
     assert len(followed) == count * (count - 1)
 
 
-def test_a_file_becomes_a_study(tmp_path):
+def test_a_file_becomes_a_study_in_which_everybody_meets_the_same_games(tmp_path):
     study = written(tmp_path)
-    assert [condition.title for condition in study.conditions] == ["drawing", "late"]
-    assert study.conditions[1].game(study.rules).team_sizes == (6, 4)
-    assert study.conditions[0].game(study.rules).time_limit == 30.0
+    assert study.conditions[1].game(study.rules).team_sizes == (4, 3)
+    assert study.conditions[0].game(study.rules).time_limit == 6.0
     assert study.text(study.consent) == "# Will you?"
     assert orders(study, 3) == [["drawing", "late"], ["late", "drawing"], ["drawing", "late"]]
     assert [asked.when for asked in study.forms] == ["block", "start"]
     given = study.replace(order=(("late", "drawing"), ("drawing",)))
     assert orders(given, 3) == [["late", "drawing"], ["drawing"], ["late", "drawing"]]
-    (tmp_path / "study.toml").write_bytes(b"\xef\xbb\xbf" + ONE.replace("\n", "\r\n").encode())
-    assert Study.read(tmp_path / "study.toml").title == "t", "of Windows, with its mark of bytes"
-
-
-def test_everybody_meets_the_same_games_in_every_condition(tmp_path):
-    study = written(tmp_path)
     seeds = [study.seed_of(game) for game in range(50)]
     assert len(set(seeds)) == 50
     assert not set(seeds) & {study.seed_of(game, practice=True) for game in range(50)}
     assert seeds != [study.replace(seed=8).seed_of(game) for game in range(50)]
+    (tmp_path / "study.toml").write_bytes(b"\xef\xbb\xbf" + ONE.replace("\n", "\r\n").encode())
+    assert Study.read(tmp_path / "study.toml").title == "t", "of Windows, with its mark of bytes"
 
 
 @pytest.mark.parametrize(("side", "flown"), [("red", ("direct", "ergodic")), ("blue", ("ergodic", "direct"))])
@@ -101,62 +63,59 @@ def test_two_who_meet_go_the_same_way(tmp_path):
         study.replace(order=(("late",),), participants=3, codes=())
 
 
+MANY = "".join(f'[[conditions]]\ntitle = "{n}"\n' for n in range(51))
+
+
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [
         ("participants = 4", "participants = 3", "a multiple of 2"),
-        ("participants = 4", 'order = [["drawing", "lat"]]\nparticipants = 3', "'lat'; did you mean 'late'"),
         ("participants = 4", "", "participants"),
+        ("participants = 4", 'order = [["drawing", "lat"]]\nparticipants = 3', "'lat'; did you mean 'late'"),
+        ("participants = 4", 'order = [["late", "late"]]\nparticipants = 3', "once in a row"),
         ('title = "late"', 'title = "late"\nsystem = "flocking"\nshare = 0.5\nhelper = "ring"', "cannot share"),
-        ('title = "late"', 'title = "late"\nshare = 0.5', "condition 'late': helper"),
         ('title = "late"', 'title = "drawing"', "different titles"),
-        ("command_delay_ms", "comand_delay_ms", "did you mean 'command_delay_ms'"),
+        ('title = "late"', 'title = "a\\nb"', "title must"),
         ("command_delay_ms = 300", "command_delay_ms = -1", "condition 'late': command_delay_ms"),
-        ("drones_per_team = [6, 4]", "drones = 3", "condition 'late': .* did you mean 'drones_per_team'"),
-        ("time_limit = 30.0", "time_limit = 3601.0", "at most an hour"),
+        ("drones_per_team = [4, 3]", "drones = 3", "condition 'late': .* did you mean 'drones_per_team'"),
+        ("time_limit = 6.0", "time_limit = 3601.0", "at most an hour"),
         ('name = "sus"', 'name = "susi"', "did you mean 'sus'"),
-        ('name = "sus"', 'name = ["sus"]', "there is no form"),
+        ('name = "sus"', 'name = "sus"\nwhen = "now"', "form sus: when"),
+        ('name = "sus"', 'name = "background"\nitems = [{ id = "a", text = "b" }]', "different names"),
         ("games = 2", "games = 0", "games must be"),
         ("games = 2", "gams = 2", "did you mean 'games'"),
-        ('"consent.md"', '"../consent.md"', "in the study's folder"),
-        ('"consent.md"', '"agree.md"', "'agree.md' cannot be read"),
+        ("games = 2", "games = 2\nbreak_s = -1", "break_s"),
         ("seed = 7", "seed = ", "is no study"),
-        ("seed = 7", "seed = " + "9" * 5000, "is no TOML"),
+        ("seed = 7", "seed = -1", "seed"),
+        ('"consent.md"', '"agree.md"', "'agree.md' cannot be read"),
         ("wins = 1", "wins = 9", "practice.most"),
         ("wins = 1", "opponent = 5", "practice.opponent"),
         ("[[conditions]]", "[conditions]", "is no study"),
         ("games = 2", "x = " + "[" * 100_000, "too deep"),
-        ("games = 2", "x = " + "{a = " * 5000 + "1" + "}" * 5000, "too deep"),
         ("games = 2", "#" + "a" * 2**20, "too large"),
         ("Two interfaces", "t\\u001b[2J", "title must"),
-        ("Two interfaces", "a" * 201, "title must"),
-        ('title = "late"', 'title = "a\\nb"', "title must"),
-        ("rules = { time_limit = 30.0, drones_per_team = 4 }", "rules = [1]", "rules must"),
         ("games = 2", 'folder = "/etc"', "folder must be left out"),
         ("games = 2", "games = 2\ncodes = ['a', 'b']", "4 different"),
         ("games = 2", "games = 2\ncodes = ['a', 'A', 'b', 'c']", "4 different"),
-        ("games = 2", "games = 2\ncodes = ['../x', 'A', 'b', 'c']", "letters"),
-        ("[practice]", "".join(f'[[conditions]]\ntitle = "{n}"\n' for n in range(51)) + "[practice]", "1 to 50"),
+        ("[practice]", MANY + "[practice]", "1 to 50"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(before, after, said, tmp_path):
     assert before in PLAIN
-    text = PLAIN.replace(before, after)
     with pytest.raises(ConfigError, match=said):
-        written(tmp_path, text if "1 to 50" not in said else text.replace("seed = 7", 'order = [["0"]]'))
+        written(tmp_path, PLAIN.replace(before, after))
 
 
-@pytest.mark.parametrize("code", ["", "..", "a/b", "/etc", "a.b", "-a", "ä", "x" * 33, "Monitor", None, 7])
+@pytest.mark.parametrize("code", ["", "..", "a/b", "a.b", "-a", "ä", "x" * 33, "Monitor", None])
 def test_a_code_is_no_path(code):
     assert check_code("P-01_b") == "P-01_b"
-    with pytest.raises(ConfigError, match="code must"):
+    with pytest.raises(ConfigError, match="code"):
         check_code(code)
 
 
 @pytest.mark.parametrize(
     ("codes", "is_guessable"),
     [
-        (("P01", "P02"), True),
         (("participant-01", "participant-02"), True),
         (("01-of-the-study", "02-of-the-study"), True),
         (("00000001", "00000002"), True),
@@ -180,13 +139,14 @@ def test_codes_that_are_drawn_differ_and_are_long_whatever_the_studys_seed(tmp_p
     assert study.codes == () and study.name_of(2) == "P03" and study.replace(participants=1000).name_of(2) == "P0003"
 
 
-@pytest.mark.parametrize("name", ["{0}/words.md", "../{1}/words.md", "sub/../words.md", "a\\u0000b", "pipe"])
+@pytest.mark.parametrize("name", ["{0}/words.md", "../{1}/words.md", "sub/../words.md", "a\\u0000b", "link", "pipe"])
 def test_texts_are_named_as_they_stand_beside_the_file_and_no_pipe_is_waited_for(tmp_path, name):
-    (tmp_path / "sub").mkdir()
-    (tmp_path / "words.md").write_text("Hello")
-    os.mkfifo(tmp_path / "pipe")
-    welcome = f'welcome = "{name.format(tmp_path.as_posix(), tmp_path.name)}"\n'
+    plan = tmp_path / "plan"
+    (plan / "sub").mkdir(parents=True)
+    (plan / "words.md").write_text("Hello")
+    (tmp_path / "secret").write_text("secret")
+    (plan / "link").symlink_to(tmp_path / "secret")
+    os.mkfifo(plan / "pipe")
+    welcome = f'welcome = "{name.format(plan.as_posix(), plan.name)}"\n'
     with pytest.raises(ConfigError, match=r"by its name there|a regular file"):
-        written(tmp_path, welcome + ONE)
-    with pytest.raises(ConfigError, match="a regular file"):
-        Study.read(tmp_path / "pipe")
+        written(plan, welcome + ONE)

@@ -6,6 +6,7 @@ import html
 import io
 import json
 import re
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -20,31 +21,29 @@ from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLi
 from swarm_pz.play.studies import export as module
 from swarm_pz.play.studies.analysis import compare, conditions
 from swarm_pz.play.studies.export import export
-from swarm_pz.play.studies.psychds import write_psychds
 from swarm_pz.play.studies.reading import read_study
 from swarm_pz.play.studies.report import counted_games, write_report
 from swarm_pz.play.studies.rows import TABLES, codebook
-from swarm_pz.play.studies.tables import codebook_text, labels, markdown
+from swarm_pz.play.studies.tables import labels, markdown
 from tests.play.recordings.test_format import record
-from tests.play.studies import playing
+from tests.play.studies.playing import ANSWERS, PLAIN, begun, walk
 
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
     """Give the folder of a study in which one participant has done all, and another is in the middle."""
-    folder = tmp_path_factory.mktemp("ran") / "study"
-    study = playing.begin(folder)
-    playing.run(folder, study, 0)
-    playing.run(folder, study, 1, until="block2.game1")
-    with (folder / "participants" / "P02.jsonl").open("ab") as file:
+    place = tmp_path_factory.mktemp("ran")
+    with begun(place, PLAIN.replace("most = 3", "most = 1")) as folder:
+        walk(folder, 0, ticks=1000, outcome=None)
+        walk(folder, 1, until="block2.game1", ticks=1000, outcome=None)
+    with (place / "data" / "participants" / "P02.jsonl").open("ab") as file:
         file.write(b'{"step": "block2.ga')  # it is being written
-    aside = folder / "interrupted"
-    aside.mkdir()
+    aside = place / "data" / "interrupted"
     for attempt in (1, 2):
         record(aside / f"P02.block2.game1.{attempt}.jsonl", ticks=90, outcome="stopped")
     whole = (aside / "P02.block2.game1.2.jsonl").read_bytes().splitlines(keepends=True)
     (aside / "P02.block2.game1.2.jsonl").write_bytes(b"".join(whole[:-20]) + b"{")  # the power went
-    return folder
+    return place / "data"
 
 
 @pytest.fixture(scope="module")
@@ -57,13 +56,17 @@ def out(ran, tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module")
+def block(tmp_path_factory):
+    with begun(tmp_path_factory.mktemp("small")) as folder:
+        walk(folder, 0, until="block2.practice1")
+        return folder.path
+
+
 @pytest.fixture
-def small(tmp_path):
-    """Give the folder of a study of which hardly anything was done."""
-    folder = tmp_path / "small"
-    study = playing.begin(folder)
-    playing.run(folder, study, 0, until="block1.practice1")
-    return folder
+def small(block, tmp_path):
+    """Give a copy of the folder of a study in which one participant has done a block."""
+    return shutil.copytree(block, tmp_path / "small")
 
 
 def rows_of(path, dialect="excel"):
@@ -75,37 +78,40 @@ def table(out, name):
     return rows_of(out / "tables" / f"{name}.csv")
 
 
+def lines_of(path):
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
 # --- tables ---------------------------------------------------------------------------------------
 
 
 def test_tables_hold_a_row_for_each_thing_that_happened(ran, out):
-    games = table(out, "games")
+    games, commands, captures = (table(out, name) for name in ("games", "commands", "captures"))
     assert [(game["participant"], game["step"]) for game in games] == [
         *(("P01", f"block{block}.{step}") for block in (1, 2) for step in ("practice1", "game1", "game2")),
         *(("P02", step) for step in ("block1.practice1", "block1.game1", "block1.game2", "block2.practice1")),
     ]
-    captures = 0
     for game in games:
         recording, key = Recording.read(ran / game["recording"]), (game["participant"], game["step"])
-        is_late = game["condition"].startswith("late")
+        is_late = game["condition"] == "late"
         sizes = int(game["drones"]), int(game["opponent_drones"])
         assert sizes == ((3, 4) if is_late else (3, 3)), "the late ones are blue, against four"
-        own = [row for row in table(out, "commands") if (row["participant"], row["step"]) == key]
+        own = [row for row in commands if (row["participant"], row["step"]) == key]
         told = [(line.number, line.tick, line.density) for line in recording.of(CommandLine)]
         assert [(int(row["number"]), int(row["tick"]), json.loads(row["values"])) for row in own] == told
         assert sum(row["by"] == "participant" for row in own) == int(game["commands"])
         assert {row["side"] for row in own if row["by"] == "participant"} == {game["side"]}
-        taken = [row for row in table(out, "captures") if (row["participant"], row["step"]) == key]
+        taken = [row for row in captures if (row["participant"], row["step"]) == key]
         lines = recording.of(CapturedLine)
         assert [(int(row["tick"]), int(row["drone"])) for row in taken] == [(line.tick, line.drone) for line in lines]
         assert [row["by_participant"] for row in taken] == [str(row["side"] == game["side"]).lower() for row in taken]
         share = int(taken[-1]["drones"]) / sum(sizes) if taken else sizes[0] / sum(sizes)
         assert share == pytest.approx(float(game["final_share"]), abs=1e-6)
-        captures += len(taken)
         ended = recording.end.outcome
         assert (game["decided"], game["won"]) == (str(ended != "draw").lower(), str(ended == game["side"]).lower())
         delays = [float(game[f"{name}_delay_asked_ms"]) for name in ("command", "display")]
         assert delays == ([300.0, 100.0] if is_late else [0.0, 0.0]) and float(game["command_delay_got_ms"]) == 301.5
+        assert game["display_delay_count"] == str(int(is_late))
     assert captures, "or these games show nothing"
     by_start = {(game["condition"], game["practice"], game["game"]): game["seed"] for game in games}
     assert len(set(by_start.values())) == 3  # the same in each condition
@@ -118,27 +124,21 @@ def test_games_that_were_broken_off_have_a_table_of_their_own(ran, out):
     both = {"participant": "P02", "step": "block2.game1", "block": "2", "game": "1", "practice": "false"}
     both |= {"condition": "drawing", "side": "red", "opponent": "uniform"}
     assert all(both.items() <= row.items() and row["started"] for row in rows)
-    assert [(row["attempt"], row["ended_by"]) for row in rows] == [("1", "server"), ("2", "")]
-    assert [row["commands"] for row in rows] == ["2", "1"]
+    told = [(row["attempt"], row["ended_by"], row["commands"]) for row in rows]
+    assert told == [("1", "server", "2"), ("2", "", "1")]
     assert float(rows[1]["seconds"]) < float(rows[0]["seconds"]) == 3.0
     assert all((ran / row["recording"]).exists() for row in rows)
 
 
-def test_a_participant_has_their_consent_their_order_their_times_and_the_wins_that_count(ran, out, tmp_path):
+def test_a_participant_has_their_consent_their_order_their_times_and_the_wins_that_count(small):
     """A board asks who agreed to which text, and when."""
-    lines = [json.loads(line) for line in (ran / "participants" / "P01.jsonl").read_text().splitlines()]
-    row = table(out, "participants")[0]
-    assert row["consent_sha256"] == hashlib.sha256((ran / "study" / "consent.md").read_bytes()).hexdigest()
-    assert row["consent_version"] == "2026-03" and float(row["consent_at"]) == pytest.approx(lines[1]["at"], abs=1e-6)
-    playing.begin(tmp_path)
-    outcomes = {"practice1": "win", "game1": "loss", "game2": "win"}
-    lines = [{"type": "participant", "number": 1, "study": "Two interfaces, tried", "seed": 7}]
-    lines += [{"step": f"block1.{name}", "outcome": told, "at": 5.0 + len(name)} for name, told in outcomes.items()]
-    (tmp_path / "participants").mkdir()
-    (tmp_path / "participants" / "P02.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
-    (row,) = read_study(tmp_path).participants
-    assert (row.participant, row.number, row.order) == ("P02", 1, "late (300 ms) > drawing")
-    assert (row.games, row.practice_games, row.wins, row.began_at, row.ended_at) == (2, 1, 1, 10.0, 14.0)
+    _, consent, *_, last = lines_of(small / "participants" / "P01.jsonl")
+    (row,) = read_study(small).participants
+    assert row.consent_sha256 == hashlib.sha256((small / "study" / "consent.md").read_bytes()).hexdigest()
+    assert (row.consent_version, row.consent_at) == ("2026-03", consent["at"])
+    assert (row.participant, row.number, row.order, row.finished) == ("P01", 0, "drawing > late", False)
+    assert (row.games, row.practice_games, row.wins, row.steps) == (2, 1, 2, 6)
+    assert (row.began_at, row.ended_at) == (consent["at"], last["at"])
 
 
 def test_a_command_tells_when_it_was_followed_and_where_it_points(out):
@@ -152,15 +152,15 @@ def test_a_command_tells_when_it_was_followed_and_where_it_points(out):
 
 def test_forms_hold_answers_and_scores_and_columns_of_parquet_have_types_where_they_are_empty(out):
     forms = {(row["participant"], row["step"], row["item"]): row for row in table(out, "forms")}
-    score = forms["P01", "block1.form.sus", "sus"]
+    score, written = forms["P01", "block1.form.sus", "sus"], ANSWERS["background"]["words"]
     assert (score["kind"], float(score["value"]), score["condition"]) == ("score", 75.0, "drawing")
     age, words = forms["P01", "start.form.background", "age"], forms["P01", "start.form.background", "words"]
     assert (age["value"], age["block"], age["condition"], age["question"]) == ("40.0", "", "", "Your age?")
-    assert words["answer"] == "'" + playing.ANSWERS["background"]["words"]  # no spreadsheet's formula
+    assert words["answer"] == f"'{written}", "no spreadsheet's formula"
     read = {name: pyarrow.parquet.read_table(out / "tables" / f"{name}.parquet") for name in TABLES}
     assert {name: len(one) for name, one in read.items()} == {name: len(table(out, name)) for name in TABLES}
     assert str(read["forms"].schema.field("value").type) == "double"
-    assert playing.ANSWERS["background"]["words"] in read["forms"]["answer"].to_pylist()  # as it was
+    assert written in read["forms"]["answer"].to_pylist()  # as it was
 
 
 def test_the_pages_snippets_read_it(out, capsys):
@@ -178,64 +178,53 @@ def test_the_codebook_names_every_column_with_its_unit(out):
     assert book["tables"] == codebook()
     for name, told in book["tables"].items():
         assert list(told["columns"]) == list(table(out, name)[0])
-        assert all(column["about"] for column in told["columns"].values())
         for column, one in told["columns"].items():
-            assert f"| `{column}` |" in text
-            if re.search(r"_(ms|s)$", column):
-                assert one["unit"], f"{name}.{column} has no unit"
+            assert f"| `{column}` |" in text and one["about"]
+            assert one["unit"] or not re.search(r"_(ms|s)$", column), f"{name}.{column} has no unit"
 
 
 # --- data sets ------------------------------------------------------------------------------------
 
 
-def test_events_are_as_bids_has_them(out):
+def test_events_are_as_bids_has_them_on_the_clock_whatever_the_speed(ran, out):
     bids = out / "bids"
     assert {"Name", "BIDSVersion", "DatasetType"} <= set(json.loads((bids / "dataset_description.json").read_text()))
     people = rows_of(bids / "participants.tsv", "excel-tab")
     assert [next(iter(one.items())) for one in people] == [("participant_id", "sub-P01"), ("participant_id", "sub-P02")]
     assert set(json.loads((bids / "participants.json").read_text())) == set(people[0]) - {"participant_id"}
-    events = sorted(bids.rglob("*_events.tsv"))
-    assert len(events) == len(table(out, "games"))
-    name = re.compile(r"sub-[a-zA-Z0-9]+/beh/sub-[a-zA-Z0-9]+_task-[a-zA-Z0-9]+(_acq-practice)?_run-[0-9]+_events\.tsv")
-    for path in events:
-        assert name.fullmatch(path.relative_to(bids).as_posix())
-        sidecar = json.loads(path.with_suffix(".json").read_text())
+    files = {path.relative_to(bids).as_posix() for path in bids.rglob("*") if path.is_file()}
+    files -= {"README", "dataset_description.json", "participants.tsv", "participants.json"}
+    for game in table(out, "games"):
+        practice, who = "_acq-practice" if game["practice"] == "true" else "", f"sub-{game['participant']}"
+        name = f"{who}/beh/{who}_task-{game['condition']}{practice}_run-{game['game']}_events"
+        files -= {f"{name}.tsv", f"{name}.json"}
+        rows, recording = rows_of(bids / f"{name}.tsv", "excel-tab"), Recording.read(ran / game["recording"])
+        sidecar = json.loads((bids / f"{name}.json").read_text())
         assert all(isinstance(told, dict) for told in sidecar.values())
-        rows = rows_of(path, "excel-tab")
         assert list(rows[0])[:2] == ["onset", "duration"] and set(rows[0]) <= set(sidecar)
-        assert {row["trial_type"] for row in rows} <= set(sidecar["trial_type"]["Levels"])
         onsets = [float(row["onset"]) for row in rows]
         assert onsets == sorted(onsets)
         assert all(value for row in rows for value in row.values())  # n/a, never nothing
-    known = r"(README|_events\.(tsv|json)|participants\.(tsv|json)|dataset_description\.json)$"
-    assert all(re.search(known, path.name) for path in bids.rglob("*") if path.is_file())
-
-
-def test_events_are_of_the_clock_whatever_the_speed(ran, out):
-    for game in table(out, "games"):
-        task = "late300ms" if game["condition"].startswith("late") else "drawing"
-        practice, who = "_acq-practice" if game["practice"] == "true" else "", f"sub-{game['participant']}"
-        path = out / "bids" / who / "beh" / f"{who}_task-{task}{practice}_run-{game['game']}_events.tsv"
-        rows, recording = rows_of(path, "excel-tab"), Recording.read(ran / game["recording"])
-        speed = 2.0 if task == "late300ms" else 1.0
-        of = {row["trial_type"]: [one for one in rows if one["trial_type"] == row["trial_type"]] for row in rows}
-        (whole,) = of["game"]
+        of = {kind: [one for one in rows if one["trial_type"] == kind] for kind in sidecar["trial_type"]["Levels"]}
+        assert sum(map(len, of.values())) == len(rows)
+        (whole,), speed = of["game"], 2.0 if game["condition"] == "late" else 1.0
         assert float(whole["onset"]) == 0.0 and whole["side"] == game["side"]
         assert float(whole["duration"]) == pytest.approx(recording.end.tick / 30 / speed, abs=1e-5)
-        for row, line in zip(of.get("capture", []), recording.of(CapturedLine), strict=True):
+        for row, line in zip(of["capture"], recording.of(CapturedLine), strict=True):
             assert float(row["onset"]) == pytest.approx(line.tick / 30 / speed, abs=1e-5)
             assert (row["actor"] == "participant") == (TEAM_NAMES[line.team] == game["side"])
         for row, line in zip(of["command_received"], recording.of(CommandLine), strict=True):
             assert float(row["onset"]) == pytest.approx(line.received_ms / 1000, abs=1e-5)
         for row, line in zip(of["command_in_force"], recording.of(InForceLine), strict=True):
             assert float(row["onset"]) == pytest.approx(line.ms / 1000, abs=1e-5)
+    assert not files
 
 
 def test_tables_are_as_psych_ds_has_them(out):
     folder = out / "psychds"
     described = json.loads((folder / "dataset_description.json").read_text())
     assert (described["@type"], described["@context"]) == ("Dataset", "https://schema.org/")
-    assert all(described[field] for field in ("name", "description", "variableMeasured"))
+    assert described["name"] and described["description"]
     known = [one["name"] for one in described["variableMeasured"]]
     assert len(set(known)) == len(known)
     files = sorted((folder / "data").iterdir())
@@ -256,18 +245,26 @@ def test_labels_are_plain_and_differ():
 # --- the report -----------------------------------------------------------------------------------
 
 
-def test_the_report_tells_what_was_found_in_percent_and_seconds(ran, out):
-    text, games = (out / "report.md").read_text(), counted_games(read_study(ran))
-    assert "2 of 2 participants, of whom 1 did all of it; 6 games count, and 4 of practice do not." in text
-    for row, start in zip(conditions(games), ("| drawing | 1 | 2 ", "| late (300 ms) | 2 | 4 "), strict=True):
+def test_the_report_tells_what_was_found_in_percent_and_seconds(ran, out, tmp_path):
+    text, data = (out / "report.md").read_text(), read_study(ran)
+    games = counted_games(data)
+    assert "2 of 4 participants, of whom 1 did all of it; 6 games count, and 4 of practice do not." in text
+    for row, start in zip(conditions(games), ("| drawing | 1 | 2 ", "| late | 2 | 4 "), strict=True):
         assert row.low < row.high
         assert f"{start}| {100 * row.win_rate:.0f} % | {100 * row.low:.0f} to {100 * row.high:.0f} %" in text
     won, lasted = compare(games)
-    assert f"| share won | drawing less late (300 ms) | 1 | {100 * won.difference:+.1f} % | any: too few" in text
-    assert f"| mean length | drawing less late (300 ms) | 1 | {lasted.difference:+.1f} s |" in text
-    assert "- `sus`: drawing 75.0, late (300 ms) 75.0" in text and "| `sus` | drawing less late (300 ms) | 1 |" in text
+    assert f"| share won | drawing less late | 1 | {100 * won.difference:+.1f} % | any: too few" in text
+    assert f"| mean length | drawing less late | 1 | {lasted.difference:+.1f} s |" in text
+    assert "- `sus`: drawing 75.0, late 75.0" in text and "| `sus` | drawing less late | 1 |" in text
     assert "3 comparisons" in text and "swarm-pz study export ran" in text
     assert (out / "comparison.png").read_bytes().startswith(b"\x89PNG")
+    many = [
+        replace(game, participant=f"P{number}", won=(game.condition == "late") == (number > 0))
+        for number in range(8)
+        for game in games
+    ]
+    won, *_ = write_report(replace(data, games=many), tmp_path)
+    assert f"| {100 * won.low:+.1f} to {100 * won.high:+.1f} % | 0.070 |" in (tmp_path / "report.md").read_text()
 
 
 @pytest.mark.parametrize("sign", ["<b>a</b>", "[a](b)", "a|b", "*a*", "`a`", "&amp;", "# a", "![a](b)", "a_b_"])
@@ -277,41 +274,20 @@ def test_a_title_is_text_and_neither_markdown_nor_html(sign):
     assert f"<td>{html.escape(sign)}</td>" in page.render(f"| a |\n|---|\n| {markdown(sign)} |\n")
 
 
-def test_titles_are_escaped_wherever_they_stand(small, tmp_path):
-    data = read_study(small)
-    data = replace(data, study=data.study.replace(title="<b>"), faults=["a <b>"])
-    write_report(data, tmp_path)
-    write_psychds(data, tmp_path / "psychds")
-    texts = [(tmp_path / name).read_text() for name in ("report.md", "psychds/README.md")]
-    for text in (*texts, codebook_text("<b>")):
-        assert "\\<b\\>" in text and "<b" not in text.replace("\\<b", "")
-    assert "No game that counts is over yet." in texts[0]
-
-
 def test_games_count_by_the_order_of_the_study_but_practice_and_those_that_a_fault_ended(ran):
     data = read_study(ran)
     for games in (data.games, data.games[::-1]):
         counted = counted_games(replace(data, games=games))
-        assert [game.condition for game in counted] == ["drawing"] * 2 + ["late (300 ms)"] * 4
+        assert [game.condition for game in counted] == ["drawing"] * 2 + ["late"] * 4
     for ended_by, count in (("server", 0), ("forfeit", 0), ("left", 6)):  # the condition may have made them leave
         ended = replace(data, games=[replace(game, ended_by=ended_by) for game in data.games])
         assert len(counted_games(ended)) == count
 
 
-def test_a_planted_difference_is_found_and_told(tmp_path):
-    study = playing.begin(tmp_path, playing.TEXT.replace("participants = 2", "participants = 8"))
-    playing.simulate(tmp_path, study, 0.6, 1)
-    won, _ = write_report(read_study(tmp_path), tmp_path)
-    text = (tmp_path / "report.md").read_text()
-    assert won.p < 0.05 and won.low > 0.0
-    assert f"| 8 | {100 * won.difference:+.1f} % | {100 * won.low:+.1f} to {100 * won.high:+.1f} % |" in text
-    assert "8 of 8 participants, of whom 0 did all of it" in text
-
-
 # --- whole or not at all --------------------------------------------------------------------------
 
 
-def test_an_export_is_replaced_only_if_told_and_nothing_else_ever(small, tmp_path):
+def test_an_export_is_replaced_whole_if_told_and_nothing_else_ever(small, tmp_path, monkeypatch):
     goal, other = tmp_path / "out", tmp_path / "other"
     export(small, goal)
     (goal / "tables" / "mine.txt").write_text("")
@@ -319,18 +295,12 @@ def test_an_export_is_replaced_only_if_told_and_nothing_else_ever(small, tmp_pat
         export(small, goal)
     export(small, goal, overwrite=True)
     assert not (goal / "tables" / "mine.txt").exists()
+    before = sorted(goal.rglob("*"))
     other.mkdir()
     (other / "thesis.txt").write_text("")
     for wrong, said in ((other, "is no export"), (other / "thesis.txt", "a file"), (small / "out", "outside")):
         with pytest.raises(OutputError, match=said):
             export(small, wrong, overwrite=True)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["other", "out", "small"]
-
-
-def test_an_export_that_fails_leaves_what_was_there(small, tmp_path, monkeypatch):
-    goal = tmp_path / "out"
-    export(small, goal)
-    before = sorted(goal.rglob("*"))
 
     def fail(*given):
         raise OSError(28, "No space left on device")
@@ -344,23 +314,22 @@ def test_an_export_that_fails_leaves_what_was_there(small, tmp_path, monkeypatch
     with pytest.raises(MissingExtraError, match="pyarrow"):
         export(small, tmp_path / "another")
     assert sorted(goal.rglob("*")) == before
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "small"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["other", "out", "small"]
 
 
-def test_what_is_corrupt_is_left_out_and_told(tmp_path):
-    study = playing.begin(tmp_path / "s")
-    playing.run(tmp_path / "s", study, 0, until="block1.form.sus")
-    people, games = tmp_path / "s" / "participants", tmp_path / "s" / "games"
+def test_what_is_corrupt_is_left_out_and_told_and_titles_are_escaped_wherever_they_stand(tmp_path):
+    with begun(tmp_path, PLAIN.replace("Two interfaces", "<b>")) as opened:
+        walk(opened, 0, until="block1.form.sus")
+    people, games = tmp_path / "data" / "participants", tmp_path / "data" / "games"
     (people / "P02.jsonl").write_text('{"type": "participant", "number": 1, "study": "another"}\n')
     (people / "P03.jsonl").write_text("{\n")
     (people / "P04.jsonl").write_text("")
     (games / "P01.block1.game1.jsonl").write_text("{}\n")
-    lines = (people / "P01.jsonl").read_text().split("\n")
-    lines[-2] = json.dumps(json.loads(lines[-2]) | {"recording": "../../secret.jsonl"})
-    lines[-1] = json.dumps({"step": "block9.game1"}) + "\n"
-    (people / "P01.jsonl").write_text("\n".join(lines))
-    found = export(tmp_path / "s", tmp_path / "out")
-    assert len(found.data.faults) == 6
+    lines = lines_of(people / "P01.jsonl")
+    lines[-1] |= {"recording": "../../secret.jsonl"}
+    (people / "P01.jsonl").write_text("".join(f"{json.dumps(line)}\n" for line in (*lines, {"step": "block9.game1"})))
+    found, out = export(tmp_path / "data", tmp_path / "out").data, tmp_path / "out"
+    assert len(found.faults) == 6
     for fault in (
         "P02.jsonl is no participant",
         "line 1 of",
@@ -369,32 +338,37 @@ def test_what_is_corrupt_is_left_out_and_told(tmp_path):
         "is not in the study's folder",
         "P01: block9.game1 is no step",
     ):
-        assert any(fault in told for told in found.data.faults), fault
-    assert [game.commands is None for game in found.data.games] == [False, True, True]
-    assert all(markdown(fault) in (tmp_path / "out" / "report.md").read_text() for fault in found.data.faults)
+        assert any(fault in told for told in found.faults), fault
+    assert [game.commands is None for game in found.games] == [False, True, True]
+    report, *others = [(out / name).read_text() for name in ("report.md", "psychds/README.md", "codebook.md")]
+    assert all(markdown(fault) in report for fault in found.faults)
+    for text in (report, *others):
+        assert "\\<b\\>" in text and "<b" not in text.replace("\\<b", "")
+    with begun(tmp_path / "begun") as opened:
+        walk(opened, 0, until="block1.practice1")
+    write_report(read_study(opened.path), tmp_path)
+    assert "No game that counts is over yet." in (tmp_path / "report.md").read_text()
 
 
-def test_what_its_own_data_contradict_is_told(tmp_path):
-    study = playing.begin(tmp_path)
-    playing.run(tmp_path, study, 0, until="block2.game1")
-    assert read_study(tmp_path).faults == []
-    path = tmp_path / "participants" / "P01.jsonl"
-    lines = [json.loads(line) for line in path.read_text().splitlines()]
+def test_what_its_own_data_contradict_is_told(small):
+    assert read_study(small).faults == []
+    path = small / "participants" / "P01.jsonl"
+    lines = lines_of(path)
     game, form = (next(line for line in lines[1:] if name in line["step"]) for name in (".game1", ".form.sus"))
-    told, scores = game["outcome"], form["scores"]
     game["outcome"], form["scores"] = "draw", {"sus": 99.0}
     path.write_text("".join(json.dumps(line) + "\n" for line in [*lines, lines[2]]))
-    assert read_study(tmp_path).faults == [
-        f"P01: {lines[2]['step']} does not stand in its turn, or twice; the last one counts",
-        f"P01: {game['step']}: the outcome was 'draw', its recording says {told!r}",
-        f"P01: {form['step']}: the answers come to {scores}, but {{'sus': 99.0}} stands there",
+    assert read_study(small).faults == [
+        "P01: start.form.background does not stand in its turn, or twice; the last one counts",
+        "P01: block1.game1: the outcome was 'draw', its recording says 'win'",
+        "P01: block1.form.sus: the answers come to {'sus': 75.0}, but {'sus': 99.0} stands there",
     ]
 
 
 def test_a_folder_without_a_study_or_without_participants_is_refused(tmp_path):
     with pytest.raises(ConfigError, match="no study has run"):
-        export(tmp_path / "s", tmp_path / "out")
-    playing.begin(tmp_path / "s")
+        export(tmp_path / "data", tmp_path / "out")
+    with begun(tmp_path):
+        pass
     with pytest.raises(RecordingError, match="nobody"):
-        export(tmp_path / "s", tmp_path / "out")
+        export(tmp_path / "data", tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -3,7 +3,7 @@
 import pytest
 
 from swarm_pz.errors import ConfigError
-from swarm_pz.play.studies.forms import KNOWN_FORMS, TLX_SCALES, Form, Item, sus_score, tlx_scores
+from swarm_pz.play.studies.forms import KNOWN_FORMS, TLX_SCALES, Form, Item, tlx_scores
 from swarm_pz.play.studies.texts import html_of
 
 SUS, TLX, RAW = KNOWN_FORMS["sus"], KNOWN_FORMS["nasa-tlx"], KNOWN_FORMS["nasa-tlx-raw"]
@@ -12,14 +12,12 @@ SUS, TLX, RAW = KNOWN_FORMS["sus"], KNOWN_FORMS["nasa-tlx"], KNOWN_FORMS["nasa-t
 @pytest.mark.parametrize(
     ("points", "score"),
     [
-        ([3] * 10, 50.0),
         ([5, 1] * 5, 100.0),
         ([1, 5] * 5, 0.0),
-        ([5, 4, 2, 1, 2, 3, 2, 4, 5, 2], 55.0),  # the sheet in that paper: 22 points
+        ([5, 4, 2, 1, 2, 3, 2, 4, 5, 2], 55.0),  # the sheet in Brooke's paper: 22 points
     ],
 )
 def test_the_usability_score_is_that_of_its_sheet(points, score):
-    assert sus_score(points) == score
     answers = SUS.read({f"sus_{place}": point for place, point in enumerate(points, 1)})
     assert SUS.scores(answers) == {"sus": score}
 
@@ -29,9 +27,7 @@ def test_the_task_load_is_weighed_by_the_choices_as_in_the_manual():
     ratings = {"mental": 30, "physical": 15, "temporal": 60, "performance": 40, "effort": 30, "frustration": 40}
     weights = {"mental": 3, "physical": 0, "temporal": 5, "performance": 1, "effort": 3, "frustration": 3}
     chosen = [TLX_SCALES[scale][0] for scale, weight in weights.items() for _ in range(weight)]
-    scores = tlx_scores(ratings, chosen)
-    assert scores == {"tlx": pytest.approx(640 / 15), "tlx_raw": pytest.approx(215 / 6)}
-    assert tlx_scores(ratings, None) == {"tlx_raw": scores["tlx_raw"]}
+    assert tlx_scores(ratings, chosen) == {"tlx": pytest.approx(640 / 15), "tlx_raw": pytest.approx(215 / 6)}
 
 
 def test_the_task_load_has_six_scales_and_all_fifteen_pairs_each_of_which_weighs_the_chosen_one():
@@ -45,10 +41,9 @@ def test_the_task_load_has_six_scales_and_all_fifteen_pairs_each_of_which_weighs
 
 
 def test_scales_run_as_on_their_sheets():
-    for form in (TLX, RAW):
-        ends = {item.id: (item.low, item.high) for item in form.items if item.kind == "scale"}
-        assert ends.pop("performance") == ("perfect", "failure"), "failure is the load"
-        assert set(ends.values()) == {("very low", "very high")} and len(ends) == 5
+    ends = {item.id: (item.low, item.high) for item in RAW.items}
+    assert ends.pop("performance") == ("perfect", "failure"), "failure is the load"
+    assert set(ends.values()) == {("very low", "very high")} and len(ends) == 5
     complaints = ("complex", "support", "inconsistency", "cumbersome", "needed to learn")
     assert [any(word in item.text for word in complaints) for item in SUS.items] == [False, True] * 5
     assert {(item.low, item.high) for item in SUS.items} == {("strongly disagree", "strongly agree")}
@@ -96,18 +91,18 @@ def test_words_are_kept_without_what_cannot_be_written():
     ("wrong", "said"),
     [
         ({"id": "a b"}, "item.id"),
-        ({"text": " "}, "item q: text"),
-        ({"text": "?" * 4001}, "item q: text"),
-        ({"kind": "slider"}, "item q: kind"),
-        ({"least": 5, "most": 1}, "item q: most"),
-        ({"low": 1}, "item q: low"),
-        ({"high": "a\nb"}, "item q: high"),
-        ({"optional": "no"}, "item q: optional"),
+        ({"text": " "}, "text"),
+        ({"kind": "slider"}, "kind"),
+        ({"least": 5, "most": 1}, "most"),
+        ({"step": 7}, "step"),
+        ({"low": 1}, "low"),
+        ({"high": "a\nb"}, "high"),
+        ({"optional": "no"}, "optional"),
         ({"kind": "choice", "choices": ("x",)}, "at least two"),
+        ({"kind": "choice", "choices": ("x", "x")}, "different"),
         ({"kind": "pair", "choices": ("x", "y", "z")}, "must be two"),
-        ({"kind": "choice", "choices": "ab"}, "item q: choices"),
-        ({"kind": "choice", "choices": (1, 2)}, "item q: choices"),
-        ({"kind": "choice", "choices": ({"a": 1}, {"a": 2})}, "item q: choices"),
+        ({"kind": "choice", "choices": "ab"}, "choices"),
+        ({"kind": "choice", "choices": ({"a": 1}, {"a": 2})}, "choices"),
     ],
 )
 def test_a_question_that_no_page_could_show_is_refused(wrong, said):
@@ -123,7 +118,6 @@ Q = Item(id="q", text="?")
     ("more", "said"),
     [
         ({"score": "both"}, "score"),
-        ({"score": "sus"}, "ten scales"),
         ({"score": "sus", "items": tuple(item.replace(most=7) for item in SUS.items)}, "ten scales"),
         ({"score": "nasa-tlx"}, "mental, physical"),
         ({"score": "nasa-tlx", "items": (*RAW.items, ODD_PAIR)}, "mental, physical"),
@@ -137,12 +131,6 @@ Q = Item(id="q", text="?")
 def test_a_form_whose_answers_could_not_be_added_up_is_refused_before_anybody_answers(more, said):
     with pytest.raises(ConfigError, match=said):
         Form(**{"name": "own", "items": (Q,)} | more)
-
-
-@pytest.mark.parametrize(("kind", "missing"), [(Form, "name"), (Item, "id")])
-def test_what_lacks_a_field_is_told_which(kind, missing):
-    with pytest.raises(ConfigError, match=f"{kind.__name__} needs the field '{missing}'"):
-        kind.from_dict({})
 
 
 def test_a_text_is_shown_with_its_headings_below_the_pages_and_brings_nothing_that_acts_or_is_fetched():

@@ -9,12 +9,11 @@ from pathlib import Path
 import pytest
 
 from swarm_pz.errors import ConfigError, OutputError
-from swarm_pz.play.studies.folder import StudyFolder
 from swarm_pz.play.studies.reading import read_study
 from swarm_pz.play.studies.report import counted_games
 from swarm_pz.play.studies.withdrawal import withdraw
 from tests.play.recordings.test_format import record
-from tests.play.studies.test_progress import SUS
+from tests.play.studies.playing import begun, walk
 
 PLAN = """
 title = "Two of two"
@@ -35,25 +34,6 @@ name = "sus"
 """
 
 
-def begin(path, plan=PLAN):
-    """Begin a study, or go on with it."""
-    path.mkdir(exist_ok=True)
-    (path / "study.toml").write_text(plan)
-    return contextlib.closing(StudyFolder.begin(path / "study.toml", path / "data"))
-
-
-def walk(folder, number, until=None):
-    """Do what a participant is asked, up to a step; games are won by red."""
-    progress = folder.progress(number)
-    while (step := progress.next) is not None and step.id != until:
-        if step.kind == "form":
-            progress.finish(step, answers=SUS)
-            continue
-        if not folder.recording(number, step).exists():
-            record(folder.recording(number, step), ticks=30, outcome="red")
-        folder.settle(number)
-
-
 def tree(path):
     """Return all files of a study's folder, but when somebody withdrew."""
     files = {str(one.relative_to(path)): one.read_bytes() for one in path.rglob("*") if one.is_file()}
@@ -64,17 +44,22 @@ def tree(path):
     return files
 
 
-@pytest.fixture
-def ran(tmp_path):
-    """Give the folder of a study in which a pair is in the middle of its games, and another one has done all."""
-    with begin(tmp_path) as folder:
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Give the folder of a study in which a pair is in the middle of its games, and one of another has come."""
+    place = tmp_path_factory.mktemp("whole")
+    with begun(place, PLAN) as folder:
         for number in (0, 1):
             walk(folder, number, until="block1.game2")
-        record(tmp_path / "data" / "interrupted" / "P01.block1.game2.1.jsonl", ticks=30, outcome="stopped")
-        record(tmp_path / "data" / "interrupted" / "P01.block1.practice1.1.jsonl", ticks=30, outcome="stopped")
-        for number in (2, 3):
-            walk(folder, number)
-    return tmp_path / "data"
+        walk(folder, 2, until="block1.game1")
+    for game in ("game2", "practice1"):
+        record(place / "data" / "interrupted" / f"P01.block1.{game}.1.jsonl", ticks=30, outcome="stopped")
+    return place
+
+
+@pytest.fixture
+def ran(whole, tmp_path):
+    return shutil.copytree(whole, tmp_path / "ran") / "data"
 
 
 @pytest.mark.parametrize(("code", "own", "other"), [("ann", "P01", "P02"), ("BOB", "P02", "P01")])
@@ -100,7 +85,7 @@ def test_of_a_pair_one_withdraws_and_the_other_keeps_what_is_theirs(code, own, o
     assert data.faults == []
     row = next(one for one in data.participants if one.participant == own)
     assert row.withdrawn and (row.steps, row.games, row.wins, row.began_at, row.finished) == (*[None] * 4, False)
-    assert [one.participant for one in data.remaining] == [name for name in ("P01", "P02", "P03", "P04") if name != own]
+    assert [one.participant for one in data.remaining] == [other, "P03"]
     rows = [data.table(name) for name in ("games", "interrupted", "commands", "captures", "forms")]
     assert own not in {one.participant for table in rows for one in table}
     (game,) = [one for one in data.games if one.participant == other and not one.practice]
@@ -108,7 +93,7 @@ def test_of_a_pair_one_withdraws_and_the_other_keeps_what_is_theirs(code, own, o
     assert (game.left_out, game.commands, game.ended_by) == ("partner withdrew", None, "capture")
     assert other in {one.participant for one in counted_games(data)}, "how it ended is the partner's, too"
 
-    with begin(ran.parent) as folder:
+    with begun(ran.parent, PLAN) as folder:
         number = int(other[1:]) - 1
         walk(folder, number)
         steps = [*folder.progress(number).done]
@@ -119,17 +104,14 @@ def test_of_a_pair_one_withdraws_and_the_other_keeps_what_is_theirs(code, own, o
         withdraw(ran, code)
 
 
-def test_a_game_of_two_that_was_over_is_written_down_for_the_other_before_it_goes(tmp_path):
+def test_a_game_of_two_that_was_over_is_written_down_for_the_other_before_it_goes(ran):
     """After a power failure the recording alone knows how the partner's game ended."""
-    with begin(tmp_path) as folder:
-        walk(folder, 1, until="block1.game1")
-        walk(folder, 0, until="block1.game2")
-        assert "block1.game1" not in folder.progress(1).done
-        walk(folder, 2, until="block1.game1")
-    withdraw(tmp_path / "data", "ann")
-    done = withdraw(tmp_path / "data", "dot")  # who never came
+    file = ran / "participants" / "P02.jsonl"
+    file.write_text("".join(line for line in file.read_text().splitlines(keepends=True) if ".game1" not in line))
+    withdraw(ran, "ann")
+    done = withdraw(ran, "dot")  # who never came
     assert (done.name, done.recordings) == ("P04", 0)
-    with begin(tmp_path) as folder:
+    with begun(ran.parent, PLAN) as folder:
         assert folder.progress(1).done["block1.game1"]["outcome"] == "loss"
         assert "block2.game1" not in [step.id for step in folder.progress(2).steps], "the other goes on without them"
 
@@ -143,7 +125,7 @@ def test_who_is_not_there_or_may_be_in_session_is_refused(ran):
         with pytest.raises(ConfigError, match=said):
             withdraw(path, code)
     before = tree(ran)
-    with begin(ran.parent), pytest.raises(OutputError, match="may be in session"):
+    with begun(ran.parent, PLAN), pytest.raises(OutputError, match="may be in session"):
         withdraw(ran, "ann")
     assert tree(ran) == before
 
@@ -168,20 +150,18 @@ def kill_at(patch, step):
         patch.setattr(Path, name, counted(getattr(Path, name)))
 
 
-def test_a_withdrawal_that_is_killed_anywhere_is_done_by_calling_it_again(ran, monkeypatch):
+def test_a_withdrawal_that_is_killed_anywhere_is_done_by_calling_it_again(ran, whole, monkeypatch):
     """Else something of who withdrew stays for ever, as it is no part of the study any more."""
-    whole = ran.with_name("whole")
-    shutil.copytree(ran, whole)
     lacks, goal = withdraw(ran, "ann").lacks, tree(ran)
     for step in range(100):
         shutil.rmtree(ran)
-        shutil.copytree(whole, ran)
+        shutil.copytree(whole / "data", ran)
         with monkeypatch.context() as patch, contextlib.suppress(Killed):
             kill_at(patch, step)
             withdraw(ran, "ann")
             break
         if (ran / "participants" / "P01.jsonl").read_bytes().count(b"\n") == 1:
-            assert [one.participant for one in read_study(ran).remaining] == ["P02", "P03", "P04"]
+            assert [one.participant for one in read_study(ran).remaining] == ["P02", "P03"]
         assert withdraw(ran, "ann").lacks == lacks
         assert tree(ran) == goal
     assert step > 4, "the file, and every recording"
