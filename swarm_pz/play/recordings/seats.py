@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import MISSING, asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,97 +23,59 @@ from swarm_pz.play.shared import SHARED
 _PRESET_OF = {GameConfig.preset(name).rules_hash: name for name in PRESETS}
 
 
+def column(about: str, unit: str = "", default: Any = MISSING) -> Any:
+    """Return a field of a row, with what is said of it beside the table."""
+    return field(default=default, metadata={"about": about, "unit": unit})
+
+
 @dataclass(frozen=True, kw_only=True)
 class SeatRow:
-    """What one seat did in one game; durations in seconds, delays in milliseconds.
+    """What one seat did in one game."""
 
-    Attributes
-    ----------
-    recording, started : str
-    config_hash, rules_hash : str
-        Of the table, and of the game that it plays.
-    rules : str
-        The preset whose rules these are; empty if it is none.
-    mapping : str
-    min_command_interval, speed, time_limit : float
-    taken_over : bool
-        The game went on from a moment of another one.
-    lesson : bool
-        It was a lesson, not a match.
-    ended_by : {"capture", "time", "left", "server", "forfeit", ""}
-        "left" if a client was away for good or at the end, however the game ended; "forfeit" if a control system
-        failed; empty if it is unfinished.
-    left_out : {"", "unfinished", "taken over", "no opponent", "lesson", "left", "stopped", "forfeit", "no command"}
-        Why the game does not count in the summary; empty if it does.
-    side : {"red", "blue"}
-    kind : {"person", "program", "policy"}
-    player : str
-        Policy or label.
-    system : str
-        The control system that flew it.
-    opponent_kind : {"person", "program", "policy", "free"}
-    opponent, opponent_system : str
-        The other seat's policy or label, and what flew it.
-    start_size, drones : int
-        Drones at the start, and of both teams.
-    outcome : {"win", "draw", "loss", "stopped"}
-    seconds : float
-        Of game time.
-    final_share : float
-        Of all drones.
-    commands : int
-        Its player's own.
-    automatic_commands : int
-        Those that automatic responses gave in its player's place.
-    commands_per_minute : float
-        Of its player's own.
-    first_command_s : float or None
-    drawing_s_per_command : float or None
-    lost_while_drawing : int
-        Drones lost while a drawing was made.
-    input_to_in_force_ms, input_to_painted_ms : float or None
-        Medians.
-    disconnections : int
-    away_s, hidden_s : float
-        For how long nobody was connected, and the page was hidden.
-    """
-
-    recording: str
-    started: str
-    config_hash: str
-    rules_hash: str
-    rules: str
-    mapping: str
-    min_command_interval: float
-    speed: float
-    time_limit: float
-    taken_over: bool
-    lesson: bool
-    ended_by: str
-    left_out: str
-    side: str
-    kind: str
-    player: str
-    system: str
-    opponent_kind: str
-    opponent: str
-    opponent_system: str
-    start_size: int
-    drones: int
-    outcome: str
-    seconds: float
-    final_share: float
-    commands: int
-    automatic_commands: int
-    commands_per_minute: float
-    first_command_s: float | None
-    drawing_s_per_command: float | None
-    lost_while_drawing: int
-    input_to_in_force_ms: float | None
-    input_to_painted_ms: float | None
-    disconnections: int
-    away_s: float
-    hidden_s: float
+    recording: str = column("file of the recording")
+    started: str = column("when the game began, on the server's clock, as ISO 8601")
+    config_hash: str = column("of the configuration of the table, the rules among it")
+    rules_hash: str = column("of the rules of the game: games of the same rules have the same")
+    rules: str = column("the preset whose rules these are; empty if it is none")
+    mapping: str = column("how drawings become densities")
+    min_command_interval: float = column("between two commands of a team that come into force, at least", "s of game")
+    speed: float = column("seconds of game that pass in a second", "1")
+    time_limit: float = column("when the game ends in a draw", "s of game")
+    taken_over: bool = column("whether the game went on from a moment of another one")
+    lesson: bool = column("whether it was a lesson, not a match")
+    ended_by: str = column(
+        "capture, time, left (a client was away for good or at the end, however the game ended), server (it was told "
+        "to end) or forfeit (a control system failed); empty if it is unfinished"
+    )
+    left_out: str = column(
+        "why the game does not count in the summary: unfinished, taken over, no opponent, lesson, left, stopped, "
+        "forfeit or no command; empty if it does"
+    )
+    side: str = column("red or blue")
+    kind: str = column("person, program or policy")
+    player: str = column("policy or label")
+    system: str = column("control system that flew the seat's drones")
+    opponent_kind: str = column("person, program, policy or free")
+    opponent: str = column("the other seat's policy or label")
+    opponent_system: str = column("control system that flew the other seat's drones")
+    start_size: int = column("drones of the seat at the start", "count")
+    drones: int = column("drones of both teams", "count")
+    outcome: str = column("win, draw or loss of the seat; stopped if nobody played the game to its end")
+    seconds: float = column("length of the game, as far as it came", "s of game")
+    final_share: float = column("share of all drones that were the seat's at the end", "1")
+    commands: int = column("commands that the seat's player gave", "count")
+    automatic_commands: int = column("commands that automatic responses gave in the player's place", "count")
+    commands_per_minute: float = column("commands of the player a minute of game", "1/min")
+    first_command_s: float | None = column("when the first command came into force", "s of game")
+    drawing_s_per_command: float | None = column("how long a drawing took, in the mean", "s")
+    lost_while_drawing: int = column("drones that were lost while the player drew", "count")
+    input_to_in_force_ms: float | None = column("from the end of an input to its command in force, median", "ms")
+    input_to_painted_ms: float | None = column(
+        "from the end of an input to the first picture that it changed, median", "ms"
+    )
+    disconnections: int = column("how often the seat's connection was lost", "count")
+    away_s: float = column("how long nobody was connected", "s")
+    hidden_s: float = column("how long the page was hidden", "s")
 
 
 def trial_rows(recording: Recording) -> list[dict[str, Any]]:

@@ -14,8 +14,8 @@ from __future__ import annotations
 import csv
 import json
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass, fields
+from collections.abc import Sequence
+from dataclasses import Field, astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +28,9 @@ from swarm_pz.evaluation.provenance import versions
 from swarm_pz.evaluation.survival import kaplan_meier
 from swarm_pz.play.recordings.folder import SUFFIX
 from swarm_pz.play.recordings.format import Recording
-from swarm_pz.play.recordings.seats import SeatRow, seat_rows
+from swarm_pz.play.recordings.seats import SeatRow, column, seat_rows
 
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 NOTES = {
     "text": "In CSV, text that begins with = + - @ TAB or CR has an apostrophe before it, so that no spreadsheet "
     "takes it for a formula.",
@@ -40,6 +40,7 @@ NOTES = {
     "both_seats": "Player and opponent are the same, so that both seats of each game are in the row. Each game counts "
     "once, as red's: won is what red won, and win_rate tells whether a side is better off, not a player.",
 }
+_TYPES = {"str": "text", "int": "whole number", "float": "number", "bool": "truth"}
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 _KEY = ("kind", "player", "system", "opponent_kind", "opponent", "opponent_system", "config_hash")
 """Columns in which the games of a row of the summary are alike."""
@@ -47,50 +48,35 @@ _KEY = ("kind", "player", "system", "opponent_kind", "opponent", "opponent_syste
 
 @dataclass(frozen=True, kw_only=True)
 class SummaryRow:
-    """All games that count of one player against one opponent, of one kind and under one configuration.
+    """All games that count of one player against one opponent, of one kind and under one configuration."""
 
-    Attributes
-    ----------
-    kind, player, system, opponent_kind, opponent, opponent_system : str
-    both_seats : bool
-        Player and opponent are the same, flown by the same control system, so that both seats of each game are of this
-        row: it counts once, as red's, and what is won, lost and the share at the end are red's.
-    config_hash, rules_hash, rules : str
-    min_command_interval : float
-    games, wins, draws, losses : int
-    win_rate, win_rate_low, win_rate_high : float
-        With Wilson's 95 % interval, which takes games for independent.
-    median_s : float or None
-        Kaplan-Meier median of the time to a win of either side; None if it is later than the last win.
-    restricted_mean_s : float
-        Mean of that time, restricted to the longest game.
-    final_share : float
-    commands_per_minute : float
-        Of a seat; with both seats, of either.
-    """
-
-    kind: str
-    player: str
-    system: str
-    opponent_kind: str
-    opponent: str
-    opponent_system: str
-    both_seats: bool
-    config_hash: str
-    rules_hash: str
-    rules: str
-    min_command_interval: float
-    games: int
-    wins: int
-    draws: int
-    losses: int
-    win_rate: float
-    win_rate_low: float
-    win_rate_high: float
-    median_s: float | None
-    restricted_mean_s: float
-    final_share: float
-    commands_per_minute: float
+    kind: str = column("person, program or policy")
+    player: str = column("policy or label")
+    system: str = column("control system that flew the player's drones")
+    opponent_kind: str = column("person, program or policy")
+    opponent: str = column("the opponent's policy or label")
+    opponent_system: str = column("control system that flew the opponent's drones")
+    both_seats: bool = column(
+        "whether player and opponent are the same, flown by the same control system, so that both seats of each game "
+        "are of this row: it counts once, as red's, and what is won, lost and the share at the end are red's"
+    )
+    config_hash: str = column("of the configuration of the table, the rules among it")
+    rules_hash: str = column("of the rules of the games")
+    rules: str = column("the preset whose rules these are; empty if it is none")
+    min_command_interval: float = column("between two commands of a team that come into force, at least", "s of game")
+    games: int = column("games that count", "count")
+    wins: int = column("games that the player won", "count")
+    draws: int = column("games that nobody won", "count")
+    losses: int = column("games that the opponent won", "count")
+    win_rate: float = column("share of the games that the player won", "1")
+    win_rate_low: float = column("lower end of Wilson's 95 % interval, which takes games for independent", "1")
+    win_rate_high: float = column("upper end of that interval", "1")
+    median_s: float | None = column(
+        "Kaplan-Meier median of the time to a win of either side; empty if it is later than the last win", "s of game"
+    )
+    restricted_mean_s: float = column("mean of that time, restricted to the longest game", "s of game")
+    final_share: float = column("share of all drones that were the player's at the end, in the mean", "1")
+    commands_per_minute: float = column("commands of a seat a minute of game, in the mean", "1/min")
 
 
 def counts(row: SeatRow, every_game: bool = False) -> bool:
@@ -196,34 +182,51 @@ def write_tables(
         "notes": NOTES,
         "every_game": every_game,
         "left_out": left_out(rows, every_game),
-        "tables": {name: {field.name: str(field.type) for field in fields(kind)} for name, (kind, _) in tables.items()},
+        "tables": {name: columns_of(kind) for name, (kind, _) in tables.items()},
     }
     (folder / "schema.json").write_text(json.dumps(schema, indent=2) + "\n")
     return [*paths, folder / "schema.json"]
 
 
-def write_table(rows: Sequence[Any], kind: type[Any], path: Path, cell: Callable[[Any], Any] | None = None) -> None:
+def columns_of(kind: type[Any]) -> dict[str, dict[str, Any]]:
+    """Return what every column of a table is, as plain values."""
+    known = {entry.name: entry.metadata for entry in fields(SeatRow)}
+    return {
+        entry.name: {
+            **(entry.metadata or known[entry.name]),
+            "type": _TYPES[_type_of(entry)],
+            "may_be_empty": str(entry.type).endswith(" | None"),
+        }
+        for entry in fields(kind)
+    }
+
+
+def _type_of(entry: Field[Any]) -> str:
+    return str(entry.type).removesuffix(" | None")
+
+
+def write_table(rows: Sequence[Any], kind: type[Any], path: Path) -> None:
     """Write rows of a dataclass as Parquet or, with any other suffix, as CSV in UTF-8.
 
-    Columns of Parquet have the same types even where they are empty. `cell` returns a value for CSV; if not given,
-    `plain` does.
+    Columns of Parquet have the same types even where they are empty.
     """
-    types = {field.name: str(field.type).removesuffix(" | None") for field in fields(kind)}
     if path.suffix == ".parquet":
         arrow = require_extra("pyarrow", "lab")
         known = {"str": arrow.string(), "int": arrow.int64(), "float": arrow.float64(), "bool": arrow.bool_()}
-        schema = arrow.schema([(name, known[type_of]) for name, type_of in types.items()])
-        columns = {name: [getattr(row, name) for row in rows] for name in types}
+        schema = arrow.schema([(entry.name, known[_type_of(entry)]) for entry in fields(kind)])
+        columns = {name: [getattr(row, name) for row in rows] for name in schema.names}
         require_extra("pyarrow.parquet", "lab").write_table(arrow.table(columns, schema=schema), path)
         return
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(types)
-        writer.writerows([(cell or plain)(value) for value in astuple(row)] for row in rows)
+        writer.writerow(entry.name for entry in fields(kind))
+        writer.writerows([_plain(value) for value in astuple(row)] for row in rows)
 
 
-def plain(value: Any) -> Any:
+def _plain(value: Any) -> Any:
     """Return a value for CSV; a label that a spreadsheet would take for a formula is quoted."""
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, float):
         return round(value, 6)
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value

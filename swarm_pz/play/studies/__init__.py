@@ -7,6 +7,6 @@
 `withdrawal`   what a participant did, deleted
 `reading`      a study's folder as rows, which `rows` describes
 `analysis`     conditions compared within participants
-`export`       all that is published: `tables`, `bids`, `psychds`, and a `report`
+`export`       all that is published: tables, data sets of two `standards`, and a `report`
 =============  ==============================================================
 """

@@ -20,13 +20,12 @@ from pathlib import Path
 from swarm_pz.errors import OutputError, require_extra
 from swarm_pz.evaluation.provenance import versions
 from swarm_pz.files import check_folder, explain
+from swarm_pz.play.recordings.tables import write_table
 from swarm_pz.play.studies.analysis import Comparison
-from swarm_pz.play.studies.bids import write_bids
-from swarm_pz.play.studies.psychds import write_psychds
 from swarm_pz.play.studies.reading import StudyData, read_study
-from swarm_pz.play.studies.report import write_report
-from swarm_pz.play.studies.rows import TABLES, codebook
-from swarm_pz.play.studies.tables import NOTES, codebook_text, write_json, write_rows
+from swarm_pz.play.studies.report import codebook_text, write_report
+from swarm_pz.play.studies.rows import NOTES, TABLES, codebook
+from swarm_pz.play.studies.standards import write_bids, write_json, write_psychds
 
 VERSION = 1
 """Of the tables: it changes when a column means something else, or is gone."""
@@ -66,7 +65,7 @@ def export(
         (draft / "tables").mkdir()
         for name, kind in TABLES.items():
             for suffix in ("csv", "parquet"):
-                write_rows(data.table(name), kind, draft / "tables" / f"{name}.{suffix}")
+                write_table(data.table(name), kind, draft / "tables" / f"{name}.{suffix}")
         known = {
             "version": VERSION,
             "study": data.study.title,

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,8 +16,7 @@ from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.survival import survival_curve
 from swarm_pz.play.studies.analysis import Comparison, ConditionRow, compare, compare_values, conditions
 from swarm_pz.play.studies.reading import StudyData
-from swarm_pz.play.studies.rows import GameRow
-from swarm_pz.play.studies.tables import render
+from swarm_pz.play.studies.rows import NOTES, GameRow, codebook
 
 PICTURE = "comparison.png"
 _FAULTS = ("server", "forfeit")
@@ -24,6 +25,41 @@ _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#
 """Okabe and Ito's, which most people tell apart."""
 _MEASURES = {"win_rate": ("share won", 100.0, " %"), "restricted_mean_s": ("mean length", 1.0, " s")}
 """What a measure is called, by how much it is multiplied, and its unit."""
+
+
+def markdown(text: str) -> str:
+    """Return a line of somebody's text as Markdown shows it: no sign of it makes a link, a table's edge or HTML."""
+    return re.sub(r"([\\`*_{}\[\]<>#|!~&])", r"\\\1", " ".join(text.split()))
+
+
+def signed(value: float, scale: float) -> str:
+    """Return a difference, or an end of its interval, as the report shows it."""
+    return f"{scale * value:+.1f}" if math.isfinite(value) else "any"
+
+
+@functools.cache
+def _templates() -> Any:
+    jinja2 = require_extra("jinja2", "lab")
+    # Of Markdown: not HTML, but the filter `markdown` escapes what somebody wrote.
+    found = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    found.filters |= {"markdown": markdown, "signed": signed}
+    return found
+
+
+def render(template: str, **values: Any) -> str:
+    """Return a text that one of this folder's templates makes of values."""
+    return str(_templates().get_template(f"{template}.jinja").render(**values))
+
+
+def codebook_text(title: str) -> str:
+    """Return the codebook in Markdown."""
+    return render("codebook.md", title=title, notes=NOTES.values(), tables=codebook())
 
 
 def counted_games(data: StudyData) -> list[GameRow]:

@@ -1,22 +1,16 @@
 """What is published of a study, as tables: what a row and each of its columns is, for programs and for people.
 
-A key of `games` is participant and step; commands, captures and forms lead there by the same two.
+A key of `games` is participant and step; commands, captures and forms lead there by the same two. Columns with a
+default are those of a game that its recording tells: what they are is said in `SeatRow`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from typing import Any
 
-
-def column(about: str, unit: str = "") -> Any:
-    """Return a field of a row, with what a codebook says about it."""
-    return field(metadata={"about": about, "unit": unit})
-
-
-def told(about: str, unit: str = "", default: Any = None) -> Any:
-    """Return a field of a game that its recording tells: `default` if there is no recording."""
-    return field(default=default, metadata={"about": about, "unit": unit})
+from swarm_pz.play.recordings.seats import column
+from swarm_pz.play.recordings.tables import columns_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,40 +51,38 @@ class GameRow:
     won: bool = column("whether the participant won")
     decided: bool = column("whether anybody won; else the length is a lower bound (censored)")
     seconds: float = column("length of the game", "s of game")
-    speed: float | None = told("seconds of game that pass in a second", "1")
+    speed: float | None = None
     at: float | None = column("when it was over, on the server's clock", "s since 1970-01-01 UTC")
     recording: str = column("file of the recording, in the study's folder")
-    left_out: str = told(
+    left_out: str = column(
         "why a summary of recordings would leave the game out (left, no command, forfeit, ...), or partner withdrew: "
         "then its recording is deleted; empty if it would not. The comparison of the report counts all but those that "
         "a fault of the server or of a control system ended",
         default="",
     )
-    ended_by: str = told("capture, time, left (a client was away at the end), server or forfeit", default="")
-    drones: int | None = told("drones of the participant at the start", "count")
-    opponent_drones: int | None = told("drones of the opponent at the start", "count")
-    final_share: float | None = told("share of all drones that were the participant's at the end", "1")
-    commands: int | None = told("commands that the participant gave", "count")
-    automatic_commands: int | None = told("commands that automatic responses gave in the participant's place", "count")
-    commands_per_minute: float | None = told("commands of the participant a minute of game", "1/min")
-    first_command_s: float | None = told("when the first command came into force", "s of game")
-    drawing_s_per_command: float | None = told("how long a drawing took, in the mean", "s")
-    lost_while_drawing: int | None = told("drones that were lost while the participant drew", "count")
-    input_to_in_force_ms: float | None = told("from the end of an input to its command in force, median", "ms")
-    input_to_painted_ms: float | None = told(
-        "from the end of an input to the first picture that it changed, median", "ms"
-    )
-    disconnections: int | None = told("how often the connection was lost", "count")
-    away_s: float | None = told("how long nobody was connected", "s")
-    hidden_s: float | None = told("how long the page was hidden", "s")
+    ended_by: str = ""
+    drones: int | None = column("drones of the participant at the start", "count", None)
+    opponent_drones: int | None = column("drones of the opponent at the start", "count", None)
+    final_share: float | None = None
+    commands: int | None = None
+    automatic_commands: int | None = None
+    commands_per_minute: float | None = None
+    first_command_s: float | None = None
+    drawing_s_per_command: float | None = None
+    lost_while_drawing: int | None = None
+    input_to_in_force_ms: float | None = None
+    input_to_painted_ms: float | None = None
+    disconnections: int | None = None
+    away_s: float | None = None
+    hidden_s: float | None = None
     command_delay_asked_ms: float | None = column("delay of commands that the condition asks for", "ms")
     command_delay_got_ms: float | None = column("delay of commands as measured, median", "ms")
     command_delay_count: int | None = column("commands whose delay was measured", "count")
     display_delay_asked_ms: float | None = column("delay of the display that the condition asks for", "ms")
     display_delay_got_ms: float | None = column("delay of the display as measured, median", "ms")
     display_delay_count: int | None = column("moments whose delay was measured", "count")
-    rules_hash: str = told("of the rules of the game: games of the same rules have the same", default="")
-    config_hash: str = told("of the configuration of the table, the rules among it", default="")
+    rules_hash: str = ""
+    config_hash: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,11 +98,11 @@ class InterruptedRow:
     condition: str = column("title of the condition")
     opponent: str = column('policy that was played against; "person" for another participant')
     side: str = column("side of the participant: red or blue")
-    started: str | None = told("when it began, on the server's clock, as ISO 8601")
-    seconds: float | None = told("how far it came", "s of game")
-    ended_by: str | None = told("left (a client was away), server (it was told to end), or empty: it was killed")
-    commands: int | None = told("commands that the participant gave", "count")
-    disconnections: int | None = told("how often the participant's connection was lost", "count")
+    started: str | None = None
+    seconds: float | None = None
+    ended_by: str | None = None
+    commands: int | None = None
+    disconnections: int | None = None
     recording: str = column("file of the recording, in the study's folder")
 
 
@@ -181,24 +173,18 @@ TABLES: dict[str, type[Row]] = {
     "participants": ParticipantRow,
 }
 """What there is a table of, by its name."""
-KINDS = {"str": "text", "int": "whole number", "float": "number", "bool": "truth"}
-"""What the types of columns are called."""
+NOTES = {
+    "empty": "An empty cell of a CSV file, or null in Parquet: it is not known, or there is none.",
+    "text": "In CSV, text that begins with = + - @ TAB or CR has an apostrophe before it, so that no spreadsheet "
+    "takes it for a formula; numbers have at most 6 decimals.",
+    "time": "A tick is 1/30 s of game. ms is the server's clock since the game began; that of game and of the clock "
+    "differ where a game runs faster or slower (speed).",
+}
+"""What holds for all tables."""
 
 
 def codebook() -> dict[str, Any]:
     """Return what every table and column is, as plain values."""
     return {
-        name: {
-            "row": (kind.__doc__ or "").rstrip("."),
-            "columns": {
-                column.name: {
-                    "about": column.metadata["about"],
-                    "type": KINDS[str(column.type).removesuffix(" | None")],
-                    "unit": column.metadata["unit"],
-                    "may_be_empty": str(column.type).endswith(" | None"),
-                }
-                for column in fields(kind)
-            },
-        }
-        for name, kind in TABLES.items()
+        name: {"row": (kind.__doc__ or "").rstrip("."), "columns": columns_of(kind)} for name, kind in TABLES.items()
     }

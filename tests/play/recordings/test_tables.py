@@ -213,7 +213,7 @@ def test_tables_hold_every_row_and_no_spreadsheet_takes_a_label_for_a_formula(pa
             if isinstance(value, float):
                 assert float(text) == pytest.approx(value, abs=1e-6), name
             elif name != "player":
-                assert text == ("" if value is None else str(value)), name
+                assert text == ("" if value is None else json.dumps(value).strip('"')), name
 
 
 # --- games counted by hand ------------------------------------------------------------------------

@@ -22,9 +22,9 @@ from swarm_pz.play.studies import export as module
 from swarm_pz.play.studies.analysis import compare, conditions
 from swarm_pz.play.studies.export import export
 from swarm_pz.play.studies.reading import read_study
-from swarm_pz.play.studies.report import counted_games, write_report
+from swarm_pz.play.studies.report import counted_games, markdown, write_report
 from swarm_pz.play.studies.rows import TABLES, codebook
-from swarm_pz.play.studies.tables import labels, markdown
+from swarm_pz.play.studies.standards import labels
 from tests.play.recordings.test_format import record
 from tests.play.studies.playing import ANSWERS, PLAIN, begun, walk
 

@@ -1,12 +1,17 @@
-"""A study as a data set of the Brain Imaging Data Structure: one file of events a game, beside brain and body data.
+"""A study as data sets of two standards, for search engines and programs that know them.
 
-As of BIDS 1.10 (Gorgolewski et al., Scientific Data 3, 2016), behavioural experiments without imaging: a condition is
-a task, a game of it a run, and practice an acquisition of its own.
+- BIDS 1.10 (the Brain Imaging Data Structure; Gorgolewski et al., Scientific Data 3, 2016), behavioural experiments
+  without imaging: a condition is a task, a game of it a run with a file of events, and practice an acquisition of its
+  own.
+- Psych-DS, schema 1.5: `dataset_description.json` is a schema.org Dataset that knows every column, and the names of the
+  tables are pairs of a key and a value.
 """
 
 from __future__ import annotations
 
 import csv
+import json
+import unicodedata
 from collections.abc import Iterable
 from dataclasses import fields
 from pathlib import Path
@@ -14,9 +19,10 @@ from typing import Any
 
 from swarm_pz.config import TICKS_PER_SECOND
 from swarm_pz.evaluation.provenance import versions
+from swarm_pz.play.recordings.tables import write_table
 from swarm_pz.play.studies.reading import StudyData
-from swarm_pz.play.studies.rows import CaptureRow, CommandRow, GameRow, codebook
-from swarm_pz.play.studies.tables import labels, write_json
+from swarm_pz.play.studies.report import markdown
+from swarm_pz.play.studies.rows import TABLES, CaptureRow, CommandRow, GameRow, codebook
 
 VERSION = "1.10.0"
 EMPTY = "n/a"
@@ -129,3 +135,66 @@ def _cell(value: Any) -> Any:
     if isinstance(value, float):
         return round(value, 6)
     return EMPTY if value is None or value == "" else str(value).lower() if isinstance(value, bool) else value
+
+
+# --- Psych-DS -----------------------------------------------------------------------------------------
+
+
+def write_psychds(data: StudyData, folder: Path) -> None:
+    """Write a study's tables as a Psych-DS data set, into a new folder."""
+    (folder / "data").mkdir(parents=True)
+    title = data.study.title
+    study = labels([title], "study")[title]
+    for name, kind in TABLES.items():
+        write_table(data.table(name), kind, folder / "data" / f"study-{study}_description-{name}_data.csv")
+    about = (
+        f"Games of two swarms of drones, played by {len(data.remaining)} participants under the conditions "
+        f"{', '.join(one.title for one in data.study.conditions)}: what each of them commanded, took and answered. "
+        "Written by swarm-pz from the recordings."
+    )
+    description = {
+        "@context": "https://schema.org/",
+        "@type": "Dataset",
+        "name": title,
+        "description": about,
+        "keywords": ["swarm-pz", "human-swarm interaction", "drones"],
+        "variableMeasured": _variables(),
+    }
+    write_json(description, folder / "dataset_description.json")
+    (folder / "README.md").write_text(f"# {markdown(title)}\n\n{markdown(about)}\n", encoding="utf-8")
+
+
+def _variables() -> list[dict[str, Any]]:
+    """Return all columns, each once: what it is in each of its tables, and its unit."""
+    found: dict[str, dict[str, Any]] = {}
+    for name, table in codebook().items():
+        for column, told in table["columns"].items():
+            known = found.setdefault(column, {"@type": "PropertyValue", "name": column, "description": ""})
+            known["description"] += f"{'; ' if known['description'] else ''}in {name}: {told['about']}"
+            known |= {"unitText": told["unit"]} if told["unit"] else {}
+    return list(found.values())
+
+
+# --- of both ------------------------------------------------------------------------------------------
+
+
+def write_json(content: Any, path: Path) -> None:
+    """Write plain values as a file that people read, too."""
+    path.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def labels(names: Iterable[str], otherwise: str) -> dict[str, str]:
+    """Return labels of ASCII letters and digits, as names of data files have them, a different one for each name.
+
+    They differ by more than upper and lower case, since files of some systems must.
+    """
+    found: dict[str, str] = {}
+    for name in dict.fromkeys(names):
+        words = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+        stem = "".join(filter(str.isalnum, words)) or otherwise
+        label, count, taken = stem, 1, {one.lower() for one in found.values()}
+        while label.lower() in taken:
+            count += 1
+            label = f"{stem}x{count}"
+        found[name] = label
+    return found
