@@ -23,7 +23,7 @@ BITS = (
 """Tests whose outcome can depend on how the processor rounds; those marked `bits` run a second time as on another."""
 
 
-PAGES = ("tests/play/test_journeys.py", "tests/play/test_journey_", "tests/play/test_scenes.py")
+PAGES = ("tests/play/test_journeys.py", "tests/play/test_journey_study.py", "tests/play/test_scenes.py")
 """What waits for browsers and clocks: one process each runs these tests, one after another; the first that fits."""
 SERVERS = tuple(
     f"tests/play/{name}.py"

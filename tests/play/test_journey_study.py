@@ -1,6 +1,6 @@
 """The pages of a study in a real browser: what is asked, how it is answered, and that everybody can."""
 
-import re
+import threading
 
 import pytest
 from playwright.sync_api import expect
@@ -11,20 +11,28 @@ from tests.play.server.test_studies import lines_of, planned
 from tests.play.studying import Participant, StudyTable
 
 pytestmark = pytest.mark.browser
-WIDTHS = ((390, 844), (1280, 800))
+WIDTHS = ((1280, 800), (390, 844))
 FIELDS = "button, textarea, .answers label, input:not([type=radio], [type=checkbox])"
 SMALL = """(fields) => [...document.querySelectorAll(fields)]
     .filter((one) => one.checkVisibility() && (one.offsetHeight < 44 || one.offsetWidth < 36))
     .map((one) => one.outerHTML)"""
-HOLD = """window.setTimeout = ((later) => (act, ms, ...more) =>
-    later(act, ms === 6000 && sessionStorage.getItem("hold") ? 1e9 : ms, ...more))(window.setTimeout)"""
-"""A result is shown for as long as it is looked at."""
+RESULT = """window.setTimeout = ((later) => (act, ms, ...more) =>
+    later(act, ms !== 6000 ? ms : sessionStorage.getItem("hold") ? 1e9 : 100, ...more))(window.setTimeout)"""
+"""A result is shown for a moment, or for as long as it is looked at."""
+REST = """() => new Promise((resolve) => {
+    const asked = document.getElementById("asked"), goOn = () => asked.querySelector("button");
+    const look = () => { if (document.getElementById("timer")) resolve(goOn().disabled); };
+    new MutationObserver(look).observe(asked, { childList: true });
+    goOn().click();
+})"""
+"""Goes on, and says whether the break that begins must be waited for: it may be over before anybody else looks."""
 PLAN = """
 title = "Two interfaces"
 participants = 8
 codes = ["P01", "P02", "P03", "P04", "P05", "P06", "P07", "P08"]
 games = 1
-break_s = 1.5
+break_s = 0.1
+order = [["drawing", "attractors"]]
 consent = "consent.md"
 welcome = "consent.md"
 rules = { time_limit = 1.0, drones_per_team = 3 }
@@ -33,11 +41,11 @@ practice = { wins = 1, most = 1 }
 [[conditions]]
 title = "drawing"
 text = "consent.md"
+opponent = "person"
 
 [[conditions]]
 title = "attractors"
 system = "flocking"
-opponent = "person"
 
 [[forms]]
 name = "nasa-tlx"
@@ -80,6 +88,7 @@ def visit(chromium, study):
 
     def open_(address, width=390, height=844):
         page = new_page(chromium, width, height)
+        page.add_init_script(RESULT)
         page.on("pageerror", lambda error: faults.append(str(error)))
         page.goto(f"http://{study.address}/{address}")
         pages.append(page)
@@ -92,14 +101,13 @@ def visit(chromium, study):
 
 
 def check(page, where):
-    """Check that axe finds nothing wrong with a page, narrow and wide, and that nothing sticks out of it."""
+    """Check that axe finds nothing wrong with a page, and that nothing sticks out of it, narrow or wide."""
     for width, height in WIDTHS:
         page.set_viewport_size({"width": width, "height": height})
-        check_axe(page, f"{where}, {width} wide")
         assert page.evaluate("document.documentElement.scrollWidth") <= width, f"{where}, {width} wide"
         small = page.evaluate(SMALL, FIELDS)
         assert not small, f"{where}, {width} wide: too small to be touched: {small}"
-    page.set_viewport_size({"width": 390, "height": 844})
+    check_axe(page, where)
 
 
 def at_heading(page, text):
@@ -181,7 +189,6 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
 
     expect(page.locator("#asked")).to_contain_text("until you have won 1, or played 1")
     check(page, "before a game")
-    page.add_init_script(HOLD)
     page.evaluate("sessionStorage.setItem('hold', 'yes')")
     go_on(page, "Begin")
     page.wait_for_selector("#table[data-phase=over]")
@@ -191,35 +198,49 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     check(page, "a game's result")
     page.evaluate("sessionStorage.removeItem('hold')")
     go_on(page)
-    at_heading(page, "Game 1 of 1")
-    go_on(page, "Begin")
-    at_heading(page, "How was that?")  # by itself, when the result was shown
-    go_on(page)
-    at_heading(page, "Time for a rest")
-    expect(page.get_by_role("button", name="Go on")).to_be_disabled()
-    expect(page.get_by_role("button", name="Go on")).to_be_enabled()
-    check(page, "break")
-    go_on(page)
 
-    at_heading(page, "Practice game 1")
-    other = Participant(study, "P02")
-    other.walk(lambda step: step["id"] == "block2.game1")
-    go_on(page, "Begin")
     at_heading(page, "Game 1 of 1")
+    (study.folder / "interrupted" / "P01.block1.game1.1.jsonl").touch()
+    seat = {"room": "AAAA", "seat": "red", "token": "0" * 32}
+    page.evaluate("seat => sessionStorage.setItem('swarm-pz.seat', JSON.stringify(seat))", seat)
+    page.goto(f"http://{study.address}/study/P01/game#room=AAAA")  # a seat that went with its server
+    page.wait_for_url("**/study/P01")
+    at_heading(page, "Game 1 of 1")
+    expect(page.locator("#asked")).to_contain_text("This game was broken off")
     go_on(page, "Begin")
     expect(page.locator("#asked")).to_contain_text("when the other participant is, too")
     check(page, "waiting")
-    other.walk()
+    meeting = threading.Thread(target=Participant(study, "P02").walk, args=[lambda step: step["kind"] == "break"])
+    meeting.start()
+    page.wait_for_url("**/game#room=*")
+    page.reload()
+    page.wait_for_url("**/study/P01")
     at_heading(page, "How was that?")
+    meeting.join()
+    assert page.evaluate(REST), "nobody goes on before the time is up"
+    at_heading(page, "Time for a rest")
+    check(page, "break")
+    go_on(page)
+
+    for game in ("Practice game 1", "Game 1 of 1"):
+        at_heading(page, game)
+        go_on(page, "Begin")
+    at_heading(page, "How was that?")  # by itself, when the result was shown
     go_on(page)
     at_heading(page, "Thank you")
     check(page, "end")
-    assert lines_of(study, "P01")[-2]["opponent"] == "person"
+    assert lines_of(study, "P01")[-2]["opponent"] == "uniform"
 
 
-def test_a_second_window_says_so_and_may_take_over(visit):
+def test_a_second_window_says_so_and_may_take_over_and_the_monitor_follows(visit, study):
+    monitor = visit(f"study/monitor#{study.token}", 1280, 800)
+    row = monitor.locator("tr[data-name=P03]")
+    expect(row).to_contain_text("has not come")
     first = visit("study/P03")
     at_heading(first, "Do you want to take part?")
+    expect(row).to_contain_text("consent")
+    expect(row).to_contain_text("here")
+    check(monitor, "monitor")
     second = visit("study/P03")
     at_heading(second, "This study is open in another window")
     check(second, "elsewhere")
@@ -230,35 +251,5 @@ def test_a_second_window_says_so_and_may_take_over(visit):
     at_heading(nobody, "This does not go on")
     expect(nobody.locator("#told")).to_contain_text("nobody in this study has the code P77")
     check(nobody, "nobody")
-
-
-def test_the_monitor_follows_by_itself(visit, study):
-    page = visit(f"study/monitor#{study.token}", 1280, 800)
-    row = page.locator("tr[data-name=P05]")
-    expect(row).to_contain_text("has not come")
-    Participant(study, "P05").say("state")
-    expect(row).to_contain_text("consent")
-    expect(row).to_contain_text("here")
-    check(page, "monitor")
     closed = visit("study/monitor")
     expect(closed.locator("#lost")).to_contain_text("as the terminal shows it")
-
-
-def test_a_game_is_come_back_to_and_leads_back(visit, study):
-    one = Participant(study, "P07")
-    one.walk(lambda step: step["kind"] == "practice")
-    page = visit("study")
-    page.evaluate("name => sessionStorage.setItem('swarm-pz.window', JSON.stringify(name))", one.window)
-    page.goto(f"http://{study.address}/study/P07")
-    go_on(page, "Begin")
-    page.wait_for_url(re.compile("/game#room="))
-    page.reload()
-    page.wait_for_url("**/study/P07")
-    at_heading(page, "Game 1 of 1")
-    (study.folder / "interrupted" / "P07.block1.game1.1.jsonl").touch()
-    seat = {"room": "AAAA", "seat": "red", "token": "0" * 32}
-    page.evaluate("seat => sessionStorage.setItem('swarm-pz.seat', JSON.stringify(seat))", seat)
-    page.goto(f"http://{study.address}/study/P07/game#room=AAAA")  # a seat that went with its server
-    page.wait_for_url("**/study/P07")
-    at_heading(page, "Game 1 of 1")
-    expect(page.locator("#asked")).to_contain_text("This game was broken off")

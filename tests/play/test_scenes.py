@@ -76,35 +76,6 @@ def test_ground_that_captures_is_filled_to_its_edge_in_its_teams_colour_and_noth
     assert inside[1] > inside[2] and bottom[1] > bottom[2] and other[2] > other[1], "red and blue"
 
 
-def test_a_drone_in_danger_has_a_black_ring(scene):
-    safe, endangered = scene(
-        """
-        return [[], [12, 5, 255]].map((cell) => {
-            arena.take(frame(3, [0, 1], { fields: [field(), field(cell)] }));
-            arena.guarded = [0];
-            arena.paint();
-            const data = pixels(arena.drones, 105, 425, 40, 40);
-            return [...Array(1600).keys()].filter((i) => data[4 * i + 3] > 200 && data[4 * i] < 40).length;
-        });
-        """
-    )
-    assert safe == 0 < 100 < endangered
-
-
-def test_trails_are_fainter_than_drones(scene):
-    trail, drone = scene(
-        """
-        const still = (x) => ({ positions: Float32Array.from([x, 0.5]), velocities: new Float32Array(2) });
-        arena.take(frame(0, [0], still(0.1)));
-        arena.take(frame(6, [0], still(0.6)));
-        arena.paint();
-        const trail = Math.max(...[0.498, 0.5, 0.502].map((y) => at(arena.drones, 0.3, y)[3]));
-        return [trail, at(arena.drones, 0.6, 0.5)[3]];
-        """
-    )
-    assert 0 < trail < 0.4 * drone
-
-
 def test_a_target_is_one_outline_and_the_whole_square_none(scene):
     pieces = scene(
         """
@@ -142,22 +113,6 @@ def test_ink_is_seen_and_the_eraser_takes_it_away(scene):
         """
     )
     assert one > 1000 and both > 1.5 * one and undone == one and erased == 0
-
-
-def test_the_chart_shows_red_from_below_and_marks_the_turn(scene):
-    low, high, is_marked = scene(
-        """
-        const { Chart } = await load("chart"), seen = canvas(300, 400), chart = new Chart(seen);
-        chart.set([[10, 10], [15, 5], [15, 5], [15, 5], [15, 5], [5, 15]]);
-        const mean = (y) => [0, 2].map((k) => (
-            pixels(seen, 10, y, 40, 40).filter((_, i) => i % 4 === k).reduce((a, b) => a + b) / 1600));
-        const darkest = () => Math.min(...[34, 35].map((x) => pixels(seen, x, 3, 1, 1)[2]));
-        const [low, high, before] = [mean(340), mean(20), darkest()];
-        chart.set(chart.sizes, 3);
-        return [low, high, darkest() < before - 60];
-        """
-    )
-    assert low[0] > low[1] and high[1] > high[0] and is_marked
 
 
 def test_the_picture_of_capturing_shows_ground_along_the_ring_that_captures_as_it_does_in_games(scene):

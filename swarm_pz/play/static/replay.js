@@ -20,7 +20,10 @@ export class Replay {
     });
     onClick({
       hold: () => this.hold(!this.held),
-      "take-over": () => link.send({ type: "take_over", seat: byId("take-side").value }),
+      "take-over": () => {
+        if (this.later) this.seek(); // from the moment that was chosen
+        link.send({ type: "take_over", seat: byId("take-side").value });
+      },
     });
   }
 
@@ -72,6 +75,7 @@ export class Replay {
   }
 
   seek() {
+    clearTimeout(this.later);
     this.later = null;
     this.link.send({ type: "seek", tick: Number(byId("moment").value) });
   }

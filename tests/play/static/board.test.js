@@ -154,6 +154,8 @@ test("trails lead without a gap from where drones were to where they are shown, 
   const [begins, ends] = xs().slice(-2);
   near(begins, 100, 1e-3);
   near(ends, 500 * arena.places[0], 1e-3);
+  const alphas = arena.drones.getContext("2d").done.filter(({ did, width }) => did === "stroke" && width < 2).map(({ alpha }) => alpha);
+  assert.ok(Math.max(...alphas) < 0.4, "fainter than drones");
   assert.deepEqual(arena.trails.kept.map(({ tick }) => tick), [0, 6]);
   for (let tick = 12; tick <= 180; tick += 6) moved(tick, 0.2);
   assert.ok(arena.trails.kept.every(({ tick }) => tick >= 30));
@@ -192,7 +194,10 @@ test("the chart fills in seconds that were missed, keeps its own, and paints red
 
 test("the moment of a recorded game is told in the chart", () => {
   const chart = new Chart(canvas(300, 400));
-  chart.set([[10, 10], [15, 5], [5, 15]], 1);
+  chart.set([[10, 10], [15, 5], [5, 15]]);
+  const strokes = () => painted(chart.canvas, "stroke", "#1b1f24").length, before = strokes();
+  chart.set(chart.sizes, 1);
+  assert.ok(strokes() > before, "the turn is marked");
   chart.show(1.5);
   assert.equal(chart.canvas.getAttribute("aria-label"), "Team sizes over time: now red 15, blue 5");
   chart.show(null);
@@ -305,6 +310,10 @@ test("a moment is told in words, as it is followed and as it is chosen", () => {
   assert.equal(line.count("seek"), 0);
   time.pass(100);
   assert.equal(line.count("seek"), 1, "the server is not asked for each moment that one passes");
+  at("moment").fire("input");
+  at("take-over").click();
+  time.pass(100);
+  assert.deepEqual(line.said.slice(-2).map(({ type }) => type), ["seek", "take_over"], "from the moment that was chosen");
 });
 
 test("captures of a recorded game are places to go to, the turn is one, and its pace is chosen", () => {
