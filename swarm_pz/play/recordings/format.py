@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -22,7 +23,7 @@ from swarm_pz.errors import CommandError, ProtocolError, RecordingError, SwarmEr
 from swarm_pz.play.commands import Command
 from swarm_pz.play.forms import read_form
 from swarm_pz.play.frames import Frame, decode_frame
-from swarm_pz.play.game import TableConfig
+from swarm_pz.play.game import LiveGame, TableConfig
 from swarm_pz.play.protocol import ClientInfo, StrokeMessage, Timing, decode
 from swarm_pz.play.recordings.chain import START, followed
 from swarm_pz.play.recordings.folder import read_regular
@@ -373,6 +374,20 @@ class Recording:
             if frame.tick != line.tick:
                 raise RecordingError(f"{where} shows tick {frame.tick}")
             yield frame
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moment:
+    """A moment of a recorded game, to play on from: the game at that moment, and the recording's lines up to there.
+
+    `sizes` are the drones of red and blue, once a second since the start, which `seed` decides.
+    """
+
+    game: LiveGame
+    seed: int
+    sizes: list[tuple[int, int]]
+    origin: Origin
+    past: list[EventLine]
 
 
 def frame_line(frame: bytes, tick: int) -> FrameLine:

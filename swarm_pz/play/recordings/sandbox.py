@@ -15,7 +15,7 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import IO, Any, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from swarm_pz.errors import RecordingError, SwarmError
 
@@ -153,32 +153,28 @@ def _main() -> None:
 
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+    def answer(*told: Any) -> None:
+        answers.write(pickle.dumps(told))
+        answers.flush()
+        _renew()
+
     with contextlib.suppress(EOFError):
         while True:
             work, given, tells = pickle.load(asked)  # noqa: S301
             _renew()
             if tells:
-                given = (*given, lambda *so_far: _answer(answers, False, False, so_far))
-            _answer(answers, True, *_result(work, given))
-
-
-def _result(work: Callable[..., Any], given: tuple[Any, ...]) -> tuple[bool, Any]:
-    """Return whether work raised, and what it returned, or an error in words if that is no SwarmError."""
-    try:
-        return False, work(*given)
-    except MemoryError:
-        return True, f"it takes more than {MEMORY >> 30} GiB of memory"
-    except SwarmError as error:
-        return True, error
-    except Exception as error:
-        words = str(error).strip().partition("\n")[0][:300]
-        return True, f"{type(error).__name__}: {words}"
-
-
-def _answer(pipe: IO[bytes], *answer: Any) -> None:
-    pipe.write(pickle.dumps(answer))
-    pipe.flush()
-    _renew()
+                given = (*given, lambda *so_far: answer(False, False, so_far))
+            try:
+                result = False, work(*given)
+            except MemoryError:
+                result = True, f"it takes more than {MEMORY >> 30} GiB of memory"
+            except SwarmError as error:
+                result = True, error
+            except Exception as error:
+                words = str(error).strip().partition("\n")[0][:300]
+                result = True, f"{type(error).__name__}: {words}"
+            answer(True, *result)
 
 
 def _renew() -> None:

@@ -25,13 +25,13 @@ from swarm_pz.play.recordings.format import (
     VERSION,
     EndedBy,
     Header,
+    Moment,
     Outcome,
     SeatDelays,
     SeatEvent,
     SeatLine,
     reason_of_end,
 )
-from swarm_pz.play.recordings.moment import Moment
 from swarm_pz.play.recordings.recorder import Recorder
 from swarm_pz.play.server.audience import Audience
 from swarm_pz.play.server.control_thread import ControlThread

@@ -24,8 +24,7 @@ from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.frames import Frame, encode_frame
 from swarm_pz.play.game import LiveGame, TableConfig
-from swarm_pz.play.recordings.format import Origin, Recording
-from swarm_pz.play.recordings.moment import Moment
+from swarm_pz.play.recordings.format import Moment, Origin, Recording
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.sandbox import Sandbox
 from swarm_pz.play.server.connection import Connection

@@ -13,8 +13,7 @@ from swarm_pz.errors import SwarmError
 from swarm_pz.play import protocol
 from swarm_pz.play.commands import CommandReader
 from swarm_pz.play.factors import Factors
-from swarm_pz.play.recordings.format import EndedBy, Outcome, SeatEvent
-from swarm_pz.play.recordings.moment import Moment
+from swarm_pz.play.recordings.format import EndedBy, Moment, Outcome, SeatEvent
 from swarm_pz.play.server.audience import Audience
 from swarm_pz.play.server.connection import Connection, RefusedError
 from swarm_pz.play.server.live_session import LiveSession

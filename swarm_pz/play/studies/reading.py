@@ -14,7 +14,6 @@ import numpy as np
 
 from swarm_pz.config import TEAM_NAMES, TICKS_PER_SECOND
 from swarm_pz.errors import ConfigError, RecordingError
-from swarm_pz.files import explain
 from swarm_pz.play.commands import CommandReader
 from swarm_pz.play.recordings.format import CapturedLine, CommandLine, InForceLine, PaintedLine, Recording
 from swarm_pz.play.recordings.seats import SeatRow, seat_rows
@@ -65,8 +64,8 @@ def read_study(folder: Path, progress: Callable[[float, float], None] | None = N
         try:
             number, lines = _lines_of(path, data.study)
             known[number] = lines
-        except (RecordingError, OSError) as error:
-            data.faults.append(str(error) if isinstance(error, RecordingError) else explain(error))
+        except RecordingError as error:
+            data.faults.append(str(error))
     if not known:
         raise RecordingError("\n  ".join([f"nobody has taken part in the study of {folder}", *data.faults]))
     for done, (number, lines) in enumerate(sorted(known.items()), 1):
@@ -225,48 +224,46 @@ class _Person:
         reader, fates = CommandReader(recording.config.game), _fates(recording)
         for line, command, fate in zip(recording.of(CommandLine), recording.commands, fates, strict=True):
             picture = reader.picture(command)
-            self.data.commands.append(
-                CommandRow(
-                    participant=self.who,
-                    step=step.id,
-                    condition=step.played.title,
-                    side=TEAM_NAMES[line.team],
-                    by="automatic" if line.sender else "participant" if line.team == own else "opponent",
-                    number=line.number,
-                    kind=command.kind,
-                    tick=line.tick,
-                    seconds=line.tick / TICKS_PER_SECOND,
-                    received_ms=line.received_ms,
-                    in_force_tick=fate.tick,
-                    to_in_force_ms=fate.in_force_ms - line.received_ms if fate.in_force_ms is not None else None,
-                    to_painted_ms=fate.painted_ms - line.received_ms if fate.painted_ms is not None else None,
-                    drawing_ms=line.timing.drawing_ms if line.timing is not None else None,
-                    strokes=len(line.strokes) if line.strokes is not None else None,
-                    centre_x=_centre(picture.sum(axis=0)),
-                    centre_y=_centre(picture.sum(axis=1)),
-                    values=json.dumps(command.values.tolist(), separators=(",", ":")),
-                )
+            row = CommandRow(
+                participant=self.who,
+                step=step.id,
+                condition=step.played.title,
+                side=TEAM_NAMES[line.team],
+                by="automatic" if line.sender else "participant" if line.team == own else "opponent",
+                number=line.number,
+                kind=command.kind,
+                tick=line.tick,
+                seconds=line.tick / TICKS_PER_SECOND,
+                received_ms=line.received_ms,
+                in_force_tick=int(fate["tick"]) if "tick" in fate else None,
+                to_in_force_ms=fate["in_force_ms"] - line.received_ms if "in_force_ms" in fate else None,
+                to_painted_ms=fate["painted_ms"] - line.received_ms if "painted_ms" in fate else None,
+                drawing_ms=line.timing.drawing_ms if line.timing is not None else None,
+                strokes=len(line.strokes) if line.strokes is not None else None,
+                centre_x=_centre(picture.sum(axis=0)),
+                centre_y=_centre(picture.sum(axis=1)),
+                values=json.dumps(command.values.tolist(), separators=(",", ":")),
             )
+            self.data.commands.append(row)
 
     def _captures(self, step: Step, recording: Recording, own: int) -> None:
         sizes = list(recording.config.game.team_sizes)
         for line in recording.of(CapturedLine):
             sizes[line.team] += 1
             sizes[1 - line.team] -= 1
-            self.data.captures.append(
-                CaptureRow(
-                    participant=self.who,
-                    step=step.id,
-                    condition=step.played.title,
-                    tick=line.tick,
-                    seconds=line.tick / TICKS_PER_SECOND,
-                    drone=line.drone,
-                    side=TEAM_NAMES[line.team],
-                    by_participant=line.team == own,
-                    drones=sizes[own],
-                    opponent_drones=sizes[1 - own],
-                )
+            row = CaptureRow(
+                participant=self.who,
+                step=step.id,
+                condition=step.played.title,
+                tick=line.tick,
+                seconds=line.tick / TICKS_PER_SECOND,
+                drone=line.drone,
+                side=TEAM_NAMES[line.team],
+                by_participant=line.team == own,
+                drones=sizes[own],
+                opponent_drones=sizes[1 - own],
             )
+            self.data.captures.append(row)
 
     # --- forms ------------------------------------------------------------------------------------
 
@@ -312,28 +309,18 @@ def _told_by(seat: SeatRow | None, kind: type[GameRow | InterruptedRow]) -> dict
     return {name: getattr(seat, name) for name in names if hasattr(seat, name)}
 
 
-@dataclass
-class _Fate:
-    """What became of a command: when it came into force, and when its sender saw so."""
-
-    tick: int | None = None
-    in_force_ms: float | None = None
-    painted_ms: float | None = None
-
-
-def _fates(recording: Recording) -> list[_Fate]:
+def _fates(recording: Recording) -> list[dict[str, float]]:
     """Return what became of each command, in order: a client that comes back counts its own from the start again."""
-    fates: list[_Fate] = []
-    latest: dict[tuple[int, str, int], _Fate] = {}
+    fates: list[dict[str, float]] = []
+    latest: dict[tuple[int, str, int], dict[str, float]] = {}
     for line in recording.events:
         if isinstance(line, CommandLine):
-            fates.append(_Fate())
+            fates.append({})
             latest[line.team, line.sender, line.number] = fates[-1]
-        elif isinstance(line, InForceLine) and (line.team, line.sender, line.number) in latest:
-            fate = latest[line.team, line.sender, line.number]
-            fate.tick, fate.in_force_ms = line.tick, line.ms
-        elif isinstance(line, PaintedLine) and (line.team, "", line.number) in latest:
-            latest[line.team, "", line.number].painted_ms = line.ms
+        elif isinstance(line, InForceLine):
+            latest.get((line.team, line.sender, line.number), {}).update(tick=line.tick, in_force_ms=line.ms)
+        elif isinstance(line, PaintedLine):
+            latest.get((line.team, "", line.number), {}).update(painted_ms=line.ms)
     return fates
 
 

@@ -52,7 +52,11 @@ def withdraw(path: Path, code: str) -> Withdrawal:
         try:
             if number not in opened.withdrawn:
                 _settle_partner(opened, number)
-                _mark(opened, number)
+                line, file = first_line(opened.study, number) | {"withdrawn": time.time()}, opened.file_of(number)
+                with draft_of(file) as draft:
+                    write_down(draft, json.dumps(line).encode() + b"\n")
+                sync_folder(file.parent)
+                opened.withdrawn.add(number)
             left = _recordings(opened, number)  # the partner's game may have been set aside
             for file in left:
                 file.unlink()
@@ -91,16 +95,6 @@ def _settle_partner(opened: StudyFolder, number: int) -> None:
     if opened.study.is_of_pairs and partner not in opened.withdrawn and opened.has_come(partner):
         with contextlib.suppress(RecordingError):  # a corrupt file is kept as it is
             opened.settle(partner)
-
-
-def _mark(opened: StudyFolder, number: int) -> None:
-    """Put that a participant has withdrawn in the place of what they did."""
-    file = opened.file_of(number)
-    line = first_line(opened.study, number) | {"withdrawn": time.time()}
-    with draft_of(file) as draft:
-        write_down(draft, json.dumps(line).encode() + b"\n")
-    sync_folder(file.parent)
-    opened.withdrawn.add(number)
 
 
 def _lacks(opened: StudyFolder, number: int) -> list[str]:

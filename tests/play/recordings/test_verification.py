@@ -12,8 +12,7 @@ from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.errors import RecordingError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings.format import Origin, Recording
-from swarm_pz.play.recordings.moment import Moment
+from swarm_pz.play.recordings.format import Moment, Origin, Recording
 from swarm_pz.play.recordings.playback import Playback
 from tests.play.recordings.test_format import plain_lines, record, write_chained
 
