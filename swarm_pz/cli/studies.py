@@ -177,9 +177,8 @@ def export(
     from swarm_pz.play.studies.export import export as write
 
     with progress("participants", "reading") as show:
-        written = write(folder, out, overwrite=overwrite, command=command(), progress=show)
-    for fault in written.data.faults:
+        data = write(folder, out, overwrite=overwrite, command=command(), progress=show)
+    for fault in data.faults:
         print(f"left out: {printing.printable(fault)}", file=sys.stderr)
-    data = written.data
     print(f"{len(data.remaining)} participants, {len(data.games)} games, {len(data.forms)} answers and scores")
     print(f"what was found: {out / 'report.md'}")

@@ -29,18 +29,13 @@ def chained(content: bytes, before: str) -> tuple[bytes, str]:
     return content[:-1] + f',"chain":"{link}"}}'.encode(), link
 
 
-def unchained(line: bytes) -> tuple[bytes, str] | None:
-    """Return a line's content without its link, and the link; None if it does not end with one."""
-    end = _END.fullmatch(line[-_END_BYTES:])
-    return (line[:-_END_BYTES] + b"}", end[1].decode()) if end is not None else None
-
-
 def followed(line: bytes, before: str, where: str) -> str:
     """Return a line's link, or raise RecordingError if the line does not follow the one whose link came before."""
-    parts = unchained(line)
-    if parts is None or link_of(parts[0], before) != parts[1]:
+    end = _END.fullmatch(line[-_END_BYTES:])
+    link = end[1].decode() if end is not None else None
+    if link_of(line[:-_END_BYTES] + b"}", before) != link:
         raise RecordingError(
             f"{where} does not follow the line before it: one of them was changed, or lines were cut out, doubled or "
             "moved"
         )
-    return parts[1]
+    return link

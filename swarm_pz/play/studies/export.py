@@ -14,14 +14,12 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from swarm_pz.errors import OutputError, require_extra
 from swarm_pz.evaluation.provenance import versions
 from swarm_pz.files import check_folder, explain
 from swarm_pz.play.recordings.tables import write_table
-from swarm_pz.play.studies.analysis import Comparison
 from swarm_pz.play.studies.reading import StudyData, read_study
 from swarm_pz.play.studies.report import codebook_text, write_report
 from swarm_pz.play.studies.rows import NOTES, TABLES, codebook
@@ -33,15 +31,6 @@ _MARK = "codebook.json"
 """By which an export is known."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Exported:
-    """What was written into a folder: all rows with what could not be read, and what was compared."""
-
-    folder: Path
-    data: StudyData
-    comparisons: list[Comparison]
-
-
 def export(
     folder: Path,
     out: Path,
@@ -49,11 +38,12 @@ def export(
     overwrite: bool = False,
     command: str = "",
     progress: Callable[[float, float], None] | None = None,
-) -> Exported:
-    """Write all that is published of a study into a new or empty folder, or nothing; the study may still be running.
+) -> StudyData:
+    """Write all that is published of a study into a new or empty folder, or nothing, and return its rows.
 
-    `overwrite` replaces the export that `out` holds; OutputError if it holds anything else, or cannot be written.
-    `command` is what was called, for the report. See `read_study` for `progress` and other errors.
+    The study may still be running. `overwrite` replaces the export that `out` holds; OutputError if it holds anything
+    else, or cannot be written. `command` is what was called, for the report. See `read_study` for `progress` and other
+    errors.
     """
     for module in ("pyarrow", "matplotlib", "jinja2"):
         require_extra(module, "lab")
@@ -78,8 +68,8 @@ def export(
         (draft / "codebook.md").write_text(codebook_text(data.study.title), encoding="utf-8")
         write_bids(data, draft / "bids")
         write_psychds(data, draft / "psychds")
-        comparisons = write_report(data, draft, command)
-    return Exported(folder=out, data=data, comparisons=comparisons)
+        write_report(data, draft, command)
+    return data
 
 
 def _check_out(out: Path, overwrite: bool) -> None:

@@ -19,6 +19,7 @@ import msgspec
 
 from swarm_pz.errors import ConfigError, OutputError, RecordingError
 from swarm_pz.files import explain
+from swarm_pz.play.protocol import decode
 from swarm_pz.play.recordings.folder import read_regular
 from swarm_pz.play.studies.design import Condition, Study
 from swarm_pz.play.studies.forms import Form
@@ -47,6 +48,9 @@ class _Line(msgspec.Struct):
     delays: dict[str, dict[str, float | None]] = {}
     consent_version: str = ""
     consent_sha256: str = ""
+
+
+_decoder = msgspec.json.Decoder(dict[str, Any])
 
 
 @dataclass(frozen=True)
@@ -146,19 +150,12 @@ def read_lines(path: Path) -> tuple[list[dict[str, Any]], int]:
 
 def _read_line(line: bytes, path: Path, number: int) -> dict[str, Any]:
     try:
-        read = json.loads(line, parse_constant=_refuse)
-        json.dumps(read, ensure_ascii=False).encode()  # halves of a sign are none, and no table could hold them
+        read = decode(_decoder, line)
         if number > 1:
             msgspec.convert(read, _Line)
-    except (ValueError, RecursionError, msgspec.ValidationError) as error:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise RecordingError(f"line {number} of {path} is corrupt: {error}") from error
-    if not isinstance(read, dict):
-        raise RecordingError(f"line {number} of {path} is corrupt: it is no object")
     return read
-
-
-def _refuse(constant: str) -> float:
-    raise ValueError(f"{constant} is no number of JSON")
 
 
 class Progress:

@@ -328,7 +328,7 @@ def test_what_is_corrupt_is_left_out_and_told_and_titles_are_escaped_wherever_th
     lines = lines_of(people / "P01.jsonl")
     lines[-1] |= {"recording": "../../secret.jsonl"}
     (people / "P01.jsonl").write_text("".join(f"{json.dumps(line)}\n" for line in (*lines, {"step": "block9.game1"})))
-    found, out = export(tmp_path / "data", tmp_path / "out").data, tmp_path / "out"
+    found, out = export(tmp_path / "data", tmp_path / "out"), tmp_path / "out"
     assert len(found.faults) == 6
     for fault in (
         "P02.jsonl is no participant",
