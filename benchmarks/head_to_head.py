@@ -1,4 +1,4 @@
-"""Every script and learned tactic against uniform coverage, and how the game itself behaves.
+"""Every script and learned tactic against uniform coverage.
 
 `swarm-pz tournament` plays everybody against everybody.
 
@@ -14,9 +14,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
-from swarm_pz.evaluation.match import MatchResult, paired_difference, play_match
+from swarm_pz.evaluation.match import paired_difference, play_match
 from swarm_pz.policy import kind_of, registered
 
 
@@ -45,44 +43,13 @@ def print_table(rows: list[dict[str, Any]]) -> None:
         write([row["policy"], *counts, f"{row['mean_share']:.2f}", above, f"{row['restricted_mean_seconds']:.0f}"])
 
 
-def self_play(games: int, path: Path) -> None:
-    """Play uniform coverage against itself and say how the game fluctuates."""
-    match = play_match("uniform", "uniform", games=2 * games, threads=2)
-    played = match.unique
-    seconds = sum(game.seconds for game in played)
-    captures, recaptures = sum(game.captures for game in played), sum(game.recaptures for game in played)
-    changes = sum(
-        abs(after - before) for game in played for before, after in zip(game.sizes, game.sizes[1:], strict=False)
-    )
-    ended = sum(game.outcome != "draw" for game in played)
-    print(
-        f"uniform against uniform, {len(played)} games: {captures / seconds:.2f} captures a second, of which "
-        f"{recaptures / seconds:.2f} taken back within a second; net changes of size from second to second "
-        f"{changes / seconds:.2f} a second; {ended} ended within the limit, mean length {seconds / len(played):.0f} s"
-    )
-    plot_sizes(match, path)
-
-
-def plot_sizes(match: MatchResult, path: Path) -> None:
-    """Draw team sizes over time of every game of a match, red's share of all drones."""
-    figure = Figure(figsize=(8, 4.5), layout="constrained")
-    axes = figure.add_subplot()
-    for game in match.unique:
-        axes.plot([size / match.config.num_drones for size in game.sizes], linewidth=0.8, alpha=0.7)
-    axes.axhline(0.5, color="grey", linewidth=0.8)
-    axes.set(xlabel="time in s", ylabel="red's share of all drones", ylim=(-0.02, 1.02))
-    axes.set_title(f"{match.policy} against {match.opponent}, {len(match.unique)} games", fontsize=10)
-    figure.savefig(path, dpi=120)
-
-
 def main() -> None:
-    """Play, print and draw."""
+    """Play and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--games", type=int, default=100)
     parser.add_argument("--out", type=Path, default=Path("runs/head_to_head"))
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
-    self_play(20, options.out / "sizes.png")
     rows = against_uniform(options.games)
     print_table(rows)
     (options.out / "figures.json").write_text(json.dumps({"against_uniform": rows}, indent=2) + "\n")

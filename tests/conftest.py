@@ -28,7 +28,7 @@ PAGES = ("tests/play/test_journeys.py", "tests/play/test_journey_study.py", "tes
 SERVERS = tuple(
     f"tests/play/{name}.py"
     for name in (
-        "ros/test_bridge", "ros/test_process", "ros/test_rosbridge",
+        "ros/test_bridge", "ros/test_rosbridge",
         "server/test_app", "server/test_lobby",
         "server/test_policy_workers", "server/test_room", "server/test_serve", "server/test_sockets",
         "server/test_studies", "server/test_varied_rooms", "test_client", "test_climbers", "test_lsl", "test_soak",

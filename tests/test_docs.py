@@ -79,7 +79,7 @@ def test_every_python_snippet_is_run(monkeypatch, capsys):
     """Doctests run by themselves; the others are programs at a table, which is played by a stand-in here.
 
     Those of docs/data.md read an export, which tests/play/studies/test_export.py makes for them; that of docs/ros.md
-    plays in tests/play/ros/test_process.py.
+    plays in tests/play/ros/test_bridge.py.
     """
 
     def stand_in(address, tactic, **how):

@@ -1,5 +1,6 @@
-"""Every option of a command reaches the function that does the work."""
+"""Options, presets, recipes and a resumed run's own settings reach the function that does the work."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from swarm_pz import policies
 from swarm_pz.cli import main
 from swarm_pz.config import BLUE, RED, GameConfig
 from swarm_pz.errors import PolicyError
+from swarm_pz.evaluation.tournament import TournamentConfig
 from swarm_pz.evaluation.workers import Processes, SerialExecutor
 from swarm_pz.rendering.overlays import make_overlays
 from swarm_pz.standard.exploitability import SearchConfig
@@ -15,16 +17,23 @@ from swarm_pz.training.config import RECIPES, LeagueConfig, TrainConfig
 
 RULES = GameConfig(time_limit=5.0, drones_per_team=2)
 SHORT = "--game.time-limit 5 --game.drones-per-team 2"
-CALLS = ("progress", "say", "show", "should_stop", "loader")
+OUT = Path("runs/mine")
 
 
 class EnoughError(Exception):
     """The function was reached."""
 
 
+def plain(value):
+    """Return players by their names, and pools by their number of processes."""
+    if isinstance(value, SerialExecutor | Processes):
+        return getattr(value, "count", 1)
+    return getattr(value, "name", value) if not isinstance(value, Path) else value
+
+
 @pytest.fixture
 def given(monkeypatch):
-    """Run a command up to a function; return what that was given, players by their names."""
+    """Run a command up to a function; return what that was given."""
 
     def given(words, where):
         found = []
@@ -37,142 +46,108 @@ def given(monkeypatch):
         with pytest.raises(EnoughError):
             main(words.split())
         args, named = found
-        for name in CALLS:
+        for name in ("progress", "say", "show", "should_stop", "loader"):
             assert callable(named.pop(name, print)), name
-        return tuple(getattr(one, "name", one) for one in args), named
+        assert named.pop("command", f"swarm-pz {words}") == f"swarm-pz {words}"
+        return tuple(map(plain, args)), {name: plain(value) for name, value in named.items()}
 
     return given
 
 
-MATCH, HOW = f"--games 6 --seed 7 --threads 1 {SHORT}", {"games": 6, "seed": 7, "threads": 1}
+MATCH = f"--games 6 --seed 7 --threads 1 {SHORT}"
+HOW = {"games": 6, "seed": 7, "threads": 1}
 ONE = f"ring noise --seed 7 --pair 3 --side blue --seconds 1.5 {SHORT}"
 CHOSEN = {"config": RULES, "seed": 7, "pair": 3, "side": "blue", "seconds": 1.5}
 GAME = TrainConfig().game.replace(drones_per_team=3)
-MINE = Path("runs/mine")
-AGAIN = {"resume": False, "overwrite": True}
+NEW, AGAIN = {"resume": False, "overwrite": False}, {"resume": False, "overwrite": True}
+PLAYED, SUITES, ATTACK = (
+    "evaluation.match.play_match",
+    "policies.held_out.play_suites",
+    "standard.exploitability.attack",
+)
+TRAINING, LEAGUE = "training.ppo.Training", "training.selfplay.League"
+LONG, RELEASED = RECIPES["long"], GameConfig.preset("released")
+SEEN = RELEASED.replace(observation=TrainConfig().game.observation)
+TOURNAMENT = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs/mine {SHORT}"
 
 
 @pytest.mark.parametrize(
     ("words", "where", "args", "named"),
     [
-        (
-            f"evaluate ring --opponent noise {MATCH}",
-            "evaluation.match.play_match",
-            ("ring", "noise"),
-            HOW | {"config": RULES},
-        ),
-        (f"evaluate ring --held-out {MATCH}", "policies.held_out.play_suites", ("ring", RULES), HOW),
+        (f"evaluate ring --opponent noise {MATCH}", PLAYED, ("ring", "noise"), HOW | {"config": RULES}),
+        (f"evaluate ring --held-out {MATCH}", SUITES, ("ring", RULES), HOW | {"pool": 1}),
+        (f"evaluate ring --held-out --processes 3 {MATCH}", SUITES, ("ring", RULES), HOW | {"pool": 3}),
         (
             f"evaluate ring --exploit {MATCH} --exploit-steps 640 --exploiters 2 --out runs/mine --overwrite",
-            "standard.exploitability.attack",
-            ("ring", MINE, SearchConfig(steps=640, exploiters=2, games=6, seed=7), RULES),
-            AGAIN,
+            ATTACK,
+            ("ring", OUT, SearchConfig(steps=640, exploiters=2, games=6, seed=7), RULES),
+            AGAIN | {"pool": 2},
         ),
         (
-            f"evaluate ring --exploit {SHORT}",
-            "standard.exploitability.attack",
+            f"evaluate ring --exploit --processes 1 {SHORT}",
+            ATTACK,
             ("ring", Path("runs/exploiter"), SearchConfig(), RULES),
-            AGAIN | {"overwrite": False},
+            NEW | {"pool": 1},
         ),
         (
             f"render {ONE} --speed 3 --out a.gif --overlay target captures --overlay-team both",
             "analysis.video.film_game",
-            ("ring", "noise", "a.gif"),
+            ("ring", "noise", Path("a.gif")),
             CHOSEN | {"speed": 3.0, "overlays": make_overlays(["target", "captures"], [RED, BLUE])},
         ),
         (f"diagnose {ONE} --out a.svg", "analysis.diagnosis.diagnose", ("ring", "noise"), CHOSEN),
-        (
-            "bench --games 1 3 --drones 4 --threads 1 2 --repeats 5 --grid 10",
-            "bench.measure",
-            None,
-            {"games": (1, 3), "drones": (4,), "threads": (1, 2), "grid": 10, "repeats": 5},
-        ),
         (f"warmup {SHORT}", "bench.batch_env_face", (RULES, 2, 1), {}),
         (
-            f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs/mine {SHORT}",
+            TOURNAMENT,
             "evaluation.tournament.Tournament",
-            None,
+            (
+                ("ring", "halo"),
+                TournamentConfig(games=6, seed=7, budget_ms=70.0, game=RULES),
+                OUT,
+                policies.load,
+                f"swarm-pz {TOURNAMENT}",
+            ),
             {},
         ),
         (
             "train --out runs/mine --threads 3 --seed 4 --opponents ring noise --game.drones-per-team 3 --overwrite",
-            "training.ppo.Training",
-            (TrainConfig(game=GAME, threads=3, seed=4, opponents=("ring", "noise")), "mine"),
+            TRAINING,
+            (TrainConfig(game=GAME, threads=3, seed=4, opponents=("ring", "noise")), OUT),
             AGAIN,
         ),
+        ("train --recipe long --threads 3", TRAINING, (LONG.replace(threads=3), Path("runs/first")), NEW),
+        ("train --recipe=long --epochs=7", TRAINING, (LONG.replace(epochs=7), Path("runs/first")), NEW),
+        ("train --preset released --out runs/mine", TRAINING, (TrainConfig(game=SEEN), OUT), NEW),
+        ("league", LEAGUE, (LeagueConfig(), Path("runs/league")), NEW | {"workers": 1}),
         (
-            "league --out runs/mine --seats 5 --learner.threads 3 --learner.game.drones-per-team 3 --overwrite",
-            "training.selfplay.League",
-            (LeagueConfig(learner=RECIPES["long"].replace(game=GAME, threads=3), seats=5), "mine"),
-            AGAIN,
+            "league --out runs/mine --seats 5 --learner.threads 3 --preset released --processes 3",
+            LEAGUE,
+            (LeagueConfig(learner=LONG.replace(game=SEEN, threads=3), seats=5), OUT),
+            NEW | {"workers": 3},
         ),
         (
             "sweep --seeds 4 6 --processes 3 --out runs/mine --gamma 0.9",
             "training.sweep.sweep",
-            None,
+            (TrainConfig(threads=1, gamma=0.9), (4, 6), OUT, 3),
+            {},
+        ),
+        (
+            "sweep --recipe long --processes 1",
+            "training.sweep.sweep",
+            (LONG.replace(threads=1), (0, 1, 2), Path("runs/sweep"), 1),
             {},
         ),
     ],
-    ids=lambda value: value.split()[0] if isinstance(value, str) and " " in value else "",
 )
-def test_options_reach_the_work(words, where, args, named, given):
-    found, options = given(words, where)
-    if "command" in options:
-        assert options.pop("command") == f"swarm-pz {words}"
-    for pool in ("pool", "workers"):
-        options.pop(pool, None)
-    if args is not None:
-        assert found == tuple(getattr(one, "name", one) for one in args)
-    assert options == named
+def test_options_recipes_and_presets_reach_the_work(words, where, args, named, given):
+    assert given(words, where) == (args, named)
 
 
-def test_a_tournament_and_a_sweep_are_begun_as_they_were_asked_for(given):
-    words = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs/mine {SHORT}"
-    (players, config, folder, _, command), _ = given(words, "evaluation.tournament.Tournament")
-    assert (players, folder, command) == (("ring", "halo"), "mine", f"swarm-pz {words}")
-    assert (config.games, config.seed, config.budget_ms, config.game) == (6, 7, 70.0, RULES)
-    found, _ = given("sweep --seeds 4 6 --processes 3 --out runs/mine --gamma 0.9", "training.sweep.sweep")
-    assert found[:3] == (TrainConfig(threads=1, gamma=0.9), (4, 6), "mine") and found[3].count == 3
-
-
-@pytest.mark.parametrize(
-    ("words", "where", "kind"),
-    [
-        ("evaluate ring --held-out", "policies.held_out.play_suites", SerialExecutor),
-        ("evaluate ring --held-out --processes 2", "policies.held_out.play_suites", Processes),
-        ("evaluate ring --exploit", "standard.exploitability.attack", Processes),
-        ("evaluate ring --exploit --processes 1", "standard.exploitability.attack", SerialExecutor),
-        ("league", "training.selfplay.League", SerialExecutor),
-        ("league --processes 3", "training.selfplay.League", Processes),
-    ],
-)
-def test_work_is_shared_as_it_was_asked_for(words, where, kind, given):
-    _, options = given(words, where)
-    assert isinstance(options.get("pool", options.get("workers")), kind)
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("--held-out --exploit", "one at a time"),
-        ("--held-out --opponent halo", "opponent must be left out"),
-        ("--exploit --opponent halo", "opponent must be left out"),
-        ("--resume", "left out without exploit, got (True, False)"),
-        ("--held-out --overwrite", "left out without exploit, got (False, True)"),
-        ("--exploit --resume --overwrite", "give one of them"),
-        ("--exploit --overwrite", "overwrite must say which run to replace"),
-        ("--held-out --json /", "expected the name of a file to write"),
-        ("--exploit --games 7", "games must be even"),
-        ("--exploit --exploiters 0", "exploiters must be"),
-        ("--exploit --exploit-steps 0", "steps must be"),
-        ("--exploit --ray auto", "ray must be left out without held_out"),
-        ("--processes 2", "processes must be left out without held_out or exploit, got 2"),
-    ],
-)
-def test_options_of_evaluate_that_do_not_go_together_are_refused_before_anything_is_played(words, message, capsys):
-    with pytest.raises(SystemExit, match="2"):
-        main(["evaluate", "ring", *words.split()])
-    assert message in capsys.readouterr().err and not Path("runs").exists()
+def test_what_bench_measures_and_the_rules_of_a_preset_are_as_asked(given):
+    _, options = given("bench --games 1 3 --drones 4 --threads 1 2 --repeats 5 --grid 10", "bench.measure")
+    assert options == {"games": (1, 3), "drones": (4,), "threads": (1, 2), "grid": 10, "repeats": 5}
+    _, options = given("evaluate ring --preset released --game.time-limit 5", PLAYED)
+    assert options["config"] == RELEASED.replace(time_limit=5.0), "options win over presets"
 
 
 def test_a_tournament_of_all_is_of_those_who_can_play_these_rules(given, monkeypatch, capsys):
@@ -189,3 +164,48 @@ def test_a_tournament_of_all_is_of_those_who_can_play_these_rules(given, monkeyp
     assert {"ring", "noise", "uniform"} <= set(players) and not {"halo", "evade", "prowl"} & set(players)
     said = capsys.readouterr().err
     assert "left out: halo: not so few drones\n" in said and "left out: evade cannot be loaded\n" in said
+
+
+# --- resumed runs -----------------------------------------------------------------------------------------
+
+KEPT = LONG.replace(total_steps=200_000, seed=4, game=TrainConfig().game.replace(time_limit=5.0))
+
+
+def keep(settings):
+    OUT.mkdir(parents=True)
+    (OUT / "config.json").write_text(settings)
+
+
+@pytest.mark.parametrize(
+    ("words", "where", "kept", "changed"),
+    [
+        ("train", TRAINING, KEPT, {}),
+        ("train --seed 4 --recipe long", TRAINING, KEPT, {}),
+        (
+            "train --preset paper --total-steps 300000 --threads 1",
+            TRAINING,
+            KEPT,
+            {"total_steps": 300_000, "threads": 1},
+        ),
+        ("league --learner.seed 4", LEAGUE, LeagueConfig(learner=KEPT, seats=8), {}),
+    ],
+)
+def test_a_resumed_run_has_its_own_settings(words, where, kept, changed, given):
+    """Without them a run of 200,000 steps trained for 2,400,000 when it was resumed."""
+    keep(json.dumps(kept.to_dict()))
+    assert given(f"{words} --resume --out {OUT}", where)[0] == (kept.replace(**changed), OUT)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--seed 0", "was begun with seed 4, and this line says --seed 0: leave that out"),
+        ("--game.time-limit 6", "begun with game.time_limit 5.0, and this line says --game.time-limit 6.0"),
+        ("--recipe quick --rollout 8", "begun with rollout 64, and this line says --rollout 8"),
+        ("--preset released", "begun with game.spawn.layout 'corners', and this line says --game.spawn.layout"),
+        ("torn", "cannot be read"),
+    ],
+)
+def test_options_that_contradict_a_resumed_run_and_settings_that_are_torn_are_named(words, message, refused):
+    keep(json.dumps(KEPT.to_dict()) if words != "torn" else words)
+    assert message in refused(f"train {words.removeprefix('torn')} --resume --out {OUT}")

@@ -10,7 +10,6 @@ from types import SimpleNamespace
 import pytest
 import ray
 
-from benchmarks.ray_cluster import Cluster
 from swarm_pz import policies
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import WorkerError
@@ -19,6 +18,7 @@ from swarm_pz.evaluation.bundles import PolicyBundle
 from swarm_pz.evaluation.processes import LostTaskError
 from swarm_pz.evaluation.ray_pool import RayPool
 from swarm_pz.evaluation.tournament import Tournament, TournamentConfig
+from tests.evaluation.ray_cluster import Cluster
 from tests.evaluation.test_tournament import without_times
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs kill")

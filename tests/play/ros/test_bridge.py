@@ -1,4 +1,4 @@
-"""ROS programs at a table: seats, commands, what subscribers see, and who plays which side."""
+"""ROS programs at a table: seats, commands, what subscribers see, who plays which side; and how the server runs."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ import contextlib
 import json
 import re
 import socket
+import subprocess
+import sys
+from pathlib import Path
 
 import cbor2
 import numpy as np
@@ -15,12 +18,15 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from swarm_pz.config import GameConfig
-from swarm_pz.errors import RecordingError
+from swarm_pz.errors import CommandError, MissingExtraError, RecordingError
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, Recording
-from swarm_pz.play.ros import connection
+from swarm_pz.play.ros import connection, process
 from swarm_pz.play.ros.bridge import Bridge
+from tests.play.conftest import Table
+from tests.play.ros.wire import Wire
 
+ROOT = Path(__file__).parents[3]
 ERGODIC = GameConfig(time_limit=600.0)
 PATIENCE_S = 300.0
 
@@ -145,14 +151,14 @@ def spot(seed):
     return 10.0 * image / image.sum()
 
 
-def is_of(line, seed):
-    """Whether a recorded command asks for an image."""
-    wanted = spot(seed).reshape(10, 5, 10, 5).mean(axis=(1, 3), dtype=np.float64)
+def is_of(line, image):
+    """Whether a recorded command asks for an image (50, 50)."""
+    wanted = image.reshape(10, 5, 10, 5).mean(axis=(1, 3), dtype=np.float64)
     return np.allclose(np.array(line.density), wanted / wanted.max(), rtol=0, atol=1e-7)
 
 
 @met()
-async def test_the_tablets_sequence_plays_a_game_and_its_images_are_the_targets(meeting, table):
+async def test_the_tablets_sequence_plays_a_game_and_of_images_that_come_at_once_the_last_is_the_target(meeting, table):
     tablet = await meeting.join()
     await tablet.subscribe("/swarm/red/poses", "/agent_team_status")
     await tablet.connect_player("red")
@@ -162,9 +168,14 @@ async def test_the_tablets_sequence_plays_a_game_and_its_images_are_the_targets(
         await tablet.deploy("red", spot(number))
         await recorded(table, room, InForceLine, number + 1)
     for number, line in enumerate(await recorded(table, room, CommandLine, 2)):
-        assert is_of(line, number)
+        assert is_of(line, spot(number))
     told = [one["msg"]["data"] for one in tablet.heard if one.get("topic") == "/agent_team_status"]
     assert told[:20] == [f"agent{drone} {'red' if drone < 10 else 'blue'}" for drone in range(20)]
+    for number in range(2, 6):
+        await tablet.deploy("red", spot(number))
+    while not is_of((await recorded(table, room, CommandLine, 3))[-1], spot(5)):
+        await asyncio.sleep(0.05)
+    assert not [line for line in meeting.lines if "refused" in line], "no command came too soon"
 
 
 @met(opponent=None)
@@ -232,7 +243,7 @@ def test_a_tablet_whose_loss_was_not_noticed_has_its_side_again(table, monkeypat
         await again.refused("/tablet_comm", team="red", data=spot(1).ravel().tolist())
         await stranger.refused("/tablet_comm", team="red", data=spot(2).ravel().tolist())
         (line, *_) = await recorded(table, room, CommandLine)
-        assert is_of(line, 1)
+        assert is_of(line, spot(1))
         lost._there.transport.abort()
 
     meet(table, conversation)
@@ -308,45 +319,23 @@ def test_a_seat_of_another_kind_takes_its_own_commands_and_clear_ones(system, to
     meet(table, conversation, game=GameConfig(time_limit=600.0, controllers=(system, "ergodic")))
 
 
-@met()
-async def test_of_images_that_come_at_once_the_last_is_the_target(meeting, table):
-    tablet = await meeting.join()
-    await tablet.connect_player("red")
-    room = await meeting.room()
-    for number in range(6):
-        await tablet.deploy("red", spot(number))
-    count, line = 1, None
-    while line is None or not is_of(line, 5):
-        (*_, line) = lines = await recorded(table, room, InForceLine, count)
-        count = len(lines) + 1
-        line = (await recorded(table, room, CommandLine, line.number))[line.number - 1]
-    assert not [line for line in meeting.lines if "refused" in line], "no command came too soon"
-
-
-@met()
-async def test_what_is_refused_stands_in_the_log_of_who_said_it_and_of_nobody_else(meeting, table):
-    one, other = await meeting.join(), await meeting.join()
-    for program in (one, other):
-        await program.say(op="set_level", level="none")
-        await program.subscribe("/rosout")
-    await one.publish("/swarm/red/density", data=[1.0] * 100)
-    assert "nobody has taken red" in (await one.hear("/rosout"))["msg"]
-    await other.publish("/swarm/blue/density", data=[1.0] * 100)
-    assert "nobody has taken blue" in (await other.hear("/rosout"))["msg"]
-
-
-def test_a_table_that_is_not_there_is_told_of():
+def test_what_is_refused_stands_in_the_log_of_who_said_it_and_a_table_that_is_not_there_is_told_of():
     class Nowhere:
         address = "127.0.0.1:1"
 
     async def conversation(meeting):
-        program, reader = await meeting.join(), await meeting.join()
+        one, other, reader = await meeting.join(), await meeting.join(), await meeting.join()
         await reader.subscribe("/rosout")
+        for program, side in ((one, "red"), (other, "blue")):
+            await program.say(op="set_level", level="none")
+            await program.subscribe("/rosout")
+            await program.publish(f"/swarm/{side}/density", data=[1.0] * 100)
+            assert f"nobody has taken {side}" in (await program.hear("/rosout"))["msg"]
         assert await reader.refused("/tablet_comm")  # so what it has said before is heard, too
-        assert "red: has no seat at the table" in await program.refused("red_connection_service")
-        line = await reader.hear("/rosout", lambda message: "has no seat" in message["msg"])
+        await one.connect_player("red")
+        line = await reader.hear("/rosout", lambda message: "red: has no seat at the table" in message["msg"])
         assert line["level"] == 30
-        await program.connect_player("blue")
+        await other.connect_player("blue")
         await meeting.said("blue: has no seat at the table")
 
     meet(Nowhere, conversation, opponent=None)
@@ -384,3 +373,66 @@ async def test_hostile_messages_are_refused_and_reach_nobody(meeting, table):
     await recorded(table, room, InForceLine)
     assert [line.number for line in await recorded(table, room, CommandLine)] == [1]
     assert not [line for line in meeting.lines if "refused" in line], "nothing of it reached the table"
+
+
+# --- the process beside a table ---------------------------------------------------------------------------
+
+
+def test_a_port_that_is_taken_and_a_missing_extra_are_said(monkeypatch):
+    with (
+        socket.create_server(("127.0.0.1", 0)) as taken,
+        pytest.raises(CommandError, match="another rosbridge"),
+    ):
+        process.listen("127.0.0.1", taken.getsockname()[1])
+    monkeypatch.setitem(sys.modules, "cbor2", None)
+    with pytest.raises(MissingExtraError, match=r"cbor2 is not installed.*lab\]"):
+        process.listen("127.0.0.1", 0)
+
+
+def test_the_tablets_library_comes_back_after_a_loss_and_the_documentations_program_plays_on(tmp_path):
+    table = Table(tmp_path, "--rosbridge", "0", "--ros-opponent", "uniform")
+    port = int(next(line for line in table.process.stdout if "rosbridge is at" in line).rpartition(":")[2])
+    sent = asyncio.run(play_as_a_tablet(port, tmp_path))
+    commands = commands_in(tmp_path)
+    (program,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "ros.md").read_text(), re.S)
+    command = [sys.executable, "-u", "-c", program.replace("port=9090", f"port={port}")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as playing:  # noqa: S603  (our own page)
+        seen = next(line for line in playing.stdout if "red drones" in line)
+        playing.kill()
+    printed = table.end()
+    assert int(seen.split()[0]) > 0
+    assert table.process.returncode in (0, -15) and "by itself" not in printed and printed.count("plays in room") == 1
+    found = [number for line in commands for number, image in enumerate(sent) if is_of(line, image)]
+    assert len(found) == len(commands) and found == sorted(set(found))
+    assert {0, 1, 3} <= set(found), "while it is found out that the former client has gone, the latest waits"
+
+
+def commands_in(folder):
+    """Return red's commands in the only game that there is."""
+    (path,) = folder.glob("*.jsonl")
+    return [line for line in Recording.read(path).of(CommandLine) if line.team == 0]
+
+
+async def play_as_a_tablet(port, folder):
+    """Let a tablet play, lose its connection in the middle, and return the images that it deployed."""
+    wire, sent = Wire(port), []
+    arguments = [Path(__file__).with_name("tablet.py"), str(await wire.lay()), "red", "4", "0.6", str(port)]
+    tablet = await asyncio.create_subprocess_exec(
+        sys.executable, *arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, limit=2**26
+    )
+    async for line in tablet.stdout:
+        told = json.loads(line)
+        if "deploy" in told:
+            sent.append(np.array(told["data"]).reshape(50, 50))
+            if told["deploy"] == 1:
+                await asyncio.sleep(0.3)
+                wire.cut()
+        if told.get("deployed"):
+            while not any(is_of(line, sent[-1]) for line in commands_in(folder)):
+                await asyncio.sleep(0.1)  # the former client is asked whether it is there
+            tablet.stdin.close()
+        if "poses" in told:
+            assert len(told["poses"]) > 10
+    assert await tablet.wait() == 0
+    await wire.end()
+    return sent

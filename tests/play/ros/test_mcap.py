@@ -35,37 +35,44 @@ def read(tmp_path_factory):
     return Recording.read(folder / "a.jsonl"), found
 
 
-def test_drones_are_where_the_recorded_frames_have_them_and_turned_to_where_they_fly(read):
+def test_every_moment_is_told_as_the_recording_has_it(read):
     recording, found = read
-    frames = list(recording.frames())
-    for team, name in enumerate(TEAM_NAMES):
-        told = found[f"/swarm/{name}/poses"]
-        assert len(told) == len(frames) > 100
-        for (nanoseconds, message), frame in zip(told, frames, strict=True):
-            assert nanoseconds == frame.tick * 10**9 // 30
-            assert message.header.frame_id == "map"
-            assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == nanoseconds
-            places = [(pose.position.x, pose.position.y) for pose in message.poses]
-            assert places == [tuple(place) for place in frame.positions[frame.teams == team].tolist()]
-    for (_, message), frame in zip(found["/tf"], frames, strict=True):
-        for drone, one in enumerate(message.transforms):
+    frames, playback = list(recording.frames()), Playback(recording)
+    assert len(frames) > 100
+    for place, frame in enumerate(frames):
+        playback.seek(frame.tick)
+        of = {topic: told[place] for topic, told in found.items() if topic != "/agent_team_status"}
+        assert {time for time, _ in of.values()} == {frame.tick * 10**9 // 30}
+        of = {topic: message for topic, (_, message) in of.items()}
+        assert list(of["/swarm/sizes"].data) == [int((frame.teams == team).sum()) for team in (0, 1)]
+        for drone, one in enumerate(of["/tf"].transforms):
             assert one.child_frame_id == f"agent{drone}"
             angle = 2 * math.atan2(one.transform.rotation.z, one.transform.rotation.w)
             x, y = frame.velocities[drone]
             assert math.isclose(math.cos(angle - math.atan2(y, x)), 1.0, abs_tol=1e-9)
+        for team, name in enumerate(TEAM_NAMES):
+            told = of[f"/swarm/{name}/poses"]
+            assert told.header.frame_id == "map"
+            assert told.header.stamp.sec * 10**9 + told.header.stamp.nanosec == frame.tick * 10**9 // 30
+            places = [(pose.position.x, pose.position.y) for pose in told.poses]
+            assert places == [tuple(place) for place in frame.positions[frame.teams == team].tolist()]
+            field = np.array(of[f"/swarm/{name}/capture_field"].data).reshape(50, 50)
+            np.testing.assert_array_equal(field > 75, playback.game.simulator.captures_here[0, team])
+            density = playback.game.simulator.targets[0, team]
+            target = np.array(of[f"/{name}_team_target_dist"].data).reshape(10, 10)
+            np.testing.assert_allclose(target, 100 * density / density.max(), atol=0.51)
 
 
-def test_captures_and_sizes_are_told(read):
+def test_captures_are_told_when_they_happen(read):
     recording, found = read
-    frames = list(recording.frames())
-    first = [f"agent{drone} {TEAM_NAMES[team]}" for drone, team in enumerate(frames[0].teams)]
-    captured = [f"agent{line.drone} {TEAM_NAMES[line.team]}" for line in recording.of(CapturedLine)]
+    told = [(time, message.data) for time, message in found["/agent_team_status"]]
+    first = next(recording.frames())
+    captured = recording.of(CapturedLine)
     assert captured, "or this game shows nothing"
-    assert [message.data for _, message in found["/agent_team_status"]] == first + captured
-    times = [nanoseconds for nanoseconds, _ in found["/agent_team_status"][len(first) :]]
-    assert times == [line.tick * 10**9 // 30 for line in recording.of(CapturedLine)]
-    for (_, message), frame in zip(found["/swarm/sizes"], frames, strict=True):
-        assert list(message.data) == [int((frame.teams == team).sum()) for team in (0, 1)]
+    assert told == [
+        *((0, f"agent{drone} {TEAM_NAMES[team]}") for drone, team in enumerate(first.teams)),
+        *((line.tick * 10**9 // 30, f"agent{line.drone} {TEAM_NAMES[line.team]}") for line in captured),
+    ]
 
 
 def test_the_capture_that_ends_a_game_is_told(tmp_path):
@@ -75,20 +82,6 @@ def test_the_capture_that_ends_a_game_is_told(tmp_path):
     recording = Recording.read(tmp_path / "a.jsonl")
     told = [(tick, message["data"]) for tick, topic, message in mcap.told(recording) if topic == "/agent_team_status"]
     assert told[-1] == (end["tick"], "agent3 blue")
-
-
-def test_fields_say_where_they_capture_and_targets_where_to(read):
-    recording, found = read
-    playback = Playback(recording)
-    for place, frame in enumerate(recording.frames()):
-        playback.seek(frame.tick)
-        for team, name in enumerate(TEAM_NAMES):
-            field = found[f"/swarm/{name}/capture_field"][place][1]
-            shown = np.array(field.data).reshape(50, 50)
-            np.testing.assert_array_equal(shown > 75, playback.game.simulator.captures_here[0, team])
-            target = found[f"/{name}_team_target_dist"][place][1]
-            density = playback.game.simulator.targets[0, team]
-            np.testing.assert_allclose(np.array(target.data).reshape(10, 10), 100 * density / density.max(), atol=0.51)
 
 
 def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):

@@ -1,6 +1,6 @@
 """What the published tablet app sends, by roslibpy of any version; prints JSON lines. Needs nothing but roslibpy.
 
-python benchmarks/table/tablet.py PORT TEAM DEPLOYS PAUSE_S SUBSCRIBER_PORT
+python tests/play/ros/tablet.py PORT TEAM DEPLOYS PAUSE_S SUBSCRIBER_PORT
 
 It never subscribes; beside it a second client, at a port of its own, subscribes to where the team's drones are.
 """

@@ -1,0 +1,209 @@
+"""Commands for people at the table and of studies: what reaches the server, films, messages and tables."""
+
+import csv
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from swarm_pz.config import GameConfig
+from swarm_pz.play.recordings import playback
+from swarm_pz.play.recordings.format import Recording
+from swarm_pz.play.recordings.sandbox import Sandbox
+from swarm_pz.play.studies.folder import StudyFolder
+from swarm_pz.policies import load
+from swarm_pz.policy import about
+from tests.cli.conftest import run
+from tests.play.recordings.test_format import plain_lines, record, write_chained
+from tests.play.studies.test_design import PLAIN, written
+
+HERE = "--host 127.0.0.2 --port 0"
+
+
+# --- play and replay ------------------------------------------------------------------------------
+
+
+def test_a_table_is_served_as_it_was_asked_for(served):
+    options = f"{HERE} --min-command-interval 0.75 --out games --countdown 1.5 --game.command-period 2 --record-labels"
+    run(f"play --opponent ring {options} --embed https://lab.example http://localhost:3000")
+    ((loader, policies, how),) = served
+    game = GameConfig(command_period=2.0)
+    assert loader is load and policies == {"uniform": "everywhere", "ring": about("ring")}
+    assert (how["host"], how["port"], how["folder"], how["page"]) == ("127.0.0.2", 0, Path("games"), "play=ring")
+    assert (how["countdown_s"], how["levels"], how["record_labels"]) == (1.5, None, True)
+    assert how["embedders"] == ("https://lab.example", "http://localhost:3000")
+    assert how["table"].game == game and how["table"].min_command_interval == 0.75
+    assert "█" in how["draw_code"]("http://127.0.0.2:8000/") and how["say"].func is print
+    assert how["greeting"].startswith(f"rules: {game.rules_hash} ")
+
+
+@pytest.mark.parametrize(
+    ("words", "page", "levels"),
+    [("", "", None), ("--opponent none", "play=none", None), ("--ladder", "ladder", Path("runs/games/levels"))],
+)
+def test_a_table_without_an_opponent_knows_the_installed_policies_and_records_no_names(words, page, levels, served):
+    run(f"play {words}")
+    ((_, policies, how),) = served
+    assert (policies, how["page"], how["levels"]) == ({"uniform": "everywhere"}, page, levels)
+    assert not how["record_labels"]
+
+
+def test_factors_are_read_before_anybody_plays(served, refused):
+    Path("factors.toml").write_text('[blue]\ncommand_delay_ms = 100\nshare = 0.5\nhelper = "ring"\n')
+    run("play --factors factors.toml")
+    red, blue = served[0][2]["table"].factors
+    assert (red.command_delay_ms, blue.command_delay_ms, blue.helper) == (0.0, 100.0, "ring")
+    Path("factors.toml").write_text('[blue]\nshare = 0.5\nhelper = "rign"\n')
+    assert "did you mean 'ring'" in refused("play --factors factors.toml") and len(served) == 1
+
+
+def test_a_recording_is_shown_from_its_own_folder(served, tmp_path):
+    (tmp_path / "games").mkdir()
+    record(tmp_path / "games" / "a.jsonl", ticks=30)
+    run(f"replay games/a.jsonl {HERE}")
+    ((loader, policies, how),) = served
+    assert loader is load and policies == {"uniform": "everywhere"}
+    place = (how["host"], how["port"], how["folder"], how["page"])
+    assert place == ("127.0.0.2", 0, Path("games"), "replay=a.jsonl")
+
+
+def test_a_recording_is_only_verified_filmed_or_written_if_that_is_asked(
+    served, refused, tmp_path, capsys, monkeypatch
+):
+    filmed, do = [], Sandbox.do
+
+    def noted(sandbox, name, work, *given, **how):
+        return filmed.append(given[1:]) if work is playback.film else do(sandbox, name, work, *given, **how)
+
+    monkeypatch.setattr(Sandbox, "do", noted)
+    record(tmp_path / "a.jsonl", ticks=30)
+    run("replay a.jsonl --verify --film a.gif --speed 3 --mcap bags/a.mcap")
+    said = capsys.readouterr().out
+    assert "verified: 11 frames" in said and f"ends with {Recording.read(tmp_path / 'a.jsonl').link}" in said
+    assert filmed == [(Path("a.gif"), 3.0)] and "film: a.gif" in said and "messages: bags/a.mcap" in said
+    assert Path("bags/a.mcap").read_bytes().startswith(b"\x89MCAP0")
+    monkeypatch.setitem(sys.modules, "mcap_ros2.writer", None)
+    assert "mcap_ros2 is not installed" in refused("replay a.jsonl --mcap b.mcap")
+    assert not served and not list(tmp_path.glob("b.*"))
+
+
+def test_a_recording_that_plays_differently_here_or_breaks_off_is_an_error(tmp_path, refused):
+    record(tmp_path / "a.jsonl", ticks=60)
+    lines = plain_lines(tmp_path / "a.jsonl")
+    place = next(i for i, line in enumerate(lines) if line["type"] == "in_force")
+    later = next(i for i, line in enumerate(lines) if line.get("tick") == lines[place]["tick"] + 6)
+    moved = lines[place] | {"tick": lines[place]["tick"] + 3}
+    write_chained(tmp_path / "b.jsonl", [*lines[:place], *lines[place + 1 : later], moved, *lines[later:-1]])
+    said = refused("replay b.jsonl --verify")
+    assert "plays differently here from tick" in said and "had to come into force at tick" in said
+    assert "it is unfinished: it breaks off after" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("replay a.jsonl --port 99999", "port must be a whole number in [0, 65535]"),
+        ("replay a.jsonl --speed 0", "speed must be above 0"),
+        ("replay a.jsonl --film a.avi", "must end in .gif or .mp4"),
+        ("replay a.jsonl --mcap a.bag", "name ends with .mcap"),
+        ("replay a.jsonl --mcap a.jsonl/a.mcap", "is a file, not a folder"),
+        ("play --port 99999", "port must be a whole number"),
+        ("play --embed lab", "--embed takes the origin of a page"),
+        ("play --opponent rign", "did you mean 'ring'"),
+        ("play --out a.jsonl", "cannot be recorded in a.jsonl"),
+        ("play --ros-opponent ring", "give --rosbridge a port"),
+        ("play --ros-origin http://a.example", "give --rosbridge a port"),
+        ("play --rosbridge 0 --ros-opponent unifrm", "did you mean 'uniform'"),
+        ("play --rosbridge 70000", "rosbridge must be"),
+    ],
+)
+def test_what_cannot_be_shown_or_served_is_refused(words, message, request, tmp_path, refused):
+    if "embed" not in words:  # which the server refuses
+        assert request.getfixturevalue("served") == []
+    record(tmp_path / "a.jsonl", ticks=30)
+    assert message in refused(words)
+
+
+# --- studies --------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def study(tmp_path):
+    """A study that has begun: its first participant has done a step, and the file of the second is torn."""
+    written(tmp_path)
+    opened = StudyFolder.begin(tmp_path / "study.toml", tmp_path / "data")
+    opened.progress(0).finish(opened.progress(0).next)
+    (tmp_path / "data" / "participants" / "P02.jsonl").write_text("{\n")
+    yield opened
+    opened.close()
+
+
+def test_a_study_is_served_from_its_folder(served, tmp_path, capsys):
+    written(tmp_path)
+    run("study run study.toml --port 0 --folder data --host 127.0.0.2 --countdown 1")
+    ((loader, _, how),) = served
+    assert loader is load and how["study"].study.title == "Two interfaces" and not how["record_labels"]
+    assert (how["folder"], how["host"], how["countdown_s"]) == (Path("data/games"), "127.0.0.2", 1.0)
+    told = capsys.readouterr()
+    assert "the participants' codes are in data/codes.txt" in told.out and "warning" not in told.err
+    run("study run study.toml --port 0 --folder data")  # the folder was let go of
+    assert len(served) == 2
+    written(tmp_path, PLAIN.replace("games = 2", 'games = 2\ncodes = ["A1", "A2", "A3", "A4"]'))
+    run("study run study.toml --port 0 --folder guessable")
+    assert "are easy to guess" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("participants = 4", "participants = 5", "participants must be a multiple of 2, for 2 conditions"),
+        ('title = "late"', 'title = "late"\nopponent = "rign"', "condition 'late': opponent: .*did you mean 'ring'"),
+        ("most = 3", 'most = 3\nopponent = "cornrs"', "practice.opponent: .*did you mean 'corners'"),
+        ('title = "late"', 'title = "late"\nsystem = "flocing"', "condition 'late': .*did you mean 'flocking'"),
+    ],
+)
+def test_a_study_that_cannot_be_run_is_refused_before_anything_is_made(before, after, said, served, tmp_path, refused):
+    (tmp_path / "consent.md").write_text("?")
+    (tmp_path / "study.toml").write_text(PLAIN.replace(before, after))
+    assert re.search(said, refused("study run study.toml --folder data"))
+    assert not served and not (tmp_path / "data").exists()
+
+
+def test_a_study_has_a_status_an_export_and_participants_who_withdraw(study, capsys, refused):
+    run("study status data")
+    printed = capsys.readouterr().out
+    for said in ("Two interfaces", "0 of 4 participants", "has not come", "start.form", "line 1"):
+        assert said in printed, said
+    assert "no study has run in" in refused("study status .")
+    run("study export data --out out")
+    printed = capsys.readouterr()
+    assert "1 participants, 0 games" in printed.out and "report.md" in printed.out and "left out: line 1" in printed.err
+    assert Path("out/tables/participants.csv").exists()
+    assert "--overwrite" in refused("study export data --out out")
+    run("study export data --out out --overwrite")
+    withdraw = f"study withdraw {study.codes[0].lower()} --folder data"
+    assert "may be in session" in refused(withdraw)
+    study.close()
+    capsys.readouterr()
+    run(withdraw)
+    printed = capsys.readouterr().out
+    assert "P01 has withdrawn" in printed and "and 0 recordings" in printed
+    assert "the order drawing > late has 1 of 2 participants; it lacks P01" in printed
+
+
+@pytest.mark.parametrize(("suffix", "option"), [("csv", ""), ("parquet", "--parquet")])
+def test_recordings_become_tables_and_what_is_left_out_is_said(suffix, option, tmp_path, capsys):
+    record(tmp_path / "a.jsonl", ticks=30, outcome="red", player="ring")
+    (tmp_path / "b.jsonl").write_bytes((tmp_path / "a.jsonl").read_bytes())
+    (tmp_path / "bad.jsonl").write_text("{}\n")
+    run(f"study tables . --out tables {option}")
+    printed = capsys.readouterr()
+    names = [f"seats.{suffix}", f"summary.{suffix}", "schema.json"]
+    assert printed.out.splitlines()[:3] == [f"tables/{name}" for name in names]
+    assert sorted(path.name for path in Path("tables").iterdir()) == sorted(names)
+    assert "2-0-0" in printed.out and "P1" in printed.out and "bad.jsonl" in printed.err
+    assert json.loads(Path("tables/schema.json").read_text())["command"].startswith("swarm-pz study tables .")
+    if suffix == "csv":
+        assert len(list(csv.DictReader(Path("tables/seats.csv").read_text().splitlines()))) == 4
