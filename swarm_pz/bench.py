@@ -28,44 +28,44 @@ from swarm_pz.evaluation.provenance import versions
 from swarm_pz.kernels.profiling import find_coefficients, solve
 from swarm_pz.simulator import Simulator
 
-MOST_DRONES = 102_400
+MAX_DRONES = 102_400
 """Sizes with more drones in all games together are left out."""
-_SHORTEST = 0.3
-"""Seconds that one measurement takes at least."""
+MIN_SECONDS = 0.3
+"""Of one measurement."""
 _COMMANDS = 8
 
-Step = Callable[[], None]
+Step = Callable[[], object]
 """One env-step of every game."""
-Face = Callable[[GameConfig, int, int], Step]
-"""Makes a step from a configuration, a number of games and a number of threads."""
+MakeStep = Callable[[GameConfig, int, int], Step]
+"""Makes an API's step from a configuration, a number of games and a number of threads."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Speed:
-    """What one face reached at one size: medians of the repeats, and the range of drone-steps.
+    """How fast one API is at one size: medians of the repeats, and the range of drone-steps.
 
     Attributes
     ----------
-    face : str
+    api : str
     games, drones, threads : int
         `drones` counts both teams of one game.
-    drone_steps, low, high : float
+    drone_steps, slowest, fastest : float
         Drone-steps a second.
     env_steps : float
         Env-steps a second.
     """
 
-    face: str
+    api: str
     games: int
     drones: int
     threads: int
     drone_steps: float
-    low: float
-    high: float
+    slowest: float
+    fastest: float
     env_steps: float
 
 
-def simulator_face(config: GameConfig, games: int, threads: int) -> Step:
+def make_simulator_step(config: GameConfig, games: int, threads: int) -> Step:
     """Commands and the bare simulator, without observations or rewards."""
     simulator = Simulator(config, games, threads)
     simulator.reset(range(games))
@@ -80,7 +80,7 @@ def simulator_face(config: GameConfig, games: int, threads: int) -> Step:
     return step
 
 
-def batch_env_face(config: GameConfig, games: int, threads: int) -> Step:
+def make_batch_env_step(config: GameConfig, games: int, threads: int) -> Step:
     """`BatchEnv` with the observations of both sides."""
     env = BatchEnv(config, games, threads=threads)
     env.reset(range(games))
@@ -97,7 +97,7 @@ def batch_env_face(config: GameConfig, games: int, threads: int) -> Step:
     return step
 
 
-def parallel_env_face(config: GameConfig, games: int, threads: int) -> Step:  # noqa: ARG001
+def make_parallel_env_step(config: GameConfig, games: int, threads: int) -> Step:  # noqa: ARG001
     """PettingZoo's parallel environment, which is one game in one thread."""
     env = parallel_env(config=config)
     env.reset(seed=0)
@@ -118,29 +118,29 @@ def _commands(config: GameConfig, games: int) -> Iterator[NDArray[np.float64]]:
 
 
 def measure(
-    faces: dict[str, Face],
+    apis: dict[str, MakeStep],
     *,
     games: Sequence[int],
     drones: Sequence[int],
     threads: Sequence[int],
     grid: int,
     repeats: int,
-    say: Callable[[str], None],
+    log: Callable[[str], None],
 ) -> list[Speed]:
-    """Measure every face at every size; at each size all faces and numbers of threads take turns.
+    """Measure every API at every size; at each size all APIs and numbers of threads take turns.
 
     Parameters
     ----------
-    faces : dict of str to callable
+    apis : dict of str to callable
         `parallel_env` is measured with one game and one thread only.
     games, drones, threads : sequence of int
-        Sizes; `drones` are those of both teams, even. Left out are sizes above `MOST_DRONES` and
+        Sizes; `drones` are those of both teams, even. Left out are sizes above `MAX_DRONES` and
         more threads than games or cores.
     grid : int
         Cells a side of the observations.
     repeats : int
-    say : callable
-        Told what is being measured.
+    log : callable
+        Called with a line about what is measured next.
 
     Raises
     ------
@@ -149,53 +149,51 @@ def measure(
     """
     cores = os.cpu_count() or 1
     speeds = []
-    sizes = [(count, size) for size in drones for count in games if count * size <= MOST_DRONES]
+    sizes = [(count, size) for size in drones for count in games if count * size <= MAX_DRONES]
     if not any(workers <= min(cores, count) for count, _ in sizes for workers in threads):
         raise ConfigError(
-            f"nothing to measure: at least one size must have at most {MOST_DRONES:,} drones in all games together "
+            f"nothing to measure: at least one size must have at most {MAX_DRONES:,} drones in all games together "
             f"and as many games and cores ({cores}) as threads, got {games} games, {drones} drones, {threads} threads"
         )
     for number, (count, size) in enumerate(sizes, start=1):
-        say(f"[{number}/{len(sizes)}] {count} games of {size} drones")
+        log(f"[{number}/{len(sizes)}] {count} games of {size} drones")
         config = GameConfig(drones_per_team=size // 2, observation=ObservationConfig(grid=grid))
         steps = {
-            (face, workers): make(config, count, workers)
-            for face, make in faces.items()
+            (api, workers): make(config, count, workers)
+            for api, make in apis.items()
             for workers in threads
-            if workers <= min(cores, 1 if face == "parallel_env" else count) and (face != "parallel_env" or count == 1)
+            if workers <= min(cores, 1 if api == "parallel_env" else count) and (api != "parallel_env" or count == 1)
         }
         for step in steps.values():
             step()
-        rates: dict[tuple[str, int], list[float]] = {key: [] for key in steps}
-        for _ in range(repeats):
-            for key, step in steps.items():
-                rates[key].append(count * rate(step))
-        periods = config.step_ticks // TICKS_PER_CONTROL_PERIOD
-        for (face, workers), values in rates.items():
-            low, median, high = min(values), statistics.median(values), max(values)
+        rounds = [{key: count * steps_per_second(step) for key, step in steps.items()} for _ in range(repeats)]
+        drone_steps = size * (config.step_ticks // TICKS_PER_CONTROL_PERIOD)
+        for key in steps:
+            rates = [one[key] for one in rounds]
+            median = statistics.median(rates)
             speeds.append(
                 Speed(
-                    face=face,
+                    api=key[0],
                     games=count,
                     drones=size,
-                    threads=workers,
-                    drone_steps=median * size * periods,
-                    low=low * size * periods,
-                    high=high * size * periods,
+                    threads=key[1],
+                    drone_steps=median * drone_steps,
+                    slowest=min(rates) * drone_steps,
+                    fastest=max(rates) * drone_steps,
                     env_steps=median,
                 )
             )
     return speeds
 
 
-def rate(step: Step) -> float:
+def steps_per_second(step: Step) -> float:
     """Return how often a second a step can be taken."""
     calls, began = 0, time.perf_counter()
     while True:
         step()
         calls += 1
         spent = time.perf_counter() - began
-        if spent >= _SHORTEST:
+        if spent >= MIN_SECONDS:
             return calls / spent
 
 
@@ -225,7 +223,7 @@ def phases(config: GameConfig, games: int = 64) -> dict[str, float]:
 
     def nanoseconds(step: Step) -> float:
         step()
-        spent = 1e9 / statistics.median(rate(step) for _ in range(5))
+        spent = 1e9 / statistics.median(steps_per_second(step) for _ in range(5))
         simulator.restore(start)
         return spent / (games * config.num_drones)
 
@@ -257,38 +255,31 @@ def machine() -> dict[str, str | int]:
     return {"processor": model, "cores": os.cpu_count() or 1, **versions()}
 
 
-def to_dict(speeds: Sequence[Speed], parts: dict[str, float], config: GameConfig) -> dict[str, Any]:
+def to_dict(speeds: Sequence[Speed], phases_ns: dict[str, float], config: GameConfig) -> dict[str, Any]:
     """Gather what was measured, for a file."""
     return {
         "machine": machine(),
         "bytes_per_game": bytes_per_game(config),
-        "phases_ns_per_drone_step": parts,
+        "phases_ns_per_drone_step": phases_ns,
         "speeds": [asdict(speed) for speed in speeds],
     }
 
 
 def plot(speeds: Sequence[Speed], path: Path) -> None:
-    """Draw drone-steps a second over the number of games, a panel for each face."""
+    """Draw drone-steps a second over the number of games, a panel for each API."""
     figure_module = require_extra("matplotlib.figure", "cli")
-    faces = [face for face in dict.fromkeys(speed.face for speed in speeds) if face != "parallel_env"]
-    figure = figure_module.Figure(figsize=(3.2 * len(faces), 3.4), layout="constrained")
-    axes = figure.subplots(1, len(faces), sharey=True, squeeze=False)[0]
+    apis = [api for api in dict.fromkeys(speed.api for speed in speeds) if api != "parallel_env"]
+    figure = figure_module.Figure(figsize=(3.2 * len(apis), 3.4), layout="constrained")
+    axes = figure.subplots(1, len(apis), sharey=True, squeeze=False)[0]
     colours = ("#1d62d6", "#d6451d", "#2a9d5c", "#8046c4", "#c49a1d")
-    for axis, face in zip(axes, faces, strict=True):
+    for axis, api in zip(axes, apis, strict=True):
         for colour, size in zip(colours, dict.fromkeys(speed.drones for speed in speeds), strict=False):
             for style, workers in zip(("--", "-", ":"), dict.fromkeys(speed.threads for speed in speeds), strict=False):
-                line = [s for s in speeds if (s.face, s.drones, s.threads) == (face, size, workers)]
+                line = [s for s in speeds if (s.api, s.drones, s.threads) == (api, size, workers)]
                 label = f"{size} drones, {workers} thread{'s' if workers > 1 else ''}"
-                axis.plot(
-                    [s.games for s in line],
-                    [s.drone_steps / 1e6 for s in line],
-                    style,
-                    marker="o",
-                    markersize=3,
-                    color=colour,
-                    label=label,
-                )
-        axis.set_title(face, fontsize=10)
+                drone_steps = [s.drone_steps / 1e6 for s in line]
+                axis.plot([s.games for s in line], drone_steps, style, marker="o", ms=3, color=colour, label=label)
+        axis.set_title(api, fontsize=10)
         counts = list(dict.fromkeys(speed.games for speed in speeds))
         axis.set_xscale("log")
         axis.set_xticks(counts, [str(count) for count in counts])

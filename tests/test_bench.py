@@ -19,7 +19,7 @@ def test_speeds_follow_from_rates_at_every_size_that_can_be(monkeypatch):
     monkeypatch.setattr("os.cpu_count", lambda: 2)
     made, warm, said, rates = [], [], [], {}
 
-    def face(name):
+    def api(name):
         def make(config, games, threads):
             made.append((name, config.num_drones, games, threads, config.observations[0].grid))
             number = len(made)
@@ -31,10 +31,10 @@ def test_speeds_follow_from_rates_at_every_size_that_can_be(monkeypatch):
         number = step()
         return number * next(rates.setdefault(number, iter([7.0, 3.0, 5.0])))
 
-    monkeypatch.setattr(bench, "rate", rate)
+    monkeypatch.setattr(bench, "steps_per_second", rate)
     speeds = bench.measure(
-        {"batch": face("batch"), "parallel_env": face("parallel_env")},
-        games=(1, 4, 1000), drones=(6, 104), threads=(1, 2, 3), grid=10, repeats=3, say=said.append,
+        {"batch": api("batch"), "parallel_env": api("parallel_env")},
+        games=(1, 4, 1000), drones=(6, 104), threads=(1, 2, 3), grid=10, repeats=3, log=said.append,
     )  # fmt: skip
     assert made == [
         ("batch", 6, 1, 1, 10), ("parallel_env", 6, 1, 1, 10), ("batch", 6, 4, 1, 10), ("batch", 6, 4, 2, 10),
@@ -45,20 +45,24 @@ def test_speeds_follow_from_rates_at_every_size_that_can_be(monkeypatch):
     assert said[0] == "[1/5] 1 games of 6 drones" and said[-1] == "[5/5] 4 games of 104 drones"
     for number, (speed, (name, drones, games, threads, _)) in enumerate(zip(speeds, made, strict=True), 1):
         steps = np.array([5.0, 3.0, 7.0]) * number * games
-        assert (speed.face, speed.drones, speed.games, speed.threads) == (name, drones, games, threads)
-        assert [speed.env_steps, speed.drone_steps, speed.low, speed.high] == [steps[0], *(steps * drones * 10)]
+        assert (speed.api, speed.drones, speed.games, speed.threads) == (name, drones, games, threads)
+        assert [speed.env_steps, speed.drone_steps, speed.slowest, speed.fastest] == [steps[0], *(steps * drones * 10)]
 
 
 @pytest.mark.parametrize(
-    ("face", "kind"),
-    [(bench.simulator_face, Simulator), (bench.batch_env_face, BatchEnv), (bench.parallel_env_face, CaptureEnv)],
+    ("make_step", "kind"),
+    [
+        (bench.make_simulator_step, Simulator),
+        (bench.make_batch_env_step, BatchEnv),
+        (bench.make_parallel_env_step, CaptureEnv),
+    ],
 )
-def test_ended_games_start_afresh_and_both_seats_observe_within_the_measured_time(monkeypatch, face, kind):
+def test_ended_games_start_afresh_and_both_seats_observe_within_the_measured_time(monkeypatch, make_step, kind):
     begun, seen, reset, observe = [], [], kind.reset, BatchEnv.observe
     monkeypatch.setattr("os.cpu_count", lambda: 2)
     monkeypatch.setattr(kind, "reset", lambda env, *given, **named: begun.append(env) or reset(env, *given, **named))
     monkeypatch.setattr(BatchEnv, "observe", lambda env, shown, team: seen.append(team) or observe(env, shown, team))
-    step = face(SHORT, 2, 2)
+    step = make_step(SHORT, 2, 2)
     before, simulator = len(begun), begun[0] if kind is Simulator else getattr(begun[0], "simulator", None)
     for _ in range(3):
         if simulator is not None:
@@ -73,7 +77,7 @@ def test_ended_games_start_afresh_and_both_seats_observe_within_the_measured_tim
 def test_the_parts_of_a_drone_step_add_up(monkeypatch):
     # Rates a second of: coefficients, solve, restoring, a step of ten periods, observations.
     rates = iter(np.repeat([1e5, 5e4, 1e5, 2e3, 1e4], 5))
-    monkeypatch.setattr(bench, "rate", lambda step: next(rates))
+    monkeypatch.setattr(bench, "steps_per_second", lambda step: next(rates))
     each = 1e9 / (2 * 4)
     assert bench.phases(SHORT, games=2) == pytest.approx(
         {
@@ -85,14 +89,14 @@ def test_the_parts_of_a_drone_step_add_up(monkeypatch):
     )
 
 
-def test_the_picture_has_a_panel_a_face_and_a_line_a_size(monkeypatch, tmp_path):
+def test_the_picture_has_a_panel_an_api_and_a_line_a_size(monkeypatch, tmp_path):
     drawn, save = [], Figure.savefig
     monkeypatch.setattr(Figure, "savefig", lambda figure, *given, **how: drawn.append(figure) or save(figure, *given))
-    looks = {"low": 0.0, "high": 9e9, "env_steps": 1.0}
+    looks = {"slowest": 0.0, "fastest": 9e9, "env_steps": 1.0}
     sizes = [(drones, games, threads) for drones in (10, 20) for games in (1, 4) for threads in (1, 2)]
     speeds = [
-        bench.Speed(face=face, drones=d, games=g, threads=t, drone_steps=1e6 * (g + d + t), **looks)
-        for face in ("batch", "parallel_env", "other")
+        bench.Speed(api=api, drones=d, games=g, threads=t, drone_steps=1e6 * (g + d + t), **looks)
+        for api in ("batch", "parallel_env", "other")
         for d, g, t in sizes
     ]
     bench.plot(speeds, tmp_path / "speed.png")

@@ -28,7 +28,7 @@ except MissingExtraError as missing:  # the entry point is installed even withou
 
 import tyro
 
-from swarm_pz.cli import compare, data, defaults, export, learn, machine, report, standard, studies, table
+from swarm_pz.cli import compare, data, defaults, learn, machine, report, standard, studies, table
 from swarm_pz.cli.player_options import REGISTRY
 from swarm_pz.cli.printing import printable
 
@@ -50,7 +50,7 @@ def commands_of(program: str) -> dict[str, Callable[..., None]]:
         "evaluate": compare.evaluate,
         "tournament": compare.tournament,
         "benchmark": standard.benchmark,
-        "export": export.export,
+        "export": learn.export,
         "play": table.play,
         "replay": table.replay,
         "dataset": data.dataset,

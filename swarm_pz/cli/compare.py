@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import json as json_module
 import shlex
 from pathlib import Path
@@ -11,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
 from swarm_pz.cli.player_options import Opponent, Player, Players, able, able_to_fly, known
-from swarm_pz.cli.report import arguments, command, print_rules, program, progress, write_json
+from swarm_pz.cli.report import arguments, command, need, print_rules, program, progress, say, write_json
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check
-from swarm_pz.errors import require_extra
 from swarm_pz.files import check_file, check_folder, draft_of
 from swarm_pz.policy import kind_of
 
@@ -150,8 +148,7 @@ def _evaluate_exploit(
     resume: bool,
     overwrite: bool,
 ) -> None:
-    for module in ("filelock", "stable_baselines3", "torch"):
-        require_extra(module, "train")
+    need("train", "filelock", "stable_baselines3", "torch")
     from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.standard import exploitability
     from swarm_pz.training import folders
@@ -169,7 +166,7 @@ def _evaluate_exploit(
                 resume=resume,
                 overwrite=overwrite,
                 should_stop=should_stop,
-                say=functools.partial(print, flush=True),
+                say=say,
                 show=show,
                 command=command(),
             )
@@ -206,8 +203,7 @@ def tournament(
         out: Folder of the tournament: games.jsonl, ladder.md, ladder.json and ladder.png.
         game: The rules.
     """
-    for module in ("choix", "matplotlib.figure"):
-        require_extra(module, "cli")
+    need("cli", "choix", "matplotlib.figure")
     from swarm_pz import policies
     from swarm_pz.evaluation import ladder
     from swarm_pz.evaluation.tournament import Tournament, TournamentConfig

@@ -1,23 +1,31 @@
-"""Commands that learn: ``train``, ``sweep`` and ``league``."""
+"""Commands that learn: ``train``, ``sweep`` and ``league``; and ``export``, which writes what was learned as ONNX."""
 
 from __future__ import annotations
 
-import functools
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.interruption import goes_on_with, resuming, stops_at_safe_points
-from swarm_pz.cli.report import command, in_seconds, print_rules, program, progress
+from swarm_pz.cli.player_options import Player
+from swarm_pz.cli.report import command, in_seconds, need, print_rules, program, progress, say
+from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check
-from swarm_pz.errors import require_extra
+from swarm_pz.errors import CheckpointError, PolicyError
 from swarm_pz.files import check_folder
 from swarm_pz.training.config import LeagueConfig, TrainConfig
 
+if TYPE_CHECKING:
+    from swarm_pz.policies.learned import LearnedPolicy
+
 RUNS = {"train": Path("runs/first"), "league": Path("runs/league")}
 """Where a run goes if no folder is given."""
+
+
+def _check_games(games: int) -> None:
+    check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
 
 
 def train(
@@ -36,16 +44,14 @@ def train(
         overwrite: Replace the run that the folder holds.
         games: Games of the evaluation at the end, even.
     """
-    for module in ("torch", "stable_baselines3", "matplotlib"):
-        require_extra(module, "train")
+    need("train", "torch", "stable_baselines3", "matplotlib")
     from swarm_pz.analysis.video import film_game
     from swarm_pz.training import folders
     from swarm_pz.training.ppo import Training
     from swarm_pz.training.report import compare, plot_learning_curve
 
-    check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
+    _check_games(games)
     out = folders.choose(out, RUNS["train"], resume=resume, overwrite=overwrite)
-    say = functools.partial(print, flush=True)
     run = Training(config, out, resume=resume, overwrite=overwrite, say=say, command=command())
     print_rules(config.game)
     with goes_on_with(resuming(out)):
@@ -95,18 +101,16 @@ def sweep(
         ray: Share them among the machines of a Ray cluster instead: auto, or HOST:PORT.
         games: Games of the evaluation at the end, even.
     """
-    for module in ("torch", "stable_baselines3"):
-        require_extra(module, "train")
+    need("train", "torch", "stable_baselines3")
     from swarm_pz.evaluation.match import play_match
     from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.training.sweep import sweep as train_all
 
-    check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
+    _check_games(games)
     check(config.seed == TrainConfig().seed, "seed", config.seed, "left out: --seeds names them")
     check_folder(out)
     with goes_on_with(command()), open_pool(processes, ray) as pool:
         with progress("steps", "training") as show, stops_at_safe_points() as should_stop:
-            say = functools.partial(print, flush=True)
             trained = train_all(
                 config, seeds, out, pool, should_stop=should_stop, say=say, show=show, command=command()
             )
@@ -136,8 +140,7 @@ def league(
         processes: With more than 1, so many train exploiters and play for ratings while the learner goes on.
         ray: Have the machines of a Ray cluster do that instead: auto, or HOST:PORT.
     """
-    for module in ("torch", "stable_baselines3", "choix"):
-        require_extra(module, "train")
+    need("train", "torch", "stable_baselines3", "choix")
     from swarm_pz import policies
     from swarm_pz.evaluation.match import play_match
     from swarm_pz.evaluation.workers import SerialExecutor, open_pool
@@ -145,9 +148,8 @@ def league(
     from swarm_pz.training import folders
     from swarm_pz.training.selfplay import League
 
-    check(games >= 2 and games % 2 == 0, "games", games, "an even number of at least 2")
+    _check_games(games)
     out = folders.choose(out, RUNS["league"], resume=resume, overwrite=overwrite)
-    say = functools.partial(print, flush=True)
     learner = config.learner
     with goes_on_with(resuming(out)), open_pool(processes, ray) as pool:
         run = League(config, out, resume=resume, overwrite=overwrite, say=say, command=command(), workers=pool)
@@ -171,3 +173,58 @@ def league(
     policy.with_results({match.opponent: match.summary() for match in matches}).write(out)
     tables.print_opponents(matches, f"{out.name} against the scripts")
     print(f"policy: {out}")
+
+
+def export(
+    policy: Player,
+    out: Path,
+    /,
+    trust: bool = False,
+    game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
+) -> None:
+    """Write a learned policy, or a model that Stable-Baselines3 saved, as an ONNX file with its card.
+
+    Args:
+        policy: Name of a learned policy, a folder that training wrote, or a file.zip of Stable-Baselines3.
+        out: Folder to write, which is then a policy's name.
+        trust: Open the file.zip. It is a pickle, and opening it runs whatever code it holds: say so of your own alone.
+        game: The game that it plays: its number of drones, what is seen, and the control system.
+    """
+    from swarm_pz.policies.onnx_policy import check_new
+
+    check_new(out)  # before libraries are imported, which takes seconds
+    need("train", "torch", "stable_baselines3")
+    is_model, system = policy.lower().endswith(".zip"), game.team_systems[0]
+    if is_model and not trust:
+        raise CheckpointError(
+            f"{policy} is a pickle, and opening it runs whatever code it holds: if you made it yourself, say "
+            f"--trust; of others take nothing but ONNX files"
+        )
+    with progress("files", "exporting"):
+        learned = None if is_model else _learned(policy, game)
+        need("train", "onnx", "onnxruntime", "onnxscript")
+        from swarm_pz.policies import exporting
+
+        if learned is None:
+            exporting.export_model(exporting.load_model(Path(policy)), game, system, out, Path(policy).stem)
+        else:
+            exporting.export_learned(learned, game, system, out)
+    print(f"wrote {out}; try it: {program()} evaluate {out}")
+
+
+def _learned(policy: str, game: GameConfig) -> LearnedPolicy:
+    from swarm_pz.policies.learned import LearnedPolicy
+    from swarm_pz.policy import load
+
+    found = load(policy, game, game.team_systems[0])
+    if tactic := getattr(found, "plays_as", ""):
+        raise PolicyError(
+            f"only networks can be exported, and {policy!r} is more than one: it plans. Export {tactic!r} instead, "
+            "which it plays where it does not"
+        )
+    if not isinstance(found, LearnedPolicy):
+        raise PolicyError(
+            f"only networks can be exported, and {policy!r} is none: expected a folder that training wrote, a learned "
+            "policy's name, or a file.zip of Stable-Baselines3"
+        )
+    return found

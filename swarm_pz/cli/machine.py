@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import functools
+import importlib.util
 import itertools
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -12,7 +14,7 @@ import numpy as np
 
 from swarm_pz.cli import printing as tables
 from swarm_pz.cli.player_options import Player
-from swarm_pz.cli.report import in_seconds, print_rules, write_json
+from swarm_pz.cli.report import in_seconds, print_rules, say, write_json
 from swarm_pz.config import BLUE, RED, TEAM_NAMES, GameConfig, ObservationConfig
 from swarm_pz.config.base import check
 from swarm_pz.errors import require_extra
@@ -149,28 +151,13 @@ def bench(
     check(all(size % 2 == 0 for size in drones), "drones", drones, "even, for two teams alike")
     for path in filter(None, (json, plot)):
         check_file(path)
-    faces: dict[str, speed.Face] = {"simulator": speed.simulator_face, "batch_env": speed.batch_env_face}
-    try:
-        from swarm_pz.training.vec_env import SwarmVecEnv
-    except ImportError:
+    apis: dict[str, speed.MakeStep] = {"simulator": speed.make_simulator_step, "batch_env": speed.make_batch_env_step}
+    if importlib.util.find_spec("stable_baselines3") is None:
         print("stable-baselines3 is not installed: SwarmVecEnv is left out")
     else:
-
-        def against(opponent: str, config: GameConfig, count: int, workers: int) -> speed.Step:
-            env = SwarmVecEnv(config, count, opponent=opponent, threads=workers, seed=0)
-            env.action_space.seed(0)
-            env.reset()
-            actions = itertools.cycle([np.stack([env.action_space.sample() for _ in range(count)]) for _ in range(4)])
-
-            def step() -> None:
-                env.step(next(actions))
-
-            return step
-
-        faces |= {f"SwarmVecEnv, {name}": functools.partial(against, name) for name in ("uniform", "ring")}
-    faces["parallel_env"] = speed.parallel_env_face
-    say = functools.partial(print, flush=True)
-    speeds = speed.measure(faces, games=games, drones=drones, threads=threads, grid=grid, repeats=repeats, say=say)
+        apis |= {f"SwarmVecEnv, {name}": functools.partial(_make_vec_env_step, name) for name in ("uniform", "ring")}
+    apis["parallel_env"] = speed.make_parallel_env_step
+    speeds = speed.measure(apis, games=games, drones=drones, threads=threads, grid=grid, repeats=repeats, log=say)
     config = GameConfig(observation=ObservationConfig(grid=grid))
     say("phases")
     figures = speed.to_dict(speeds, speed.phases(config), config)
@@ -183,6 +170,17 @@ def bench(
         print(f"plot: {plot}")
 
 
+def _make_vec_env_step(opponent: str, config: GameConfig, games: int, threads: int) -> Callable[[], object]:
+    """Return a step of Stable-Baselines3's environment against an opponent, as `swarm_pz.bench.MakeStep` does."""
+    from swarm_pz.training.vec_env import SwarmVecEnv
+
+    env = SwarmVecEnv(config, games, opponent=opponent, threads=threads, seed=0)
+    env.action_space.seed(0)
+    env.reset()
+    actions = itertools.cycle([np.stack([env.action_space.sample() for _ in range(games)]) for _ in range(4)])
+    return lambda: env.step(next(actions))
+
+
 def warmup(
     game: GameConfig = GameConfig(),  # noqa: B008  (frozen)
 ) -> None:
@@ -191,8 +189,8 @@ def warmup(
     Args:
         game: The rules; what they use is compiled.
     """
-    from swarm_pz.bench import batch_env_face
+    from swarm_pz.bench import make_batch_env_step
 
     began = time.monotonic()
-    batch_env_face(game, 2, 1)()
+    make_batch_env_step(game, 2, 1)()
     print(f"compiled kernels are ready after {time.monotonic() - began:.1f} s")

@@ -108,10 +108,10 @@ def print_ladder(ladder: dict[str, Any]) -> None:
 def print_speeds(figures: dict[str, Any]) -> None:
     """Print the figures of `swarm_pz.bench.to_dict`."""
     _print(
-        ("face", "games", "drones", "threads", "drone-steps", "env-steps"),
+        ("API", "games", "drones", "threads", "drone-steps", "env-steps"),
         [
             (
-                row["face"],
+                row["api"],
                 str(row["games"]),
                 str(row["drones"]),
                 str(row["threads"]),

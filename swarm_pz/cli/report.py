@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import shlex
@@ -15,12 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from swarm_pz.config import GameConfig
+from swarm_pz.errors import require_extra
 from swarm_pz.evaluation.provenance import provenance
 from swarm_pz.files import draft_of
 
 Move = Callable[..., None]
 QUIET = 60.0
 """Seconds without a word that a log may have."""
+say = functools.partial(print, flush=True)
 arguments: ContextVar[list[str]] = ContextVar("arguments")
 """What the command line was called with."""
 
@@ -36,6 +39,12 @@ def program() -> str:
     if called.name != "swarm-pz" or shutil.which("swarm-pz") is not None:
         return "swarm-pz"
     return shlex.quote(os.path.relpath(called))
+
+
+def need(extra: str, *modules: str) -> None:
+    """Raise MissingExtraError if a module is missing that an extra installs: before any work is done."""
+    for module in modules:
+        require_extra(module, extra)
 
 
 def print_rules(game: GameConfig, note: str = "") -> None:

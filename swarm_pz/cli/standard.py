@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from pathlib import Path
 
 from swarm_pz.cli.interruption import goes_on_with, stops_at_safe_points
 from swarm_pz.cli.player_options import Players
 from swarm_pz.cli.printing import printable
-from swarm_pz.cli.report import command, print_rules, progress
+from swarm_pz.cli.report import command, need, print_rules, progress, say
 from swarm_pz.config.base import check
-from swarm_pz.errors import require_extra
 
 
 def benchmark(
@@ -44,15 +42,14 @@ def benchmark(
         games: Games of that sample.
         seed: Seed of that sample; a fresh one if none is given.
     """
-    for module in ("cma", "filelock", "safetensors", "stable_baselines3", "torch"):
-        require_extra(module, "train")
+    need("train", "cma", "filelock", "safetensors", "stable_baselines3", "torch")
     from swarm_pz.evaluation.workers import open_pool
     from swarm_pz.standard import Entry, Protocol, run
     from swarm_pz.standard import verify as verify_report
 
     if verify is not None:
         check(not (quick or baseline or name), "verify", str(verify), "given without name, baseline and quick")
-        verdict = verify_report(verify, policies, games=games, seed=seed, say=functools.partial(print, flush=True))
+        verdict = verify_report(verify, policies, games=games, seed=seed, say=say)
         report = verdict.report
         print(
             f"report of {report['name']!r}: files, figures and policies are as they were written, {report['signature']}"
@@ -83,7 +80,7 @@ def benchmark(
             pool=pool,
             progress=show,
             should_stop=should_stop,
-            say=functools.partial(print, flush=True),
+            say=say,
             command=command(),
         )
     print(f"protocol: {protocol.version}, {protocol.digest}")

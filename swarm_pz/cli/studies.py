@@ -10,8 +10,8 @@ import tyro
 
 from swarm_pz.cli import printing
 from swarm_pz.cli.player_options import known
-from swarm_pz.cli.report import command, progress
-from swarm_pz.cli.table import SAY, need_play, serve
+from swarm_pz.cli.report import command, progress, say
+from swarm_pz.cli.table import need_play, serve
 from swarm_pz.config.base import check_count, check_number
 from swarm_pz.errors import ConfigError, SwarmError, require_extra
 
@@ -53,7 +53,7 @@ def run(
     markers = Markers(*lsl) if lsl is not None else None
     opened = StudyFolder.begin(study, folder)
     plan = opened.study
-    SAY(f"study: {plan.title}; the participants' codes are in {folder / CODES}")
+    say(f"study: {plan.title}; the participants' codes are in {folder / CODES}")
     if plan.has_guessable_codes:
         print(
             f"warning: the codes in {study} are easy to guess, and anybody who guesses one can answer and play as that "

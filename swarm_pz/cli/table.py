@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from swarm_pz.cli.player_options import known
-from swarm_pz.cli.report import in_seconds
+from swarm_pz.cli.report import in_seconds, need, say
 from swarm_pz.config import GameConfig
 from swarm_pz.config.base import check, check_count, check_number
 from swarm_pz.errors import CommandError, SwarmError, require_extra
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from swarm_pz.play.game import TableConfig
     from swarm_pz.play.protocol import Card
     from swarm_pz.play.recordings.verification import Verification
-
-SAY = functools.partial(print, flush=True)
 
 
 def play(
@@ -193,7 +191,7 @@ def _beside(
 
     check_count(port, "rosbridge", 0, 65535)
     allowed = origins_of(host, origins)
-    return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, allowed, SAY)
+    return functools.partial(process.rosbridge, process.listen(host, port), opponent, table, allowed, say)
 
 
 def serve(installed: dict[str, str], **how: Any) -> None:
@@ -201,13 +199,12 @@ def serve(installed: dict[str, str], **how: Any) -> None:
     from swarm_pz import policies
     from swarm_pz.play.server import serve as server
 
-    server.serve(policies.load, installed, say=SAY, draw_code=draw_code, **how)
+    server.serve(policies.load, installed, say=say, draw_code=draw_code, **how)
 
 
 def need_play() -> None:
     """Name what is missing if the extra of the table is."""
-    for module in ("msgspec", "segno", "starlette", "uvicorn", "websockets"):
-        require_extra(module, "play")
+    need("play", "msgspec", "segno", "starlette", "uvicorn", "websockets")
 
 
 def _cards() -> dict[str, Card]:

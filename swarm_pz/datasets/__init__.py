@@ -1,7 +1,7 @@
 """Games as datasets to learn from, in the format of Minari: who played, what they saw, what they did, what came of it.
 
-An episode is one game as one seat saw it, written as the environment's faces write observations and actions. A match's
-episodes are games of the Gymnasium face: the seed of an episode and its actions give it again.
+An episode is one game as one seat saw it, with observations and actions as environments write them. A match's
+episodes are games of the Gymnasium environment: the seed of an episode and its actions give it again.
 """
 
 from swarm_pz.datasets.matches import record_match

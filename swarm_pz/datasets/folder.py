@@ -26,7 +26,7 @@ from swarm_pz.spaces.formats import Format, FormatOptions
 from swarm_pz.spaces.observation import Observations
 
 _ID = re.compile(r"(?:[A-Za-z0-9][-\w]*/)*[A-Za-z0-9][-\w]*-v[0-9]{1,6}")
-_FACE = "swarm_pz/Capture-v0"
+_ENVIRONMENT = "swarm_pz/Capture-v0"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +40,7 @@ class Episode:
     rewards : float64 array (T,)
     terminations, truncations : bool array (T,)
     infos : dict of array (T + 1,)
-        As the Gymnasium face gives them.
+        As the Gymnasium environment gives them.
     seed : int
         Of the game.
     about : dict
@@ -133,15 +133,15 @@ def new_dataset(
     target: Target,
     form: Format,
     config: GameConfig,
-    face: Mapping[str, Any],
+    keywords: Mapping[str, Any],
     options: FormatOptions,
     metadata: Mapping[str, Any],
     command: str = "",
 ) -> Iterator[Writer]:
     """Give the writer of a dataset, which is there when the block ends and nowhere if it fails.
 
-    Its spaces are those of a form; ``recover_environment`` makes the Gymnasium face again from the rules, `face` and
-    `options`. `metadata` is what the dataset says of itself, `command` what was called.
+    Its spaces are those of a form; ``recover_environment`` makes the Gymnasium environment again from the rules,
+    `keywords` and `options`. `metadata` is what the dataset says of itself, `command` what was called.
 
     Raises
     ------
@@ -150,13 +150,13 @@ def new_dataset(
     """
     folder = target.folder
     check_folder(folder.parent)
-    spec = copy.deepcopy(gymnasium.spec(_FACE))
-    spec.kwargs = {"config": config.to_dict(), **face, **options}
+    spec = copy.deepcopy(gymnasium.spec(_ENVIRONMENT))
+    spec.kwargs = {"config": config.to_dict(), **keywords, **options}
     told = {
         "requirements": [f"swarm-pz=={version('swarm-pz')}"],
         "config_hash": config.hash,
         **provenance(config, command),
-        "face": dict(options),
+        "format": dict(options),
         **metadata,
     }
     storages = require_extra("minari.dataset.minari_storage", "data").MinariStorage

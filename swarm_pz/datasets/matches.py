@@ -1,4 +1,4 @@
-"""Games of a player against others as a dataset: games of the Gymnasium face, one a seed."""
+"""Games of a player against others as a dataset: games of the Gymnasium environment, one a seed."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def record_match(
     progress : callable, optional
         Called with (games finished, games in all).
     **options
-        How the face writes observations and actions: those of `swarm_pz.spaces.formats.Format`.
+        How observations and actions are written: those of `swarm_pz.spaces.formats.Format`.
 
     Raises
     ------
@@ -97,9 +97,9 @@ def record_match(
         "seeds": [seed, seed + games - 1],
         "side": side,
     }
-    face = {"opponent": opponents[0], "side": side}
+    keywords = {"opponent": opponents[0], "side": side}
     done = 0
-    with new_dataset(target, duel.format, config, face, options, told, command) as writer:
+    with new_dataset(target, duel.format, config, keywords, options, told, command) as writer:
         while done < games:
             count = min(size, games - done)
             if count != duel.batch.num_games:

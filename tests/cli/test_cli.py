@@ -15,7 +15,7 @@ import minari
 import pytest
 
 import swarm_pz
-from swarm_pz.cli import export, main, report
+from swarm_pz.cli import learn, main, report
 from swarm_pz.config import GameConfig
 from swarm_pz.policies import exporting
 from tests.cli.conftest import run
@@ -88,12 +88,12 @@ def test_tournament_writes_the_ladder_and_goes_on(capsys):
     assert f"swarm-pz {arguments} 4" in Path("ladder.md").read_text()
 
 
-def test_bench_measures_every_face(capsys, monkeypatch):
-    monkeypatch.setattr("swarm_pz.bench._SHORTEST", 0.0)
+def test_bench_measures_every_api(capsys, monkeypatch):
+    monkeypatch.setattr("swarm_pz.bench.MIN_SECONDS", 0.0)
     run("bench --games 1 4 --drones 4 --repeats 1 --grid 10 --json speed.json --plot speed.png")
     measured = json.loads(Path("speed.json").read_text())
-    faces = {row["face"] for row in measured["speeds"]}
-    assert faces == {"simulator", "batch_env", "SwarmVecEnv, uniform", "SwarmVecEnv, ring", "parallel_env"}
+    apis = {row["api"] for row in measured["speeds"]}
+    assert apis == {"simulator", "batch_env", "SwarmVecEnv, uniform", "SwarmVecEnv, ring", "parallel_env"}
     assert {row["threads"] for row in measured["speeds"] if row["games"] == 4} == {1, 2}
     assert len(measured["phases_ns_per_drone_step"]) == 4 and Path("speed.png").stat().st_size > 0
     assert "drone-steps" in capsys.readouterr().out
@@ -213,7 +213,7 @@ def test_errors_are_one_line_and_status_2_before_anything_is_played_or_written(w
 @pytest.mark.parametrize(("out", "message"), [("out.onnx", "expected a folder"), (".", "holds something already")])
 def test_where_an_export_cannot_be_written_is_said_before_libraries_are_imported(out, message, refused, monkeypatch):
     """They take seconds."""
-    monkeypatch.setattr(export, "require_extra", lambda *_: pytest.fail("it imports libraries"))
+    monkeypatch.setattr(learn, "need", lambda *_: pytest.fail("it imports libraries"))
     Path("notes.txt").write_text("mine")
     assert message in refused(f"export champion {out}")
 
@@ -250,7 +250,7 @@ def test_interrupts_and_errors_of_the_system_are_words(error, status, said, caps
     def fail(*_):
         raise error
 
-    monkeypatch.setattr("swarm_pz.bench.batch_env_face", fail)
+    monkeypatch.setattr("swarm_pz.bench.make_batch_env_step", fail)
     with pytest.raises(SystemExit, match=str(status)):
         run("warmup")
     assert said in capsys.readouterr().err

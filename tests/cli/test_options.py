@@ -96,7 +96,7 @@ TOURNAMENT = f"tournament ring halo --games 6 --seed 7 --budget-ms 70 --out runs
             CHOSEN | {"speed": 3.0, "overlays": make_overlays(["target", "captures"], [RED, BLUE])},
         ),
         (f"diagnose {ONE} --out a.svg", "analysis.diagnosis.diagnose", ("ring", "noise"), CHOSEN),
-        (f"warmup {SHORT}", "bench.batch_env_face", (RULES, 2, 1), {}),
+        (f"warmup {SHORT}", "bench.make_batch_env_step", (RULES, 2, 1), {}),
         (
             TOURNAMENT,
             "evaluation.tournament.Tournament",

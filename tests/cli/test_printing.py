@@ -28,7 +28,7 @@ STUDY = {
     "win_rate_high": 0.34, "median_s": 1234.0, "restricted_mean_s": 5678.0, "commands_per_minute": 98.7,
     "min_command_interval": 0.5, "config_hash": "0123456789abcdef", "both_seats": False,
 }  # fmt: skip
-SPEED = {"face": LONG, "games": 1024, "drones": 1000, "threads": 16, "drone_steps": 123.45e6, "env_steps": 1234567.0}
+SPEED = {"api": LONG, "games": 1024, "drones": 1000, "threads": 16, "drone_steps": 123.45e6, "env_steps": 1234567.0}
 SPEEDS = {
     "machine": {"cpu": "some"}, "speeds": [SPEED], "phases_ns_per_drone_step": {"solve": 1234.0},
     "bytes_per_game": 40960,

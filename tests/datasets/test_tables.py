@@ -19,8 +19,16 @@ from tests.play.recordings.test_format import CONFIG, record
 SMALL = ObservationConfig(grid=10)
 
 
-def test_an_episode_is_the_recorded_game_second_by_second(tmp_path):
-    record(tmp_path / "a.jsonl", ticks=1000)
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Give the bytes of a recorded game that was played to its end."""
+    path = tmp_path_factory.mktemp("games") / "a.jsonl"
+    record(path, ticks=1000)
+    return path.read_bytes()
+
+
+def test_an_episode_is_the_recorded_game_second_by_second(recorded, tmp_path):
+    (tmp_path / "a.jsonl").write_bytes(recorded)
     recording = Recording.read(tmp_path / "a.jsonl")
     folder = record_table([tmp_path], root=tmp_path / "out", observation=SMALL, action="command")
     (episode,) = minari.MinariDataset(folder / "data")
@@ -70,10 +78,10 @@ OTHER = CONFIG.replace(game=CONFIG.game.replace(capture=CaptureConfig(threshold=
         ),
     ],
 )
-def test_recordings_that_make_no_dataset_are_refused_and_leave_nothing(spoil, player, message, tmp_path):
+def test_recordings_that_make_no_dataset_are_refused_and_leave_nothing(spoil, player, message, recorded, tmp_path):
     games = tmp_path / "games"
     games.mkdir()
-    record(games / "a.jsonl", ticks=1000)
+    (games / "a.jsonl").write_bytes(recorded)
     spoil(games)
     with pytest.raises(RecordingError, match=message):
         record_table([games], player=player, root=tmp_path / "out", observation=SMALL)
@@ -92,8 +100,8 @@ def test_a_recording_that_is_not_there_and_a_dataset_that_is_are_refused(tmp_pat
         record_table([tmp_path], root=tmp_path / "out")
 
 
-def test_both_seats_of_the_games_that_count_see_them_from_their_own_side(tmp_path):
-    record(tmp_path / "a.jsonl", ticks=1000)
+def test_both_seats_of_the_games_that_count_see_them_from_their_own_side(recorded, tmp_path):
+    (tmp_path / "a.jsonl").write_bytes(recorded)
     record(tmp_path / "b.jsonl", ticks=60)  # nobody played it to its end
     said, seats = [], ("person", "ring")
     datasets = [
@@ -118,8 +126,8 @@ def test_both_seats_of_the_games_that_count_see_them_from_their_own_side(tmp_pat
     assert [(one["side"], one["opponent"], one["seed"]) for one in about] == [("red", "ring", 1), ("blue", "P1", 1)]
 
 
-def test_a_recording_that_plays_differently_here_is_refused(tmp_path, monkeypatch):
-    record(tmp_path / "a.jsonl", ticks=1000)
+def test_a_recording_that_plays_differently_here_is_refused(recorded, tmp_path, monkeypatch):
+    (tmp_path / "a.jsonl").write_bytes(recorded)
     found = SimpleNamespace(faults=(), verified=False, first_difference=7)
     monkeypatch.setattr(Playback, "verify", lambda playback: found)
     monkeypatch.setattr(Sandbox, "do", lambda _, path, work, *given: work(*given))

@@ -18,9 +18,6 @@ from benchmarks.paper.making import EVERY, Made, make_all
 from benchmarks.paper.page import tables, to_dict, write, write_page
 from swarm_pz.config import GameConfig
 from swarm_pz.errors import Stopped
-from swarm_pz.evaluation import intervals
-
-RESAMPLES = intervals.RESAMPLES
 
 
 @pytest.mark.parametrize("folder", [claims, ours])
@@ -36,17 +33,20 @@ def test_every_module_with_a_figure_is_registered_and_quotes_the_paper_if_it_is_
         assert (20 < len(figure.quote) <= 200) == (folder is claims)
 
 
-def test_the_same_seed_writes_the_same_files_in_one_process_and_in_two(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(intervals, "RESAMPLES", RESAMPLES)  # other processes have it, too
-    names = ["capture_geometry", "permutation_invariance"]
-    one, two = tmp_path / "one", tmp_path / "two"
-    options = ["--only", *names, "--processes", "1", "--out", str(one)]
-    monkeypatch.setattr(sys, "argv", ["benchmarks.paper", *options])
+def test_the_same_seed_writes_the_same_files_and_figures_that_are_stopped_leave_what_is_made(
+    tmp_path, capsys, monkeypatch
+):
+    one, two, made = tmp_path / "one", tmp_path / "two", []
+    monkeypatch.setattr(sys, "argv", ["benchmarks.paper", "--only", "capture_geometry", "--out", str(one)])
     main()
-    assert re.search(r"^capture_geometry +holds (.*\n)+2 of 2 claims hold; ", capsys.readouterr().out, re.M)
-    make_all(names, two, processes=2, command=json.loads((one / f"{names[0]}.json").read_text())["command"])
-    for file in [*(f"{name}.{kind}" for name in names for kind in ("json", "png")), "figures.md", "robustness.md"]:
-        assert (one / file).read_bytes() == (two / file).read_bytes(), file
+    assert re.search(r"^capture_geometry +holds (.*\n)+1 of 1 claims hold; ", capsys.readouterr().out, re.M)
+    command = json.loads((one / "capture_geometry.json").read_text())["command"]
+    names, how = ["permutation_invariance", "capture_geometry"], {"processes": 1, "command": command}
+    with pytest.raises(Stopped, match="1 of 2 figures are in"):  # the longest first
+        make_all(names, two, done=made.append, should_stop=lambda: bool(made), **how)
+    for name in ("capture_geometry.json", "capture_geometry.png", "figures.md", "robustness.md"):
+        assert (one / name).read_bytes() == (two / name).read_bytes(), name
+    assert "## capture_geometry" in (two / "figures.md").read_text()
     width = np.frombuffer((one / "capture_geometry.png").read_bytes()[16:20], ">u4")[0]
     assert width == 150 * EVERY["capture_geometry"].size[0]
 
@@ -87,19 +87,6 @@ def test_pages_and_tables_tell_of_each_figure_its_claim_its_rule_its_numbers_and
         assert row[1:6] == (figure.section, figure.quote, figure.claim, figure.rule, figure.revised)
         assert row[6] == ("yes" if record["supported"] else "no")
     assert found["claims"][1][7] == "paper, every second: yes; paper, every 3 s: no"
-
-
-def test_figures_that_are_stopped_leave_what_is_made_on_the_page(tmp_path):
-    made = []
-    with pytest.raises(Stopped, match="1 of 2 figures are in"):
-        make_all(
-            ["capture_geometry", "permutation_invariance"],
-            tmp_path,
-            processes=1,
-            done=made.append,
-            should_stop=lambda: bool(made),
-        )
-    assert f"## {made[0].name}" in (tmp_path / "figures.md").read_text()
 
 
 def test_ctrl_c_names_the_line_that_makes_the_other_figures_and_a_wrong_name_the_nearest(tmp_path, capsys, monkeypatch):

@@ -1,12 +1,12 @@
-"""What each face costs on top of the simulator: its env-steps beside the bare simulator's, by processor time.
+"""What each environment API costs on top of the simulator: its env-steps beside the simulator's, by processor time.
 
 1 is the bare simulator: 64 games of 10 against 10 in one thread, given random commands and advanced by one second a
-step, with neither observations nor rewards. A face makes its own steps at a share of that rate; all that it returns is
+step, with neither observations nor rewards. An API makes its own steps at a share of that rate; all that it returns is
 part of its cost, and so are the answers of the opponent `uniform`. A step is one second of one game; of `drones_env`,
-0.2 seconds. One-game faces stand beside 64 games, too: that a game alone is dearer is part of what they cost.
+0.2 seconds. APIs of one game stand beside 64 games, too: that a game alone is dearer is part of what they cost.
 
-python -m benchmarks.faces                            # this checkout
-python -m benchmarks.faces --beside ../as-it-was      # and another, in turns
+python -m benchmarks.apis                            # this checkout
+python -m benchmarks.apis --beside ../as-it-was      # and another, in turns
 """
 
 from __future__ import annotations
@@ -29,20 +29,36 @@ from gymnasium.vector import VectorEnv
 from pettingzoo import ParallelEnv
 
 import swarm_pz
-from swarm_pz.bench import simulator_face
 from swarm_pz.config import GameConfig, ObservationConfig
+from swarm_pz.simulator import Simulator
 from swarm_pz.training.vec_env import SwarmVecEnv
 
 GAMES, ENTITIES = 64, ObservationConfig(kind="entities")
 ID = "swarm_pz/Capture-v0"
 SECONDS = 0.2
-"""Of processor time, that each face has in a round."""
+"""Of processor time, that each API has in a round."""
 Step = Callable[[], object]
 
 
 def drawn(sample: Callable[[], Any]) -> Callable[[], Any]:
     """Return what gives a few actions, drawn beforehand, again and again."""
     return itertools.cycle([sample() for _ in range(8)]).__next__
+
+
+def simulator(games: int) -> Step:
+    """Return a step of the bare simulator, with neither observations nor rewards."""
+    bare = Simulator(config := GameConfig(), games, 1)
+    bare.reset(range(games))
+    generator = np.random.default_rng(0)
+    commands = drawn(lambda: generator.random((games, 2, config.command_cells, config.command_cells)))
+
+    def step() -> None:
+        ended = np.flatnonzero(bare.decided)
+        if len(ended):
+            bare.reset(ended, ended)
+        bare.advance(config.step_ticks, commands())
+
+    return step
 
 
 def parallel(environment: ParallelEnv[str, Any, Any]) -> Step:
@@ -87,9 +103,9 @@ def sb3(environment: SwarmVecEnv) -> Step:
     return lambda: environment.step(actions())
 
 
-FACES: dict[str, tuple[int, Callable[[], Step]]] = {
-    "simulator": (GAMES, lambda: simulator_face(GameConfig(), GAMES, 1)),
-    "simulator, one game": (1, lambda: simulator_face(GameConfig(), 1, 1)),
+APIS: dict[str, tuple[int, Callable[[], Step]]] = {
+    "simulator": (GAMES, lambda: simulator(GAMES)),
+    "simulator, one game": (1, lambda: simulator(1)),
     f"make_vec({GAMES})": (GAMES, lambda: vector(gymnasium.make_vec(ID, num_envs=GAMES))),
     f"SwarmVecEnv({GAMES})": (GAMES, lambda: sb3(SwarmVecEnv(num_envs=GAMES, seed=0))),
     "parallel_env": (1, lambda: parallel(swarm_pz.parallel_env())),
@@ -100,8 +116,8 @@ FACES: dict[str, tuple[int, Callable[[], Step]]] = {
 
 
 def measure() -> dict[str, float]:
-    """Return how often a second each face makes a step of one game, by processor time; all faces take turns."""
-    steps = {name: (games, make()) for name, (games, make) in FACES.items()}
+    """Return how often a second each API makes a step of one game, by processor time; all of them take turns."""
+    steps = {name: (games, make()) for name, (games, make) in APIS.items()}
     rates: dict[str, list[float]] = {name: [] for name in steps}
     for _ in range(3):
         for name, (games, step) in steps.items():
@@ -132,10 +148,10 @@ def main() -> None:
             environment = os.environ | {"PYTHONPATH": str(folder)}
             told = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE).stdout  # noqa: S603
             found[folder].append(json.loads(told.splitlines()[-1]))
-    print("| face |" + "".join(f" {folder.name}, steps a second | of the simulator's |" for folder in checkouts))
+    print("| API |" + "".join(f" {folder.name}, steps a second | of the simulator's |" for folder in checkouts))
     print("|---|" + "---|---|" * len(checkouts))
     unit = statistics.median(one["simulator"] for one in found[checkouts[0]])
-    for name in FACES:
+    for name in APIS:
         rates = [statistics.median(one[name] for one in found[folder]) for folder in checkouts]
         print(f"| {name} |" + "".join(f" {rate:,.0f} | {rate / unit:.2f} |" for rate in rates), flush=True)
 
