@@ -59,22 +59,31 @@ def with_recipe(command: Command, name: str) -> Command:
 
 def _with_defaults(command: Command, kind: type[Config], change: Callable[[Any], Any], refusal: str) -> Command:
     """Return a command with other defaults where they are of a kind; without one, it refuses when it is called."""
-    signature = inspect.signature(command)
-    parameters = dict(signature.parameters)
-    changed = {
-        name: one.replace(default=change(one.default))
-        for name, one in parameters.items()
-        if isinstance(one.default, kind)
-    }
+    parameters = inspect.signature(command).parameters.values()
+    changed = {one.name: change(one.default) for one in parameters if isinstance(one.default, kind)}
 
-    @functools.wraps(command)
-    def begun(*given: Any, **named: Any) -> None:
+    def verify(_: dict[str, Any]) -> None:
         if not changed:
             raise ConfigError(refusal)
+
+    return _replaced(command, changed, verify)
+
+
+def _replaced(command: Command, defaults: dict[str, Any], verify: Callable[[dict[str, Any]], None]) -> Command:
+    """Return a command with other defaults, which calls `verify` with its arguments before it does anything."""
+    signature = inspect.signature(command)
+    parameters = [one.replace(default=defaults.get(one.name, one.default)) for one in signature.parameters.values()]
+    signature = signature.replace(parameters=parameters)
+
+    @functools.wraps(command)
+    def verified(*given: Any, **named: Any) -> None:
+        bound = signature.bind(*given, **named)
+        bound.apply_defaults()
+        verify(bound.arguments)
         command(*given, **named)
 
-    begun.__signature__ = signature.replace(parameters=list((parameters | changed).values()))  # type: ignore[attr-defined]
-    return begun
+    verified.__signature__ = signature  # type: ignore[attr-defined]
+    return verified
 
 
 def with_run(command: Command, first: Path, arguments: Sequence[str]) -> Command:
@@ -92,10 +101,8 @@ def with_run(command: Command, first: Path, arguments: Sequence[str]) -> Command
     path = folder / folders.SETTINGS
     if not path.is_file():  # the command says what is missing
         return command
-    signature = inspect.signature(command)
-    ((name, begun),) = [
-        (key, one.default) for key, one in signature.parameters.items() if isinstance(one.default, Config)
-    ]
+    parameters = inspect.signature(command).parameters.values()
+    ((name, begun),) = [(one.name, one.default) for one in parameters if isinstance(one.default, Config)]
     try:
         kept = type(begun).from_dict(json.loads(path.read_text()))
     except (OSError, ValueError, TypeError, RecursionError) as error:
@@ -103,27 +110,20 @@ def with_run(command: Command, first: Path, arguments: Sequence[str]) -> Command
             f"the run's settings in {path} cannot be read: {error}; put the file back, or begin the run "
             "again with --overwrite"
         ) from error
-    parameters = [one.replace(default=kept) if key == name else one for key, one in signature.parameters.items()]
-    signature = signature.replace(parameters=parameters)
     # A recipe or a preset is not applied again, but must not contradict the run, either.
     usual = inspect.signature(inspect.unwrap(command)).parameters[name].default
     said = [path for path, _, _ in _differences(usual, begun)]
     contradicted = [one for one in _differences(kept, begun) if one[0] in said]
 
-    @functools.wraps(command)
-    def resumed(*given: Any, **named: Any) -> None:
-        bound = signature.bind(*given, **named)
-        bound.apply_defaults()
-        for path, was, now in (*_differences(kept, bound.arguments[name]), *contradicted):
+    def verify(arguments: dict[str, Any]) -> None:
+        for path, was, now in (*_differences(kept, arguments[name]), *contradicted):
             if path.split(".")[-1] not in MAY_CHANGE:
                 raise ConfigError(
                     f"{folder} was begun with {path} {was!r}, and this line says --{path.replace('_', '-')} {now!r}: "
                     "leave that out, or begin another run without --resume"
                 )
-        command(*given, **named)
 
-    resumed.__signature__ = signature  # type: ignore[attr-defined]
-    return resumed
+    return _replaced(command, {name: kept}, verify)
 
 
 def _differences(one: Config, other: Config) -> Iterator[tuple[str, Any, Any]]:
