@@ -13,6 +13,7 @@ def refused(capsys):
     """Run a command that is refused, and return its error; it has said nothing else."""
 
     def refused(words):
+        capsys.readouterr()
         with pytest.raises(SystemExit, match="2"):
             run(words)
         said = capsys.readouterr()

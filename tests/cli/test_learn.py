@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from swarm_pz.cli import learn
-from swarm_pz.config import GameConfig
+from swarm_pz.config import GameConfig, ObservationConfig
 from swarm_pz.policies.held_out import Generalisation
 from swarm_pz.policies.scripted import SCRIPTS
 from swarm_pz.standard import exploitability
@@ -67,7 +67,9 @@ def test_train_is_compared_and_filmed_by_its_own_rules_and_says_how_to_try_the_p
     monkeypatch.setattr("swarm_pz.analysis.video.film_game", lambda *_, config, **__: given.update(filmed=config))
     rules = "--game.drones-per-team 3 --game.controllers direct ergodic"
     run(f"train --out {OUT} --games 6 --threads 3 --opponents ring noise {rules}")
-    game = TrainConfig().game.replace(drones_per_team=3, controllers=("direct", "ergodic"))
+    game = TrainConfig().game.replace(
+        drones_per_team=3, controllers=("direct", "ergodic"), observation=ObservationConfig(kind="drones")
+    )
     assert given == {
         "curve": ("history", "ring", OUT / "learning_curve.png"),
         "compared": (("untrained", game), {"games": 6, "seed": 0, "threads": 3}),

@@ -46,7 +46,7 @@ def given(monkeypatch):
         with pytest.raises(EnoughError):
             main(words.split())
         args, named = found
-        for name in ("progress", "say", "show", "should_stop", "loader"):
+        for name in ("progress", "say", "log", "show", "should_stop"):
             assert callable(named.pop(name, print)), name
         assert named.pop("command", f"swarm-pz {words}") == f"swarm-pz {words}"
         return tuple(map(plain, args)), {name: plain(value) for name, value in named.items()}

@@ -237,10 +237,12 @@ async def test_a_message_that_is_none_or_a_bomb_is_refused_in_words_to_who_asks_
 @spoken
 async def test_services_answer_or_say_that_they_fail(hub):
     async with hub.join() as socket:
-        answer = await ask(socket, "/teleport")
-        assert answer["result"] is False and "no service /teleport" in answer["values"]
-        answer = await ask(socket, "/rosapi/topic_type", topic=["/clock"])
-        assert answer["result"] is False and "topic must" in answer["values"]
+        for service, arguments, said in (
+            ("/teleport", {}, "no service /teleport"),
+            ("/rosapi/topic_type", {"topic": ["/clock"]}, "topic must"),
+        ):
+            answer = await ask(socket, service, **arguments)
+            assert answer["result"] is False and said in answer["values"]
         before = time.time_ns()
         told = (await ask(socket, "/rosapi/get_time"))["values"]["time"]
         assert (told["secs"], told["nsecs"]) == (told["sec"], told["nanosec"])
@@ -248,7 +250,7 @@ async def test_services_answer_or_say_that_they_fail(hub):
 
 
 @spoken
-async def test_names_are_bounded_however_many_clients_there_are(hub, monkeypatch):
+async def test_names_of_all_clients_together_are_bounded(hub, monkeypatch):
     monkeypatch.setattr(rosbridge, "_MOST_OTHERS", 12)
     async with contextlib.AsyncExitStack() as stack:
         sockets = [await stack.enter_async_context(hub.join()) for _ in range(4)]
@@ -259,22 +261,24 @@ async def test_names_are_bounded_however_many_clients_there_are(hub, monkeypatch
             assert (await ask(socket))["result"]
         found = (await ask(sockets[0], "/rosapi/topics"))["values"]["topics"]
         assert len([topic for topic in found if topic.startswith("/own")]) == 12
-        await say(sockets[0], op="set_level", level="error")
-        for number in range(257):
-            await say(sockets[0], op="subscribe", topic="/clock", id=f"{number}")
-        assert "256 times" in (await hear(sockets[0]))["msg"]
-        await say(sockets[0], op="subscribe", topic="/clock", id="x" * 257)
-        assert "at most 256" in (await hear(sockets[0]))["msg"]
 
 
-@pytest.mark.parametrize("act", ["advertise", "subscribe to"])
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        (lambda number: {"op": "subscribe", "topic": "/clock", "id": f"{number}"}, "256 times"),
+        (lambda number: {"op": "subscribe", "topic": "/clock", "id": "x" * 257}, "at most 256"),
+        (lambda number: {"op": "subscribe", "topic": f"/{number}"}, "may subscribe to 256"),
+        (lambda number: {"op": "advertise", "topic": f"/{number}", "type": "std_msgs/Empty"}, "may advertise 256"),
+    ],
+)
 @spoken
-async def test_topics_of_one_client_are_bounded(hub, act):
+async def test_subscriptions_and_names_of_one_client_are_bounded(hub, told, said):
     async with hub.join() as socket:
         await say(socket, op="set_level", level="error")
         for number in range(257):
-            await say(socket, op=act.split()[0], topic=f"/{number}", type="std_msgs/Empty")
-        assert f"may {act} 256" in (await hear(socket))["msg"]
+            await say(socket, **told(number))
+        assert said in (await hear(socket))["msg"]
 
 
 @spoken
