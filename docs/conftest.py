@@ -4,6 +4,8 @@ import warnings
 
 import pytest
 
+collect_ignore = ["site_hooks.py"]  # needs what docs/requirements.txt names
+
 
 @pytest.fixture(autouse=True)
 def _folder_of_its_own(tmp_path, monkeypatch):
