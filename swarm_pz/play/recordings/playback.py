@@ -51,8 +51,8 @@ class Playback:
         self.game = LiveGame(recording.config, recording.header.seed)
         self._next = 0
         start = self.game.simulator.snapshot()
-        self._marks, self._mark_ticks = {0: start}, _MARK_TICKS
-        self._most_marks = max(2, _MARKS_BYTES // sum(array.nbytes for array in start))
+        most = max(2, _MARKS_BYTES // sum(array.nbytes for array in start))
+        self._marks, self._mark_ticks = {0: start}, _MARK_TICKS * -(-(recording.last_tick // _MARK_TICKS + 1) // most)
 
     def seek(self, tick: int) -> None:
         """Go to a tick, before its solve, or to the last one before it that was recorded."""
@@ -76,23 +76,14 @@ class Playback:
         self.game.restore(self._marks[mark], last)
         self._next = len(before)
 
-    def _mark(self) -> None:
-        """Keep the present moment; where there are too many, every second one."""
-        if self.game.tick % self._mark_ticks or self.game.tick in self._marks:
-            return
-        if len(self._marks) >= self._most_marks:
-            self._mark_ticks *= 2
-            self._marks = {tick: kept for tick, kept in self._marks.items() if tick % self._mark_ticks == 0}
-        if self.game.tick % self._mark_ticks == 0:
-            self._marks[self.game.tick] = self.game.simulator.snapshot()
-
     def advance(self, ticks: int) -> list[Command]:
         """Go on by some ticks, or to the end of what was recorded, and return what came into force."""
         game = self.game
         end = min(game.tick + ticks, self.recording.last_tick)
         came: list[Command] = []
         while game.tick < end and not game.over:
-            self._mark()
+            if game.tick % self._mark_ticks == 0 and game.tick not in self._marks:
+                self._marks[game.tick] = game.simulator.snapshot()
             while self._next < len(self._followed) and self._followed[self._next][0] <= game.tick:
                 came.append(self._followed[self._next][1])
                 game.put_in_force(came[-1])

@@ -52,7 +52,7 @@ def test_a_seek_leads_to_the_recorded_moment_from_the_nearest_that_is_kept_and_t
     advanced, advance = [], Simulator.advance
     monkeypatch.setattr(Simulator, "advance", lambda s, ticks, *a: (advanced.append(ticks), advance(s, ticks, *a)))
     one = sum(array.nbytes for array in places[0])
-    for most, kept in ((1000, range(0, 600, 90)), (4, range(0, 600, 180)), (3, range(0, 600, 360))):
+    for most, kept in ((1000, range(0, 600, 90)), (4, range(0, 600, 180)), (3, range(0, 600, 270))):
         monkeypatch.setattr(module, "_MARKS_BYTES", most * one)
         playback = Playback(recording)
         playback.seek(599)
