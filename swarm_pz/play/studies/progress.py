@@ -132,8 +132,7 @@ def _practice_of(study: Study, block: str, done: Mapping[str, Mapping[str, Any]]
     """Return how many games of practice a block has: those that are done, and another one if it is due."""
     practice, games = study.practice, [line for name, line in done.items() if name.startswith(f"{block}.practice")]
     won = sum(game.get("won") is True for game in games)
-    is_due = won < practice.wins and len(games) < practice.most and f"{block}.game1" not in done
-    return len(games) + is_due
+    return len(games) + (won < practice.wins and len(games) < practice.most)
 
 
 def first_line(study: Study, participant: int) -> dict[str, Any]:

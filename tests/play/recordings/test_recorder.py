@@ -69,8 +69,14 @@ def test_what_a_full_disk_did_not_take_is_written_when_there_is_room_again(begun
         recorder.flush()
     assert "no space left" in recorder.fault and "the game goes on" in recorder.fault
     assert Recording.read(recorder.path).end is None, "half a line is none"
-    disk.room = None
+    disk.room, recorder.fault = None, ""
+    recorder.flush()
+    assert Recording.read(recorder.path).events == [SEAT] * 3
+    disk.room = 0
     recorder.write(END)
+    recorder.flush()
+    assert "the game goes on" in recorder.fault, "of each time that the disk is full players are told"
+    disk.room = None
     recorder.close()
     assert Recording.read(recorder.path).events == [SEAT] * 3 + [END] and recorder.written
 

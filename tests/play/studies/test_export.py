@@ -25,7 +25,7 @@ from swarm_pz.play.studies.reading import read_study
 from swarm_pz.play.studies.report import counted_games, markdown, write_report
 from swarm_pz.play.studies.rows import TABLES, codebook
 from swarm_pz.play.studies.standards import labels
-from tests.play.recordings.test_format import record
+from tests.play.recordings.test_format import plain_lines, record, write_chained
 from tests.play.studies.playing import ANSWERS, PLAIN, begun, walk
 
 
@@ -150,6 +150,15 @@ def test_a_command_tells_when_it_was_followed_and_where_it_points(out):
         assert row["to_painted_ms"] == ("48.0" if row["by"] == "participant" and row["to_in_force_ms"] else "")
 
 
+def test_commands_of_a_page_that_was_reloaded_and_counts_anew_are_told_apart(small):
+    path = small / "games" / "P01.block1.game1.jsonl"
+    path.unlink()
+    record(path, ticks=90, outcome="red")
+    write_chained(path, [line | ({"number": 1} if "number" in line else {}) for line in plain_lines(path)])
+    commands = [row for row in read_study(small).commands if row.step == "block1.game1"]
+    assert [(row.number, row.in_force_tick, row.to_painted_ms) for row in commands] == [(1, 0, 48.0), (1, 60, 48.0)]
+
+
 def test_forms_hold_answers_and_scores_and_columns_of_parquet_have_types_where_they_are_empty(out):
     forms = {(row["participant"], row["step"], row["item"]): row for row in table(out, "forms")}
     score, written = forms["P01", "block1.form.sus", "sus"], ANSWERS["background"]["words"]
@@ -238,8 +247,8 @@ def test_tables_are_as_psych_ds_has_them(out):
 
 
 def test_labels_are_plain_and_differ():
-    names = ["Drawing!", "drawing", "Größe 1", "…", "draw-ing"]
-    assert list(labels(names, "condition").values()) == ["Drawing", "drawingx2", "Groe1", "condition", "drawingx3"]
+    names = ["drawing", "Drawing!", "Größe 1", "…", "draw-ing"]
+    assert list(labels(names, "condition").values()) == ["drawing", "Drawingx2", "Groe1", "condition", "drawingx3"]
 
 
 # --- the report -----------------------------------------------------------------------------------
