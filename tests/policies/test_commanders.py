@@ -37,35 +37,26 @@ def state(own=(), opposing=(), velocities=None, numbers=None, step=0, system="di
 
 
 @pytest.mark.parametrize(("script", "system"), [*FLOWN, *((hold, name) for name in SYSTEMS if name != "ergodic")])
-def test_answers_are_of_the_systems_space_and_do_not_depend_on_the_batch(script, system):
-    config = rules(system)
-    batch = BatchEnv(config, 3)
-    batch.reset(range(3))
+def test_answers_are_of_the_systems_space_and_depend_on_no_other_game(script, system):
+    assert pickle.loads(pickle.dumps(script)) is getattr(commanders, script.__name__) is script  # noqa: S301
+    config, rows = rules(system), np.arange(2)
+    batch = BatchEnv(config, 2)
+    batch.reset(range(2))
     together, alone = (load(script.__name__, config) for _ in range(2))
-    space, rows = config.team_systems[0].space(config), np.arange(3)
     for policy in (together, alone):
-        policy.reset([0, 1, 2], rows)
-    for _ in range(2):
-        seen = batch.observe(DRONES, 0)
-        commands = together.act(seen, rows)
-        one_by_one = np.concatenate([alone.act(seen[row : row + 1], rows[row : row + 1]) for row in rows])
-        np.testing.assert_array_equal(commands, one_by_one)
-        assert commands.shape == (3, *space.shape)
-        assert (commands >= space.low - 1e-6).all() and (commands <= space.high + 1e-6).all()
-        batch.step((commands, [np.ones((10, 10))] * 3))
+        policy.reset([0, 1], rows)
+    space, seen = config.team_systems[0].space(config), batch.observe(DRONES, 0)
+    commands = together.act(seen, rows)
+    np.testing.assert_array_equal(commands, [alone.act(seen[[row]], rows[[row]])[0] for row in rows])
+    assert commands.shape == (2, *space.shape)
+    assert (commands >= space.low - 1e-6).all() and (commands <= space.high + 1e-6).all()
+    if script is not hold:  # against nobody, and with nobody
+        for lonely in (state(own=[[0.2, 0.3]], system=system), state(opposing=[[0.2, 0.3]], system=system)):
+            lonely.system.parse(script.play(lonely), lonely.config)
 
 
-@pytest.mark.parametrize(("script", "system"), FLOWN)
-def test_every_script_knows_what_to_do_against_nobody_and_with_nobody(script, system):
-    for lonely in (state(own=[[0.2, 0.3]], system=system), state(opposing=[[0.2, 0.3]], system=system)):
-        lonely.system.parse(script.play(lonely), lonely.config)
-
-
-def test_scripts_are_pickled_by_name_and_play_for_their_kind_of_system_alone(capsys):
-    for script in (*SCRIPTS, hold):
-        assert pickle.loads(pickle.dumps(script)) is getattr(commanders, script.__name__) is script  # noqa: S301
-        assert script.__doc__.splitlines()[0].endswith(".")
-    with pytest.raises(KindError, match=r"'accelerations', but .* ergodic takes"):
+def test_scripts_play_for_their_kind_of_system_alone(capsys):
+    with pytest.raises(KindError, match="'accelerations', but"):
         load("tighten", GameConfig())
     assert "tighten" not in able(GameConfig()) and "ring" in able(GameConfig())
     assert "tighten" in able(rules("direct")) and "ring" not in able(rules("direct"))
@@ -76,23 +67,21 @@ def test_hold_sends_what_the_system_of_its_team_does_by_itself():
     config = GameConfig(controllers=("direct", "ergodic"))
     first, second = (load("hold", config, system) for system in config.team_systems)
     assert (first.answers, second.answers) == ("accelerations", "density")
-    seen = np.zeros((1, 20, 5), np.float32)
     for policy, expected in ((first, np.zeros((1, 20, 2))), (second, np.ones((1, 10, 10)))):
         policy.reset([0], np.arange(1))
-        np.testing.assert_array_equal(policy.act(seen, np.arange(1)), expected)
+        np.testing.assert_array_equal(policy.act(np.zeros((1, 20, 5), np.float32), np.arange(1)), expected)
     assert load(first, config) is first
     assert first.for_system(system_of("ergodic")).for_system(system_of("flocking")).answers == "attractors"
 
 
 def test_a_commander_plays_its_own_drones_and_counts_the_steps_of_each_game():
-    config = rules("direct", command_period=2.0)
     states = []
 
     def note(state):
         states.append(state)
         return state.system.default(state.config)
 
-    policy = Commander(Script(note, "accelerations"), config)
+    policy = Commander(Script(note, "accelerations"), rules("direct", command_period=2.0))
     seen = np.zeros((2, 7, 5), np.float32)
     seen[:, :, :4] = np.random.default_rng(0).random((2, 7, 4))
     seen[:, :, 4] = [[1, -1, 1, 1, -1, -1, -1], [-1, 1, 1, -1, -1, -1, -1]]
@@ -143,7 +132,6 @@ def test_what_a_game_state_tells_of_the_opponents():
     opposing = [[0.5, 0.5], [0.55, 0.5], [0.9, 0.1], [0.1, 0.9]]
     np.testing.assert_allclose(state(own=[[0.0, 1.0]], opposing=opposing).weakest(), [0.1, 0.9])
     np.testing.assert_allclose(state(own=[[0.5, 0.4]], opposing=opposing).weakest(), [0.9, 0.1])
-    np.testing.assert_allclose(state(opposing=[[0.1, 0.1], [0.9, 0.1], [0.1, 0.9]]).refuge(), [0.9, 0.9], atol=0.05)
     refuge = state(opposing=[[0.1, 0.1], [0.9, 0.9]]).refuge()
     assert sorted(refuge.tolist()) == pytest.approx([0.1, 0.9]), "from the nearest of them, not from the farthest"
     radii = [state(step=step).closing() for step in range(13)]

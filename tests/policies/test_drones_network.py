@@ -6,20 +6,13 @@ import torch
 from swarm_pz.errors import ConfigError
 from swarm_pz.policies.drones_network import DronesActor, head_of
 
-CASES = {"drones": (6, 2), "vector": (3, 2), "image": (2, 4, 4)}
 
-
-def boards(count=3):
-    torch.manual_seed(0)
-    seen = torch.rand(count, 6, 5)
-    seen[..., 4] = torch.tensor([1.0, -1.0, 1.0, 1.0, -1.0, -1.0])
-    return seen
-
-
-@pytest.mark.parametrize(("head", "shape"), CASES.items())
+@pytest.mark.parametrize(("head", "shape"), [("drones", (6, 2)), ("vector", (3, 2)), ("image", (2, 4, 4))])
 def test_the_head_follows_from_the_shape_and_the_order_of_the_drones_means_nothing(head, shape):
     assert head_of(shape, 6) == head
-    actor, seen = DronesActor(shape, head, 8), boards()
+    torch.manual_seed(0)
+    actor, seen = DronesActor(shape, head, 8), torch.rand(3, 6, 5)
+    seen[..., 4] = torch.tensor([1.0, -1.0, 1.0, 1.0, -1.0, -1.0])
     order = torch.tensor([4, 0, 5, 2, 1, 3])
     first, other = actor(seen), actor(seen[:, order])
     assert first.shape == (3, *shape)
@@ -29,8 +22,7 @@ def test_the_head_follows_from_the_shape_and_the_order_of_the_drones_means_nothi
 
 
 def test_cells_of_an_image_stand_where_a_command_has_them():
-    actor = DronesActor((1, 4, 4), "image", 8)
-    cells = actor.get_buffer("cells").reshape(4, 4, 2)
+    cells = DronesActor((1, 4, 4), "image", 8).get_buffer("cells").reshape(4, 4, 2)
     torch.testing.assert_close(cells[0, :, 0], torch.tensor([-0.75, -0.25, 0.25, 0.75]))
     torch.testing.assert_close(cells[:, 0, 1], cells[0, :, 0])
 

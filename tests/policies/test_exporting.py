@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import onnx
 import pytest
@@ -22,7 +20,7 @@ from swarm_pz.policy.model_policy import ModelPolicy
 
 SEEN = ObservationConfig(grid=10, channels=("own_positions", "opposing_positions", "time_left"))
 GAME = GameConfig(drones_per_team=2, time_limit=4.0, observation=SEEN)
-MLP = {"net_arch": [8]}
+ERGODIC = GAME.team_systems[0]
 
 
 def boards(policy, count):
@@ -49,31 +47,27 @@ def test_a_policy_of_ours_answers_the_same_and_tells_nothing_of_this_machine(tmp
     assert not any(node.doc_string or node.metadata_props for node in model.graph.node)
 
 
+FLAT = {"action_cells": 3, "flatten_actions": True}
 MODELS = {
-    "PPO, images of fractions": (
-        PPO,
-        {"observation_dtype": "float32", "action_cells": 5},
-        {"n_steps": 2, "batch_size": 2},
-    ),
-    "A2C, channels last": (A2C, {"channels_last": True, "flatten_actions": True}, {"n_steps": 2}),
-    "A2C, densities": (A2C, {"action": "command"}, {"n_steps": 2}),
-    "PPO, numbers": (PPO, {"action": "discrete"}, {"n_steps": 2, "batch_size": 2}),
-    "DQN": (DQN, {"action": "discrete"}, {"buffer_size": 10}),
-    "SAC": (SAC, {"action": "command", "action_cells": 3, "flatten_actions": True}, {"buffer_size": 10}),
-    "TD3": (TD3, {"action_cells": 3, "flatten_actions": True}, {"buffer_size": 10}),
-    "PPO, lists of drones": (PPO, {"observation": ObservationConfig(kind="entities")}, {"n_steps": 2, "batch_size": 2}),
+    "A2C, channels last": (A2C, {"channels_last": True, "action": "command"} | FLAT),
+    "PPO, numbers": (PPO, {"action": "discrete", "observation_dtype": "float32"}),
+    "DQN": (DQN, {"action": "discrete"}),
+    "SAC": (SAC, {"action": "command"} | FLAT),
+    "TD3": (TD3, FLAT),
+    "PPO, lists of drones": (PPO, {"observation": ObservationConfig(kind="entities")}),
 }
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_a_model_of_sb3_answers_the_same_and_plays(tmp_path, name):
-    make, options, settings = MODELS[name]
-    env = DuelEnv(GAME, **({"observation": SEEN} | options))
+    make, options = MODELS[name]
     kind = "MultiInputPolicy" if "observation" in options else "MlpPolicy"
-    model = make(kind, env, policy_kwargs=dict(MLP), device="cpu", seed=0, **settings)
+    env = DuelEnv(GAME, **({"observation": SEEN} | options))
+    settings = {"n_steps": 2} if make in (A2C, PPO) else {"buffer_size": 10}
+    settings |= {"batch_size": 2} if make is PPO else {}
+    model = make(kind, env, policy_kwargs={"net_arch": [8]}, device="cpu", seed=0, **settings)
     model.save(tmp_path / "model.zip")
-    system = GAME.team_systems[0]
-    exporting.export_model(exporting.load_model(tmp_path / "model.zip"), GAME, system, tmp_path / "out", "mine")
+    exporting.export_model(exporting.load_model(tmp_path / "model.zip"), GAME, ERGODIC, tmp_path / "out", "mine")
     ours, theirs = ModelPolicy(model, GAME), load(tmp_path / "out", GAME)
     if kind == "MlpPolicy":
         seen = boards(ours, 10)
@@ -82,19 +76,16 @@ def test_a_model_of_sb3_answers_the_same_and_plays(tmp_path, name):
 
 
 def test_a_model_with_memory_remembers_each_game(tmp_path):
-    env = DuelEnv(GAME, observation=SEEN, observation_dtype="float32", action_cells=3, flatten_actions=True)
-    settings = {"n_steps": 2, "batch_size": 2, "device": "cpu", "seed": 0}
+    env = DuelEnv(GAME, observation=SEEN, observation_dtype="float32", **FLAT)
     kinds = {"net_arch": [8], "lstm_hidden_size": 6, "n_lstm_layers": 2}
-    model = RecurrentPPO("MlpLstmPolicy", env, policy_kwargs=kinds, **settings)
+    model = RecurrentPPO("MlpLstmPolicy", env, policy_kwargs=kinds, n_steps=2, batch_size=2, device="cpu", seed=0)
     for part in model.policy.lstm_actor.parameters():
         torch.nn.init.normal_(part)
-    model.save(tmp_path / "model.zip")
-    policy = exporting.load_model(tmp_path / "model.zip")
-    exporting.export_model(policy, GAME, GAME.team_systems[0], tmp_path / "out", "mine")
+    exporting.export_model(model.policy, GAME, ERGODIC, tmp_path / "out", "mine")
     theirs = load(tmp_path / "out", GAME)
     assert theirs.card.state == {"hidden": "next_hidden", "cell": "next_cell"}
     theirs.reset([0, 1], np.array([3, 9]))
-    memory, begins, format_ = None, np.ones(2, bool), theirs.card.format(GAME, GAME.team_systems[0])
+    memory, begins, format_ = None, np.ones(2, bool), theirs.card.format(GAME, ERGODIC)
     for step in range(4):
         seen = np.random.default_rng(step).integers(0, 256, (2, 3, 10, 10)).astype(np.uint8)
         expected, memory = model.predict(format_.show(seen), memory, begins, deterministic=True)
@@ -104,14 +95,11 @@ def test_a_model_with_memory_remembers_each_game(tmp_path):
             theirs.reset([2], np.array([9]))
 
 
-def test_what_is_no_model_of_sb3_is_refused(tmp_path):
+def test_what_is_no_model_of_sb3_or_of_another_game_is_refused(tmp_path):
     (tmp_path / "m.zip").write_bytes(b"torn")
     for path in (tmp_path / "m.zip", tmp_path / "none.zip"):
         with pytest.raises(CheckpointError, match="no model that Stable-Baselines3 has saved"):
-            exporting.load_model(Path(path))
-
-
-def test_a_model_of_another_game_is_refused(tmp_path):
-    model = PPO("MlpPolicy", "CartPole-v1", policy_kwargs=dict(MLP), device="cpu", n_steps=2, batch_size=2)
+            exporting.load_model(path)
+    model = PPO("MlpPolicy", "CartPole-v1", device="cpu", n_steps=2, batch_size=2)
     with pytest.raises(PolicyError, match="must observe images"):
-        exporting.export_model(model.policy, GAME, GAME.team_systems[0], tmp_path / "out", "mine")
+        exporting.export_model(model.policy, GAME, ERGODIC, tmp_path / "out", "mine")

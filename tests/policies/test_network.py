@@ -3,30 +3,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
-from torch import Tensor
 
 from swarm_pz.errors import ConfigError
 from swarm_pz.policies.network import ORIENTATIONS, Actor, Critic, GroupConv, turn
 
 
-def turned(images: Tensor, orientation: int) -> Tensor:
+def turned(images, orientation):
     mirrored = images.flip(-1) if orientation >= 4 else images
     return torch.rot90(mirrored, orientation % 4, (-2, -1))
 
 
-def test_there_are_eight_different_orientations():
-    probe = np.arange(9).reshape(3, 3)
-    assert len({turn(probe, orientation).tobytes() for orientation in range(ORIENTATIONS)}) == ORIENTATIONS
-    for orientation in range(ORIENTATIONS):
-        np.testing.assert_array_equal(turn(probe, orientation), turned(torch.from_numpy(probe), orientation).numpy())
-
-
-@pytest.mark.parametrize("grid", [10, 25])
 @pytest.mark.parametrize("orientation", range(ORIENTATIONS))
-def test_a_turned_board_is_played_as_the_board(grid, orientation):
+def test_a_turned_board_is_played_as_the_board(orientation):
+    probe = np.arange(9).reshape(3, 3)
+    np.testing.assert_array_equal(turn(probe, orientation), turned(torch.from_numpy(probe), orientation).numpy())
     torch.manual_seed(0)
-    actor, critic = Actor((3, grid, grid), 5, 16), Critic(5, 16, 6)
-    boards = torch.rand(2, 3, grid, grid)
+    actor, critic = Actor((3, 10, 10), 5, 16), Critic(5, 16, 6)
+    boards = torch.rand(2, 3, 10, 10)
     actions, values = actor(boards), critic(actor.trunk(boards))
     assert (actions - actions.mean()).abs().max() > 1e-3
     torch.testing.assert_close(actor(turned(boards, orientation)), turned(actions, orientation), atol=1e-5, rtol=1e-4)
@@ -76,7 +69,6 @@ def test_a_frozen_network_plays_the_same_and_sees_how_far_from_the_centre_each_c
         (10, 5, 12, "width must be a multiple"),
         (10, 5, 0, "width must be a multiple"),
         (10, 5, 520, "at most 2560, got 520 times 5"),
-        (50, 50, 64, "at most 2560, got 64 times 50"),
     ],
 )
 def test_shapes_that_do_not_fit_or_any_memory_are_refused(grid, cells, width, message):

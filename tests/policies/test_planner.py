@@ -16,13 +16,13 @@ from swarm_pz.policies.planner import Planner, PlannerConfig
 from swarm_pz.policy import PrivilegedPolicy
 from swarm_pz.training.vec_env import StackedVecEnv, SwarmVecEnv
 
-SMALL = PlannerConfig(drone_steps=3_000, horizon=2.0)
-TINY = SMALL.replace(drone_steps=1_000)
+TINY = PlannerConfig(drone_steps=1_000, horizon=2.0)
 CONFIG = GameConfig(drones_per_team=4, time_limit=40.0)
+CALM = CaptureConfig(enabled=False)
 ONLY, RED, BLUE = np.zeros(1, int), np.array([0]), np.array([1])
 
 
-def a_game(seconds: int = 3, config: GameConfig = CONFIG) -> BatchEnv:
+def a_game(seconds=3, config=CONFIG):
     batch = BatchEnv(config, 2)
     batch.reset([0, 1])
     for _ in range(seconds):
@@ -30,7 +30,7 @@ def a_game(seconds: int = 3, config: GameConfig = CONFIG) -> BatchEnv:
     return batch
 
 
-def begun(config=CONFIG, model=None, settings=SMALL):
+def begun(config=CONFIG, model=None, settings=TINY):
     planner = Planner(config, model, settings)
     planner.reset([5], ONLY)
     return planner
@@ -42,7 +42,7 @@ def test_the_same_seed_gives_the_same_commands_in_any_batch_and_the_game_is_left
     before = batch.simulator.snapshot()
 
     def answer(rows):
-        planner = Planner(CONFIG, model, SMALL.replace(drone_steps=1))
+        planner = Planner(CONFIG, model, TINY.replace(drone_steps=1))
         planner.reset([5 + row for row in rows.tolist()], rows)
         answers = batch.ask(planner, teams[rows], rows)
         assert len(planner.milliseconds) == len(rows)
@@ -53,9 +53,8 @@ def test_the_same_seed_gives_the_same_commands_in_any_batch_and_the_game_is_left
         np.testing.assert_array_equal(array, copied)
 
 
-@pytest.mark.parametrize("model", [None, "guess"])
-def test_a_new_game_owes_nothing_to_the_one_before(model):
-    config = GameConfig(drones_per_team=5, capture=CaptureConfig(enabled=False))
+def test_a_new_game_owes_nothing_to_the_one_before():
+    config = GameConfig(drones_per_team=5, capture=CALM)
 
     def play(planner, name, steps):
         batch, opponent, sent = BatchEnv(config), policies.load(name, config), []
@@ -67,12 +66,12 @@ def test_a_new_game_owes_nothing_to_the_one_before(model):
             batch.step(np.stack([sent[-1], batch.ask(opponent, BLUE, ONLY)], axis=1))
         return sent
 
-    fresh, used = (Planner(config, model, PlannerConfig(drone_steps=2_000)) for _ in range(2))
+    fresh, used = (Planner(config, "guess", PlannerConfig(drone_steps=2_000)) for _ in range(2))
     play(used, "ring", 4)
     np.testing.assert_array_equal(play(fresh, "wavefront", 3), play(used, "wavefront", 3))
 
 
-@pytest.mark.parametrize(("milliseconds", "rounds"), [(5.0, 1), (29.0, 2), (30.5, 3), (200.5, 20)])
+@pytest.mark.parametrize(("milliseconds", "rounds"), [(5.0, 1), (29.0, 2), (30.5, 3)])
 def test_it_searches_on_as_long_as_another_round_would_fit_and_notes_how_long_it_took(
     monkeypatch, milliseconds, rounds
 ):
@@ -90,7 +89,7 @@ def test_it_searches_on_as_long_as_another_round_would_fit_and_notes_how_long_it
     clock = Clock()
     monkeypatch.setattr(module, "time", clock)
     monkeypatch.setattr(module, "Lookahead", Slow)
-    planner = begun(settings=SMALL.replace(milliseconds=milliseconds))
+    planner = begun(settings=TINY.replace(milliseconds=milliseconds))
     a_game().ask(planner, RED, ONLY)
     assert planner.milliseconds == pytest.approx([10.0 * rounds])
 
@@ -117,21 +116,17 @@ def test_it_is_called_by_its_model_which_may_be_any_policy_or_a_guess_among_the_
 
 
 def test_it_beats_uniform_coverage_quickly():
-    config = GameConfig(time_limit=60.0)
-    planner = Planner(config, settings=PlannerConfig(drone_steps=20_000))
-    summary = play_match(planner, "uniform", games=4, config=config).summary()
-    assert summary["wins"] == 4
-    assert summary["restricted_mean_seconds"] < 40
+    planner = Planner(GameConfig(time_limit=60.0), settings=PlannerConfig(drone_steps=20_000))
+    summary = play_match(planner, "uniform", games=2, config=GameConfig(time_limit=60.0)).summary()
+    assert summary["wins"] == 2 and summary["restricted_mean_seconds"] < 40
 
 
-@pytest.mark.parametrize(("name", "team"), [("ring", 0), ("halo", 1), ("evade", 1)])
+@pytest.mark.parametrize(("name", "team"), [("ring", 0), ("halo", 1)])
 def test_it_finds_out_who_the_opponent_is_and_no_odd_command_misleads_it(name, team):
-    config = GameConfig(time_limit=60.0)
-    planner, batch, opponent = (
-        begun(config, "guess", TINY.replace(drone_steps=1)),
-        BatchEnv(config),
-        policies.load(name),
-    )
+    planner, batch = begun(model="guess", settings=TINY.replace(drone_steps=1)), BatchEnv(CONFIG)
+    config = CONFIG.replace(capture=CALM)
+    planner, batch = begun(config, "guess", TINY.replace(drone_steps=1)), BatchEnv(config)
+    opponent = policies.load(name, config)
     batch.reset([3])
     opponent.reset([6], ONLY)
     for step in range(6):
@@ -145,17 +140,15 @@ def test_it_finds_out_who_the_opponent_is_and_no_odd_command_misleads_it(name, t
 
 @pytest.mark.parametrize("controllers", ["flocking", ("ergodic", "direct")], ids=str)
 def test_it_plays_with_other_control_systems_and_against_them(controllers):
-    """Its trials sent densities as they are, which flocks and numbers beside them do not take."""
     config = GameConfig(drones_per_team=2, time_limit=2.0, controllers=controllers)
     planner = Planner(config, "guess" if controllers == "flocking" else None, TINY)
     assert len(play_match(planner, "hold", games=2, config=config).games) == 2
 
 
-@pytest.mark.parametrize("model", [None, "guess", "ring"])
 @pytest.mark.parametrize("sizes", [(4, 0), (0, 4)])
-def test_it_plays_against_nobody_and_for_nobody(sizes, model):
-    config = GameConfig(drones_per_team=sizes, capture=CaptureConfig(enabled=False))
-    planner, batch = begun(config, model, TINY), BatchEnv(config)
+def test_it_plays_against_nobody_and_for_nobody(sizes):
+    config = GameConfig(drones_per_team=sizes, capture=CALM)
+    planner, batch = begun(config, "guess"), BatchEnv(config)
     batch.reset([0])
     for _ in range(2):
         answer = batch.ask(planner, RED, ONLY)
@@ -167,11 +160,11 @@ def test_it_plays_against_nobody_and_for_nobody(sizes, model):
 def test_it_plays_by_the_rules_of_the_game_that_it_is_shown(other):
     answers = []
     for loaded in (CONFIG, other):
-        planner, batch = begun(loaded, "ring", TINY), BatchEnv(other)
+        planner, batch = begun(loaded, "ring"), BatchEnv(other)
         batch.reset([0])
         batch.step(np.ones((1, 2, other.command_cells, other.command_cells)))
         answers.append(batch.ask(planner, RED, ONLY))
-    np.testing.assert_array_equal(answers[0], answers[1])
+    np.testing.assert_array_equal(*answers)
 
 
 def test_it_is_met_in_training_at_every_size_that_is_dealt():
@@ -179,19 +172,17 @@ def test_it_is_met_in_training_at_every_size_that_is_dealt():
     env = StackedVecEnv([SwarmVecEnv(coarse.replace(drones_per_team=size), 1, seed=0) for size in (2, 3)])
     env.deal([Planner(coarse, settings=TINY)])
     env.reset()
-    for _ in range(2):
-        env.step(np.zeros((2, 10, 10), np.float32))
+    env.step(np.zeros((2, 10, 10), np.float32))
     env.close()
 
 
-@pytest.mark.parametrize("model", [None, "ring", "guess"])
+@pytest.mark.parametrize("model", [None, "guess"])
 def test_it_does_not_know_what_will_happen_by_chance(model):
     config = CONFIG.replace(dynamics=DynamicsConfig(failure_rate=1.0, repair_rate=1.0))
     answers = []
     for chance in (1, 2):
-        planner, batch, rows = Planner(config, model, TINY), BatchEnv(config, 2), np.arange(2)
-        batch.reset([0, 0])
+        planner, batch = begun(config, model), BatchEnv(config)
+        batch.reset([0])
         batch.simulator.games.seeds[:] = chance
-        planner.reset([5, 5], rows)
-        answers.append(batch.ask(planner, np.zeros(2, int), rows))
-    np.testing.assert_array_equal(answers[0], answers[1])
+        answers.append(batch.ask(planner, RED, ONLY))
+    np.testing.assert_array_equal(*answers)
