@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import re
 import runpy
@@ -12,6 +13,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import stable_baselines3
 import torch
 
 from benchmarks import examples
@@ -83,9 +85,10 @@ def test_behaviour_cloning_makes_a_policy_that_training_starts_from(tmp_path, mo
 @pytest.mark.parametrize("name", [name for name, one in examples.EXAMPLES.items() if "compat" in one.environment])
 def test_an_example_learns_and_plays_in_its_short_form(name, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(torch, "set_num_threads", lambda count: None)  # other tests have their own
-    monkeypatch.setattr(sys, "argv", [name, "--steps", "4096", "--games", "2", "--out", str(tmp_path)])
+    monkeypatch.setattr(stable_baselines3, "PPO", functools.partial(stable_baselines3.PPO, n_steps=32))
+    monkeypatch.setattr(sys, "argv", [name, "--steps", "128", "--games", "2", "--out", str(tmp_path)])
     runpy.run_path(str(examples.path_of(name)), run_name="__main__")
-    rollout = 4 * 2048 if name == "sb3_ppo" else 4096  # Stable-Baselines3's default, a whole one at least
+    rollout = {"sb3_ppo": 4 * 32}.get(name, 64 * 64)  # a whole one at least
     assert examples.commands_in(capsys.readouterr().out) == rollout
     for opponent in examples.OPPONENTS:
         figures = json.loads((tmp_path / f"{opponent}.json").read_text())

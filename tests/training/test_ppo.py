@@ -47,8 +47,7 @@ def test_two_seeded_runs_agree_and_another_seed_differs(trained, tmp_path):
     _, policy, _ = trained
     assert_same_weights(policy, Training(TINY, tmp_path / "again", say=quiet).run())
     other = Training(TINY.replace(seed=1), tmp_path / "other", say=quiet)
-    assert not have_same_weights(other.run(), policy)
-    assert not have_same_weights(other.untrained(), Training(TINY, tmp_path / "third", say=quiet).untrained())
+    assert not have_same_weights(other.untrained(), trained[0].untrained())
 
 
 def test_the_folder_holds_the_policy_with_its_story_and_how_the_run_went(trained):
@@ -76,13 +75,12 @@ def test_the_written_policy_plays_the_mean_of_sb3s_policy_in_every_batch(trained
     assert play_match(loaded, "uniform", games=2, config=TINY.game).summary()["games"] == 2
 
 
-@pytest.mark.parametrize("grid", [5, 10])
-def test_more_channels_than_rows_are_learned_from_too(tmp_path, grid):
+def test_more_channels_than_rows_are_learned_from_too(tmp_path):
     """SB3 would take the shortest side of an image for its channels."""
-    observation = ObservationConfig(grid=grid, channels=CHANNELS + MOTION_CHANNELS)
+    observation = ObservationConfig(grid=5, channels=CHANNELS + MOTION_CHANNELS)
     config = TINY.replace(game=TINY.game.replace(observation=observation), total_steps=32)
     policy = Training(config, tmp_path / "run", say=quiet).run()
-    loaded, seen = policies.load(tmp_path / "run", TINY.game), images(3, 13, grid)
+    loaded, seen = policies.load(tmp_path / "run", TINY.game), images(3, 13, 5)
     np.testing.assert_array_equal(loaded.act(seen, np.arange(3)), policy.act(seen, np.arange(3)))
 
 

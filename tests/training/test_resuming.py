@@ -29,7 +29,7 @@ def uninterrupted(tmp_path_factory):
     return run
 
 
-@pytest.mark.parametrize("stops", [[1], [3, 1], [4]])
+@pytest.mark.parametrize("stops", [[3, 1], [4]])
 def test_a_resumed_run_is_the_uninterrupted_run(uninterrupted, tmp_path, stops):
     lines = []
     run = Training(RUN, tmp_path, say=quiet)

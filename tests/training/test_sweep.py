@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 
 from swarm_pz.errors import CheckpointError, ConfigError, Stopped
-from swarm_pz.evaluation.workers import Processes, SerialExecutor
+from swarm_pz.evaluation.workers import SerialExecutor
 from swarm_pz.training import sweep as sweeps
 from swarm_pz.training.config import TrainConfig
 from swarm_pz.training.ppo import Training
@@ -32,9 +34,9 @@ def test_every_seed_is_the_run_that_trains_it_alone(alone, tmp_path):
 
 def test_whoever_trains_them_they_are_the_same(alone, tmp_path):
     said, shown = [], []
-    with Processes(1) as pool:
-        show = lambda *steps: shown.append(steps)  # noqa: E731
-        assert_same(alone, sweep(LEARNER, (3, 5), tmp_path / "here", pool, say=said.append, show=show))
+    with ThreadPoolExecutor(1) as pool:
+        show = {"say": said.append, "show": lambda *steps: shown.append(steps)}
+        assert_same(alone, sweep(LEARNER, (3, 5), tmp_path / "here", pool, **show))
     assert f"{tmp_path}/here/seed-5: trained" in said and any("128 steps, won " in line for line in said)
     assert shown[-1] == (256, 256)
     (tmp_path / "there").mkdir()
