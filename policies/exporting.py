@@ -181,9 +181,7 @@ def _traced(module: nn.Module, inputs: dict[str, spaces.Space[Any]], state: dict
     examples = tuple(torch.as_tensor(np.zeros((ROWS, *(space.shape or ())), space.dtype)) for space in inputs.values())
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)  # it misses torchvision aloud
     with warnings.catch_warnings(), torch.no_grad():
-        warnings.filterwarnings("ignore", category=DeprecationWarning)  # of what PyTorch does inside
-        warnings.filterwarnings("ignore", category=FutureWarning)
-        warnings.filterwarnings("ignore", category=UserWarning)
+        warnings.simplefilter("ignore")  # of what PyTorch does inside
         program = torch.onnx.export(
             module.eval(),
             examples,

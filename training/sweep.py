@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import tempfile
 from collections.abc import Callable, Sequence
@@ -126,16 +125,10 @@ def _check_players(config: TrainConfig) -> None:
 
 def _steps_of(place: Path) -> int:
     """Return how many steps a run has had at its latest checkpoint; 0 where there is none yet."""
-    path = place / CHECKPOINT
     try:
-        return _steps_at(path, path.stat().st_mtime_ns)
-    except (CheckpointError, LookupError, OSError):
+        return int(read_story(place / CHECKPOINT)["learner"]["steps"])
+    except (CheckpointError, LookupError):
         return 0
-
-
-@functools.lru_cache(maxsize=1024)  # it is looked at again and again, and seldom changes
-def _steps_at(path: Path, _: int) -> int:
-    return int(read_story(path)["learner"]["steps"])
 
 
 def _is_trained(place: Path, config: TrainConfig) -> bool:
