@@ -151,22 +151,6 @@ def test_actions_before_the_start_and_after_the_end_are_refused():
         environment.step(BOTH)
 
 
-def test_the_game_after_a_seeded_one_is_the_same_every_time():
-    environment = parallel_env(drones_per_team=3, max_cycles=2)
-
-    def starts(seed):
-        places = []
-        for given in (seed, None, None):
-            environment.reset(seed=given)
-            places.append(environment.batch.simulator.positions.tobytes())
-        return places
-
-    first = starts(5)
-    assert len(set(first)) == 3
-    assert starts(5) == first
-    assert not set(starts(6)) & set(first)
-
-
 def test_all_keywords_at_once_are_kept():
     observations = (ObservationConfig(grid=25), ObservationConfig(grid=10, channels=("time_left", "own_share")))
     rules = {"drones_per_team": (1, 3), "observation": observations, "command_cells": 6}

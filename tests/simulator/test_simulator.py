@@ -177,19 +177,6 @@ def test_a_target_that_was_sent_has_its_mass_and_that_of_the_start_has_one():
     assert simulator.games.coefficients[0, :, 0, 0].tolist() == [1.0, 1.0]
 
 
-def test_where_nothing_tells_sending_from_holding_games_are_the_same():
-    sent, held = Simulator(num_games=2), Simulator(num_games=2)
-    for simulator in (sent, held):
-        simulator.reset([0, 1])
-    for density in (RAMP, RAMP, UNIFORM):
-        for team in (RED, BLUE):
-            sent.command(team, np.repeat(density, 2, axis=0))
-        sent.advance(30)
-        held.advance(30, np.repeat(asked(density, density), 2, axis=0))
-    for row in range(2):
-        assert_same_game(sent, row, held, row)
-
-
 def test_games_without_seeds_are_all_different():
     simulator, starts = Simulator(num_games=2), []
     for _ in range(2):
