@@ -261,7 +261,7 @@ def test_pytorchs_idle_threads_leave_the_cores_to_the_game(imported, monkeypatch
     before, largest = openmp_threads(), torch.get_num_threads()
     Simulator().reset([0])
     more = openmp_threads() - before
-    assert more > len(os.sched_getaffinity(0)) if imported and sys.platform == "linux" else more == 0
+    assert more > len(os.sched_getaffinity(0)) if imported and sys.platform == "linux" else more <= 0
     assert (os.environ["GOMP_SPINCOUNT"], torch.get_num_threads()) == ("1000", largest)
 
 
