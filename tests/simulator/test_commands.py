@@ -50,3 +50,4 @@ def test_rounding_just_outside_is_clipped_in_a_copy_and_integers_are_taken():
     assert check_densities(command, (10, 10)).max() == 1.0 < command.max()
     assert check_densities(np.full((10, 10), -5e-7), (10, 10)).max() == 0.0
     assert check_densities(np.ones((10, 10), bool), (10, 10)).dtype == np.float64
+    assert check_densities([[1e-299, 1e-301], [5e-324, 0.0]], (2, 2)).tolist() == [[1e-299, 0.0], [0.0, 0.0]]
