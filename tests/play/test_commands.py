@@ -92,8 +92,8 @@ def test_a_command_of_another_kind_is_flown_and_who_solves_ahead_plays_the_same_
 @pytest.mark.parametrize(
     ("given", "kind", "told"),
     [
-        (np.ones((10, 10)), "density", "'density' .* direct, .* 'accelerations'"),
-        (PUSH, "places", "'places' cannot fly direct"),
+        (np.ones((10, 10)), "density", "accelerations"),
+        (PUSH, "places", "places"),
         (PUSH[:3], "accelerations", "shape"),
         ([[np.nan, 0.0]] * 4, "accelerations", "nan"),
     ],

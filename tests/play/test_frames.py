@@ -44,7 +44,10 @@ def scene(**more):
 
 def test_golden_bytes():
     assert encode_frame(scene()) == GOLDEN
-    assert encode_target(1, 9, np.array([[0, 255], [128, 64]], np.uint8)) == GOLDEN_TARGET
+    picture = np.array([[0, 255], [128, 64]], np.uint8)
+    assert encode_target(1, 9, picture) == GOLDEN_TARGET
+    target = decode_target(GOLDEN_TARGET)
+    assert (target.team, target.number, target.picture.tolist()) == (1, 9, picture.tolist())
     frame = decode_frame(GOLDEN)
     assert (frame.sequence, frame.tick, frame.server_ms) == (7, 298, 1000.0)
     np.testing.assert_allclose(frame.positions, scene().positions, atol=1e-5)
@@ -88,23 +91,17 @@ def test_what_is_written_is_read_and_what_is_beyond_the_scale_at_its_end(count, 
 
 @pytest.mark.parametrize("data", [b"", b"\x01", GOLDEN[:-1], GOLDEN + b"\x00", b"\x02" + GOLDEN[1:]])
 def test_what_is_no_frame_is_refused(data):
-    with pytest.raises(ProtocolError, match="a frame"):
+    with pytest.raises(ProtocolError, match="frame"):
         decode_frame(data)
 
 
-@pytest.mark.parametrize(
-    "data", [b"", GOLDEN_TARGET[:4], GOLDEN_TARGET[:-1], b"\x01" + GOLDEN_TARGET[1:], b"\x02\x07" + GOLDEN_TARGET[2:]]
-)
+KINDS = [b"\x01" + GOLDEN_TARGET[1:], b"\x02\x07" + GOLDEN_TARGET[2:]]
+
+
+@pytest.mark.parametrize("data", [b"", GOLDEN_TARGET[:4], GOLDEN_TARGET[:-1], *KINDS])
 def test_what_is_no_target_is_refused(data):
-    with pytest.raises(ProtocolError, match="a target"):
+    with pytest.raises(ProtocolError, match="target"):
         decode_target(data)
-
-
-def test_a_target_comes_back_as_it_was_sent():
-    picture = np.arange(2500, dtype=np.uint8).reshape(50, 50)
-    read = decode_target(encode_target(1, 7, picture))
-    assert (read.team, read.number) == (1, 7)
-    np.testing.assert_array_equal(read.picture, picture)
 
 
 def test_velocities_of_frames_carry_drones_on_whatever_the_speed_factor():

@@ -30,63 +30,38 @@ def test_nothing_is_left_out():
 LABELS = [*(chr(code) for code in (0, 9, 10, 13, 27, 127, 0x9B, 0x2028, 0x202E)), "x" * 41]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "{",
-        "[]",
-        "null",
-        '{"type":"obey"}',
-        '{"type":"welcome"}',
-        '{"type":"command"}',
-        '{"type":"command","number":-1}',
-        '{"type":"command","number":4294967296,"density":[[0.5]]}',
-        '{"type":"command","number":1,"density":[[NaN]]}',
-        '{"type":"command","number":1,"density":[["1"]]}',
-        '{"type":"command","number":1,"strokes":[{"brush":"attract","width":0.1,"points":[]}]}',
-        '{"type":"command","number":1,"strokes":[{"brush":"pull","width":0.1,"points":[[0,0]]}]}',
-        '{"type":"join","room":"../X"}',
-        '{"type":"join","room":"ABCD","seat":"green"}',
-        '{"type":"hello","token":"short"}',
-        '{"type":"hello","admin":true}',
-        '{"type":"create","settings":{"red":1000000}}',
-        *(json.dumps({"type": "create", "label": f"a{label}"}) for label in LABELS),
-        json.dumps({"type": "join", "room": "ABCD", "label": "a\r"}),
-        "[" * 60_000,
-        '{"x":' + "[" * 60_000,
-        " " * 70_000,
-        b"\xff\xfe",
-    ],
-)
+NO_MESSAGES = [
+    "", "{", "[]", "null", '{"type":"obey"}', '{"type":"welcome"}', '{"type":"command"}',
+    '{"type":"command","number":-1}', '{"type":"command","number":4294967296,"density":[[0.5]]}',
+    '{"type":"command","number":1,"density":[[NaN]]}',
+    '{"type":"command","number":1,"density":[["1"]]}',
+    '{"type":"command","number":1,"strokes":[{"brush":"attract","width":0.1,"points":[]}]}',
+    '{"type":"command","number":1,"strokes":[{"brush":"pull","width":0.1,"points":[[0,0]]}]}',
+    '{"type":"join","room":"../X"}', '{"type":"join","room":"ABCD","seat":"green"}', '{"type":"hello","token":"short"}',
+    '{"type":"hello","admin":true}', '{"type":"create","settings":{"red":1000000}}',
+    *(json.dumps({"type": "create", "label": f"a{label}"}) for label in LABELS),
+    json.dumps({"type": "join", "room": "ABCD", "label": "a\r"}),
+    "[" * 60_000, '{"x":' + "[" * 60_000, " " * 70_000, b"\xff\xfe",
+]  # fmt: skip
+NO_RULES = [
+    "{}", "[{}]", '[{"when":{"fewer":0},"do":{"policy":"ring"}}]',
+    '[{"when":{"nobody_within":0},"do":{"policy":"ring"}}]',
+    '[{"when":{"silent_s":1e9},"do":{"policy":"ring"}}]', '[{"when":{"moon":"full"},"do":{"policy":"ring"}}]',
+    '[{"when":{"fewer":4},"do":{"policy":""}}]', '[{"when":{"fewer":4},"do":{"command":5}}]',
+    "[" + ",".join(9 * ['{"when":{"fewer":4},"do":{"policy":"ring"}}']) + "]",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", [*NO_MESSAGES, *(f'{{"type":"rules","rules":{rules}}}' for rules in NO_RULES)])
 def test_what_does_not_fit_is_refused(text):
     with pytest.raises(ProtocolError):
         protocol.decode_client(text)
 
 
-@pytest.mark.parametrize(
-    "rules",
-    [
-        "{}",
-        "[{}]",
-        '[{"when":{"fewer":0},"do":{"policy":"ring"}}]',
-        '[{"when":{"nobody_within":0},"do":{"policy":"ring"}}]',
-        '[{"when":{"silent_s":1e9},"do":{"policy":"ring"}}]',
-        '[{"when":{"moon":"full"},"do":{"policy":"ring"}}]',
-        '[{"when":{"fewer":4},"do":{"policy":""}}]',
-        '[{"when":{"fewer":4},"do":{"command":5}}]',
-        "[" + ",".join(9 * ['{"when":{"fewer":4},"do":{"policy":"ring"}}']) + "]",
-    ],
-)
-def test_rules_that_do_not_fit_are_refused(rules):
-    with pytest.raises(ProtocolError):
-        protocol.decode_client('{"type":"rules","rules":' + rules + "}")
-
-
 def test_the_longest_message_is_read_and_a_longer_one_is_not():
     text = protocol.encode(protocol.Ping(1.0))
     assert protocol.decode_client(text + " " * (65_536 - len(text))) == protocol.Ping(1.0)
-    with pytest.raises(ProtocolError, match="65536 bytes"):
+    with pytest.raises(ProtocolError, match="65536"):
         protocol.decode_client(text + " " * (65_537 - len(text)))
 
 
