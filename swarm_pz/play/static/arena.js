@@ -136,13 +136,11 @@ export class Arena {
   }
 
   paintDanger(pen, frame, places, side, size) {
-    this.endangered = 0;
     const pulse = this.isCalm ? 1 : 1 + 0.25 * Math.sin(performance.now() / PULSE_MS * 2 * Math.PI);
     pen.beginPath();
     for (let i = 0; i < frame.teams.length; i++) {
       if (!this.guarded.includes(frame.teams[i]) || !this.isInDanger(frame, places, i)) continue;
       addDrone(pen, 0, places[2 * i] * side, (1 - places[2 * i + 1]) * side, 2.1 * size * pulse); // a ring
-      this.endangered++;
     }
     for (const [colour, width] of /** @type {[string, number][]} */ ([["#fff", 0.009], ["#111", 0.0045]])) {
       pen.strokeStyle = colour;

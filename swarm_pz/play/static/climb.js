@@ -1,6 +1,6 @@
 // The ladder: somebody's code, the level that they have reached, and whom they meet next.
 
-import { byId, onClick } from "./elements.js";
+import { byId, on } from "./elements.js";
 import { disc, INK } from "./ground.js";
 import { called, systemOption } from "./words.js";
 
@@ -11,13 +11,10 @@ export class Climbing {
   // begin: sends what opens a room, and begins in it at once.
   constructor(link, begin) {
     this.link = link;
-    byId("climber").addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.ask();
-    });
-    // What is shown is of another code or system.
-    for (const id of ["climber-code", "climber-system"]) byId(id).addEventListener("input", () => { byId("reached").hidden = true; });
-    onClick({ climb: () => begin({ type: "climb", ...this.who }) });
+    const isOld = () => { byId("reached").hidden = true; }; // what is shown is of another code or system
+    on("submit", { climber: () => this.ask() });
+    on("input", { "climber-code": isOld, "climber-system": isOld });
+    on("click", { climb: () => begin({ type: "climb", ...this.who }) });
   }
 
   get who() { return { code: byId("climber-code").value.trim(), system: byId("climber-system").value || null }; }

@@ -1,6 +1,6 @@
 // The commands of a seat: its tools, what is made with them, how it is sent, and what becomes of it.
 
-import { button, byId, onClick } from "./elements.js";
+import { button, byId, hear, on } from "./elements.js";
 import { Library } from "./library.js";
 import { Pen } from "./pen.js";
 import { SIDES } from "./words.js";
@@ -37,16 +37,13 @@ export class Controls {
   }
 
   listen() {
-    const on = (id, type, act, how = {}) => byId(id).addEventListener(type, act, how);
-    for (const [type, act] of Object.entries(HANDS)) on("arena", type, (event) => this.pen[act](event));
-    for (const id of ["width", "turn"]) on(id, "change", () => { if (this.pen !== this.brush) this.lifted(); });
-    on("arena", "wheel", (event) => this.wheel(event), { passive: false });
-    on("width", "input", () => this.setExtent());
-    on("turn", "input", () => this.pen.turnTo(byId("turn").valueAsNumber));
-    on("keep", "change", () => { this.pen.keep = byId("keep").checked; });
-    on("on-lift", "change", () => this.show());
-    onClick(Object.fromEntries(BRUSHES.map((brush) => [brush, () => this.choose(brush)])));
-    onClick({
+    for (const [type, act] of Object.entries(HANDS)) on(type, { arena: (event) => this.pen[act](event) });
+    byId("arena").addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    on("input", { width: () => this.setExtent(), turn: () => this.pen.turnTo(byId("turn").valueAsNumber) });
+    const sized = () => { if (this.pen !== this.brush) this.lifted(); };
+    on("change", { width: sized, turn: sized, keep: () => { this.pen.keep = byId("keep").checked; }, "on-lift": () => this.show() });
+    on("click", Object.fromEntries(BRUSHES.map((brush) => [brush, () => this.choose(brush)])));
+    on("click", {
       send: () => this.send(),
       undo: () => this.undo(),
       spread: () => this.spread(),
@@ -56,11 +53,11 @@ export class Controls {
         byId("tools").showModal();
       },
     });
-    this.link.addEventListener("target", ({ detail: { team, number } }) => { // go on counting after a reload
-      if (team === this.seat) this.number = Math.max(this.number, number);
+    hear(this.link, {
+      target: ({ team, number }) => { if (team === this.seat) this.number = Math.max(this.number, number); }, // after a reload
+      in_force: (command) => this.setInForce(command),
+      acting: (what) => this.respond().then((responses) => responses.act(what)),
     });
-    this.link.addEventListener("in_force", ({ detail }) => this.setInForce(detail));
-    this.link.addEventListener("acting", ({ detail }) => this.respond().then((responses) => responses.act(detail)));
   }
 
   // Begin with another game.

@@ -1,7 +1,7 @@
 // What lies over the board while no game is played: whom one waits for, the countdown, and the result.
 
 import { Chart, turningPoint, untilTheEnd } from "./chart.js";
-import { byId, onClick, say } from "./elements.js";
+import { byId, on, say } from "./elements.js";
 import { freeSides, meetsSomebody, Waiting } from "./waiting.js";
 import { called, clock, NAMES, SIDES } from "./words.js";
 
@@ -11,7 +11,7 @@ export class Cover {
     this.begin = begin;
     this.waiting = new Waiting(link);
     this.chart = new Chart(byId("result-chart"));
-    onClick({ swap: () => this.swap() });
+    on("click", { swap: () => this.swap() });
   }
 
   // Something is on its way.

@@ -17,9 +17,19 @@ export function make(tag, has = {}, ...parts) {
 
 export function button(words, onclick, has = {}) { return make("button", { type: "button", onclick, ...has }, ...[words].flat()); }
 
-// Have elements act when they are clicked.
-export function onClick(acts) {
-  for (const [id, act] of Object.entries(acts)) byId(id).addEventListener("click", act);
+// Have elements act when something happens to them; a form that is sent leaves the page where it is.
+export function on(type, acts) {
+  for (const [id, act] of Object.entries(acts)) {
+    byId(id).addEventListener(type, (event) => {
+      if (type === "submit") event.preventDefault();
+      act(event);
+    });
+  }
+}
+
+// Have messages of the table act, by their types.
+export function hear(link, acts) {
+  for (const [type, act] of Object.entries(acts)) link.addEventListener(type, ({ detail }) => act(detail));
 }
 
 // Say something where it is not said already: who hears the page would hear it again.

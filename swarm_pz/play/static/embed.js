@@ -1,6 +1,8 @@
 // The page in the frame of an experiment, which says what is played, and is told how that went. Both check whom they
 // hear: messages count from the window around this one alone, and from an origin that the table was started for.
 
+import { hear } from "./elements.js";
+
 const TRIES = 40, PAUSE_MS = 500; // a game's file is whole soon after its end
 
 export class Embed {
@@ -13,9 +15,9 @@ export class Embed {
     this.waiting = "Waiting for the experiment…"; // what is said until a game begins
     document.documentElement.dataset.embed = "";
     addEventListener("message", (event) => this.hear(event));
-    link.addEventListener("welcome", ({ detail }) => this.greet(detail.embedders));
-    link.addEventListener("seated", ({ detail }) => { this.side = detail.seat; });
-    link.addEventListener("room", ({ detail }) => this.watch(detail));
+    hear(link, {
+      welcome: ({ embedders }) => this.greet(embedders), seated: ({ seat }) => { this.side = seat; }, room: (room) => this.watch(room),
+    });
   }
 
   greet(embedders) {

@@ -1,7 +1,7 @@
 // The signs of the board and the keys, in a dialog. Its pictures are the board's own, so that they show what it shows.
 
 import { Arena } from "./arena.js";
-import { byId, onClick } from "./elements.js";
+import { byId, on } from "./elements.js";
 import { CELLS } from "./frames.js";
 import { newCanvas } from "./ground.js";
 
@@ -22,7 +22,7 @@ const SCENES = {
 export class Legend {
   constructor() {
     const open = () => this.open();
-    onClick({ signs: open, "start-signs": open, "close-legend": () => byId("legend").close() });
+    on("click", { signs: open, "start-signs": open, "close-legend": () => byId("legend").close() });
     addEventListener("keydown", (event) => {
       const { target } = /** @type {any} */ (event);
       if (event.key !== "?" || event.ctrlKey || event.metaKey || target.closest("input:not([type=range], [type=checkbox])")) return;

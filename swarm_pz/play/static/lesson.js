@@ -1,7 +1,7 @@
 // The first lesson: three steps. Each waits, with the board held, until one goes on; and again until it is done.
 
 import { CIRCLE, CORNER, paintCard, paintDrawing, paintDrones, paintHolds, TIGHT } from "./cards.js";
-import { byId, onClick, say } from "./elements.js";
+import { byId, hear, on, say } from "./elements.js";
 
 const IN_CORNER = 0.35; // map widths from the corner that count as there
 const SPREAD = 0.18; // mean distance of drones from their mean place that is no bunch
@@ -72,14 +72,16 @@ export class Lesson {
     this.room = this.setting = null; // where it goes on, and what its step needs
     this.held = this.isOver = false;
     this.try();
-    link.addEventListener("seated", ({ detail }) => { this.room ??= this.running ? detail.room : null; });
-    link.addEventListener("refused", ({ detail }) => {
-      if (detail.about !== "create" || !this.running) return;
-      this.setting = null;
-      this.go(this.step);
+    hear(link, {
+      seated: ({ room }) => { this.room ??= this.running ? room : null; },
+      refused: ({ about }) => {
+        if (about !== "create" || !this.running) return;
+        this.setting = null;
+        this.go(this.step);
+      },
     });
-    onClick({ "lesson-next": () => this.act(), "lesson-leave": home, "lesson-skip": () => this.go(this.step + 1) });
-    byId("on-lift").addEventListener("change", () => { if (this.running && !this.held) this.ask(); });
+    on("click", { "lesson-next": () => this.act(), "lesson-leave": home, "lesson-skip": () => this.go(this.step + 1) });
+    on("change", { "on-lift": () => { if (this.running && !this.held) this.ask(); } });
   }
 
   get running() { return this.step >= 0; }

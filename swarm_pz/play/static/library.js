@@ -1,6 +1,6 @@
 // The library: drawings, and other commands, that this browser keeps; sent again at a tap or by a digit.
 
-import { button, byId, make, onClick } from "./elements.js";
+import { button, byId, make, on } from "./elements.js";
 import { keep, recall } from "./store.js";
 
 const STORE = "drawings", FORMAT = "swarm-pz.drawings.v1";
@@ -17,13 +17,13 @@ export class Library {
     this.tell = tell;
     this.changed = changed;
     this.all = checked(recall(STORE));
-    onClick({
+    on("click", {
       save: () => this.save(),
       export: () => this.export(),
       shelf: () => this.open(byId("library").hidden),
       import: () => byId("file").click(),
     });
-    byId("file").addEventListener("change", () => this.import());
+    on("change", { file: () => this.import() });
     addEventListener("storage", ({ key }) => { if (key === `swarm-pz.${STORE}`) this.show(checked(recall(STORE))); }); // by another window
   }
 

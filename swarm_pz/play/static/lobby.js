@@ -1,7 +1,7 @@
 // The start: play at once, learn it, open a room or join one, go back to one's seat, watch what was recorded.
 
 import { levelElement, levelsOf, paintPoster } from "./cards.js";
-import { byId, onClick } from "./elements.js";
+import { byId, on } from "./elements.js";
 import { listGames } from "./games.js";
 import { keep, recall } from "./store.js";
 import { called, SIDES, systemOption } from "./words.js";
@@ -14,7 +14,7 @@ export class Lobby {
     this.link = link;
     this.begin = begin;
     this.go = go;
-    onClick({
+    on("click", {
       quick: () => this.play(this.next),
       "start-lesson": () => go("lesson"),
       "start-ladder": () => go("ladder"),
@@ -24,19 +24,11 @@ export class Lobby {
       "all-games": () => { byId("recorded").open = true; byId("recorded").scrollIntoView(); },
       "look-on": () => { if (byId("code").reportValidity()) this.enter("watch"); },
     });
-    byId("recorded").addEventListener("toggle", () => { if (byId("recorded").open) listGames(byId("games")); });
-    byId("create").addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.create();
-    });
-    byId("join").addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.enter("room");
-    });
-    byId("opponent").addEventListener("change", () => this.describe());
-    byId("side").addEventListener("change", () => this.showSides());
+    on("toggle", { recorded: () => { if (byId("recorded").open) listGames(byId("games")); } });
+    on("submit", { create: () => this.create(), join: () => this.enter("room") });
+    on("change", { opponent: () => this.describe(), side: () => this.showSides() });
+    on("input", { label: () => keep("name", byId("label").value) });
     byId("label").value = recall("name") ?? "";
-    byId("label").addEventListener("input", () => keep("name", byId("label").value));
   }
 
   show(welcome) {

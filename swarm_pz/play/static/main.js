@@ -5,7 +5,7 @@
 //   #ladder      to one's level                      #embed=ORIGIN  in the frame of an experiment there
 // At /study/CODE/game it is a game of a study, without anything but the game: afterwards one goes back there.
 
-import { byId, onClick } from "./elements.js";
+import { byId, hear, on } from "./elements.js";
 import { Legend } from "./legend.js";
 import { Link } from "./link.js";
 import { Lobby } from "./lobby.js";
@@ -199,7 +199,7 @@ function refused({ about, code, reason, recording }) {
   say(reason);
 }
 
-onClick({
+on("click", {
   "ladder-home": () => go(""),
   stay: () => byId("leaving").close(),
   "leave-now": () => {
@@ -208,34 +208,35 @@ onClick({
     go(goal);
   },
 });
-const hear = (type, act) => link.addEventListener(type, (/** @type {any} */ { detail }) => act(detail));
-hear("welcome", (welcome) => {
-  welcomed = welcome;
-  isBeginning = false;
-  say("");
-  lobby.show(welcome);
-  const seat = wantedSeat();
-  if (!seat || seat.token !== link.asked?.token) show(); // else the seat that was asked for comes by itself
+hear(link, {
+  welcome: (welcome) => {
+    welcomed = welcome;
+    isBeginning = false;
+    say("");
+    lobby.show(welcome);
+    const seat = wantedSeat();
+    if (!seat || seat.token !== link.asked?.token) show(); // else the seat that was asked for comes by itself
+  },
+  seated: () => {
+    if (isBeginning) link.send({ type: "ready" });
+    isBeginning = false;
+  },
+  closed: () => say(link.quiet
+    ? "This seat was taken over by another window. Close this one, or reload it to take the seat back."
+    : "The connection is lost; trying again…", Infinity),
+  level: (level) => {
+    home = "ladder";
+    climb(level);
+  },
+  notice: ({ text }) => say(text),
+  refused,
 });
-hear("seated", () => {
-  if (isBeginning) link.send({ type: "ready" });
-  isBeginning = false;
-});
-hear("closed", () => say(link.quiet
-  ? "This seat was taken over by another window. Close this one, or reload it to take the seat back."
-  : "The connection is lost; trying again…", Infinity));
-hear("level", (level) => {
-  home = "ladder";
-  climb(level);
-});
-hear("notice", ({ text }) => say(text));
-hear("refused", refused);
 addEventListener("keydown", () => { document.documentElement.dataset.keys = ""; }, true);
 addEventListener("pointerdown", () => { delete document.documentElement.dataset.keys; }, true);
 if (STUDY) {
   document.body.classList.add("study");
   document.title = "A game";
-  hear("room", ({ phase }) => { if (phase === "over") setTimeout(goOn, RESULT_MS); });
+  hear(link, { room: ({ phase }) => { if (phase === "over") setTimeout(goOn, RESULT_MS); } });
 }
 addEventListener("hashchange", show);
 show();

@@ -1,7 +1,7 @@
 // A recorded game: hold it, go to any moment or capture of it, take over from there.
 
 import { turningPoint, untilTheEnd } from "./chart.js";
-import { button, byId, make, onClick } from "./elements.js";
+import { button, byId, make, on } from "./elements.js";
 import { clock, NAMES, SIDES } from "./words.js";
 
 const BEFORE_TICKS = 30; // a capture is seen from a moment before it on
@@ -12,13 +12,15 @@ export class Replay {
     this.link = link;
     this.chart = chart;
     this.held = false;
-    byId("pace").addEventListener("change", () => this.hold(false));
-    byId("moment").addEventListener("input", () => {
-      this.hold(true);
-      this.tell();
-      this.later ??= setTimeout(() => this.seek(), SEEK_EVERY_MS);
+    on("change", { pace: () => this.hold(false) });
+    on("input", {
+      moment: () => {
+        this.hold(true);
+        this.tell();
+        this.later ??= setTimeout(() => this.seek(), SEEK_EVERY_MS);
+      },
     });
-    onClick({
+    on("click", {
       hold: () => this.hold(!this.held),
       "take-over": () => {
         if (this.later) this.seek(); // from the moment that was chosen

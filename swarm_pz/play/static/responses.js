@@ -1,6 +1,6 @@
 // Automatic responses: while a condition holds, a policy or a saved drawing commands in one's place.
 
-import { button, byId, make, onClick } from "./elements.js";
+import { button, byId, hear, make, on } from "./elements.js";
 import { keep, recall } from "./store.js";
 import { called } from "./words.js";
 
@@ -19,14 +19,13 @@ export class Responses {
     this.policies = policies;
     this.saved = saved;
     this.say = say;
-    link.addEventListener("seated", () => this.begin());
-    link.addEventListener("refused", ({ detail }) => { if (detail.about === "rules") byId("rules-fault").textContent = detail.reason; });
-    byId("rule-when").addEventListener("change", () => this.ask());
-    byId("rule").addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.add();
+    hear(link, {
+      seated: () => this.begin(),
+      refused: ({ about, reason }) => { if (about === "rules") byId("rules-fault").textContent = reason; },
     });
-    onClick({ "acting-stop": () => this.remove(this.acting) });
+    on("change", { "rule-when": () => this.ask() });
+    on("submit", { rule: () => this.add() });
+    on("click", { "acting-stop": () => this.remove(this.acting) });
     this.ask();
     this.begin();
   }

@@ -4,7 +4,7 @@ import { Arena } from "./arena.js";
 import { Chart } from "./chart.js";
 import { Controls } from "./controls.js";
 import { Cover } from "./cover.js";
-import { byId, onClick, say } from "./elements.js";
+import { byId, hear, on, say } from "./elements.js";
 import { News } from "./news.js";
 import { Sound } from "./sound.js";
 import { recall } from "./store.js";
@@ -50,7 +50,7 @@ export class Table {
   }
 
   listen() {
-    onClick({
+    on("click", {
       ready: () => this.link.send({ type: "ready" }),
       sit: () => this.sit(),
       leave: () => this.left(),
@@ -66,21 +66,24 @@ export class Table {
         this.focus();
       },
     });
-    byId("take-side").addEventListener("change", () => {
-      this.arena.look(byId("take-side").selectedIndex);
-      this.replay?.seek();
+    on("change", {
+      "take-side": () => {
+        this.arena.look(byId("take-side").selectedIndex);
+        this.replay?.seek();
+      },
     });
-    byId("table").addEventListener("keydown", (event) => this.key(event));
-    const hear = (type, act) => this.link.addEventListener(type, ({ detail }) => act(detail));
-    hear("room", (room) => this.setRoom(room));
-    hear("seated", (seated) => this.sitDown(seated));
-    hear("frame", (frame) => this.takeFrame(frame));
-    hear("target", (target) => { if (target.team === this.arena.own) this.arena.ground.setTarget(target); });
-    hear("welcome", ({ policies }) => {
-      this.policies = policies;
-      this.seat = this.room = null;
+    on("keydown", { table: (event) => this.key(event) });
+    hear(this.link, {
+      room: (room) => this.setRoom(room),
+      seated: (seated) => this.sitDown(seated),
+      frame: (frame) => this.takeFrame(frame),
+      target: (target) => { if (target.team === this.arena.own) this.arena.ground.setTarget(target); },
+      welcome: ({ policies }) => {
+        this.policies = policies;
+        this.seat = this.room = null;
+      },
+      closed: () => this.controls.show(),
     });
-    hear("closed", () => this.controls.show());
   }
 
   key(event) {
@@ -255,7 +258,6 @@ export class Table {
     this.shown = shown;
     told.tick = shown.tick; // for those who measure: what is painted, and how old it is
     told.age = Math.round(this.link.now() - shown.serverMs);
-    told.endangered = this.arena.endangered;
     const blue = shown.teams.reduce((sum, team) => sum + team, 0), red = shown.teams.length - blue;
     byId("red-size").textContent = red;
     byId("blue-size").textContent = blue;

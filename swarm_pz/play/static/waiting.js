@@ -1,16 +1,16 @@
 // A room in which no game runs yet: who is here, who is ready, and how somebody else comes in.
 
-import { byId, onClick } from "./elements.js";
+import { byId, hear, on } from "./elements.js";
 import { called, SIDES } from "./words.js";
 
 const LOOPBACK = /^(localhost|127\.|\[::1\])/;
 
 export class Waiting {
   constructor(link) {
-    link.addEventListener("welcome", ({ detail }) => this.setAddresses(detail.addresses));
-    byId("address").addEventListener("change", () => this.showInvitation());
-    byId("invitation-link").addEventListener("focus", () => byId("invitation-link").select());
-    onClick({ copy: () => this.copy() });
+    hear(link, { welcome: ({ addresses }) => this.setAddresses(addresses) });
+    on("change", { address: () => this.showInvitation() });
+    on("focus", { "invitation-link": () => byId("invitation-link").select() });
+    on("click", { copy: () => this.copy() });
   }
 
   // Addresses for other devices; that of this page first, if it is one of them.

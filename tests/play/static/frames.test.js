@@ -4,8 +4,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { bytes, fixtures, plain } from "./page.js";
-import { trace } from "../../../swarm_pz/play/static/contours.js";
 import { decode, FRAME, TARGET } from "../../../swarm_pz/play/static/frames.js";
+import { trace } from "../../../swarm_pz/play/static/ground.js";
 
 const near = (given, wanted) => {
   assert.equal(given.length, wanted.length);
