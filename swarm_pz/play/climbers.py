@@ -18,6 +18,7 @@ import msgspec
 from swarm_pz.errors import RecordingError
 from swarm_pz.files import draft_of
 from swarm_pz.play.levels import Level, Met, level_of
+from swarm_pz.play.recordings.recorder import sync_folder
 from swarm_pz.play.studies.design import check_code
 
 TABLE = "levels.csv"
@@ -137,23 +138,13 @@ class Climber:
             file.flush()
             os.fsync(file.fileno())
         if is_new:
-            _sync_folder(self._path.parent)
+            sync_folder(self._path.parent)
         self._whole += len(line)
         self.games.append(game)
 
     def of(self, system: str) -> list[Climbed]:
         """Return the games that were played with a control system."""
         return [game for game in self.games if game.system == system]
-
-
-def _sync_folder(folder: Path) -> None:
-    """Write the folder's entries, a new file's name among them, to the disk, where that can be asked for."""
-    if hasattr(os, "O_DIRECTORY"):
-        opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            os.fsync(opened)
-        finally:
-            os.close(opened)
 
 
 def reached(games: Sequence[Climbed]) -> Level:

@@ -95,7 +95,7 @@ def test_what_is_no_frame_is_refused(data):
         decode_frame(data)
 
 
-KINDS = [b"\x01" + GOLDEN_TARGET[1:], b"\x02\x07" + GOLDEN_TARGET[2:]]
+KINDS = [b"\x01" + GOLDEN_TARGET[1:], b"\x02\x02" + GOLDEN_TARGET[2:]]
 
 
 @pytest.mark.parametrize("data", [b"", GOLDEN_TARGET[:4], GOLDEN_TARGET[:-1], *KINDS])

@@ -48,9 +48,7 @@ var jsPsychSwarmPz = (function (jspsych) {
       // And every other column of a game in the tables of `swarm-pz study`.
     },
   };
-  const NOTHING = {
-    outcome: null, seconds: null, captured: null, lost: null, commands: null, recording: null, opponent: null, seed: null, side: null,
-  };
+  const NOTHING = Object.fromEntries(Object.keys(info.data).map((name) => [name, null]));
 
   class SwarmPzPlugin {
     constructor(jsPsych) { this.jsPsych = jsPsych; }
@@ -64,7 +62,7 @@ var jsPsychSwarmPz = (function (jspsych) {
         removeEventListener("message", hear);
         clearTimeout(silence);
         frame.remove();
-        this.jsPsych.finishTrial({ ...NOTHING, error: null, ...row });
+        this.jsPsych.finishTrial({ ...NOTHING, ...row });
       };
       const hear = ({ source, origin: from, data }) => {
         if (source !== frame.contentWindow || from !== origin) return;

@@ -196,7 +196,7 @@ test("the moment of a recorded game is told in the chart", () => {
   chart.set([[10, 10], [15, 5], [5, 15]]);
   const strokes = () => painted(chart.canvas, "stroke", "#1b1f24").length, before = strokes();
   chart.set(chart.sizes, 1);
-  assert.ok(strokes() > before, "the turn is marked");
+  assert.ok(strokes() > 2 * before, "the turn is marked");
   chart.show(1.5);
   assert.equal(chart.canvas.getAttribute("aria-label"), "Team sizes over time: now red 15, blue 5");
   chart.show(null);
