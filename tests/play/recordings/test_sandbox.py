@@ -1,6 +1,7 @@
 """A process of its own for files of strangers: its death is an error, and nobody else's."""
 
 import os
+import resource
 import signal
 
 import pytest
@@ -43,6 +44,7 @@ def test_whatever_becomes_of_the_process_is_an_error_that_names_the_file_and_the
             with pytest.raises(error, match=said):
                 sandbox.do("game.jsonl", work, *given)
             assert sandbox.do("next.jsonl", len, "abc") == 3
+        assert sandbox.do("next.jsonl", resource.getrlimit, resource.RLIMIT_AS) == (module.MEMORY, module.MEMORY)
         process = sandbox.do("a.jsonl", count, 3, progress=told.append)
         assert told == [0, 1, 2] and process == sandbox.do("b.jsonl", os.getpid) != os.getpid()
     with pytest.raises(ProcessLookupError):
