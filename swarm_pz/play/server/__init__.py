@@ -11,7 +11,7 @@
 `live_session`       a game in real time; `game_log` writes it down in the `games_folder`
 `rendered_command`   from what a client sends to a command
 `incoming_commands`  commands on their way into a game, with its `delays`
-`worker`             a thread for what takes long, such as `control_thread`'s control systems
+`worker`             a thread for what takes long
 `policy_workers`     the processes in which policies think
 `views`              what is shown of a game
 `replays`            recorded games that are watched

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from swarm_pz.config import RED, TEAM_NAMES, TICKS_PER_SECOND
+from swarm_pz.config import RED, TEAM_NAMES, TICKS_PER_CONTROL_PERIOD, TICKS_PER_SECOND, GameConfig
 from swarm_pz.errors import FlightError
 from swarm_pz.play import protocol
 from swarm_pz.play.game import Captured, InForce, LiveGame, TableConfig
@@ -34,7 +34,6 @@ from swarm_pz.play.recordings.format import (
 )
 from swarm_pz.play.recordings.recorder import Recorder
 from swarm_pz.play.server.audience import Audience
-from swarm_pz.play.server.control_thread import ControlThread
 from swarm_pz.play.server.delays import Measured
 from swarm_pz.play.server.game_log import GameLog
 from swarm_pz.play.server.incoming_commands import IncomingCommands
@@ -45,6 +44,8 @@ from swarm_pz.play.server.seat import Seat
 from swarm_pz.play.server.seat_policy import SeatPolicy
 from swarm_pz.play.server.server_context import GameClock, ServerContext
 from swarm_pz.play.server.views import frame_of
+from swarm_pz.play.server.worker import Worker
+from swarm_pz.simulator import Simulator
 
 _FIELD_TICKS = 3
 """Ticks between two frames that show capture fields."""
@@ -52,8 +53,51 @@ HELD_S = 0.1
 """Seconds after which it is looked again whether a game goes on that nobody saw."""
 _LOOK_TICKS = 6
 """Ticks between two looks at the conditions of automatic responses."""
+SOLVE_S = 2.0
+"""Seconds that one solve may take; the simulator checks that all of them keep up with the game."""
+TRIAL_S = 120.0
+"""Seconds for a solve before the game begins, which may compile something."""
+_TRIAL_PERIODS = 2
 _SOFTWARE = f"swarm-pz {importlib.metadata.version('swarm-pz')}"
 log = logging.getLogger("swarm_pz.play")
+
+
+class ControlThread:
+    """A thread that flies the teams of one game whose control systems are written in Python; it may hang alone."""
+
+    def __init__(self, game: GameConfig) -> None:
+        self._game = game
+        self._worker = Worker("control")
+
+    def close(self) -> None:
+        """Let the thread end."""
+        self._worker.close()
+
+    async def fly(self, simulator: Simulator, limit_s: float | None = None) -> None:
+        """Let the control systems choose accelerations, where a control period begins.
+
+        Raises FlightError if one raises, answers nonsense, cannot keep up with the game, or does not answer.
+        """
+        limit_s = SOLVE_S if limit_s is None else limit_s
+        for team, system in enumerate(self._game.team_systems):
+            if system.kernel:
+                continue
+            who = f"{system.name}, which flies {TEAM_NAMES[team]},"
+            try:
+                await self._worker.do(simulator.solve, team, limit_s=limit_s)
+            except FlightError:
+                raise
+            except TimeoutError as error:
+                raise FlightError(team, system.name, (0,), f"{who} did not answer within {limit_s:g} s") from error
+            except RuntimeError as error:
+                raise FlightError(team, system.name, (0,), f"{who} {error}") from error
+
+    async def try_out(self) -> None:
+        """Let the control systems fly another game for a moment; errors as of `fly`."""
+        trial = Simulator(self._game)
+        for _ in range(_TRIAL_PERIODS):
+            await self.fly(trial, TRIAL_S)
+            trial.advance(TICKS_PER_CONTROL_PERIOD)
 
 
 class LiveSession:

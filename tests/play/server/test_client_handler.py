@@ -1,7 +1,10 @@
 """What one client does, message by message, without a network."""
 
 import asyncio
+import json
+import re
 import threading
+from pathlib import Path
 from unittest.mock import Mock
 
 import numpy as np
@@ -12,12 +15,14 @@ from swarm_pz.play.recordings.format import PaintedLine, SeatLine
 from swarm_pz.play.server import lobby, rendered_command
 from swarm_pz.play.server.client_handler import HELLO_S, SILENT_S, ClientHandler
 from swarm_pz.play.server.lobby import Lobby
-from swarm_pz.play.server.replays import ReplaySession
+from swarm_pz.play.server.replays import LoadedRecording, ReplaySession
 from swarm_pz.play.server.server_context import ServerContext
 from tests.play.recordings.test_format import record
 from tests.play.server.test_room import CALM, Client, Workers, playing, read, until
 
+pytestmark = pytest.mark.anyio
 ALONE = protocol.Create(settings=protocol.Settings(blue=0))
+EYE = np.eye(10).tolist()
 
 
 class Guest(Client):
@@ -63,6 +68,21 @@ class Guest(Client):
         self.say(protocol.Pace(0.0))
 
 
+class Opened:
+    """A recorded game that is played again here, in place of a process."""
+
+    def __init__(self, loaded):
+        self.loaded, self.state, self.size, self.count = loaded, loaded.state, 1, 0
+
+    async def ask(self, method, *given):
+        self.count += 1
+        await asyncio.sleep(0)
+        return getattr(self.loaded, method)(*given)
+
+    def drop(self):
+        pass
+
+
 class Hall(Lobby):
     """A lobby in which nobody thinks."""
 
@@ -78,6 +98,13 @@ class Hall(Lobby):
         return room
 
 
+class NearHall(Hall):
+    """One that reads recorded games here, and in no process."""
+
+    async def read(self, name):
+        return Opened(LoadedRecording.read(self.find_recording(name)))
+
+
 def visiting(folder, script, hall=Hall):
     """Run a script in a lobby, and close it."""
 
@@ -91,9 +118,6 @@ def visiting(folder, script, hall=Hall):
     asyncio.run(play())
 
 
-pytestmark = pytest.mark.anyio
-
-
 def dot(number, width=0.1):
     return protocol.CommandMessage(number, strokes=[protocol.StrokeMessage("attract", width, [(0.5, 0.5)])])
 
@@ -102,7 +126,7 @@ def dot(number, width=0.1):
 async def hall(tmp_path):
     """Give a lobby with one recorded game."""
     record(tmp_path / "a.jsonl", ticks=60, config=CALM)  # P1 against ring
-    made = Hall(tmp_path)
+    made = NearHall(tmp_path)
     yield made
     made.close()
 
@@ -114,9 +138,9 @@ async def test_an_opponent_faces_whoever_opens_a_room(hall):
     for seat, facing in (("red", 1), ("blue", 0), ("watch", 1)):
         guest = Guest(hall)
         assert guest.say(protocol.Create(seat=seat, opponent="ring", label="P1")) is None
-        room = hall.room()
-        assert room.seats[facing].policy == "ring" and room.seats[1 - facing].policy == ""
-        assert room.seats[1 - facing].label == ("" if seat == "watch" else "P1")
+        seats = hall.room().seats
+        assert (seats[facing].policy, seats[1 - facing].policy) == ("ring", "")
+        assert seats[1 - facing].label == ("" if seat == "watch" else "P1")
         assert guest.say(protocol.Leave()) is None and not hall.rooms
 
 
@@ -150,9 +174,11 @@ async def test_what_a_client_says_reaches_its_room_and_its_connection(hall):
         (protocol.Hello(), "out_of_turn"),
         (protocol.Seek(3), "out_of_turn"),
         (protocol.Ready(), "out_of_turn"),
+        (protocol.TakeOver("red"), "out_of_turn"),
         (protocol.Join("ZZZZ"), "unknown"),
         (protocol.Create(opponent="nobody"), "unknown"),
         (protocol.Create(seat="watch", player="nobody"), "unknown"),
+        (protocol.Create(opponent="mine.py:ring"), "unknown"),  # files run code
         (protocol.Create(player="ring"), "not_valid"),
         (protocol.AskLevel("P01"), "unknown"),
     ],
@@ -175,7 +201,7 @@ async def test_two_policies_are_watched_again_and_again(hall):
     assert [seat.policy for seat in room.seats] == ["ring", "uniform"]
     for number in (1, 2):
         guest.say(protocol.Ready())
-        await until(lambda number=number: room.phase == "over" and room._games == number)
+        await until(lambda number=number: room.phase == "over" and len([*hall.context.folder.glob("*-*-*")]) == number)
         assert room.outcome == "draw"
     assert guest.say(dot(1)) == "out_of_turn"
 
@@ -203,7 +229,7 @@ async def test_a_room_that_cannot_be_is_not_left_behind(hall, tmp_path):
 
 
 async def test_a_room_for_one_game_begins_it_as_its_seed_says_and_plays_no_other(hall):
-    guest, other = Guest(hall), Guest(hall)
+    guest = Guest(hall)
     guest.say(protocol.Create(opponent="ring", once=True, seed=41))
     assert guest.say(protocol.Invite("blue", "uniform")) == "out_of_turn"
     guest.say(protocol.Ready())
@@ -213,8 +239,8 @@ async def test_a_room_for_one_game_begins_it_as_its_seed_says_and_plays_no_other
     room.session.stop("red")
     assert guest.say(protocol.Ready()) == "out_of_turn"
     assert read(room).header.seed == 41
-    other.say(protocol.Create(opponent="ring"))
-    assert not other.heard(protocol.RoomState)[-1].once
+    guest.say(protocol.Create(opponent="ring"))
+    assert not guest.heard(protocol.RoomState)[-1].once
 
 
 # --- recorded games -------------------------------------------------------------------------------
@@ -230,8 +256,6 @@ async def test_a_room_for_one_game_begins_it_as_its_seed_says_and_plays_no_other
 )
 async def test_a_take_over_is_against_whoever_sat_there(message, policies, hall):
     guest = Guest(hall)
-    assert guest.say(message) == "out_of_turn"
-    guest.messages.clear()
     await guest.watch("a.jsonl")
     guest.say(protocol.Seek(45))
     assert guest.say(message) is None
@@ -311,7 +335,7 @@ async def test_who_could_not_go_elsewhere_stays_and_is_still_taken_where_they_wa
     assert not hall.watched
 
 
-async def test_who_watches_a_small_game_may_not_open_a_large_one_where_too_many_are_watched(hall):
+async def test_where_too_many_recorded_games_are_watched_one_gives_way_to_another_of_the_same_client_only(hall):
     guest = Guest(hall)
     await guest.watch("a.jsonl")
     own = guest.handler._replay
@@ -325,10 +349,6 @@ async def test_who_watches_a_small_game_may_not_open_a_large_one_where_too_many_
 # --- commands -------------------------------------------------------------------------------------
 
 
-def even(number):
-    return protocol.CommandMessage(number, density=[[1.0] * 10] * 10)
-
-
 async def test_a_drawing_is_painted_elsewhere_one_at_a_time_and_the_latest_command_waits(hall, monkeypatch):
     threads, gate = [], threading.Event()
 
@@ -339,6 +359,9 @@ async def test_a_drawing_is_painted_elsewhere_one_at_a_time_and_the_latest_comma
 
     def received():
         return [message.number for message in guest.heard(protocol.Received)]
+
+    def even(number):
+        return protocol.CommandMessage(number, density=EYE)
 
     monkeypatch.setattr(rendered_command, "density_of", slowly)
     guest = Guest(hall)
@@ -404,3 +427,35 @@ async def test_who_says_nothing_is_closed_unless_they_are_somewhere(hall):
             guest.handler.close_if_silent(now)
         assert set(closed) == expected
     assert "no hello" in closed["dumb"] and "outside of any room" in closed["idler"]
+
+
+# --- the documentation ----------------------------------------------------------------------------
+
+PAGE = (Path(__file__).parents[3] / "docs" / "protocol.md").read_text()
+OF_THEIR_TIME = {"room", "token", "server_ms", "tick"}
+
+
+@pytest.mark.parametrize("heading", ["Commands of other kinds", "Automatic responses"])
+async def test_what_clients_say_on_the_protocols_page_is_answered_as_it_says(heading, hall):
+    example = re.search(rf"## {heading}\n.*?```\n(.*?)```", PAGE, re.DOTALL).group(1)
+    lines = example.replace('"silent_s":5}', '"silent_s":0.5}').splitlines()
+    guest = Guest(hall)
+    if "create" not in example:
+        guest.say(protocol.Create(settings=protocol.Settings(blue=0, time_limit=None)))
+        guest.say(protocol.Ready())
+
+    def came(expected):
+        """Whether a message came that is as expected but for what is of its time."""
+        told = [json.loads(protocol.encode(message)) for message in guest.messages]
+        same = {key: value for key, value in expected.items() if key not in OF_THEIR_TIME}
+        return any(set(one) == set(expected) and same.items() <= one.items() for one in told)
+
+    for line in lines:
+        message = json.loads(line[2:])
+        if line.startswith(">"):
+            guest.handler.hear(line[2:])
+            if message["type"] == "ready":
+                await playing(hall.room())
+        else:
+            protocol.decode_server(line[2:])
+            await until(lambda expected=message: came(expected))

@@ -97,7 +97,6 @@ async def test_twelve_frames_are_on_their_way_and_an_answer_makes_room_for_the_n
 
 async def test_a_client_for_whom_too_much_waits_is_given_up_and_told_so(talk):
     connection, socket, settle = talk
-    await settle()
     for number in range(256):
         connection.send(pong(number))
     assert not connection.closed
@@ -117,35 +116,32 @@ async def test_a_socket_that_is_gone_closes_its_connection(fault, talk):
     assert connection.closed
 
 
-def test_what_is_said_in_a_second_has_so_many_bytes_and_short_messages_none(clock):
-    connection = Connection(None)
-    assert [connection.may_send(protocol.MAX_MESSAGE_BYTES) for _ in range(4)] == [True, True, False, False]
-    assert all(connection.may_send(200) for _ in range(100))
+def test_twenty_messages_and_two_large_ones_a_second_are_heard_and_those_that_were_not_count_for_nothing(clock):
+    connection, most = Connection(None), protocol.MAX_MESSAGE_BYTES
+    assert [connection.may_send(most) for _ in range(4)] == [True, True, False, False]
+    assert all(connection.may_send(200) for _ in range(100)), "short ones are not counted by their bytes"
+    assert [connection.may_speak() for _ in range(25)] == [True] * 20 + [False] * 5
     clock.now += 0.5
-    assert [connection.may_send(protocol.MAX_MESSAGE_BYTES) for _ in range(2)] == [True, False]
+    assert [connection.may_send(most) for _ in range(2)] == [True, False]
+    clock.now += 0.49
+    assert not connection.may_speak()
+    clock.now += 0.02
+    assert [connection.may_speak() for _ in range(21)] == [True] * 20 + [False]
     clock.now += 60.0
-    assert [connection.may_send(protocol.MAX_MESSAGE_BYTES) for _ in range(3)] == [True, True, False]
+    assert [connection.may_send(most) for _ in range(3)] == [True, True, False]
 
 
 async def test_who_is_refused_again_and_again_is_closed_and_told_why(clock):
     refusal = protocol.Refused(code="too_many", reason="")
-    patient, hasty = Connection(Socket()), Connection(Socket())
+    patient, socket = Connection(Socket()), Socket()
     for _ in range(150):
         patient.refuse(refusal)
         patient._waiting.clear()  # it was sent
         clock.now += 0.2
     assert not patient.closed
+    hasty = Connection(socket)
     for count in range(100):
         assert not hasty.closed, count
         hasty.refuse(refusal)
     await hasty.run()
-    assert hasty._socket.reason.startswith("100 messages were refused")
-
-
-def test_twenty_messages_a_second_are_heard_and_those_that_were_not_count_for_nothing(clock):
-    connection = Connection(None)
-    assert [connection.may_speak() for _ in range(25)] == [True] * 20 + [False] * 5
-    clock.now += 0.99
-    assert not connection.may_speak()
-    clock.now += 0.02
-    assert [connection.may_speak() for _ in range(21)] == [True] * 20 + [False]
+    assert socket.reason.startswith("100 messages were refused")

@@ -8,11 +8,26 @@ import pytest
 
 from swarm_pz.config import BLUE, RED, TICKS_PER_SECOND, GameConfig
 from swarm_pz.errors import PolicyError
+from swarm_pz.play import protocol
 from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings.format import CommandLine, FrameLine, SeatLine
+from swarm_pz.play.recordings import recorder
+from swarm_pz.play.recordings.format import CommandLine, FrameLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
-from tests.play.server.test_room import Client, Workers, opened, read, running, starting, ticks, until, watched
+from tests.play.server.test_room import (
+    EYE,
+    Client,
+    Workers,
+    give,
+    opened,
+    read,
+    running,
+    seated,
+    starting,
+    ticks,
+    until,
+    watched,
+)
 
 pytestmark = pytest.mark.anyio
 
@@ -59,8 +74,7 @@ async def test_a_policy_that_fails_keeps_its_last_command_and_the_room_says_so(f
         client = watched(room)
         await until(lambda: len(client.notices) >= 2)
         assert sorted(client.notices[:2]) == [f"{name} keeps its last command: {reason}" for name in ("one", "two")]
-        tick = room.session.game.tick
-        await ticks(room, tick + 3)
+        await ticks(room, room.session.game.tick + 3)
         recording = read(room)
     assert {line.team for line in recording.of(SeatLine) if line.event == "failed"} == {0, 1}
     assert len(recording.of(CommandLine)) == 2
@@ -89,8 +103,7 @@ async def test_an_answer_after_the_end_is_nobodys(tmp_path):
 
 async def test_ticks_are_caught_up_two_at_a_time_and_then_time_slips(tmp_path):
     with opened(tmp_path, blue=0, time_limit=None) as room:
-        client = Client()
-        room.sit(client, "red", "")
+        (client,) = seated(room, "red")
         room.ready(client, True)
         await ticks(room, 5)
         before = room.session.game.tick
@@ -102,6 +115,44 @@ async def test_ticks_are_caught_up_two_at_a_time_and_then_time_slips(tmp_path):
         assert punctuality.most_caught_up == 2 and punctuality.slipped >= 1
 
 
+# --- what is written ------------------------------------------------------------------------------
+
+
+async def test_a_command_tells_its_tick_and_what_was_played_is_in_the_file_after_half_a_second(tmp_path):
+    with opened(tmp_path, speed=2.0, time_limit=None) as room:
+        red, _ = await running(room)
+        played = []
+        for number in (1, 2, 3):
+            await ticks(room, 7 * number)
+            played.append(room.session.game.tick)
+            give(room, red, protocol.CommandMessage(number, density=EYE))
+        assert Recording.read(room.session.recorder.path).last_tick >= 15
+        room.stop()
+        recording = read(room)
+    assert [line.tick for line in recording.of(CommandLine)] == played
+    assert Playback(recording).verify().verified
+
+
+async def test_a_recording_that_breaks_off_is_told_of_once_and_the_game_goes_on(tmp_path):
+    with opened(tmp_path, speed=2.0, time_limit=None) as room:
+        red, _ = await running(room)
+        room.session.recorder.fault = "the recording breaks off: No space left on device"
+        await ticks(room, room.session.game.tick + 31)
+        assert red.notices == ["the recording breaks off: No space left on device"]
+
+
+async def test_what_players_say_more_than_a_flush_writes_does_not_heap_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(recorder, "_ONE_FLUSH", 5000)
+    with opened(tmp_path, speed=2.0, time_limit=None) as room:
+        await running(room)
+        for number in range(100):
+            room.session.commands.submit(room.reader.read(0, number, np.ones((10, 10))))
+        begun = room.session.game.tick
+        await until(lambda: room.session.recorder.is_behind)
+        await until(lambda: not room.session.recorder.is_behind)
+        assert room.session.game.tick - begun < 60, "at two flushes a second it takes 10 s"
+
+
 # --- how it ends ----------------------------------------------------------------------------------
 
 
@@ -111,8 +162,10 @@ async def test_a_game_runs_to_its_last_tick_and_its_end_is_the_end(tmp_path):
         await until(lambda: room.phase == "over")
         room.stop()
         await asyncio.sleep(0.1)
-        assert len(red.frames) == 30
         recording, sizes, state = read(room), room.session.sizes, red.messages[-1]
+    assert [sequence for _, sequence in red.frames] == [*range(red.frames[0][1], red.frames[0][1] + 30)]
+    with_fields = [frame[1] & 2 > 0 for frame, _ in red.frames]
+    assert [sum(with_fields[i : i + 3]) for i in range(0, 30, 3)] == [1] * 10, "at every solve"
     assert (state.phase, state.outcome, state.recording, state.sizes) == ("over", "draw", recording.name, sizes)
     assert (recording.end.outcome, recording.end.tick, recording.end.sizes) == ("draw", 30, sizes[-1])
     assert [line.tick for line in recording.of(FrameLine)] == [*range(0, 31, 3)]
@@ -137,21 +190,16 @@ def meddle(room, tick, change):
 async def test_who_has_every_drone_has_won_the_game(team, outcome, tmp_path):
     with opened(tmp_path, table=TableConfig(), red=4, blue=6, speed=2.0, time_limit=None) as room:
         red, _ = starting(room)
-        meddle(room, 1, lambda teams: teams.fill(team))
+        meddle(room, 30, lambda teams: np.copyto(teams, [RED] * 3 + [BLUE] * 7))
+        await until(lambda: room.session.game.tick == 30)
+        meddle(room, 31, lambda teams: teams.fill(team))
         await until(lambda: room.phase == "over")
         recording, told, last = read(room), room.outcome, decode_frame(red.frames[-1][0])
-    assert last.tick == 1 and last.fields is not None and (last.teams == team).all(), "the end is shown whole"
-    assert [line.tick for line in recording.of(FrameLine)] == [0, 1]
+        assert room.session.sizes == [(4, 6), (3, 7)], "once a second"
+    assert last.tick == 31 and last.fields is not None and (last.teams == team).all(), "the end is shown whole"
+    assert recording.of(FrameLine)[-1].tick == 31
     assert told == recording.end.outcome == outcome and recording.end.ended_by == "capture"
     assert recording.end.sizes == ((10, 0) if team == RED else (0, 10))
-
-
-async def test_sizes_are_told_once_a_second(tmp_path):
-    with opened(tmp_path, red=4, blue=6, speed=2.0, time_limit=None) as room:
-        await running(room)
-        meddle(room, 30, lambda teams: np.copyto(teams, [RED] * 3 + [BLUE] * 7))
-        await until(lambda: len(room.session.sizes) == 2)
-        assert room.session.sizes == [(4, 6), (3, 7)]
 
 
 async def test_a_fault_of_the_server_stops_the_game_and_is_told(tmp_path):
@@ -167,7 +215,6 @@ async def test_a_fault_of_the_server_stops_the_game_and_is_told(tmp_path):
 @pytest.mark.parametrize(
     ("happens", "ended_by"),
     [
-        (lambda room, red, blue: None, "server"),
         (lambda room, red, blue: room.leave(red), "left"),
         (lambda room, red, blue: room.disconnect(blue), "left"),
         (lambda room, red, blue: (room.disconnect(blue), room.resume(blue, room.seats[1])), "server"),

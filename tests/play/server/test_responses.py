@@ -14,12 +14,13 @@ from swarm_pz.play.recordings.format import CommandLine, InForceLine
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
 from swarm_pz.play.server.responses import SAVED, ReadyRule, Responses, TeamView, check_rules
-from tests.play.server.test_client_handler import Guest, visiting
+from tests.play.server.test_client_handler import Guest, Hall
 from tests.play.server.test_room import playing, read, until
 
+pytestmark = pytest.mark.anyio
 EVEN = np.ones((10, 10)).tolist()
 DOT = [protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])]
-SILENT = When(silent_s=0.5)
+SILENT, ALWAYS = When(silent_s=0.5), When(silent_s=0.0)
 
 
 def new_game(**rules):
@@ -73,20 +74,19 @@ def test_the_first_rule_whose_condition_holds_for_its_own_side_acts(team):
     game, commands = new_game(), Commands()
     game.simulator.games.teams[0] = [1 - team, 1 - team, 1 - team, team]
     responses = Responses(team, None, lambda: None, pytest.fail)
-    always = When(silent_s=0.0)
-    responses.replace([saved(game, team, when, np.eye(10)) for when in (When(fewer=1), When(fewer=2), always)])
-    responses.look(game, commands)
-    responses.look(game, commands)
+    responses.replace([saved(game, team, when, np.eye(10)) for when in (When(fewer=1), When(fewer=2), ALWAYS)])
+    for _ in range(2):
+        responses.look(game, commands)
     assert responses.acting == (1, SAVED)
     assert [(command.team, command.number, command.sender) for command in commands.given] == [(team, 1, SAVED)]
-    responses.replace([saved(game, team, always, np.eye(10))])
+    responses.replace([saved(game, team, ALWAYS, np.eye(10))])
     assert responses.acting == (None, ""), "other rules act from when they are looked at"
 
 
 def test_a_saved_command_that_cannot_fly_the_team_as_it_is_now_is_told_of_and_not_sent():
     game, commands, told = new_game(controllers="formation"), Commands(), []
     responses = Responses(1, None, lambda: None, told.append)
-    responses.replace([saved(game, 1, When(silent_s=0.0), {"points": [(-1, 0), (1, 0)]}, "formation")])
+    responses.replace([saved(game, 1, ALWAYS, {"points": [(-1, 0), (1, 0)]}, "formation")])
     game.simulator.games.teams[0, 1] = 1
     responses.look(game, commands)
     (reason,) = told
@@ -96,142 +96,126 @@ def test_a_saved_command_that_cannot_fly_the_team_as_it_is_now_is_told_of_and_no
 # --- at a table -----------------------------------------------------------------------------------
 
 
-async def practising(hall, **settings):
-    """Return a guest who plays alone."""
-    guest = Guest(hall)
-    settings = {"red": 3, "blue": 0, "time_limit": None, "speed": 2.0} | settings
-    guest.say(protocol.Create(settings=protocol.Settings(**settings)))
-    guest.say(protocol.Ready())
+@pytest.fixture
+async def hall(tmp_path):
+    made = Hall(tmp_path)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+async def guest(hall):
+    """Give a guest who plays alone."""
+    made = Guest(hall)
+    made.say(protocol.Create(settings=protocol.Settings(red=3, blue=0, time_limit=None, speed=2.0)))
+    made.say(protocol.Ready())
     await playing(hall.room())
-    return guest
+    return made
 
 
 def acting(guest):
     return [(message.rule, message.sender) for message in guest.heard(protocol.Acting)]
 
 
-def test_a_saved_drawing_is_sent_once_while_its_player_says_nothing(tmp_path):
-    async def script(hall):
-        guest = await practising(hall)
-        rules = protocol.Rules([Rule(When(fewer=2), Response(density=EVEN)), Rule(SILENT, Response(strokes=DOT))])
-        assert guest.say(rules) is None
-        await until(lambda: guest.heard(protocol.InForceMessage))
-        assert acting(guest) == [(1, SAVED)]
-        assert guest.say(rules) is None, "the same rules change nothing"
-        assert guest.say(protocol.CommandMessage(1, density=EVEN)) is None
-        await until(lambda: len(acting(guest)) == 3)
-        assert acting(guest) == [(1, SAVED), (None, ""), (1, SAVED)], "one's own command ended it for a while"
-        guest.say(protocol.Rules([]))
-        await until(lambda: len(acting(guest)) == 4 and len(guest.heard(protocol.InForceMessage)) == 3)
-        hall.room().stop()
-        recording = read(hall.room())
-        commands = recording.of(CommandLine)
-        assert [(line.sender, line.number) for line in commands] == [(SAVED, 1), ("", 1), (SAVED, 2)]
-        assert commands[0].density == commands[2].density != EVEN and commands[0].timing is None
-        assert [line.sender for line in recording.of(InForceLine)] == [SAVED, "", SAVED]
-        assert Playback(recording).verify().verified
-        (row,) = seat_rows(recording)
-        assert (row.commands, row.automatic_commands) == (1, 2)
-
-    visiting(tmp_path, script)
+async def test_a_saved_drawing_is_sent_once_while_its_player_says_nothing(hall, guest):
+    rules = protocol.Rules([Rule(When(fewer=2), Response(density=EVEN)), Rule(SILENT, Response(strokes=DOT))])
+    assert guest.say(rules) is None
+    await until(lambda: guest.heard(protocol.InForceMessage))
+    assert acting(guest) == [(1, SAVED)]
+    assert guest.say(rules) is None, "the same rules change nothing"
+    assert guest.say(protocol.CommandMessage(1, density=EVEN)) is None
+    await until(lambda: len(acting(guest)) == 3)
+    assert acting(guest) == [(1, SAVED), (None, ""), (1, SAVED)], "one's own command ended it for a while"
+    guest.say(protocol.Rules([]))
+    await until(lambda: len(acting(guest)) == 4 and len(guest.heard(protocol.InForceMessage)) == 3)
+    hall.room().stop()
+    recording = read(hall.room())
+    commands = recording.of(CommandLine)
+    assert [(line.sender, line.number) for line in commands] == [(SAVED, 1), ("", 1), (SAVED, 2)]
+    assert commands[0].density == commands[2].density != EVEN and commands[0].timing is None
+    assert [line.sender for line in recording.of(InForceLine)] == [SAVED, "", SAVED]
+    assert Playback(recording).verify().verified
+    (row,) = seat_rows(recording)
+    assert (row.commands, row.automatic_commands) == (1, 2)
 
 
-def test_a_policy_acts_as_the_sender_while_its_condition_holds(tmp_path):
-    async def script(hall):
-        answers, workers = iter(range(1, 100)), hall.context.workers
+async def test_a_policy_acts_as_the_sender_while_its_condition_holds(hall, guest):
+    answers, workers = iter(range(1, 100)), hall.context.workers
 
-        async def answer(seat):
-            return np.full((10, 10), 0.5) + np.eye(10) / (1 + next(answers))
+    async def answer(seat):
+        return np.full((10, 10), 0.5) + np.eye(10) / (1 + next(answers))
 
-        workers.answer = answer
-        guest = await practising(hall)
-        guest.say(protocol.Rules([Rule(SILENT, Response(policy="ring"))]))
-        await until(lambda: len(guest.heard(protocol.InForceMessage)) >= 2)
-        assert acting(guest) == [(0, "auto:ring")]
-        (key,) = workers.loaded
-        asked, first = [tick for _, tick in workers.asked], workers.seeds[key]
-        assert min(np.diff(asked)) >= 30, "no more often than policies are"
-        guest.handler.end()
-        back = Guest(hall, token=hall.room().seats[0].token)
-        assert acting(back) == [(0, "auto:ring")], "who comes back is told"
-        back.say(protocol.CommandMessage(1, density=EVEN))
-        await until(lambda: len(acting(back)) == 3)
-        assert workers.paused == [key] and acting(back)[1:] == [(None, ""), (0, "auto:ring")]
-        await until(lambda: workers.seeds[key] is not first)  # it acts anew, with a new stream
-        back.say(protocol.Leave())
-        assert workers.forgotten == [key] and not hall.rooms
-
-    visiting(tmp_path, script)
+    workers.answer = answer
+    guest.say(protocol.Rules([Rule(SILENT, Response(policy="ring"))]))
+    await until(lambda: len(guest.heard(protocol.InForceMessage)) >= 2)
+    assert acting(guest) == [(0, "auto:ring")]
+    (key,) = workers.loaded
+    asked, first = [tick for _, tick in workers.asked], workers.seeds[key]
+    assert min(np.diff(asked)) >= 30, "no more often than policies are"
+    guest.handler.end()
+    back = Guest(hall, token=hall.room().seats[0].token)
+    assert acting(back) == [(0, "auto:ring")], "who comes back is told"
+    back.say(protocol.CommandMessage(1, density=EVEN))
+    await until(lambda: len(acting(back)) == 3)
+    assert workers.paused == [key] and acting(back)[1:] == [(None, ""), (0, "auto:ring")]
+    await until(lambda: workers.seeds[key] is not first)  # it acts anew, with a new stream
+    back.say(protocol.Leave())
+    assert workers.forgotten == [key] and not hall.rooms
 
 
-def test_a_policy_that_cannot_act_is_refused_later_and_the_next_rule_acts(tmp_path):
-    async def script(hall):
-        async def fail(seat):
-            raise PolicyError("no idea")
+async def test_a_policy_that_cannot_act_is_refused_later_and_the_next_rule_acts(hall, guest):
+    async def fail(seat):
+        raise PolicyError("no idea")
 
-        workers = hall.context.workers
-        workers.loading = fail
-        guest = await practising(hall)
-        rules = [Rule(SILENT, Response(policy="ring")), Rule(SILENT, Response(density=EVEN))]
-        assert guest.say(protocol.Rules(rules)) is None
-        await until(lambda: guest.heard(protocol.Refused) and acting(guest))
-        refused = guest.heard(protocol.Refused)[0]
-        assert (refused.code, refused.about) == ("not_valid", "rules")
-        assert refused.reason == "ring will not act: no idea" and acting(guest) == [(1, SAVED)]
-        workers.loading, workers.answer = None, fail
-        guest.say(protocol.Rules(rules[:1]))
-        await until(lambda: len(guest.heard(protocol.Refused)) == 2)
-        await until(lambda: len(acting(guest)) == 4)
-        assert acting(guest)[2:] == [(0, "auto:ring"), (None, "")], "it is tried again with other rules, and fails"
-
-    visiting(tmp_path, script)
+    workers = hall.context.workers
+    workers.loading = fail
+    rules = [Rule(SILENT, Response(policy="ring")), Rule(SILENT, Response(density=EVEN))]
+    assert guest.say(protocol.Rules(rules)) is None
+    await until(lambda: guest.heard(protocol.Refused) and acting(guest))
+    refused = guest.heard(protocol.Refused)[0]
+    assert (refused.code, refused.about) == ("not_valid", "rules")
+    assert refused.reason == "ring will not act: no idea" and acting(guest) == [(1, SAVED)]
+    workers.loading, workers.answer = None, fail
+    guest.say(protocol.Rules(rules[:1]))
+    await until(lambda: len(guest.heard(protocol.Refused)) == 2 and len(acting(guest)) == 4)
+    assert acting(guest)[2:] == [(0, "auto:ring"), (None, "")], "it is tried again with other rules, and fails"
 
 
-def test_an_answer_that_comes_when_its_rule_acts_no_more_is_nobodys(tmp_path):
-    async def script(hall):
-        gate, asked = asyncio.Event(), []
+async def test_an_answer_that_comes_when_its_rule_acts_no_more_is_nobodys(hall, guest):
+    gate, asked = asyncio.Event(), []
 
-        async def answer(seat):
-            asked.append(seat)
-            await gate.wait()
-            return np.eye(10)
+    async def answer(seat):
+        asked.append(seat)
+        await gate.wait()
+        return np.eye(10)
 
-        hall.context.workers.answer = answer
-        guest = await practising(hall)
-        guest.say(protocol.Rules([Rule(SILENT, Response(policy="ring"))]))
-        await until(lambda: asked)
-        guest.say(protocol.CommandMessage(1, density=EVEN))
-        await until(lambda: len(acting(guest)) == 2)
-        guest.say(protocol.Rules([]))
-        gate.set()
-        tick = hall.room().session.game.tick
-        await until(lambda: hall.room().session.game.tick > tick + 9)
-        assert [one.sender for one in guest.heard(protocol.InForceMessage)] == [""]
-
-    visiting(tmp_path, script)
+    hall.context.workers.answer = answer
+    guest.say(protocol.Rules([Rule(SILENT, Response(policy="ring"))]))
+    await until(lambda: asked)
+    guest.say(protocol.CommandMessage(1, density=EVEN))
+    await until(lambda: len(acting(guest)) == 2)
+    guest.say(protocol.Rules([]))
+    gate.set()
+    tick = hall.room().session.game.tick
+    await until(lambda: hall.room().session.game.tick > tick + 9)
+    assert [one.sender for one in guest.heard(protocol.InForceMessage)] == [""]
 
 
-@pytest.mark.parametrize(
-    ("do", "code"),
-    [
+async def test_rules_with_one_that_cannot_be_are_refused_and_nothing_changes(hall, guest):
+    fine = Rule(SILENT, Response(density=EVEN))
+    guest.say(protocol.Rules([fine]))
+    await until(lambda: acting(guest))
+    cases = (
         (Response(policy="nobody"), "unknown"),
         (Response(density=[[1.0]]), "not_valid"),
         (Response(command=[[1.0, 2.0]]), "not_valid"),
         (Response(strokes=[protocol.StrokeMessage("attract", 9.0, [(0.5, 0.5)])]), "not_valid"),
         (Response(), "not_valid"),
-    ],
-)
-def test_rules_with_one_that_cannot_be_are_refused_and_nothing_changes(do, code, tmp_path):
-    async def script(hall):
-        guest = await practising(hall)
-        guest.say(protocol.Rules([Rule(SILENT, Response(density=EVEN))]))
-        await until(lambda: acting(guest))
-        guest.say(protocol.Rules([Rule(SILENT, Response(density=EVEN)), Rule(SILENT, do)]))
-        await until(lambda: guest.heard(protocol.Refused))
-        (refused,) = guest.heard(protocol.Refused)
+    )
+    for count, (do, code) in enumerate(cases, 1):
+        guest.say(protocol.Rules([fine, Rule(SILENT, do)]))
+        refused = await guest.refused(count)
         assert (refused.code, refused.about) == (code, "rules") and acting(guest) == [(0, SAVED)]
-        watcher = Guest(hall)
-        watcher.say(protocol.Join(hall.room().code))
-        assert watcher.say(protocol.Rules([])) == "out_of_turn"
-
-    visiting(tmp_path, script)
+    watcher = Guest(hall)
+    watcher.say(protocol.Join(hall.room().code))
+    assert watcher.say(protocol.Rules([])) == "out_of_turn"

@@ -5,6 +5,7 @@ import contextlib
 import time
 from types import SimpleNamespace
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -15,8 +16,9 @@ from swarm_pz.play.frames import decode_frame
 from swarm_pz.play.game import TableConfig
 from swarm_pz.play.recordings.format import CommandLine, InForceLine, PaintedLine, Recording, SeatLine
 from swarm_pz.play.recordings.playback import Playback
-from swarm_pz.play.server import live_session
+from swarm_pz.play.server import audience, live_session
 from swarm_pz.play.server import room as module
+from swarm_pz.play.server.budget import Rate
 from swarm_pz.play.server.connection import RefusedError
 from swarm_pz.play.server.rendered_command import render
 from swarm_pz.play.server.replays import LoadedRecording
@@ -185,18 +187,17 @@ def first_in_force(recording):
 
 async def test_a_seat_that_is_given_up_keeps_nothing_of_who_had_it(tmp_path):
     with opened(tmp_path) as room:
-        (red,) = seated(room, "red")
-        assert room.seats[0].label == "label of red" and len(room.seats[0].token) == 32
+        (red,), seat = seated(room, "red"), room.seats[0]
+        assert seat.label == "label of red" and len(seat.token) == 32
         room.ready(red, True)
         room.leave(red)
-        free = Seat(0, room.config, "ABCD", room.seats[0].workers, away_since=room.seats[0].away_since)
-        assert room.seats[0] == free and room.abandoned
+        free = Seat(0, room.config, "ABCD", seat.workers, away_since=seat.away_since)
+        assert seat == free and room.abandoned
         room.place_policy("red", "ring")
-        about = {"system": "ergodic", "takes": "density"}
-        state = protocol.SeatState("policy", "ring", connected=True, ready=True, policy_state="loading", **about)
-        assert room.seats[0].state() == state
+        state = protocol.SeatState("policy", "ring", connected=True, ready=True, policy_state="loading")
+        assert seat.state() == msgspec.structs.replace(state, system="ergodic", takes="density")
         room.place_policy("red", None)
-        assert room.seats[0] == free
+        assert seat == free
 
 
 async def test_a_seat_has_one_owner_and_changes_between_games_only(tmp_path):
@@ -236,9 +237,8 @@ async def test_a_seat_taken_back_is_said_to_have_changed_hands_and_shown_all(tmp
         room.watch(watcher)
         for client in (new, watcher):
             frame = decode_frame(client.bytes[0])
-            assert (
-                frame.altitudes is not None and frame.fields is not None and frame.teams.tolist() == [0] * 3 + [1] * 5
-            )
+            assert frame.altitudes is not None and frame.fields is not None
+            assert frame.teams.tolist() == [0] * 3 + [1] * 5
         assert new.bytes[1:] == [seat.target] and len(watcher.bytes) == 1, "targets are for their own side"
         state = watcher.messages[-1]
         assert (state.phase, state.watchers, state.outcome, state.recording) == ("playing", 1, None, None)
@@ -371,24 +371,18 @@ async def test_a_policy_stays_loaded_for_the_next_game_and_is_let_go_with_its_se
     assert workers.forgotten == workers.loaded
 
 
-async def test_the_start_is_in_view_while_a_game_counts_down(tmp_path):
-    with opened(tmp_path, countdown_s=600.0) as room:
+async def test_the_start_is_in_view_in_the_countdown_and_what_is_commanded_then_is_in_force_at_the_first_tick(tmp_path):
+    with opened(tmp_path, countdown_s=0.2) as room:
         watcher, late = Client(), Client()
         room.watch(watcher)
-        red, _ = starting(room)
-        state = red.messages[-1]
-        assert state.phase == "starting" and state.red.ready and state.blue.ready and state.starts_ms > 590_000.0
-        frame = decode_frame(red.bytes[0])
+        red, blue = starting(room)
+        state, frame = red.messages[-1], decode_frame(red.bytes[0])
+        assert state.phase == "starting" and state.red.ready and state.blue.ready and state.starts_ms > 0.0
         assert frame.tick == 0 and frame.altitudes is not None and watcher.bytes == red.bytes[:1]
         room.watch(late)
         np.testing.assert_array_equal(decode_frame(late.bytes[0]).positions, frame.positions)
         room.ready(red, True)
         assert room.phase == "starting" and not red.frames, "who says so twice has said it"
-
-
-async def test_what_is_commanded_in_the_countdown_is_in_force_at_the_first_tick(tmp_path):
-    with opened(tmp_path, countdown_s=0.2) as room:
-        red, blue = starting(room)
         for number in (1, 2):
             give(room, red, protocol.CommandMessage(number, density=EYE))
         assert [message.number for message in red.heard(protocol.Received)] == [1, 2]
@@ -396,10 +390,10 @@ async def test_what_is_commanded_in_the_countdown_is_in_force_at_the_first_tick(
         await playing(room)
         give(room, blue, protocol.CommandMessage(1, density=EYE))
         await ticks(room, 4)
-        (in_force,) = red.heard(protocol.InForceMessage)
-        assert (in_force.number, in_force.tick) == (2, 0)
         room.stop()
         recording = read(room)
+    (in_force,) = red.heard(protocol.InForceMessage)
+    assert (in_force.number, in_force.tick) == (2, 0)
     early, latest, later = recording.of(CommandLine)
     assert early.received_ms <= latest.received_ms < 0.0 <= later.received_ms
     first = recording.of(InForceLine)[0]
@@ -437,9 +431,8 @@ async def test_who_does_not_play_after_all_calls_the_countdown_off(how, tmp_path
 
 async def test_countdowns_that_are_called_off_begin_once_a_second(tmp_path, monkeypatch):
     """Each countdown is work: five clients that began and called off as fast as they could stopped all games."""
-    now, made = [1000.0], []
+    now = [1000.0]
     monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: now[0]))
-    monkeypatch.setattr(module, "LiveSession", lambda *given: made.append(given) or live_session.LiveSession(*given))
     with opened(tmp_path, blue=0, countdown_s=600.0) as room:
         (red,) = seated(room, "red")
         for _ in range(100):
@@ -447,7 +440,8 @@ async def test_countdowns_that_are_called_off_begin_once_a_second(tmp_path, monk
                 room.ready(red, True)
             room.ready(red, False)
             now[0] += 0.0625
-        assert len(made) == 7, "in 6.25 s"
+        begun = [state for state in red.heard(protocol.RoomState) if state.phase == "starting"]
+        assert len(begun) == 7, "in 6.25 s"
         assert code_of(room.ready, red, True) == "too_many" and not room.seats[0].ready
 
 
@@ -457,8 +451,8 @@ async def test_a_countdown_that_is_called_off_leaves_the_last_game_in_view(tmp_p
         room.stop()
         over = red.messages[-1]
         object.__setattr__(room._context, "countdown_s", 600.0)
-        room.ready(red, True)
-        room.ready(blue, True)
+        for player in (red, blue):
+            room.ready(player, True)
         assert red.messages[-1].phase == "starting" and red.messages[-1].outcome is None
         room.ready(red, False)
         state = red.messages[-1]
@@ -528,17 +522,6 @@ async def test_a_game_goes_on_from_a_moment_by_its_rules_and_its_rematch_does_no
 # --- what is played and written -------------------------------------------------------------------
 
 
-async def test_frames_are_numbered_and_show_fields_at_every_solve(tmp_path):
-    with opened(tmp_path, blue=0, speed=2.0) as room:
-        (client,) = seated(room, "red")
-        room.ready(client, True)
-        await until(lambda: len(client.frames) > 12)
-        frames = client.frames
-    assert np.diff([sequence for _, sequence in frames]).tolist() == [1] * (len(frames) - 1)
-    with_fields = [frame[1] & 2 > 0 for frame, _ in frames]
-    assert [sum(with_fields[i : i + 3]) for i in range(0, 12, 3)] == [1, 1, 1, 1]
-
-
 async def test_a_game_is_held_while_nobody_sees_it_and_goes_on_where_it_was(tmp_path, monkeypatch):
     """Rooms that their owners had left took the processor from all others for a minute."""
     monkeypatch.setattr(live_session, "HELD_S", 0.01)
@@ -557,44 +540,34 @@ async def test_a_game_is_held_while_nobody_sees_it_and_goes_on_where_it_was(tmp_
 
 
 async def test_what_players_do_is_written_as_it_was_done(tmp_path):
-    table = TableConfig(min_command_interval=0.25)
+    strokes = [Stroke(brush="attract", width=0.1, points=((0.85, 0.15),))]
+    drawing = [protocol.StrokeMessage("attract", 0.1, [(0.85, 0.15)])]
     screen = protocol.ClientInfo(viewport=(360, 640), pixel_ratio=2.0, refresh_hz=60.0)
-    stroke, timing = (
-        protocol.StrokeMessage("attract", 0.1, [(0.85, 0.15)]),
-        protocol.Timing(input_ms=10.0, sent_ms=12.0),
-    )
+    table, timing = TableConfig(min_command_interval=0.25), protocol.Timing(input_ms=10.0, sent_ms=12.0)
     settings = {"red": 3, "blue": 2, "mapping": "paper", "speed": 2.0, "time_limit": None}
     with opened(tmp_path, table=table, **settings) as room:
         red, blue = Client(), Client()
         red.client, blue.kind = screen, "program"
-        room.sit(red, "red", "P1")
-        room.sit(blue, "blue", "bot")
-        room.ready(red, True)
-        room.ready(blue, True)
+        for client, side, label in ((red, "red", "P1"), (blue, "blue", "bot")):
+            room.sit(client, side, label)
+            room.ready(client, True)
         await playing(room)
-        give(room, red, protocol.CommandMessage(7, strokes=[stroke], timing=timing))
+        give(room, red, protocol.CommandMessage(7, strokes=drawing, timing=timing))
         give(room, blue, protocol.CommandMessage(3, density=EYE))
         for client, side, number in ((red, "red", 7), (blue, "blue", 3)):
             assert [m.number for m in client.heard(protocol.Received)] == [number]
             await until(lambda client=client: client.heard(protocol.InForceMessage))
             assert [(m.seat, m.number) for m in client.heard(protocol.InForceMessage)] == [(side, number)]
-        room.painted(red, protocol.Painted(7, room.session.log.since_began(0.0) * -1 + 1234.0))
+        room.painted(red, protocol.Painted(7, 1234.0 - room.session.log.since_began(0.0)))
         room.visibility(blue, True)
         room.visibility(blue, False)
         targets, recording = [seat.target for seat in room.seats], read(room)
-    header = recording.header
-    assert (header.red.kind, header.red.label, header.blue.kind, header.blue.label) == (
-        "person",
-        "P1",
-        "program",
-        "bot",
-    )
+    header, (drawn, given) = recording.header, recording.of(CommandLine)
+    assert [(seat.kind, seat.label) for seat in (header.red, header.blue)] == [("person", "P1"), ("program", "bot")]
     assert header.config_hash == recording.config.hash and header.rules_hash == recording.config.game.rules_hash
     assert recording.config == table_config(protocol.Settings(**settings), table)
-    drawn, given = recording.of(CommandLine)
-    assert (drawn.team, drawn.number, drawn.strokes, drawn.timing) == (0, 7, [stroke], timing)
+    assert (drawn.team, drawn.number, drawn.strokes, drawn.timing) == (0, 7, drawing, timing)
     assert (given.team, given.number, given.strokes, given.timing) == (1, 3, None, None)
-    strokes = [Stroke(brush="attract", width=0.1, points=((0.85, 0.15),))]
     np.testing.assert_array_equal(drawn.density, as_followed(density_of(strokes, 10, "paper")))
     np.testing.assert_array_equal(given.density, np.eye(10))
     assert 0.0 <= drawn.received_ms <= given.received_ms
@@ -605,3 +578,33 @@ async def test_what_players_do_is_written_as_it_was_done(tmp_path):
     assert next(iter(recording.frames())).tick == 0
     assert [(data[1], int.from_bytes(data[4:8], "little")) for data in targets] == [(0, 7), (1, 3)]
     assert red.bytes[2:] == targets[:1] and blue.bytes[2:] == targets[1:], "the first is uniform"
+
+
+# --- many who are told ----------------------------------------------------------------------------
+
+
+async def test_a_rooms_state_is_told_to_so_many_at_once_and_then_to_all_together_once_in_a_while(tmp_path, monkeypatch):
+    """Clients that came again and again made the server write thousands of messages to everybody in the room."""
+    monkeypatch.setattr(audience, "TELL_S", 0.05)
+    monkeypatch.setattr(audience, "TOLD", Rate(10.0, 1e-9))  # nothing comes back
+    with opened(tmp_path) as room:
+        clients = [Client() for _ in range(4)]
+
+        def told():
+            return [len(client.messages) for client in clients]
+
+        for client in clients:
+            room.watch(client)
+        assert told() == [4, 3, 2, 1], "which are ten"
+        for more in (1, 2):
+            for _ in range(20):
+                room.audience.tell_state()
+            assert told()[0] == 3 + more, "later, and once for all that was to be told"
+            await until(lambda more=more: told() == [4 + more, 3 + more, 2 + more, 1 + more])
+        clients.append(Client())
+        room.watch(clients[-1])
+        assert told() == [6, 5, 4, 3, 1], "who comes is told at once"
+        (red,) = seated(room, "red")
+        assert not clients[0].messages[-1].red.connected
+        await until(lambda: clients[0].messages[-1].red.connected)
+        assert all(client.messages[-1].watchers == 5 for client in (red, *clients))

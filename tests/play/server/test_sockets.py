@@ -20,28 +20,31 @@ from swarm_pz.play.server.sockets import BoundedHTTP, BoundedWebSocket
 pytestmark = pytest.mark.anyio
 PING, PONG, PART = (bytes([first, 0x80, 0, 0, 0, 0]) for first in (0x89, 0x8A, 0x00))
 """Empty ones, as a client masks them."""
-REQUEST = b"GET / HTTP/1.1\r\nHost: here\r\n\r\n"
+REQUEST, SLOW = (b"GET %b HTTP/1.1\r\nHost: here\r\n\r\n" % path for path in (b"/", b"/slow"))
 
 
 async def answer(scope, receive, send):
-    """Answer a request, after a while."""
-    await asyncio.sleep(0.3)
+    if scope["path"] == "/slow":
+        await asyncio.Event().wait()
     await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"2")]})
     await send({"type": "http.response.body", "body": b"ok"})
 
 
-def made(kind, accounts=None, state=None):
+def made(kind, accounts=None):
     """Return a connection of some kind."""
     config = uvicorn.Config(answer, lifespan="off", timeout_keep_alive=60)
     config.load()
     accounts = accounts or Accounts(Rate(1.0, 1.0), Rate(1.0, 1.0))
-    return kind(config, state or ServerState(), {"accounts": accounts}, asyncio.get_running_loop())
+    return kind(config, ServerState(), {"accounts": accounts}, asyncio.get_running_loop())
 
 
 def connected(address, accounts=None):
-    """Return a connection by which nothing was said yet."""
+    """Return a connection by which nothing was said yet; its `looks` are those that it will take."""
     one, known = made(BoundedHTTP, accounts), {"peername": (address, 5), "sockname": ("here", 80)}
-    one.connection_made(Mock(get_extra_info=known.get, is_closing=lambda: False))
+    one.looks, one.loop = [], Mock(wraps=one.loop)
+    one.loop.call_later = lambda _, act, *given: one.looks.append(given) if act == one._look else Mock()
+    transport = Mock(get_extra_info=known.get, is_closing=lambda: transport.abort.called, get_protocol=lambda: one)
+    one.connection_made(transport)
     return one
 
 
@@ -95,31 +98,26 @@ async def test_a_peer_that_answers_no_ping_is_let_go_with_all_that_it_has_not_re
 # --- requests -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("first", "parts"),
-    [(b"", b""), (b"", REQUEST), (REQUEST, b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 100)],
-    ids=["nothing", "little", "one and then little"],
-)
-async def test_who_asks_for_nothing_whole_is_let_go_and_whoever_does_is_answered(first, parts, monkeypatch):
-    monkeypatch.setattr(sockets, "REQUEST_S", 0.15)
-    state, loop = ServerState(), asyncio.get_running_loop()
-    server = await loop.create_server(lambda: made(BoundedHTTP, state=state), "127.0.0.1", 0)
-    reader, writer = await asyncio.open_connection(*server.sockets[0].getsockname()[:2])
-    writer.write(first)
-    if first:
-        assert (await asyncio.wait_for(reader.readuntil(b"ok"), 60)).startswith(b"HTTP/1.1 200")
-    closing = asyncio.create_task(reader.read())
-    for byte in parts[:-1]:
-        if closing.done():
-            break
-        writer.write(bytes([byte]))
-        await asyncio.sleep(0.05)
-    with contextlib.suppress(ConnectionError):
-        assert await asyncio.wait_for(closing, 60) == b""
-    assert not state.connections
-    writer.transport.abort()
-    server.close()
-    await asyncio.sleep(0)
+async def test_who_asks_for_nothing_whole_in_time_is_let_go_and_whoever_does_is_answered():
+    little = b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 100
+    for asked, is_let_go in (
+        ((b"", b""), [True, True]),
+        ((little, b"X: z\r\n"), [True, True]),
+        ((REQUEST, little), [False, True]),
+        ((REQUEST, REQUEST), [False, False]),
+        ((SLOW, b""), [False, False]),
+    ):
+        one, found = connected("a"), []
+        for part in asked:
+            if part:  # nothing would be the end
+                one.data_received(part)
+            for _ in range(20):
+                await asyncio.sleep(0)
+            for given in [one.looks.pop()] if one.looks else []:
+                one._look(*given)
+            found.append(one.transport.abort.called)
+        assert found == is_let_go, asked
+        assert (b"ok" in b"".join(call.args[0] for call in one.transport.write.mock_calls)) == (REQUEST in asked)
 
 
 async def test_of_connections_that_ask_for_nothing_the_oldest_gives_way(monkeypatch):

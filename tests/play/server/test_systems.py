@@ -9,15 +9,14 @@ import pytest
 from swarm_pz.config import CaptureConfig, GameConfig
 from swarm_pz.play import protocol
 from swarm_pz.play.game import TableConfig
-from swarm_pz.play.recordings.format import CommandLine, Recording, SeatLine
+from swarm_pz.play.recordings.format import CommandLine, SeatLine
 from swarm_pz.play.recordings.playback import Playback
 from swarm_pz.play.recordings.seats import seat_rows
-from swarm_pz.play.recordings.verification import faults_of
-from swarm_pz.play.server import control_thread, rendered_command
+from swarm_pz.play.server import live_session, rendered_command
 from swarm_pz.play.server.room_settings import settings_of, table_config
 from tests.play.server.test_client_handler import Guest, Hall
-from tests.play.server.test_room import give, opened, playing, read, running, starting, ticks, until
-from tests.play.systems import Dreaming, Escaping, Fields, Hanging, Magnet, Raising, Unready, install
+from tests.play.server.test_room import EYE, give, opened, playing, read, running, starting, ticks, until
+from tests.play.systems import Dreaming, Escaping, Hanging, Magnet, Raising, Unready, install
 
 pytestmark = pytest.mark.anyio
 DOT = protocol.StrokeMessage("attract", 0.1, [(0.5, 0.5)])
@@ -35,6 +34,21 @@ async def hall(tmp_path):
     made = Hall(tmp_path)
     yield made
     made.close()
+
+
+# --- rooms ----------------------------------------------------------------------------------------
+
+
+def test_settings_come_back_from_the_table_and_leave_the_hosts_rules_alone():
+    systems = {"red_system": "direct", "blue_system": "ergodic"}
+    settings = protocol.Settings(red=1, blue=19, time_limit=None, mapping="paper", speed=0.5, **systems)
+    chosen = table_config(settings, TableConfig(min_command_interval=0.25))
+    assert settings_of(chosen) == settings and chosen.min_command_interval == 0.25
+    released = GameConfig.preset("released")
+    chosen = table_config(protocol.Settings(red=3, time_limit=60.0), TableConfig(game=released))
+    assert chosen.game == released.replace(drones_per_team=(3, 10), time_limit=60.0)
+    assert not table_config(settings, table("ergodic", "ergodic")).game.capture.enabled
+    assert not table_config(protocol.Settings(blue=0), TableConfig()).game.capture.enabled
 
 
 def test_a_room_chooses_the_systems_of_its_seats_and_the_host_those_that_it_does_not_name(monkeypatch):
@@ -74,7 +88,7 @@ async def test_a_seat_says_what_it_takes_and_its_commands_are_recorded_and_playe
         assert ((state.red, state.blue)[team].takes, (state.red, state.blue)[1 - team].takes) == ("place", "density")
         assert state.settings.red_system == controllers[0]
         give(room, flown, protocol.CommandMessage(1, command=[0.25, 0.75]))
-        give(room, other, protocol.CommandMessage(1, density=np.eye(10).tolist()))
+        give(room, other, protocol.CommandMessage(1, density=EYE))
         await until(lambda: all(client.heard(protocol.InForceMessage) for client in both))
         await ticks(room, room.session.game.tick + 8)
         room.stop()
@@ -85,45 +99,24 @@ async def test_a_seat_says_what_it_takes_and_its_commands_are_recorded_and_playe
     assert [row.system for row in seat_rows(recording)] == [*controllers]
 
 
-async def test_strokes_become_what_attracts_and_what_repels_where_a_seat_takes_both(tmp_path, monkeypatch):
-    install(monkeypatch, Fields)
-    strokes = [DOT, protocol.StrokeMessage("repel", 0.2, [(0.9, 0.1)])]
-    with opened(tmp_path, table=table("fields", "ergodic"), **SETTINGS) as room:
-        red, _ = await running(room)
-        give(room, red, protocol.CommandMessage(1, strokes=strokes))
-        await until(lambda: red.heard(protocol.InForceMessage))
-        await ticks(room, room.session.game.tick + 3)
-        room.stop()
-        recording = read(room)
-    (line,) = recording.of(CommandLine)
-    attracts, repels = np.array(line.command)
-    assert line.density is None and attracts.argmax() in (44, 45, 54, 55) and repels.argmax() == 9
-    assert attracts[1, 9] < 0.01 and repels[5, 5] < 0.01 and Playback(recording).verify().verified
-    line.command[0][9][9] += 0.01
-    changed = Recording("changed.jsonl", recording.header, recording.events)
-    assert any("not that of its strokes" in fault for fault in faults_of(changed, None))
-
-
-@pytest.mark.parametrize(
-    ("given", "told"),
-    [
-        ({"density": np.eye(10).tolist()}, "'density' cannot fly direct"),
+async def test_a_command_that_cannot_fly_the_seat_is_refused_and_the_game_goes_on(hall):
+    guest = Guest(hall)
+    guest.say(protocol.Create(settings=protocol.Settings(red=4, blue=0, red_system="direct")))
+    guest.say(protocol.Ready())
+    await playing(hall.room())
+    cases = (
+        ({"density": EYE}, "'density' cannot fly direct"),
         ({"strokes": [DOT]}, "cannot fly direct"),
         ({"command": PUSH[:3]}, "shape (3, 2)"),
         ({"command": [*PUSH[:3], [5.0, 0.0]]}, "within"),
         ({"command": [0.0] * 10_000}, "shape"),
         ({"command": {"shape": "ring"}}, "red's command"),
-        ({"command": PUSH, "density": np.eye(10).tolist()}, "either"),
-    ],
-)
-async def test_a_command_that_cannot_fly_the_seat_is_refused_and_the_game_goes_on(given, told, hall):
-    guest = Guest(hall)
-    guest.say(protocol.Create(settings=protocol.Settings(red=4, blue=0, red_system="direct")))
-    guest.say(protocol.Ready())
-    await playing(hall.room())
-    guest.say(protocol.CommandMessage(1, **given))
-    refused = await guest.refused()
-    assert (refused.code, refused.about) == ("not_valid", "command") and told in refused.reason
+        ({"command": PUSH, "density": EYE}, "either"),
+    )
+    for count, (given, told) in enumerate(cases, 1):
+        guest.say(protocol.CommandMessage(1, **given))
+        refused = await guest.refused(count)
+        assert (refused.code, refused.about) == ("not_valid", "command") and told in refused.reason
     await ticks(hall.room(), hall.room().session.game.tick + 1)
     assert not guest.heard(protocol.Received)
 
@@ -145,7 +138,7 @@ async def test_a_room_whose_system_cannot_say_what_it_takes_is_not_opened(hall, 
 )
 async def test_a_system_that_fails_forfeits_its_game_and_others_go_on(system, told, tmp_path, monkeypatch):
     install(monkeypatch, system)
-    monkeypatch.setattr(control_thread, "SOLVE_S", 1.0)
+    monkeypatch.setattr(live_session, "SOLVE_S", 1.0)
     own, host = table(system.name, "ergodic"), table("ergodic", "ergodic")
     with (
         opened(tmp_path / "one", table=own, **SETTINGS) as room,
@@ -159,12 +152,10 @@ async def test_a_system_that_fails_forfeits_its_game_and_others_go_on(system, to
         await until(lambda: room.phase == "over")
         assert system is not Hanging or other.session.game.tick > before, "others have gone on meanwhile"
         assert other.phase == "playing"
-        state = red.heard(protocol.RoomState)[-1]
-        assert (state.outcome, state.ended_by) == ("blue", "forfeit")
-        assert told in state.forfeit and f"{system.name}, which flies red" in state.forfeit
-        assert any(told in text for text in red.notices)
-        recording = read(room)
-    assert (recording.end.outcome, recording.end.ended_by) == ("blue", "forfeit")
+        state, recording = red.heard(protocol.RoomState)[-1], read(room)
+    assert (state.outcome, state.ended_by) == (recording.end.outcome, recording.end.ended_by) == ("blue", "forfeit")
+    assert told in state.forfeit and f"{system.name}, which flies red" in state.forfeit
+    assert any(told in text for text in red.notices)
     assert told in recording.forfeit and recording.of(SeatLine)[-1].event == "forfeit"
     assert Playback(recording).verify().verified
     assert {row.left_out for row in seat_rows(recording)} == {"forfeit"}
