@@ -203,17 +203,20 @@ def test_a_participant_goes_through_every_kind_of_page(visit, study):
     (study.folder / "interrupted" / "P01.block1.game1.1.jsonl").touch()
     seat = {"room": "AAAA", "seat": "red", "token": "0" * 32}
     page.evaluate("seat => sessionStorage.setItem('swarm-pz.seat', JSON.stringify(seat))", seat)
-    page.goto(f"http://{study.address}/study/P01/game#room=AAAA")  # a seat that went with its server
+    gone = f"http://{study.address}/study/P01/game#room=AAAA"  # a seat that went with its server
+    page.goto(gone, wait_until="commit")
     page.wait_for_url("**/study/P01")
     at_heading(page, "Game 1 of 1")
     expect(page.locator("#asked")).to_contain_text("This game was broken off")
+    page.evaluate("sessionStorage.setItem('hold', 'yes')")
     go_on(page, "Begin")
     expect(page.locator("#asked")).to_contain_text("when the other participant is, too")
     check(page, "waiting")
     meeting = threading.Thread(target=Participant(study, "P02").walk, args=[lambda step: step["kind"] == "break"])
     meeting.start()
-    page.wait_for_url("**/game#room=*")
-    page.reload()
+    page.wait_for_selector("#table[data-phase=over]")
+    page.evaluate("sessionStorage.removeItem('hold')")
+    page.reload()  # the seat may be gone by now: one comes back all the same
     page.wait_for_url("**/study/P01")
     at_heading(page, "How was that?")
     meeting.join()

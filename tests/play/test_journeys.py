@@ -460,7 +460,7 @@ def row_of(page):
 
 
 def test_a_trial_is_a_game_and_returns_its_row(experiment, table):
-    settings = {"time_limit": 6, "speed": 2, "blue_system": "ergodic"}
+    settings = {"time_limit": 10, "speed": 2, "blue_system": "ergodic"}
     page = experiment(opponent="ring", seat="blue", seed=41, settings=settings, load_timeout=1e6)
     page.wait_for_selector("iframe")
     page.evaluate(FORGE)
