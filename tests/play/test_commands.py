@@ -123,7 +123,7 @@ def test_a_policys_answer_has_the_kind_that_its_team_takes():
     np.testing.assert_array_equal(answer.values, PUSH)
     assert (answer.kind, answer.number, answer.sender) == ("accelerations", 3, "auto:push")
     image = np.linspace(0.0, 0.5, 100).reshape(10, 10)
-    density = reader.answered(BLUE, 1, reader.packed(reader.read(BLUE, 1, image))[0])
+    density = reader.answered(BLUE, 1, reader.packed(reader.read(BLUE, 1, image))[0] / 3.0)
     assert density.kind == "density"
     np.testing.assert_array_equal(density.values, np.round(2 * image, 8))
 
